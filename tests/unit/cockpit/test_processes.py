@@ -17,7 +17,7 @@ from tests.unit.cockpit import fake_compute
 from epicyclic.cockpit.computing.frames import Frame
 from epicyclic.cockpit.processes.session import Session
 from epicyclic.cockpit.processes.worker import Worker
-from epicyclic.cockpit.state.state import State
+from epicyclic.cockpit.state.state import PageState
 from epicyclic.errors import ModelError
 
 TEXT = 'format = 2\ntitle = "{}"\n'
@@ -62,7 +62,7 @@ async def begun(one: Worker, title: str = "a") -> tuple[Session, Seen]:
         return None
 
     session.renew_levers = no_levers  # type: ignore[method-assign]
-    await session.start(State(name=title, base=TEXT.format(title)))
+    await session.start(PageState(name=title, base=TEXT.format(title)))
     return session, seen
 
 

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...analyses.sharing.outputs import require_speed
 from ...analyses.sharing.sharing import sharing
 from ...assemble.assembly import assemble
 from ...errors import ConvergenceError, ModelError
@@ -141,8 +142,9 @@ def _model(request: Request) -> _Model:
 
     Raises
     ------
-    ModelError : the model is wrong.
+    ModelError : the model is wrong, or the speed not above zero.
     """
+    require_speed(request.relative_speed)
     train = load(request.source, dict(request.overrides))
     return _Model(
         request=request,
@@ -162,9 +164,7 @@ def _attempt(pane: str, what: str, compute_it: Callable[[], Found], missing: lis
         problem = error.problem if isinstance(error, ModelError) else str(error)
         path = error.path if isinstance(error, ModelError) else ""
         allowed = f"; allowed: {error.allowed}" if isinstance(error, ModelError) and error.allowed else ""
-        missing.append(
-            {"level": "warn", "code": "not-computed", "text": f"no {what}: {problem}{allowed}", "path": path}
-        )
+        missing.append(_Missing(pane=pane, text=f"no {what}: {problem}{allowed}", path=path))
         return None
 
 
@@ -239,7 +239,7 @@ def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> 
     if parts.sharing is not None:
         shared = parts.sharing
         whole = _attempt("sharing", "load sharing", lambda: _whole_sharing(system, shared, pause), missing)
-        parts = replace(parts, sharing=whole or shared)
+        parts = replace(parts, sharing=whole or shared, missing=(*parts.missing, *missing))
         yield _part_frame(model, parts, "sharing", _sharing_part(model, parts), full=True)
 
 
@@ -301,8 +301,8 @@ def _answers(model: _Model, parts: _Parts, *, full: bool) -> dict[str, Any]:
     except ImportError:
         return {"checks": [one.check for one in parts.missing]}
     given = _given(model, parts)
-    errors = {"errors": _with_arrays(_errors_part(model, parts), "errors")} if full else {}
-    found = (answers.full_answers if full else answers.live_answers)(model.train, model.system, **given, **errors)
+    given["errors"] = _with_arrays(_errors_part(model, parts), "errors")
+    found = (answers.full_answers if full else answers.live_answers)(model.train, model.system, **given)
     stated = [_table(one) for one in checks.checks_of(model.train, model.system)]
     return {"answers": [_table(one) for one in found], "checks": [*stated, *(one.check for one in parts.missing)]}
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from nicegui import background_tasks, events, ui
@@ -11,6 +12,7 @@ from nicegui.element import Element
 
 from ...errors import ModelError
 from ...model.tables import PlainTable
+from ...model.units import KINDS
 from ...resolve import load
 from ...terms.explanation import Explanation
 from ..state.state import State, request_of
@@ -25,7 +27,7 @@ from .field_list import (
     group_at,
     typed_value,
 )
-from .parts import heard, icon_button, present
+from .parts import enlarge_button, heard, icon_button, present
 
 if TYPE_CHECKING:
     from ..processes.session import Session
@@ -38,6 +40,15 @@ _MOST = 40
 _FOLLOWS = 0.25
 # Characters of a default beside a field: the rest stands in its explanation.
 _SHORT = 28
+
+# Tables within tables in a narrow column: little room to the left and between.
+_LOOK = """
+.cockpit-fields { gap: 0.25rem; }
+.cockpit-fields .nicegui-column { gap: 0.25rem; }
+.cockpit-fields .q-expansion-item__content { gap: 0.25rem !important; padding: 0 0 0.5rem 0.6rem !important; }
+.cockpit-fields .cockpit-field { max-width: 36rem; }
+.cockpit-fields .q-item { min-height: 28px; padding: 2px 4px; }
+"""
 
 
 def fields_panel(session: Session) -> None:
@@ -56,10 +67,13 @@ class _FieldsPanel:
         self.waiting = False
         self.searches = 0
         with ui.column().classes("w-full q-gutter-none cockpit-fields") as self.root:
-            self.search = ui.input("Search all fields", on_change=self._typed)
-            self.search.props("dense clearable spellcheck=false").classes("w-full").mark("fields-search")
+            with ui.row().classes("w-full items-center no-wrap"):
+                self.search = ui.input("Search all fields", on_change=self._typed)
+                self.search.props("dense clearable spellcheck=false").classes("col").mark("fields-search")
+                enlarge_button(self.root, "All fields")
             self.found = ui.column().classes("w-full q-gutter-none")
             self.tree = ui.column().classes("w-full q-gutter-none")
+        ui.add_css(_LOOK)
         heard(session, self.root, state=self._changed, failed=self._failed)
         self._changed()
 
@@ -112,12 +126,32 @@ class _FieldsPanel:
     # tables -----------------------------------------------------------------------------------------------------------
 
     async def _fill(self, group: Group) -> None:
-        """Build the rows and the closed tables of one table into the present slot."""
-        explained = await asyncio.to_thread(_explained, [field.path for field in group.fields])
-        self._build_rows(group.fields, explained)
+        """Build what the model states of one table into the present slot; the rest folded behind it."""
+        await self._build([field for field in group.fields if field.text])
         prefix = f"{group.path}." if group.path else ""
         for key in group.tables:
-            self._table(f"{prefix}{key}", key, stated=key in group.stated)
+            if key in group.stated:
+                self._fold(key, f"table-{prefix}{key}", partial(self._open, f"{prefix}{key}"))
+        rest = [field for field in group.fields if not field.text]
+        tables = [key for key in group.tables if key not in group.stated]
+        if not rest and not tables:
+            return
+
+        async def more() -> None:
+            await self._build(rest)
+            for key in tables:
+                self._fold(key, f"table-{prefix}{key}", partial(self._open, f"{prefix}{key}"))
+
+        counted = ((rest, "field", "fields"), (tables, "table", "tables"))
+        words = [f"{len(some)} {one if len(some) == 1 else several}" for some, one, several in counted if some]
+        self._fold(f"Not stated: {' and '.join(words)}", f"more-{group.path}", more)
+
+    async def _open(self, path: str) -> None:
+        await self._fill(group_at(self.tables, path))
+
+    async def _build(self, fields: Sequence[Field]) -> None:
+        explained = await asyncio.to_thread(_explained, [field.path for field in fields])
+        self._build_rows(fields, explained)
 
     def _build_rows(
         self, fields: Sequence[Field], explained: Mapping[str, Explanation], *, whole: bool = False
@@ -128,8 +162,8 @@ class _FieldsPanel:
             row = _Row(self, field, explained.get(field.path), whole=whole, is_set=field.path in overrides)
             self.rows.setdefault(field.path, []).append(row)
 
-    def _table(self, path: str, key: str, *, stated: bool) -> None:
-        """One table, closed; its content is built when it is opened first."""
+    def _fold(self, title: str, marker: str, build: Callable[[], Awaitable[None]]) -> None:
+        """Something folded, which is built when it is opened first."""
         built = False
 
         async def opened(event: events.ValueChangeEventArguments[bool]) -> None:
@@ -137,10 +171,10 @@ class _FieldsPanel:
             if event.value and not built:
                 built = True
                 with expansion:
-                    await self._fill(group_at(self.tables, path))
+                    await build()
 
-        expansion = ui.expansion(key, caption=None if stated else "not stated", on_value_change=opened)
-        expansion.props("dense dense-toggle expand-separator").classes("w-full").mark(f"table-{path}")
+        expansion = ui.expansion(title, on_value_change=opened)
+        expansion.props("dense dense-toggle expand-separator").classes("w-full").mark(marker)
 
     # search -----------------------------------------------------------------------------------------------------------
 
@@ -219,8 +253,9 @@ class _Row:
             control = ui.input(name or None, value=field.text, placeholder=default[:_SHORT])
             control.on("blur", self._left).on("keydown.enter", self._left).on("keydown.esc", self._escape)
             if explained and explained.unit:
-                control.props["suffix"] = f"[{explained.unit.partition(', ')[0]}]" if not field.text else ""
-        control.props("dense options-dense stack-label hide-bottom-space spellcheck=false").classes("col")
+                control.props["suffix"] = "" if field.text or default else _units(explained.unit)
+        look = "dense options-dense hide-bottom-space spellcheck=false"
+        control.props(f"{look} stack-label" if name else look).classes("col")
         control.mark(f"field-{field.path}")
         control.props["aria-label"] = field.path
         if explained:
@@ -290,6 +325,12 @@ def _explain(control: Element, path: str, explained: Explanation) -> None:
         for label in ("meaning", "unit", "default", "allowed", "example"):
             if label in rows:
                 ui.label(rows[label] if label == "meaning" else f"{label}: {rows[label]}")
+
+
+def _units(unit: str) -> str:
+    """Units that a person may type for the first of some SI units."""
+    first = unit.partition(", ")[0]
+    return next((kind.spellings for kind in KINDS.values() if kind.unit == first), first)
 
 
 def _explained(paths: Sequence[str]) -> dict[str, Explanation]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "copy",
+    "enlarge_button",
     "give",
     "heard",
     "icon_button",
@@ -34,6 +35,12 @@ __all__ = [
 _MOST_NAME = 100
 # [ms] a message of an error stays: time to read two lines.
 _SHOWN = 12_000
+
+_LARGE = """
+.cockpit-large { position: fixed; inset: 3vh 6vw; z-index: 3000; padding: 1rem; overflow: auto; border-radius: 6px;
+  width: auto !important; background: var(--ck-raised, #fff); box-shadow: 0 0 0 100vmax rgb(0 0 0 / 45%); }
+.body--dark .cockpit-large { background: var(--ck-raised, #1d1d1d); }
+"""
 
 
 def present(session: Session) -> State | None:
@@ -73,6 +80,24 @@ def rename(button: ui.button, label: str, tip: str = "") -> None:
     for one in button:
         if isinstance(one, ui.tooltip) and one.text != (tip or label):
             one.set_text(tip or label)
+
+
+def enlarge_button(panel: Element, name: str) -> None:
+    """A button that lets a panel of a narrow column fill the page, and puts it back.
+
+    The panel stays the same element, so that nothing typed there is lost.
+    """
+    ui.add_css(_LARGE)
+    large = False
+
+    def change() -> None:
+        nonlocal large
+        large = not large
+        panel.classes(add="cockpit-large" if large else "", remove="" if large else "cockpit-large")
+        button.props(f"icon={'close_fullscreen' if large else 'open_in_full'}")
+        rename(button, f"{name}: {'back into the column' if large else 'enlarge'}")
+
+    button = icon_button("open_in_full", f"{name}: enlarge", change)
 
 
 def show_model(session: Session, state: State, where: Element) -> None:

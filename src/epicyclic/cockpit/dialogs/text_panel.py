@@ -12,7 +12,7 @@ from ...resolve import load
 from ..state.state import request_of, with_text
 from ..state.written_text import text_of
 from .line_of import line_of_error
-from .parts import heard, plain_button, present
+from .parts import enlarge_button, heard, plain_button, present
 
 if TYPE_CHECKING:
     from ..processes.session import Session
@@ -24,17 +24,17 @@ __all__ = ["text_panel"]
 _FOLLOWS = 0.25
 
 
-# Colours of the line of an error; the editor is told whether the page is dark.
-_LOOK = """<style>.cockpit-wrong { background: rgb(220 60 60 / 25%); }</style><script>
-document.addEventListener("DOMContentLoaded", () => {
-  const tell = () => emitEvent("cockpit-dark", document.body.classList.contains("body--dark"));
+_LOOK = ".cockpit-wrong { background: rgb(220 60 60 / 25%); }"
+# Tells whether the page is dark, at once and whenever that changes.
+_WATCH = """(() => {
   let dark = null;
-  new MutationObserver(() => {
+  const tell = () => {
     const now = document.body.classList.contains("body--dark");
-    if (now !== dark && window.socket?.connected) { dark = now; tell(); }
-  }).observe(document.body, {attributes: true, attributeFilter: ["class"]});
-  setTimeout(() => { dark = document.body.classList.contains("body--dark"); if (dark) tell(); }, 1000);
-});</script>"""
+    if (now !== dark) { dark = now; emitEvent("cockpit-dark", now); }
+  };
+  new MutationObserver(tell).observe(document.body, { attributes: true, attributeFilter: ["class"] });
+  tell();
+})()"""
 
 
 def text_panel(session: Session) -> None:
@@ -54,11 +54,12 @@ class _TextPanel:
         self.kept: str | None = None
         self.waiting = False
         self.newest: State | None = None
-        with ui.column().classes("w-full q-gutter-none cockpit-text") as self.root:
+        with ui.column().classes("w-full q-gutter-none cockpit-text").style("min-width: 0") as self.root:
             with ui.row().classes("w-full items-center"):
                 self.status = ui.label("").classes("col text-caption").props('role="status" aria-live="polite"')
                 self.back = plain_button("Bring back my text", self._bring_back)
                 self.drop = plain_button("Discard my changes", self._take_theirs)
+                enlarge_button(self.root, "Model text")
                 self.apply = plain_button("Apply", self._apply, main=True).tooltip("Ctrl+Enter")
             with ui.row().classes("w-full items-center cockpit-conflict") as self.conflict:
                 ui.label("The model has changed elsewhere since you began to type here.").classes("col")
@@ -68,9 +69,12 @@ class _TextPanel:
             self.editor = ui.codemirror(
                 language="TOML", on_change=self._typed, keymap={"Mod-Enter": self._apply}, line_wrapping=False
             )
-            self.editor.classes("w-full cockpit-editor").style("height: 60vh").props('aria-label="Model as TOML"')
+            self.editor.classes("w-full cockpit-editor").style("height: 60vh; flex: 1 1 auto").props(
+                'aria-label="Model as TOML"'
+            )
         ui.on("cockpit-dark", lambda event: self.editor.set_theme("vscodeDark" if event.args else "basicLight"))
-        ui.add_head_html(_LOOK)
+        ui.add_css(_LOOK)
+        ui.run_javascript(_WATCH)
         heard(session, self.root, state=self._changed)
         self.conflict.set_visibility(False)
         self._marks()

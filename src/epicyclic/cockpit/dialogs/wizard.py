@@ -53,15 +53,25 @@ _PLACEHOLDERS = {
 _SHOWN_AT = {"stages.main.planets": "planets", "stages.main.module": "module", "stages.main.face_width": "face_width"}
 
 
+# The wizard of a page: one, so that what was typed is there from wherever it is opened.
+_WIZARDS: dict[Session, _Wizard] = {}
+
+
 def new_button(session: Session) -> None:
     """A button that opens the wizard; what was typed stays there until a train is made of it."""
-    wizard = _Wizard(session)
-    plain_button("New", wizard.open, icon="add").props('aria-label="New train"')
+    plain_button("New", _wizard_of(session).open, icon="add").props('aria-label="New train"')
 
 
 def new_window(session: Session) -> None:
-    """Open the wizard at once, from another place of the page."""
-    _Wizard(session).open()
+    """Open the wizard of `new_button` from another place of the page."""
+    _wizard_of(session).open()
+
+
+def _wizard_of(session: Session) -> _Wizard:
+    if session not in _WIZARDS:
+        _WIZARDS[session] = _Wizard(session)
+        ui.context.client.on_delete(lambda: _WIZARDS.pop(session, None))
+    return _WIZARDS[session]
 
 
 class _Wizard:

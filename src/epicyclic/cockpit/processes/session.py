@@ -12,10 +12,10 @@ from typing import Any
 from ...errors import ModelError
 from ...results.whole_file import write_text
 from ..computing.frames import Frame, Request, unpack
-from ..state.history import History, Step
+from ..state.history import StateHistory, Step
 from ..state.links import from_fragment, snapshot_text
 from ..state.replay import command_line, script
-from ..state.state import State, request_of, with_text, with_value, with_values
+from ..state.state import PageState, request_of, with_text, with_value, with_values
 from ..state.written_text import text_of
 from .jobs import Job, Jobs
 from .levers import levers_at
@@ -45,13 +45,13 @@ class Session:
     """
 
     def __init__(self, worker: Worker | None = None) -> None:
-        self.history = History()
+        self.history = StateHistory()
         self.rev = self.released_rev = 0
         self.frames: dict[str, Frame] = {}
         self.packed: dict[str, bytes] = {}
         self.failed: Mapping[str, Any] | None = None
         self.levers: Levers = ()
-        self.pinned: State | None = None
+        self.pinned: PageState | None = None
         self.pinned_frames: dict[str, Frame] = {}
         self.pinned_packed: dict[str, bytes] = {}
         self.relative_speed = 1.0
@@ -61,7 +61,7 @@ class Session:
         self._worker = worker
         self._client = Client(deliver=self._deliver, idle=self._idle)
         self._listeners = _Listeners()
-        self._saved: State | None = None
+        self._saved: PageState | None = None
         self._digest = ""
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -88,7 +88,7 @@ class Session:
     # the state --------------------------------------------------------------------------------------------------------
 
     @property
-    def state(self) -> State | None:
+    def state(self) -> PageState | None:
         return self.history.present
 
     @property
@@ -97,20 +97,20 @@ class Session:
         now, saved = self.state, self._saved
         return now is not None and (saved is None or (now.base, now.overrides) != (saved.base, saved.overrides))
 
-    async def start(self, state: State | None) -> None:
+    async def start(self, state: PageState | None) -> None:
         """Begin with a state, which is no step to take back; None: the empty page."""
         if self._worker is None:
             self._worker = start_worker()
         self._worker.join(self._client)
-        self.history = History(now=Step(state=state))
+        self.history = StateHistory(now=Step(state=state))
         await self._begun(state)
 
-    async def open(self, state: State) -> None:
+    async def open(self, state: PageState) -> None:
         """Show another model, as one step that can be taken back."""
         self.history = self.history.push(state, f"open {state.name}")
         await self._begun(state)
 
-    async def _begun(self, state: State | None) -> None:
+    async def _begun(self, state: PageState | None) -> None:
         self._saved, self.relative_speed = state, 1.0
         self._digest = "" if state is None or state.path is None else _digest(state.path)
         self.levers = ()
@@ -167,7 +167,7 @@ class Session:
         self.relative_speed = min(max(float(relative_speed), _SPEEDS[0]), _SPEEDS[1])
         self._changed(released=True)
 
-    def _moved(self, history: History) -> None:
+    def _moved(self, history: StateHistory) -> None:
         if history.now is self.history.now:
             return
         before, self.history = self.state, history
@@ -175,12 +175,12 @@ class Session:
             self._spawn(self.renew_levers())
         self._changed(released=True)
 
-    def _present(self) -> State:
+    def _present(self) -> PageState:
         if self.state is None:
             raise ModelError("no model is open", path="model", allowed="open one, or make a new one")
         return self.state
 
-    def _push(self, state: State, label: str, key: str | None = None) -> None:
+    def _push(self, state: PageState, label: str, key: str | None = None) -> None:
         self.history = self.history.push(state, label, key)
 
     def _changed(self, *, released: bool) -> None:

@@ -25,6 +25,7 @@ _LARGEST_MESSAGE = 8_000_000
 _LAST_WORDS = 2  # [s] that answers which are being sent have when the server ends
 # [s] a tab may be away before its session ends: a reload, a network that hiccups; a closed tab stops computing then
 _AWAY = 4.0
+_KEPT_MESSAGES = 200  # of a tab, sent again after a hiccup: what a drag says while it is away, not 25 MB of frames
 
 
 def serve(source: str | Path | None, *, port: int | None, browser: bool, tell: Callable[[str], None]) -> None:
@@ -122,6 +123,7 @@ def _serve_application(
         dark=None,
         language="en-US",
         reconnect_timeout=_AWAY,
+        message_history_length=_KEPT_MESSAGES,
         show_welcome_message=False,
         binding_refresh_interval=None,  # nothing of the page is bound: an idle page costs nothing
     )

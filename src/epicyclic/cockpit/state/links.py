@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 from ...errors import ModelError
 from ...model.document import ready_drives
-from .state import State, from_text, opened, request_of, with_values
+from .state import PageState, from_text, opened, request_of, with_values
 
 __all__ = ["MOST_LINK", "fragment_of", "from_fragment", "snapshot_text"]
 
@@ -21,7 +21,7 @@ _MOST_UNPACKED = 1_000_000
 _PREFIX = "state="
 
 
-def fragment_of(state: State) -> str:
+def fragment_of(state: PageState) -> str:
     """The fragment ``state=...`` of a link that opens the state anew: ready drives by name, else the whole text.
 
     Raises
@@ -35,7 +35,7 @@ def fragment_of(state: State) -> str:
     return text
 
 
-def snapshot_text(state: State) -> str:
+def snapshot_text(state: PageState) -> str:
     """The same of any length, for the browser to keep."""
     content: dict[str, object] = {
         "name": state.name,
@@ -46,7 +46,7 @@ def snapshot_text(state: State) -> str:
     return _PREFIX + base64.urlsafe_b64encode(packed).decode().rstrip("=")
 
 
-def from_fragment(text: str, *, most: int | None = MOST_LINK) -> State:
+def from_fragment(text: str, *, most: int | None = MOST_LINK) -> PageState:
     """The state of a fragment of anybody; it names no file of this machine.
 
     most : characters that it may have; None: as many as unpack to `_MOST_UNPACKED`.

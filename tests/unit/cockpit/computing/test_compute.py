@@ -268,6 +268,11 @@ def test_a_wrong_model_is_one_failed_frame(overrides: dict[str, object], path: s
     assert set(frame.head) == {"message", "path", "given", "allowed"}
 
 
+def test_a_speed_of_nothing_is_refused() -> None:
+    (frame,) = frames_of("ren2021", relative_speed=0.0)
+    assert (frame.kind, frame.head["path"]) == ("failed", "relative_speed")
+
+
 def test_laws_are_followed() -> None:
     frames = frames_of("ren2021", {"stages.main.planet.bearing.clearance": "50 um"}, kind="full", compiled=False)
     assert [frame.kind for frame in frames] == ["live", "sweep", "sweep", "errors", "sharing"]

@@ -15,7 +15,8 @@ export class EvidencePane extends Pane {
     this.scroll = make("div", { class: "ck-scroll" });
     this.body = make("div", { class: "ck-fill" });
     this.keys = make("div", { class: "ck-keys" });
-    this.root.prepend(this.scroll, this.body, this.keys);
+    this.old = make("div", { class: "ck-note", hidden: "" }, "of an earlier state: run it again");
+    this.root.prepend(this.scroll, this.body, this.keys, this.old);
     this.sheet = new Sheet(this.scroll);
     this.colours = new Colours();
     this.styles = [];
@@ -47,7 +48,7 @@ export class EvidencePane extends Pane {
   }
 
   emptyText() {
-    const reason = ["sharing", "errors"].includes(this.name) && this.reason("load sharing");
+    const reason = this.reason(this.name);
     if (reason) return reason;
     if (this.name === "sharing") return "Load sharing stands here as soon as it is computed.";
     if (this.name === "errors") return "The errors are weighed when the slider is let go.";
@@ -59,6 +60,7 @@ export class EvidencePane extends Pane {
     this.sheet.fit(this.width, this.height);
     this.sheet.begin();
     this.keys.replaceChildren();
+    this.old.hidden = true;
   }
 
   dropPlot() {
@@ -85,6 +87,7 @@ export class EvidencePane extends Pane {
     this.scroll.hidden = Boolean(lines);
     this.body.hidden = !lines;
     this.hit = null;
+    this.old.hidden = !(stale && this.partNames()[0].startsWith("job:"));
     if (lines) return this.drawLines(part, lines, stale);
     this.dropPlot();
     const data = this.name === "sharing" ? this.sharing(part) : this.name === "errors" ? this.errors(part) : this.bars(part);
@@ -161,7 +164,7 @@ export class EvidencePane extends Pane {
       title: bars.x_label,
       note: head.title ?? head.text ?? "",
       line: bars.line,
-      format: (value) => written(value, 4),
+      format: (value) => short(value, 4),
     };
   }
 

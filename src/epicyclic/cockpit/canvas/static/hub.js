@@ -11,9 +11,6 @@ const PARTS = {
   job: ["job/"],
 };
 
-// Parts that a model may lack, and the words with which the check says so.
-const REASONS = { sweep: "forces over speed", sharing: "load sharing", errors: "load sharing" };
-
 /** Parts of a frame by name: {rev, kind, head, arrays}; a job is named after itself. */
 export function partsOf(frame) {
   const found = {};
@@ -34,7 +31,7 @@ export class Hub {
   constructor() {
     this.parts = {};
     this.pinned = {};
-    this.checks = [];
+    this.missing = {};
     this.rev = -1;
     this.mode = null;
     this.playing = true;
@@ -47,7 +44,7 @@ export class Hub {
   frame(packed) {
     const arrived = performance.now();
     const frame = decode(packed);
-    const changed = [];
+    const changed = this.forget(frame);
     for (const [name, part] of Object.entries(partsOf(frame))) {
       if (this.parts[name] && this.parts[name].rev > part.rev) {
         this.dropped += 1;
@@ -56,14 +53,14 @@ export class Hub {
       this.parts[name] = { ...part, arrived };
       changed.push(name);
     }
-    if (frame.rev >= this.rev && frame.head.checks) this.checks = frame.head.checks;
+    if (frame.rev >= this.rev && frame.kind === "live") this.missing = frame.head.missing ?? {};
     this.rev = Math.max(this.rev, frame.rev);
     // A job belongs to the state it was started in; it does not make what is shown of the present one older.
     const modes = this.parts.modes?.head;
     if (this.mode !== null && modes && !modes.some((mode) => mode.index === this.mode)) this.mode = null;
     // A part that the present state cannot have is not shown from an earlier one.
-    for (const [name, word] of Object.entries(REASONS)) {
-      if (this.parts[name]?.rev < this.rev && this.reasonFor(word)) {
+    for (const name of Object.keys(this.missing)) {
+      if (this.parts[name]?.rev < this.rev) {
         delete this.parts[name];
         changed.push(name);
       }
@@ -71,9 +68,17 @@ export class Hub {
     this.tell(changed);
   }
 
-  /** Why something is not computed for the present state, "" where it is. */
-  reasonFor(word) {
-    return this.checks.find((one) => one.code === "not-computed" && one.text.startsWith(`no ${word}`))?.text ?? "";
+  /** Another train: what was computed for the one before is not its older state, and is taken away. */
+  forget(frame) {
+    const title = frame.head.train?.title;
+    if (title === undefined || frame.rev < this.rev || title === this.title) return [];
+    const isFirst = this.title === undefined;
+    this.title = title;
+    if (isFirst) return [];
+    const names = Object.keys(this.parts);
+    this.parts = {};
+    this.mode = null;
+    return names;
   }
 
   /** Add the parts of a packed frame to the ghost; null takes it away. */

@@ -110,9 +110,9 @@ export class Pane {
     return "";
   }
 
-  /** Why this is not computed, as a sentence. */
-  reason(word) {
-    const text = this.hub.reasonFor(word);
+  /** Why the present state has no such part, as a sentence; "" where it may have one. */
+  reason(name) {
+    const text = String(this.hub.missing[name] ?? "");
     return text && text[0].toUpperCase() + text.slice(1);
   }
 

@@ -117,7 +117,7 @@ export function axisFor(least, most) {
   if (least < FLAT * most) return [0, roundUp(1.12 * most)];
   const span = Math.max(1.25 * (most - least), SPAN * most);
   const step = roundUp(span / 6);
-  const low = Math.floor((least - 0.15 * span) / step) * step;
+  const low = Math.floor((least - Math.max(0.15 * span, 0.7 * (span - (most - least)))) / step) * step;
   return [low, Math.ceil((most + ROOM * span) / step) * step];
 }
 

@@ -27,7 +27,7 @@ export class SweepPane extends Pane {
   }
 
   emptyText() {
-    return this.reason("forces over speed") || "Mesh forces over speed stand here as soon as they are computed.";
+    return this.reason("sweep") || "Mesh forces over speed stand here as soon as they are computed.";
   }
 
   rangeX() {
@@ -139,7 +139,7 @@ export class SweepPane extends Pane {
     context.save();
     const operating = this.drawOperating(context, plot, ratio, { left, top, width, height });
     this.placePeaks(plot, ratio, { x: left / ratio, y: top / ratio, w: width / ratio, h: height / ratio }, operating);
-    context.lineWidth = ratio;
+    context.globalAlpha = this.isStale() ? STALE : 1;
     for (const peak of this.shownPeaks) {
       context.beginPath();
       context.arc(peak.x * ratio, peak.y * ratio, 3.2 * ratio, 0, 2 * Math.PI);

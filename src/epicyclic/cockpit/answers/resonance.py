@@ -1,0 +1,140 @@
+"""The answer on resonances: which mesh order meets which mode near operation, and how much force that costs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...analyses.modes.mesh_crossings import MeshCrossings, mesh_crossings, tones_of_meshes
+from ...analyses.steady.resonances import BAND
+from ...system.system import System
+from ...train.train import Train
+from .answer import Answer, Level, answer, number, per_cent
+
+__all__ = ["Meeting", "meetings_of", "resonance_answer"]
+
+# A peak above the quietest speed by less than a twentieth is less than loads of a train are known to; from one on the
+# force falls to zero once a cycle where the rise is an amplitude: teeth part.  The limits of the verb `modes`.
+_LITTLE, _PARTS = 0.05, 1.0
+# Distance of a peak of the curve from the speed of its mode, per speed: as far as the curve's own labels look.
+_AT_PEAK = 0.03
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Meeting:
+    """A mesh order at a mode.
+
+    mode : number of the mode as of the verb `modes`.  order : mesh order.  stage : whose, "" of a train with one mesh
+    frequency.  frequency : [Hz].  speed : per operating speed [1].  away : from the speed that is shown [1].
+    label, body : of the mode.
+    """
+
+    mode: int
+    order: int
+    stage: str
+    frequency: float
+    speed: float
+    away: float
+    label: str
+    body: str
+
+
+def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float) -> list[Meeting]:
+    """Mesh orders 1 .. 12 that meet a mode within 20 % of a speed per operating speed [1], speeds rising."""
+    tones = tones_of_meshes(system)
+    frequency = np.asarray(modes["frequency"], dtype=float)
+    if not tones or not frequency.size:
+        return []
+    low, high = (1 - BAND) * relative_speed, (1 + BAND) * relative_speed
+    found: MeshCrossings = mesh_crossings(frequency, [float(tone) for tone in tones], low=low, high=high)
+    stages = [" and ".join(names) if len(tones) > 1 else "" for names in tones.values()]
+    return [
+        Meeting(
+            mode=int(modes["rows"][place]["index"]),
+            order=int(order),
+            stage=stages[tone],
+            frequency=float(frequency[place]),
+            speed=float(speed),
+            away=float(speed) / relative_speed - 1,
+            label=str(modes["rows"][place]["label"]),
+            body=str(modes["rows"][place]["body"]),
+        )
+        for place, tone, order, speed in zip(
+            found.mode.tolist(), found.tone.tolist(), found.order.tolist(), found.relative_speed.tolist(), strict=True
+        )
+    ]
+
+
+def resonance_answer(
+    train: Train, system: System | None, modes: Mapping[str, Any] | None, sweep: Mapping[str, Any] | None
+) -> Answer:
+    """The strongest resonance within 20 % of the speed that is shown, of those whose force is known, else the nearest.
+
+    modes, sweep : heads of a frame with their arrays beside, None without.
+    """
+    if system is None or modes is None:
+        return answer("resonance", "Not known: the model gives no modes (masses, inertias or supports are missing).")
+    if not system.tones or not max(system.tones):
+        return answer("resonance", "Not known: no member turns, so no mesh has a frequency (operation.speed).")
+    relative = 1.0 if sweep is None else float(sweep["operating"]) * float(sweep["to_relative"])
+    met = meetings_of(system, modes, relative)
+    band = per_cent(BAND)
+    if not met:
+        text = f"No mesh order up to the 12th meets a mode within {band} of this speed."
+        return answer("resonance", text, figure=f"> {band}", level="good", evidence="modes")
+    nearest = min(met, key=lambda one: abs(one.away))
+    if sweep is None:
+        text = f"{_words(nearest, None)}; its force is not known without torque and damping{_others(met)}."
+        return _answered(text, nearest, "warn", "modes")
+    peaks = _peaks(sweep, met, relative)
+    if not peaks:
+        text = f"{_words(nearest, sweep)}, the nearest; no peak of the force stands out{_others(met)}."
+        return _answered(text, nearest, "good", "sweep")
+    rise, one = max(peaks, key=lambda peak: (peak[0], -abs(peak[1].away)))
+    if rise < _LITTLE:
+        text = f"{_words(nearest, sweep)}, the nearest; none raises the force by {per_cent(_LITTLE)}{_others(met)}."
+        return _answered(text, nearest, "good", "sweep")
+    level: Level = "bad" if rise >= _PARTS else "warn"
+    text = f"{_words(one, sweep)}: the force there is {per_cent(rise)} above its least{_others(met)}."
+    return _answered(text, one, level, "sweep")
+
+
+def _answered(text: str, one: Meeting, level: Level, evidence: str) -> Answer:
+    return answer("resonance", text, figure=per_cent(abs(one.away)), level=level, evidence=evidence)
+
+
+def _others(met: list[Meeting]) -> str:
+    """How many more there are within the band."""
+    return "" if len(met) == 1 else f"; {len(met)} such meetings within {per_cent(BAND)}"
+
+
+def _words(one: Meeting, sweep: Mapping[str, Any] | None) -> str:
+    """``Mesh order 4 meets mode 9 (sun moves sideways, 812 Hz) at 92 rpm, 8 % below operation``."""
+    of_stage = f" of {one.stage}" if one.stage else ""
+    at = "" if sweep is None else f" at {number(one.speed / float(sweep['to_relative']))} rpm,"
+    side = "below" if one.away < 0 else "above"
+    label = one.label or f"most motion {one.body}"
+    return (
+        f"Mesh order {one.order}{of_stage} meets mode {one.mode} ({label}, {number(one.frequency)} Hz){at}"
+        f" {per_cent(abs(one.away))} {side} this speed"
+    )
+
+
+def _peaks(sweep: Mapping[str, Any], met: list[Meeting], relative: float) -> list[tuple[float, Meeting]]:
+    """Rise of every labelled peak within the band over the least of the largest force [1], and the meeting there."""
+    force = np.asarray(sweep["y"], dtype=float)
+    known = np.isfinite(force).any(axis=0)
+    if not known.any():
+        return []
+    least = float(np.nanmax(force[:, known], axis=0).min())
+    found = []
+    for peak in sweep.get("peaks", ()):
+        speed = float(peak["x"]) * float(sweep["to_relative"])
+        near = [one for one in met if one.mode == peak.get("mode") and abs(one.speed / speed - 1) <= _AT_PEAK]
+        if near and abs(speed / relative - 1) <= BAND and least > 0:
+            rise = float(peak["y"]) / least - 1
+            found.append((rise, min(near, key=lambda one: abs(one.speed / speed - 1))))
+    return found

@@ -1,0 +1,178 @@
+"""The answers on load sharing: the planet that carries most, what a float of the sun buys, the error that costs most."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...train.train import Train
+from .answer import Answer, Level, answer, number, per_cent
+from .assumed import class_six
+from .paths import scaled
+
+__all__ = ["error_answer", "float_answer", "planet_answer"]
+
+# Mesh-load factors that are usual for so many planets without proof, of wind and industrial gears: what a train is
+# measured by.  More planets: as for seven.
+_USUAL = {1: 1.0, 2: 1.0, 3: 1.1, 4: 1.25, 5: 1.35, 6: 1.44, 7: 1.47}
+# Above the usual factor by more than a tenth: the gears are no longer those that were rated.
+_FAR = 0.1
+# A K_gamma this close to 1 is 1; a change of it below this is none (half a unit of the last digit shown).
+_ONE, _NO_CHANGE = 5e-7, 5e-4
+# Share of the excess of K_gamma that makes an error worth a word, and worth a warning [%].
+_WORTH, _MOST = 1.0, 50.0
+# Number of a planet in the label of a mesh: "sun, planet 2 left".
+_PLANET = re.compile(r"\bplanet\D*?(\d+)")
+_ASSUME = "Assume ISO class 6 deviations"
+
+
+def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mapping[str, Any] | None) -> Answer:
+    """The branch with the largest coefficient, by the definition mean-load; while turning where all are equal."""
+    if sharing is None:
+        return answer("planet", _no_load(train))
+    value = np.asarray(sharing["coefficient"], dtype=float)
+    if not np.isfinite(value).any():
+        return answer("planet", "Not known: no mesh carries load.")
+    place = int(np.nanargmax(value))
+    largest, turning = float(value[place]), float(sharing.get("k_gamma_turning") or np.nan)
+    planets = max(train.planets.values(), default=1)
+    if largest <= 1 + _ONE and not has_deviations(train):
+        text = f"No deviations are given, so all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
+        values = class_six(train)
+        return answer(
+            "planet", text, figure="1.000", apply=values, apply_label=_ASSUME, evidence="sharing", level="none"
+        )
+    if largest <= 1 + _ONE:
+        while_turning = np.asarray(sharing.get("turning", value), dtype=float)
+        row = sharing["rows"][int(np.nanargmax(while_turning))] if np.isfinite(while_turning).any() else None
+        peak = "" if row is None or not turning > 1 + _ONE else _peak(row, turning)
+        text = f"All planets carry the same mean load: nothing that stands still parts it{peak}."
+        return answer("planet", text, figure=f"{largest:.3f}", level=_level(turning, planets), evidence="sharing")
+    row = sharing["rows"][place]
+    text = f"{_whom(row)} carries {largest:.3f} of its fair share at {row['pair']}, mean-load K_gamma"
+    if turning > largest + _NO_CHANGE:
+        text += f" ({turning:.3f} while turning)"
+    return answer(
+        "planet",
+        f"{text}{_because(errors)}.",
+        figure=f"{largest:.3f}",
+        level=_level(largest, planets),
+        evidence="sharing",
+    )
+
+
+def _peak(row: Mapping[str, Any], turning: float) -> str:
+    whom = _whom(row)
+    return f"; while turning {whom[:1].lower()}{whom[1:]} reaches {turning:.3f} of it at {row['pair']}"
+
+
+def _whom(row: Mapping[str, Any]) -> str:
+    """``Planet 1``, of a herringbone train with the side of its mesh, of several stages with the stage."""
+    label = str(row["label"])
+    planet = _PLANET.search(label)
+    if planet is None:
+        return f"Mesh {label}"
+    stage, colon, _ = label.partition(": ")
+    side = next((f" {word}" for word in ("left", "right") if label.endswith(word)), "")
+    return f"Planet {planet[1]}{side}" + (f" of {stage}" if colon else "")
+
+
+def _level(factor: float, planets: int) -> Level:
+    usual = _USUAL.get(planets, _USUAL[7])
+    return "good" if not factor > usual else "warn" if factor <= usual + _FAR else "bad"
+
+
+def _because(errors: Mapping[str, Any] | None) -> str:
+    """The error with the largest share, where it is known."""
+    if errors is None or not errors["rows"] or not float(errors["rows"][0]["share"]) > _WORTH:
+        return ""
+    return f"; most of it from {errors['rows'][0]['label']}"
+
+
+def has_deviations(train: Train) -> bool:
+    """Whether anything deviates from the drawing: a member, a mesh or a pin that is not where or as it should be."""
+    return any(np.any(item.vector) for item in train.displacements) or any(item.amplitude for item in train.mesh_errors)
+
+
+def float_answer(train: Train, sharing: Mapping[str, Any] | None, twin: Mapping[str, Any] | None) -> Answer:
+    """K_gamma of the train beside that of the same train with a floating sun, or with a supported one."""
+    if not any(body.kind == "sun" and body.gear is not None for body in train.bodies):
+        return answer("float", "The train has no sun that could float.")
+    if sharing is None:
+        return answer("float", _no_load(train))
+    if twin is None or sharing["k_gamma"] is None:
+        return answer("float", "The sun has no radial support of its own to take away, or nothing else holds it.")
+    now, then = float(sharing["k_gamma"]), float(twin["k_gamma"])
+    figure = f"{now:.3f} → {then:.3f}"
+    if not has_deviations(train) and now <= 1 + _ONE:
+        text = "Nothing yet: without deviations the planets share equally, floating sun or not."
+        return answer("float", text, figure="0 %", evidence="sharing")
+    of_stage = f" of {twin['stage']}" if len(train.planets) > 1 else ""
+    if twin["value"] != 0:
+        text = f"The sun{of_stage} floats already: K_gamma {now:.3f}; with a rigid support it would be {then:.3f}."
+        return answer("float", text, figure=figure, level="good", evidence="sharing")
+    if abs(now - then) < _NO_CHANGE:
+        text = f"Nothing: K_gamma is {now:.3f} with the support of the sun{of_stage} and without it."
+        return answer("float", text, figure="0 %", level="good", evidence="sharing")
+    if then > now:
+        text = f"It costs: without its support the sun{of_stage} raises K_gamma from {now:.3f} to {then:.3f}."
+        return answer("float", text, figure=figure, level="good", evidence="sharing")
+    text = f"K_gamma falls from {now:.3f} to {then:.3f} where the sun{of_stage} floats."
+    level: Level = "warn" if now - then > 0.01 else "good"
+    return answer(
+        "float",
+        text,
+        figure=figure,
+        level=level,
+        apply={str(twin["path"]): twin["value"]},
+        apply_label="Let the sun float",
+        evidence="sharing",
+    )
+
+
+def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mapping[str, Any] | None) -> Answer:
+    """The deviation without which K_gamma falls most; where the drawing has tolerances a job says their shares."""
+    job = "tolerance" if train.document.get("tolerance") and sharing is not None else None
+    if sharing is None:
+        return answer("error", _no_load(train))
+    if not has_deviations(train):
+        text = "No deviations are given: no error costs anything; class 6 of ISO 1328-1 may be assumed."
+        return answer(
+            "error", text, figure="0 %", apply=class_six(train), apply_label=_ASSUME, evidence="errors", job=job
+        )
+    if errors is None or not errors["rows"]:
+        text = "No deviation parts the load: all of them follow the mesh frequency, which is no part of K_gamma."
+        return answer("error", text, evidence="errors", job=job)
+    first = errors["rows"][0]
+    share = float(first["share"])
+    of = "while turning" if "turning" in str(errors.get("of", "")) else "mean-load"
+    more = "" if job is None else " The tolerances of the drawing have shares of their own: compute them."
+    if not share > _WORTH:
+        text = f"None alone: without any single deviation K_gamma ({of}) stays within {number(_WORTH)} % of its excess."
+        return answer("error", text + more, figure=f"{share:.0f} %", level="good", evidence="errors", job=job)
+    label, without = _capital(str(first["label"])), float(first.get("without", np.nan))
+    then = f": without it {without:.3f} in place of {float(errors['k_gamma']):.3f}" if np.isfinite(without) else ""
+    return answer(
+        "error",
+        f"{label}, makes {share:.0f} % of what K_gamma ({of}) is above 1{then}.{more}",
+        figure=f"{share:.0f} %",
+        level="warn" if share >= _MOST else "good",
+        apply=scaled(train, str(first["path"]), 0.5),
+        apply_label="Halve this deviation",
+        evidence="errors",
+        job=job,
+    )
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _no_load(train: Train) -> str:
+    """Why there is no load to share."""
+    if not train.kinematics.torque or not any(train.kinematics.torque.values()):
+        return "Not known: no torque loads the teeth (operation.torque)."
+    return "Not known: the load has no equilibrium in this model."
