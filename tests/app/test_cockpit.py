@@ -318,8 +318,8 @@ def test_the_wizard_ends_in_a_curve(context: Any, tmp_path: Path) -> None:
             "Normal module": "10 mm",
             "Helix angle": "7.5 deg",
             "Face width": "200 mm",
-            "Power": "750 kW",
-            "Speed": "1000 rpm",
+            "Power of the sun": "750 kW",
+            "Speed of the sun": "1000 rpm",
         }.items():
             field = tab.page.get_by_role("dialog").get_by_label(re.compile(rf"^{label}( \[.*)?$")).first
             field.fill(text)

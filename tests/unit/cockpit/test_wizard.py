@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
-
 import pytest
 
 pytest.importorskip("nicegui")
 
+from nicegui import ui
 from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
-from tests.unit.cockpit.visit import put, visit
+from tests.unit.cockpit.visit import put, seen, until, visit
 
 from epicyclic.cockpit.dialogs.new_train_words import BESIDE, needed, preview_of, sets_in
 from epicyclic.cockpit.dialogs.wizard import new_button
@@ -110,24 +109,24 @@ def test_sets_of_teeth_are_found_in_words() -> None:
 def test_the_window_makes_a_model_and_keeps_what_was_typed() -> None:
     async def talk(user: User, session: FakeSession) -> None:
         user.find("New").click()
-        await user.should_see("Still needed: teeth, power, speed", retries=8)
+        await seen(user, "Still needed: teeth, power, speed")
         put(user, "new-teeth", "21/39/98")
         for name, value in OWN.items():
             if name != "teeth":
                 put(user, f"new-{name}", value)
-        await user.should_see("21/39/99", retries=10)  # proposed instead
-        user.find("Create").click()
-        await asyncio.sleep(0.2)
-        assert session.now.name == "ren2021"  # a wrong value opens nothing, and stays
+        await seen(user, "21/39/99")  # proposed instead
         (field,) = user.find(marker="new-teeth").elements
-        assert field.value == "21/39/98"  # type: ignore[attr-defined]
-        assert "make a ring of 99" in str(field.error)  # type: ignore[attr-defined]
+        assert isinstance(field, ui.input)
+        field.error = None
+        user.find("Create").click()
+        await until(lambda: "make a ring of 99" in str(field.error))
+        assert session.now.name == "ren2021"  # a wrong value opens nothing, and stays
+        assert field.value == "21/39/98"
         put(user, "new-teeth", "21/39/99")
-        await user.should_see("Ready: a model that runs", retries=10)
+        await seen(user, "Ready: a model that runs")
         await user.should_see("no strength rating")
         user.find("Create").click()
-        await asyncio.sleep(0.3)
-        assert session.history.undo_label.startswith("open Planetary-set-21-39-99")
+        await until(lambda: session.history.undo_label.startswith("open Planetary-set-21-39-99"))
         user.find("New").click()
         (field,) = user.find(marker="new-power").elements
         assert field.value == "750"  # type: ignore[attr-defined]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -33,3 +34,16 @@ def put(user: User, marker: str, value: object) -> None:
     with user:
         for element in user.find(marker=marker).elements:
             element.value = value  # type: ignore[attr-defined]
+
+
+async def until(holds: Callable[[], Any]) -> None:
+    """Wait until something holds, on a busy machine too. Fails where it does not within ten seconds."""
+    end = time.monotonic() + 10
+    while not holds():
+        assert time.monotonic() < end, "it never came"
+        await asyncio.sleep(0.02)
+
+
+async def seen(user: User, text: str | None = None, *, marker: str | None = None) -> None:
+    """Wait until the page shows a text or a marked element."""
+    await user.should_see(text, marker=marker, retries=80)

@@ -19,6 +19,7 @@ from ...resolve.resolve import load
 from ...studies.drives import drive_text
 from ...system.system import System
 from ...train.train import Train
+from ..answers import answers, checks
 from .compiler import compile_aside, compiler_ready
 from .error_view import ErrorView, error_head, error_view
 from .frames import PageFrame, Request, failed_frame
@@ -295,14 +296,9 @@ def _sweep_part(model: _Model, parts: _Parts) -> tuple[dict[str, Any], Arrays]:
 
 
 def _answers(model: _Model, parts: _Parts, *, full: bool) -> dict[str, Any]:
-    """Answers and checks of a frame."""
-    try:
-        from ..answers import answers, checks
-    except ImportError:
-        return {"checks": [one.check for one in parts.missing]}
-    given = _given(model, parts)
-    given["errors"] = _with_arrays(_errors_part(model, parts), "errors")
-    found = (answers.full_answers if full else answers.live_answers)(model.train, model.system, **given)
+    """Answers and checks of a frame; full : of a state at rest, the whole of which is computed."""
+    find = answers.full_answers if full else answers.live_answers
+    found = find(model.train, model.system, **_given(model, parts))
     stated = [_table(one) for one in checks.checks_of(model.train, model.system)]
     return {"answers": [_table(one) for one in found], "checks": [*stated, *(one.check for one in parts.missing)]}
 
@@ -319,6 +315,7 @@ def _given(model: _Model, parts: _Parts) -> dict[str, Any]:
         "sharing": _with_arrays(_sharing_part(model, parts), "sharing"),
         "twin": twin,
         "sweep": _with_arrays(_sweep_part(model, parts), "sweep"),
+        "errors": _with_arrays(_errors_part(model, parts), "errors"),
     }
 
 

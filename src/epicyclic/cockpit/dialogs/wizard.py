@@ -46,6 +46,8 @@ _PLACEHOLDERS = {
     "power": "750 kW",
     "torque": "7.2 kN m",
     "speed": "1000 rpm",
+    "module": "by load",
+    "face_width": "by load",
     "helix_angle": "0 deg",
     "pressure_angle": "20 deg",
 }

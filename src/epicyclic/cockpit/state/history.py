@@ -65,3 +65,20 @@ class StateHistory:
         if not self.ahead:
             return self
         return StateHistory(now=self.ahead[0], behind=(*self.behind, self.now), ahead=self.ahead[1:]).closed()
+
+    def with_file(self, before: PageState, saved: PageState) -> StateHistory:
+        """The history after a state was written to a file: that is the file of all steps of the same model."""
+        name = (before.path, before.drive, before.name)
+
+        def step(one: Step) -> Step:
+            if one.state is None or one.state == saved or (one.state.path, one.state.drive, one.state.name) != name:
+                return one
+            if one.state == before:
+                return replace(one, state=saved)
+            return replace(
+                one, state=replace(one.state, path=saved.path, name=saved.name, drive=None, trusted=saved.trusted)
+            )
+
+        return StateHistory(
+            now=step(self.now), behind=tuple(map(step, self.behind)), ahead=tuple(map(step, self.ahead))
+        )

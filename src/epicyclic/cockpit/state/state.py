@@ -19,6 +19,7 @@ from .spellings import Keys, Spelling, at_path, spelling_of
 __all__ = [
     "PageState",
     "State",
+    "at_speed",
     "from_text",
     "opened",
     "request_of",
@@ -34,6 +35,8 @@ _NO_FILES = "numbers: a model of this page may name no file"
 _MOST_NAME = 80
 # Overrides of one state: what a person sets by hand, with room; a hostile link may hold more.
 _MOST_OVERRIDES = 2000
+# Speeds per operating speed that a page shows: no sweep of the package goes beyond.
+_SPEEDS = (1e-3, 100.0)
 # Tables whose entries may name a file of force over deflection (`model.force_files`).
 _WITH_FORCES = ("stages", "bodies", "couplings")
 
@@ -183,6 +186,12 @@ def with_text(state: PageState, text: str) -> PageState:
     changed = replace(state, base=text, overrides={}, drive=None)
     request_of(changed)
     return changed
+
+
+def at_speed(state: PageState, relative_speed: float) -> PageState:
+    """The state shown at another speed, per operating speed, kept within what any analysis goes to."""
+    least, most = _SPEEDS
+    return replace(state, relative_speed=min(max(float(relative_speed), least), most))
 
 
 def request_of(state: PageState) -> tuple[PlainTable, dict[str, object]]:

@@ -62,7 +62,7 @@ def value_at(state: PageState, path: str) -> object:
     ModelError : the text is no TOML.
     """
     keys = split_path(path, path=path)
-    for other, value in reversed(state.overrides.items()):
+    for other, value in reversed(list(state.overrides.items())):
         above = split_path(other, path=other)
         if keys[: len(above)] == above:
             found = value if above == keys else at_path(value, keys[len(above) :])

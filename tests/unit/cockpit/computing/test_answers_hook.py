@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 import tomllib
 from dataclasses import dataclass
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 
+from epicyclic.cockpit.answers import answers, checks
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.computing.frames import Request
 from epicyclic.studies.drives import drive_text
-
-ROOM = "epicyclic.cockpit.answers"
 
 
 @dataclass(frozen=True)
@@ -28,7 +25,6 @@ class FakeAnswer:
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, dict[str, Any]]]:
     """Calls of a room of answers that only writes down what it is given."""
     calls: list[tuple[str, dict[str, Any]]] = []
-    room, answers, checks = (ModuleType(name) for name in (ROOM, f"{ROOM}.answers", f"{ROOM}.checks"))
 
     def record(name: str) -> Any:
         def told(train: Any, system: Any, **given: Any) -> tuple[FakeAnswer, ...]:
@@ -37,14 +33,10 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, dict[str, Any]]]:
 
         return told
 
-    vars(answers).update(live_answers=record("live"), full_answers=record("full"))
-    vars(checks).update(checks_of=lambda train, system: [{"level": "bad", "code": "x", "text": "y", "path": "z"}])
-    vars(room).update(answers=answers, checks=checks)
-    for module in (room, answers, checks):
-        monkeypatch.setitem(sys.modules, module.__name__, module)
-    import epicyclic.cockpit
-
-    monkeypatch.setattr(epicyclic.cockpit, "answers", room, raising=False)
+    monkeypatch.setattr(answers, "live_answers", record("live"))
+    monkeypatch.setattr(answers, "full_answers", record("full"))
+    told = [{"level": "bad", "code": "x", "text": "y", "path": "z"}]
+    monkeypatch.setattr(checks, "checks_of", lambda train, system: told)
     return calls
 
 

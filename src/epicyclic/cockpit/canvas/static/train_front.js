@@ -155,7 +155,7 @@ function glowingTeeth(context, body, view, seconds, glow, [x, y, radius]) {
 function meshNumber(context, front, view, seconds, one, [x, y], radius) {
   const bodies = one.mesh.bodies.map((index) => front.bodies[index]).filter((body) => isGear(body) && !isInternal(body));
   const host = bodies.find((body) => body.kind === "planet") ?? bodies[0];
-  if (!host || host.root * view.scale < radius + 34) return;
+  if (!host || host.root * view.scale < radius + 38) return;
   const place = placeAt(host, seconds);
   const [cx, cy] = seen(view, place.x, place.y);
   const away = Math.hypot(cx - x, cy - y) || 1;
