@@ -31,7 +31,7 @@ from epicyclic.cockpit.dialogs.take_away import bytes_of_picture, take_away_butt
 from epicyclic.cockpit.dialogs.text_panel import text_panel
 from epicyclic.cockpit.dialogs.undo import undo_buttons
 from epicyclic.cockpit.state.links import from_fragment
-from epicyclic.cockpit.state.state import State, from_text, opened, request_of, with_value
+from epicyclic.cockpit.state.state import PageState, from_text, opened, request_of, with_value
 from epicyclic.errors import ModelError
 from epicyclic.studies.drives import drive_text
 from epicyclic.verbs.record import verbs
@@ -337,7 +337,7 @@ def test_a_link_reopens_the_state() -> None:
 # hostile models -------------------------------------------------------------------------------------------------------
 
 
-def hostile() -> State:
+def hostile() -> PageState:
     text = drive_text("ren2021").replace("Herringbone planetary train", HOSTILE.strip().replace('"', '\\"'))
     return from_text(HOSTILE, text)
 

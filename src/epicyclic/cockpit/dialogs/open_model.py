@@ -20,7 +20,7 @@ from .rexs_lists import show_rexs
 
 if TYPE_CHECKING:
     from ..processes.session import Session
-    from ..state.state import State
+    from ..state.state import PageState
 
 __all__ = ["open_button", "open_window"]
 
@@ -54,7 +54,7 @@ async def _show(session: Session, picker: ui.upload) -> None:
             _recent(session, dialog, paths)
 
 
-async def _open(session: Session, make: Callable[[], State], what: str) -> ModelError | None:
+async def _open(session: Session, make: Callable[[], PageState], what: str) -> ModelError | None:
     """Make a state beside the event loop and open it; the error where it cannot be read."""
     try:
         state = await asyncio.to_thread(make)

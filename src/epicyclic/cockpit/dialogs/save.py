@@ -17,7 +17,7 @@ from .recent import remember
 
 if TYPE_CHECKING:
     from ..processes.session import Session
-    from ..state.state import State
+    from ..state.state import PageState
 
 __all__ = ["save_buttons"]
 
@@ -91,7 +91,7 @@ def _changed(session: Session, path: Path, save_as: Callable[[], None]) -> None:
 
 async def _reopen(session: Session, path: Path) -> None:
     try:
-        state: State = await asyncio.to_thread(opened, path)
+        state: PageState = await asyncio.to_thread(opened, path)
     except ModelError as error:
         return refused(error)
     show_model(session, state, ui.context.client.layout)
