@@ -28,7 +28,7 @@ from typing import Any
 import psutil
 from playwright.sync_api import Browser, Page, sync_playwright
 
-ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--enable-precise-memory-info", "--js-flags=--expose-gc"]
+ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--enable-precise-memory-info"]
 SIZES = {"laptop": (1280, 800), "screen": (1920, 1080), "narrow": (800, 1000)}
 WARM = 5  # moves before it counts: the first run through every path of the browser's own compiler
 PAUSE = 0.35  # [s] between two moves: what a release asks for has begun, as of a person who tries values
@@ -43,7 +43,7 @@ WATCH = """
 NEXT = """
 ([rev]) => window.cockpit?.painted && window.cockpit.painted.rev > rev && window.cockpit.painted.frame === 'live'
   ? {rev: window.cockpit.painted.rev, late: window.cockpit.painted.time - window.benchmark.pressed,
-     ms: window.cockpit.parts?.state?.head?.state?.computed_ms ?? window.cockpit.parts?.state?.computed_ms} : null
+     ms: window.cockpit.painted.computed ?? null} : null
 """
 
 
@@ -61,12 +61,14 @@ class Running:
 
 
 @contextmanager
-def server(model: str, folder: Path, *, compiled: bool = True) -> Iterator[Running]:
+def server(model: str | None, folder: Path, *, compiled: bool = True) -> Iterator[Running]:
     """`epicyclic app MODEL` on a port of its own."""
     environment = {**os.environ, "XDG_STATE_HOME": str(folder)}
     if not compiled:
-        environment["EPICYCLIC_COMPILED"] = "0"
-    command = [sys.executable, "-m", "epicyclic", "app", model, "--no-browser"]
+        (folder / "numba.py").write_text("raise ImportError('left out of this run')\n", encoding="utf-8")
+        environment["PYTHONPATH"] = os.pathsep.join(filter(None, [str(folder), environment.get("PYTHONPATH")]))
+    named = [] if model is None else [model]
+    command = [sys.executable, "-m", "epicyclic", "app", *named, "--no-browser"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as run:
         assert run.stderr is not None
         line = run.stderr.readline()
@@ -76,7 +78,8 @@ def server(model: str, folder: Path, *, compiled: bool = True) -> Iterator[Runni
         try:
             yield Running(address=found[0], process=psutil.Process(run.pid))
         finally:
-            run.send_signal(2)
+            if run.poll() is None:
+                run.send_signal(2)
             run.wait(20)
 
 
@@ -105,7 +108,7 @@ def opened_page(browser: Browser, running: Running, size: tuple[int, int] = SIZE
 
 def slider(page: Page) -> Any:
     """The first lever."""
-    return page.locator(".q-slider [role=slider], .q-slider__track-container[tabindex]").first
+    return page.locator("[data-lever] [role=slider]").first
 
 
 def moves(page: Page, count: int) -> list[tuple[float, float | None]]:
@@ -147,7 +150,8 @@ def drag(page: Page) -> float:
 
 def heap(page: Page) -> float:
     """Memory of the page's scripts after a collection [MB]."""
-    return float(page.evaluate("() => { window.gc?.(); return performance.memory.usedJSHeapSize / 1e6; }"))
+    page.context.new_cdp_session(page).send("HeapProfiler.collectGarbage")
+    return float(page.evaluate("performance.memory.usedJSHeapSize")) / 1e6
 
 
 def measured(browser: Browser, name: str, options: argparse.Namespace) -> None:
@@ -179,7 +183,7 @@ def measured(browser: Browser, name: str, options: argparse.Namespace) -> None:
 def main() -> None:
     """Measure, and take pictures where asked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("drives", nargs="*", default=["ren2021", "xu2020+run-outs"])
+    parser.add_argument("drives", nargs="*", help="default: ren2021 xu2020+run-outs; none with --pictures alone")
     parser.add_argument("--moves", type=int, default=50)
     parser.add_argument("--long", type=int, default=500, help="moves between two looks at the memory")
     parser.add_argument("--numpy", action="store_true", help="without numba")
@@ -187,9 +191,10 @@ def main() -> None:
     options = parser.parse_args()
     with sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
+        drives = options.drives or ([] if options.pictures else ["ren2021", "xu2020+run-outs"])
         print("| drive | median ms | p95 ms | computing ms | updates a second | heap MB | server MB |")
         print("|---|---|---|---|---|---|---|")
-        for name in options.drives:
+        for name in drives:
             measured(browser, name, options)
         if options.pictures:
             from cockpit_pictures import take_pictures

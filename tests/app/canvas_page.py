@@ -23,12 +23,13 @@ PAGE = """<!doctype html><html><head><meta charset="utf-8"><style>
  import * as frames from "/static/frames.js";
  import * as geometry from "/static/train_geometry.js";
  import * as labels from "/static/labels.js";
+ import * as plot from "/static/plot.js";
  import * as look from "/static/look.js";
  window.heard = [];
  const options = { onSpeed: (x) => heard.push(["speed", x]), onMode: (i) => heard.push(["mode", i]) };
  window.panes = Object.fromEntries(["train", "sweep", "evidence"].map(
    (kind) => [kind, createPane(kind, document.getElementById(kind), { label: kind, ...options })]));
- Object.assign(window, { frames, geometry, labels, look, ready: true });
+ Object.assign(window, { frames, geometry, labels, look, plot, ready: true });
 </script></body></html>"""
 
 

@@ -19,7 +19,7 @@ import pytest
 
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
 # [ms] a step may take on a machine that runs other tests besides
-PATIENCE = 30_000
+PATIENCE = 15_000
 
 
 def absent(reason: str) -> None:

@@ -167,17 +167,83 @@ def test_no_source_is_given_out(cockpit: Cockpit, cookie: str, folder: str) -> N
 
 
 EVIL = '<img src=x onerror="window.hacked=1"><script>window.hacked=1</script>'
-HOSTILE_PATHS = ["/etc/passwd", "../../../etc/passwd", "file:///etc/passwd", "\\\\\\\\host\\\\share", "box.csv"]
 
 
-def hostile_model(tmp_path: Path) -> Path:
-    """A model whose title and every name say what a careless page would execute."""
+def hostile_model(folder: Path) -> Path:
+    """A model whose title, names and file name say what a careless page would execute."""
     from epicyclic.cockpit.state.state import opened
 
-    text = re.sub(r"^title *=.*$", "", opened("lin1999-n3").base, flags=re.MULTILINE)
-    path = tmp_path / f"{EVIL.replace('/', '_')}.toml"
-    path.write_text(f"title = '''{EVIL}'''\n{text}", encoding="utf-8")
+    text = re.sub(r"^(title|notes) *=.*$", "", opened("ren2021").base, flags=re.MULTILINE)
+    path = folder / f"{EVIL.replace('/', '-')}.toml"
+    path.write_text(f"title = '''{EVIL}'''\nnotes = '''{EVIL}'''\n{text}", encoding="utf-8")
     return path
+
+
+def test_hostile_titles_stay_text_in_every_view(cockpit: Cockpit, browser: Any) -> None:
+    path = hostile_model(cockpit.folder)
+    context = browser.new_context(viewport={"width": 1280, "height": 800})
+    tab = Tab(context, cockpit.address)
+    rev = tab.rev
+    tab.page.locator("input[type=file]").first.set_input_files(str(path))
+    tab.painted(rev)
+    looked = views(tab)
+    assert len(looked) >= MOST_VIEWS, looked
+    tab.page.reload()
+    tab.painted()
+    assert_text(tab, "after a reload")
+    context.close()
+
+
+# tabs of the evidence, folds of the levers, and the dialogs of the header: fewer would mean that some were not found
+MOST_VIEWS = 10
+
+
+def views(tab: Tab) -> list[str]:
+    """Open everything that opens, and look at it."""
+    seen = []
+    for role in ("tab", "button"):
+        names = [one for one in tab.page.get_by_role(role).all() if one.is_visible()]
+        for place in names:
+            name = (place.get_attribute("aria-label") or place.inner_text()).strip()
+            if re.search(r"Run|Cancel|Start|Save|Theme|Close|Copy|Undo|Redo|Compute", name) or not place.is_visible():
+                continue
+            place.click()
+            tab.page.wait_for_timeout(300)  # [ms] what opens is drawn
+            assert_text(tab, name)
+            seen.append(name)
+            close(tab)
+    return seen
+
+
+def close(tab: Tab) -> None:
+    """Close what is open, by the key."""
+    for _ in range(20):
+        tab.page.keyboard.press("Escape")
+        tab.page.wait_for_timeout(100)  # [ms] a dialog fades
+        if tab.page.locator(".q-dialog__backdrop, .q-menu").count() == 0:
+            return
+
+
+def assert_text(tab: Tab, where: str) -> None:
+    assert tab.page.evaluate("window.hacked") is None, where
+    assert tab.page.locator("img[src=x]").count() == 0, where
+    assert tab.errors() == [], where
+
+
+@pytest.mark.parametrize("name", ["/etc/passwd", "../../../etc/passwd", "box.csv"])
+def test_a_model_of_others_names_no_file(cockpit: Cockpit, browser: Any, tmp_path: Path, name: str) -> None:
+    from epicyclic.cockpit.state.state import opened
+
+    path = tmp_path / "box.toml"
+    path.write_text(opened("ren2021").base.replace('sun.run_out     = "20 um"', f"sun.pitch = '{name}'"), "utf-8")
+    (tmp_path / "box.csv").write_text("1\n" * 23)
+    context = browser.new_context()
+    tab = Tab(context, cockpit.address)
+    rev = tab.rev
+    tab.page.locator("input[type=file]").first.set_input_files(str(path))
+    tab.page.get_by_text("a model of this page may name no file").first.wait_for()
+    assert tab.rev == rev
+    context.close()
 
 
 def fragment(text: bytes) -> str:

@@ -38,6 +38,12 @@ def test_every_line_takes_all_its_phases(teeth: list[int]) -> None:
         assert _farthest(cycles, number) == 1 / number
 
 
+@pytest.mark.parametrize("period", [25_420, 73_815, 22_287, 139_825, 8_712, 1_048_576, 10**12 + 39])
+def test_no_part_of_the_period_is_left_out(period: int) -> None:
+    cycles = spread_cycles(period, 1024)
+    assert np.diff(np.append(cycles, period)).max() <= 1.6 * period / 1024
+
+
 def test_a_step_that_divides_the_period_would_leave_a_line_at_one_phase() -> None:
     period = 64 * 81 * 1024
     assert _farthest(np.arange(1024) * (period // 1024), 64) == 1.0  # what an even step does
@@ -79,15 +85,38 @@ def test_the_strip_over_the_period_holds_the_largest_of_each_part() -> None:
     np.testing.assert_array_equal(strip[:, 0], first.max(axis=1))
 
 
-def test_laws_and_tones_that_combine_give_a_short_record() -> None:
-    play = assemble(load("ren2021", {"stages.main.planet.bearing.clearance": "50 um"}))
-    spread = spread_sharing(play, patience=0.05)
+@pytest.mark.parametrize(
+    ("overrides", "patience"),
+    [
+        ({"stages.main.planet.bearing.clearance": "50 um"}, 0.02),
+        ({"stages.main.meshes.sun-planet.stiffness": "contact"}, 0.1),
+    ],
+)
+def test_laws_are_asked_in_few_cycles(overrides: dict[str, Any], patience: float) -> None:
+    system = assemble(load("ren2021", overrides))
+    spread = spread_sharing(system, patience=patience)
     assert not spread.quick
-    assert spread.ratio.shape[1] <= 8
-    np.testing.assert_array_equal(spread.mean_load[0], sharing(play, method="static", cycles=1)["load_sharing"][5])
+    assert 4 <= spread.ratio.shape[1] <= 20
+    whole = sharing(system, method="static", cycles=100)["load_sharing"]
+    np.testing.assert_array_equal(spread.mean_load[0], whole.sel(definition="mean-load"))
+    # cycles from all over the period see more than as many in a row from its beginning
+    row = sharing(system, method="static", cycles=spread.ratio.shape[1])["load_sharing"].sel(definition="cycle-peak")
+    peak = float(whole.sel(definition="cycle-peak").max())
+    assert spread.cycle_peak.max() - 1 > 1.3 * (float(row.max()) - 1)
+    assert spread.cycle_peak.max() == pytest.approx(peak, rel=0.02)
+    assert np.all(np.diff(spread.place, axis=1) > 0)
+    assert spread.place.min() >= 0
+    assert spread.place.max() < 1
+
+
+def test_a_memory_and_cycles_of_several_lengths_stand_in_a_row() -> None:
     both = spread_sharing(assemble(load("encased-differential")), patience=0.02)
     assert not both.quick
     assert np.isfinite(both.cycle_peak).all()
+    play = {"stages.differential.sun.support.clearance": "5 um"}
+    lawful = spread_sharing(assemble(load("encased-differential", play)), patience=0.01)
+    assert np.isfinite(lawful.cycle_peak).all()
+    np.testing.assert_allclose(lawful.place[:, 0], 0.0)
 
 
 def test_without_a_speed_time_is_counted_in_mesh_cycles() -> None:

@@ -16,7 +16,7 @@ from nicegui import ui
 from nicegui.elements.upload_files import SmallFileUpload
 from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
-from tests.unit.cockpit.visit import visit
+from tests.unit.cockpit.visit import seen, until, visit
 
 from epicyclic.cockpit.dialogs.compare import compare_controls
 from epicyclic.cockpit.dialogs.compared_states import compared_states
@@ -31,7 +31,7 @@ from epicyclic.cockpit.dialogs.take_away import bytes_of_picture, take_away_butt
 from epicyclic.cockpit.dialogs.text_panel import text_panel
 from epicyclic.cockpit.dialogs.undo import undo_buttons
 from epicyclic.cockpit.state.links import from_fragment
-from epicyclic.cockpit.state.state import State, from_text, opened, request_of, with_value
+from epicyclic.cockpit.state.state import PageState, from_text, opened, request_of, with_value
 from epicyclic.errors import ModelError
 from epicyclic.studies.drives import drive_text
 from epicyclic.verbs.record import verbs
@@ -76,8 +76,7 @@ def test_a_ready_drive_opens_by_its_title() -> None:
             field(user, "Search").value = "five"
         await user.should_not_see("lin1999-n3")
         user.find(marker="drive-wind-five").click()
-        await asyncio.sleep(0.3)
-        assert session.now.drive == "wind-five"
+        await until(lambda: session.now.drive == "wind-five")
         assert session.history.undo_label == "open wind-five"
 
     visit(open_button, talk)
@@ -90,20 +89,18 @@ def test_a_file_opens_by_its_path_and_a_wrong_one_says_why(tmp_path: Path) -> No
     async def talk(user: User, session: FakeSession) -> None:
         knows_recent(user, [str(file), "/gone.toml"])
         user.find("Open").click()
-        await user.should_see("/gone.toml", retries=8)
+        await seen(user, "/gone.toml")
         typed = field(user, "File on this machine, .toml or REXS")
         for text, problem in (("mine.toml", "whole path"), ("/gone.toml", "no such file"), (str(tmp_path), "folder")):
             with user:
                 typed.value = text
             user.find("Open file").click()
-            await asyncio.sleep(0.2)
-            assert problem in str(typed.error)
+            await until(lambda: problem in str(typed.error))  # noqa: B023
             assert session.now.name == "ren2021"
         with user:
             typed.value = str(file)
         user.find("Open file").click()
-        await asyncio.sleep(0.3)
-        assert session.now.path == file
+        await until(lambda: session.now.path == file)
         assert session.now.trusted
 
     visit(open_button, talk)
@@ -113,7 +110,6 @@ async def drop(user: User, name: str, content: bytes) -> None:
     with user:
         (picker,) = (one for one in user._client.elements.values() if isinstance(one, ui.upload))
         await picker.handle_uploads([SmallFileUpload(name=name, content_type="", _data=content)])
-    await asyncio.sleep(0.3)
 
 
 @pytest.mark.parametrize(
@@ -131,7 +127,7 @@ def test_a_hostile_file_is_refused(name: str, content: bytes, problem: str) -> N
     async def talk(user: User, session: FakeSession) -> None:
         before = session.now
         await drop(user, name, content)
-        assert problem in " ".join(map(str, user.notify.messages))
+        await until(lambda: problem in " ".join(map(str, user.notify.messages)))
         assert "../" not in " ".join(map(str, user.notify.messages))
         assert session.now is before
 
@@ -141,7 +137,7 @@ def test_a_hostile_file_is_refused(name: str, content: bytes, problem: str) -> N
 def test_a_dropped_model_opens_without_a_path() -> None:
     async def talk(user: User, session: FakeSession) -> None:
         await drop(user, "C:\\train\\mine.toml", drive_text("xu2020").encode())
-        assert session.now.name == "mine.toml"
+        await until(lambda: session.now.name == "mine.toml")
         assert session.now.path is None
         assert not session.now.trusted
 
@@ -157,7 +153,7 @@ def test_a_rexs_file_opens_with_its_lists() -> None:
 
     async def talk(user: User, session: FakeSession) -> None:
         await drop(user, file.name, file.read_bytes())
-        await user.should_see("Read from a REXS file", retries=10)
+        await seen(user, "Read from a REXS file")
         await user.should_see(f"Assumed, as the file does not say it ({len(lists['assumed'])})")
         assert session.now.name == file.name
 
@@ -185,18 +181,15 @@ def test_save_as_asks_before_it_overwrites(tmp_path: Path) -> None:
             with user:
                 typed.value = text
             user.find(content="Save", kind=ui.button).click()
-            await asyncio.sleep(0.2)
-            assert problem in str(typed.error)
+            await until(lambda: problem in str(typed.error))  # noqa: B023
         assert other.read_text() == "precious"
         user.find(ui.checkbox).click()
         user.find(content="Save", kind=ui.button).click()
-        await asyncio.sleep(0.3)
-        assert session.now.path == other
+        await until(lambda: session.now.path == other)
         assert "0.05" in other.read_text()
         session.set("damping.modal", 0.06, released=True)
         user.find("save").click()
-        await asyncio.sleep(0.3)
-        assert "0.06" in other.read_text()
+        await until(lambda: "0.06" in other.read_text())
 
     visit(save_buttons, talk)
     assert not file.exists()
@@ -212,18 +205,16 @@ def test_a_file_that_has_changed_on_disk_is_not_lost(tmp_path: Path) -> None:
         file.write_text(theirs)
         session.others = True
         user.find("save").click()
-        await user.should_see("has changed on disk", retries=8)
+        await seen(user, "has changed on disk")
         assert file.read_text() == theirs
         user.find("Read the file again").click()
-        await asyncio.sleep(0.3)
-        assert "751 kg" in session.now.base
+        await until(lambda: "751 kg" in session.now.base)
         assert file.read_text() == theirs
         session.undo()  # brings mine back
         user.find("save").click()
-        await user.should_see("Overwrite the file", retries=8)
+        await seen(user, "Overwrite the file")
         user.find("Overwrite the file").click()
-        await asyncio.sleep(0.3)
-        assert "0.05" in file.read_text()
+        await until(lambda: "0.05" in file.read_text())
 
     visit(save_buttons, talk, FakeSession(opened(file)))
 
@@ -236,14 +227,13 @@ def test_a_comparison_names_what_differs_and_swaps() -> None:
         user.find("Pin A").click()
         session.set("stages.main.sun.support.radial", "0", released=True)
         user.find("Compare").click()
-        await user.should_see("A = lin1999-n3, pinned; B = lin1999-n3, present", retries=20)
+        await seen(user, "A = lin1999-n3, pinned; B = lin1999-n3, present")
         (table,) = user.find(ui.table).elements
         texts = [" ".join(map(str, row.values())) for row in table.rows]
         assert any("sun.support" in text for text in texts)
         assert any("Hz" in text and "%" in text for text in texts)
         user.find("Swap A and B").click()
-        await asyncio.sleep(0.2)
-        assert not session.now.overrides
+        await until(lambda: not session.now.overrides)
         assert session.pinned is not None
         assert session.pinned.overrides == {"stages.main.sun.support.radial": "0"}
         user.find("Unpin A").click()
@@ -270,10 +260,10 @@ def test_the_model_and_results_are_downloaded() -> None:
         session.set("damping.modal", 0.05, released=True)
         user.find("Take away").click()
         user.find("Model file (.toml)").click()
-        (response,) = [await user.download.next(timeout=2)]
+        (response,) = [await user.download.next(timeout=10)]
         assert "0.05" in response.text
         user.find(".nc").click()
-        response = await user.download.next(timeout=2)
+        response = await user.download.next(timeout=10)
         assert response.text == "nc of sharing"
         await user.should_see("epicyclic report ren2021 --set damping.modal=0.05")
         await user.should_see("import epicyclic")
@@ -298,7 +288,7 @@ def test_the_report_is_a_job_that_can_be_cancelled(tmp_path: Path) -> None:
         user.find("HTML report").click()
         session.job.status, session.job.dataset_path = "done", file
         session.tell("jobs")
-        response = await user.download.next(timeout=2)
+        response = await user.download.next(timeout=10)
         assert "the report" in response.text
 
     visit(take_away_button, talk)
@@ -335,7 +325,7 @@ def test_a_link_reopens_the_state() -> None:
         user.javascript_rules[re.compile(r"(?s).*/#\" \+ '(.*?)'.*")] = copied
         session.set("damping.modal", 0.05, released=True)
         user.find("link").click()
-        await asyncio.sleep(0.3)
+        await until(lambda: user.notify.messages)
         assert "Link copied" in " ".join(map(str, user.notify.messages))
 
     session = visit(link_button, talk)
@@ -347,7 +337,7 @@ def test_a_link_reopens_the_state() -> None:
 # hostile models -------------------------------------------------------------------------------------------------------
 
 
-def hostile() -> State:
+def hostile() -> PageState:
     text = drive_text("ren2021").replace("Herringbone planetary train", HOSTILE.strip().replace('"', '\\"'))
     return from_text(HOSTILE, text)
 

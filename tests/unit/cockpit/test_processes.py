@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import time
 from collections.abc import AsyncIterator, Callable, Coroutine
@@ -17,7 +18,7 @@ from tests.unit.cockpit import fake_compute
 from epicyclic.cockpit.computing.frames import Frame
 from epicyclic.cockpit.processes.session import Session
 from epicyclic.cockpit.processes.worker import Worker
-from epicyclic.cockpit.state.state import State
+from epicyclic.cockpit.state.state import PageState
 from epicyclic.errors import ModelError
 
 TEXT = 'format = 2\ntitle = "{}"\n'
@@ -58,12 +59,18 @@ async def begun(one: Worker, title: str = "a") -> tuple[Session, Seen]:
     session = Session(one)
     seen = Seen(session)
 
+    quiet(session)
+    await session.start(PageState(name=title, base=TEXT.format(title)))
+    return session, seen
+
+
+def quiet(session: Session) -> None:
+    """Have no levers chosen: the models here have no gears."""
+
     async def no_levers() -> None:
         return None
 
     session.renew_levers = no_levers  # type: ignore[method-assign]
-    await session.start(State(name=title, base=TEXT.format(title)))
-    return session, seen
 
 
 def test_a_full_request_gives_all_its_frames() -> None:
@@ -252,27 +259,43 @@ def test_save_asks_before_it_overwrites(tmp_path: Path) -> None:
     run(test())
 
 
-def test_a_snapshot_restores_the_state_without_its_path(tmp_path: Path) -> None:
+def test_a_snapshot_restores_the_state_and_its_file_by_a_seal(tmp_path: Path) -> None:
     async def test() -> None:
         async with worker() as one:
             session, _ = await begun(one)
             session.set("damping.modal", 0.25, released=True)
+            session.pin()
+            session.operate_at(1.5)
             await session.save(tmp_path / "a.toml")
+            assert not (await restored(one, session.snapshot())).unsaved
             session.set("damping.modal", 0.125, released=True)
-            snapshot = session.snapshot()
-            assert str(tmp_path) not in str(snapshot)
-            other = Session(one)
-            await other.restore(snapshot)
-            assert other.state is not None
-            assert session.state is not None
-            assert dict(other.state.overrides) == {"damping.modal": 0.125}
-            assert other.state.base == session.state.base
-            assert other.state.path is None
-            assert other.unsaved
-            for wrong in ({}, {"state": 3}, {"state": "state=x"}):
+            snapshot = json.loads(json.dumps(session.snapshot()))
+            other = await restored(one, snapshot)
+            assert (other.state, other.unsaved, other.relative_speed) == (session.state, True, 1.5)
+            assert other.pinned is not None
+            assert dict(other.pinned.overrides) == {"damping.modal": 0.25}
+            await until(lambda: "sharing" in other.pinned_frames)
+            other.set("damping.modal", 0.25, released=True)
+            assert not other.unsaved  # as it lies in the file
+            (tmp_path / "a.toml").write_text("# another\n")
+            late = await restored(one, snapshot)
+            assert late.changed_on_disk()
+            for name, wrong in {"file": "/etc/passwd", "trusted": False, "digest": "0", "seal": "\ud800"}.items():
+                without = await restored(one, snapshot | {name: wrong})
+                assert without.state is not None
+                assert (without.state.path, without.state.trusted) == (None, False)
+                await without.close()
+            for hostile in ({}, {"state": 3}, {"state": "state=x"}):
                 with pytest.raises(ModelError):
-                    await other.restore(wrong)
-            await session.close()
-            await other.close()
+                    await other.restore(hostile)
+            for done in (session, other, late):
+                await done.close()
 
     run(test())
+
+
+async def restored(one: Worker, snapshot: dict[str, Any]) -> Session:
+    session = Session(one)
+    quiet(session)
+    await session.restore(snapshot)
+    return session

@@ -15,10 +15,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import epicyclic
-from epicyclic.cockpit.state.history import History, Step
+from epicyclic.cockpit.state.history import StateHistory, Step
 from epicyclic.cockpit.state.links import fragment_of, from_fragment
 from epicyclic.cockpit.state.replay import command_line, script, setting
-from epicyclic.cockpit.state.state import State, from_text, opened, request_of, uploaded, with_text, with_value
+from epicyclic.cockpit.state.state import PageState, from_text, opened, request_of, uploaded, with_text, with_value
 from epicyclic.cockpit.state.written_text import text_of, value_at
 from epicyclic.errors import ModelError
 from epicyclic.model.document import parse_text, read, ready_drives
@@ -30,7 +30,7 @@ CHANGES: dict[str, dict[str, object]] = {
 }
 
 
-def same_train(state: State) -> None:
+def same_train(state: PageState) -> None:
     text = text_of(state)
     tables, overrides = request_of(state)
     assert read(parse_text(text, "text")).data == read(tables, overrides).data
@@ -158,7 +158,7 @@ def test_names_are_no_paths() -> None:
 
 def test_undo_and_redo_with_a_drag_as_one_step() -> None:
     first = opened("ren2021")
-    history = History(now=Step(state=first))
+    history = StateHistory(now=Step(state=first))
     for um in range(5):
         history = history.push(with_value(first, "deviations.sun.run_out", f"{um} um"), "run-out", "drag 1")
     dragged = history.present

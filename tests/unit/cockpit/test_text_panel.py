@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-
 import pytest
 
 pytest.importorskip("nicegui")
@@ -11,7 +9,7 @@ pytest.importorskip("nicegui")
 from nicegui import ui
 from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
-from tests.unit.cockpit.visit import visit
+from tests.unit.cockpit.visit import seen, until, visit
 
 from epicyclic.cockpit.dialogs.line_of import line_of, line_of_error
 from epicyclic.cockpit.dialogs.text_panel import text_panel
@@ -68,16 +66,14 @@ async def type_text(user: User, text: str) -> ui.codemirror:
 
 def test_it_follows_the_state_and_applies() -> None:
     async def talk(user: User, session: FakeSession) -> None:
-        await asyncio.sleep(0.2)
+        await until(lambda: editor(user).value)
         assert editor(user).value == drive_text("ren2021")
         session.set("stages.main.sun.mass", "700 kg", released=True)
-        await asyncio.sleep(0.5)
+        await until(lambda: "700 kg" in str(editor(user).value))
         mine = str(editor(user).value)
-        assert 'mass = "700 kg"' in " ".join(mine.split())
         await type_text(user, mine.replace("700 kg", "705 kg"))
         user.find("Apply").click()
-        await asyncio.sleep(0.4)
-        assert "705 kg" in session.now.base
+        await until(lambda: "705 kg" in session.now.base)
         assert not session.now.overrides
         await user.should_see("ren2021")
 
@@ -86,17 +82,17 @@ def test_it_follows_the_state_and_applies() -> None:
 
 def test_a_wrong_text_stays_with_its_line_told() -> None:
     async def talk(user: User, session: FakeSession) -> None:
-        await asyncio.sleep(0.2)
+        await until(lambda: editor(user).value)
         before = session.now
         wrong = drive_text("ren2021").replace('mass = "750 kg"', 'mass = "750 m"').replace("750 kg", "750 m")
         await type_text(user, wrong)
         user.find("Apply").click()
-        await user.should_see("line ", retries=8)
+        await seen(user, "line ")
         assert session.now is before
         assert editor(user).value == wrong
         await type_text(user, "format = = 2")
         user.find("Apply").click()
-        await user.should_see("line 1", retries=8)
+        await seen(user, "line 1")
         assert session.now is before
 
     visit(text_panel, talk)
@@ -104,32 +100,29 @@ def test_a_wrong_text_stays_with_its_line_told() -> None:
 
 def test_where_both_changed_both_are_offered() -> None:
     async def talk(user: User, session: FakeSession) -> None:
-        await asyncio.sleep(0.2)
+        await until(lambda: editor(user).value)
         mine = drive_text("ren2021") + "\n# my remark\n"
         await type_text(user, mine)
         session.set("stages.main.sun.mass", "700 kg", released=True)
-        await user.should_see("The model has changed elsewhere", retries=10)
+        await seen(user, "The model has changed elsewhere")
         assert editor(user).value == mine
         user.find("Show the model's text").click()
-        await asyncio.sleep(0.1)
-        assert "my remark" not in str(editor(user).value)
+        await until(lambda: "my remark" not in str(editor(user).value))
         assert "700 kg" in str(editor(user).value)
         user.find("Bring back my text").click()
-        await asyncio.sleep(0.1)
-        assert editor(user).value == mine
+        await until(lambda: editor(user).value == mine)
         user.find("Apply").click()
-        await asyncio.sleep(0.4)
-        assert "my remark" in session.now.base
+        await until(lambda: "my remark" in session.now.base)
 
     visit(text_panel, talk)
 
 
 def test_a_text_of_anybody_names_no_file() -> None:
     async def talk(user: User, session: FakeSession) -> None:
-        await asyncio.sleep(0.2)
+        await until(lambda: editor(user).value)
         await type_text(user, session.now.base + '\n[deviations]\nsun.pitch = "/etc/passwd"\n')
         user.find("Apply").click()
-        await user.should_see("names a file", retries=8)
+        await seen(user, "names a file")
         assert "passwd" not in session.now.base
 
     base = drive_text("ren2021").partition("[deviations]")[0]
@@ -138,9 +131,8 @@ def test_a_text_of_anybody_names_no_file() -> None:
 
 def test_a_new_model_replaces_the_text() -> None:
     async def talk(user: User, session: FakeSession) -> None:
-        await asyncio.sleep(0.2)
+        await until(lambda: editor(user).value)
         await session.open(opened("xu2020"))
-        await asyncio.sleep(0.5)
-        assert editor(user).value == drive_text("xu2020")
+        await until(lambda: editor(user).value == drive_text("xu2020"))
 
     visit(text_panel, talk)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
-
 import pytest
 
 pytest.importorskip("nicegui")
 
+from nicegui import ui
 from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
-from tests.unit.cockpit.visit import put, visit
+from tests.unit.cockpit.visit import put, seen, until, visit
 
 from epicyclic.cockpit.dialogs.new_train_words import BESIDE, needed, preview_of, sets_in
 from epicyclic.cockpit.dialogs.wizard import new_button
@@ -110,29 +109,29 @@ def test_sets_of_teeth_are_found_in_words() -> None:
 def test_the_window_makes_a_model_and_keeps_what_was_typed() -> None:
     async def talk(user: User, session: FakeSession) -> None:
         user.find("New").click()
-        await user.should_see("Still needed: teeth, its power, speed", retries=8)
+        await seen(user, "Still needed: teeth, power, speed")
         put(user, "new-teeth", "21/39/98")
         for name, value in OWN.items():
             if name != "teeth":
                 put(user, f"new-{name}", value)
-        await user.should_see("21/39/99", retries=10)  # proposed instead
+        await seen(user, "21/39/99")  # proposed instead
+        (teeth,) = (one for one in user.find(marker="new-teeth").elements if isinstance(one, ui.input))
+        teeth.error = None
         user.find("Create").click()
-        await asyncio.sleep(0.2)
+        await until(lambda: "make a ring of 99" in str(teeth.error))
         assert session.now.name == "ren2021"  # a wrong value opens nothing, and stays
-        (field,) = user.find(marker="new-teeth").elements
-        assert field.value == "21/39/98"  # type: ignore[attr-defined]
-        assert "make a ring of 99" in str(field.error)  # type: ignore[attr-defined]
+        assert teeth.value == "21/39/98"
         put(user, "new-teeth", "21/39/99")
-        await user.should_see("Ready: a model that runs", retries=10)
+        await seen(user, "Ready: a model that runs")
         await user.should_see("no strength rating")
         user.find("Create").click()
-        await asyncio.sleep(0.3)
-        assert session.history.undo_label.startswith("open Planetary-set-21-39-99")
+        await until(lambda: session.history.undo_label.startswith("open Planetary-set-21-39-99"))
         user.find("New").click()
-        (field,) = user.find(marker="new-power").elements
-        assert field.value == "750"  # type: ignore[attr-defined]
+        (power,) = (one for one in user.find(marker="new-power").elements if isinstance(one, ui.input))
+        assert power.value == "750"
 
     session = visit(new_button, talk)
     source, overrides = request_of(session.now)
     assert len(load(source, overrides=overrides).meshes) == 6
     assert "wizard" in session.now.base
+    assert session.unsaved

@@ -1,9 +1,9 @@
 """Load sharing at rest, quickly: mesh cycles spread over the hunting period, without the search for its worst case.
 
-Of one line of frequency p/q per mesh frequency the mesh cycles c, c + d, c + 2 d ... take every phase in turn where d
-and q share no factor.  The step d is that number nearest to the golden section of the period that shares no factor
-with it, so that the phases of all lines are spread evenly whatever the tooth numbers (a step that divides the period
-would leave some lines at one phase).  Derived here.
+Of one line of frequency p/q per mesh frequency the mesh cycles 0, d, 2 d ... take every phase in turn where d and q
+share no factor.  The step d is the first from an even division of the period on that shares no factor with the period,
+so that the cycles are even in time and the phases of every line are too, whatever the tooth numbers (a step that
+divides the period would leave some lines at one phase).  Derived here.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.faces import Faces, faces
 from ...system.system import Array, System
-from ..static.both_flanks import held_train
+from ..static.both_flanks import balanced, held_train, settled
 from ..static.quasi_static import quasi_static
-from ..static.record import MeshGroup, Record, parallel_meshes, record_of
+from ..static.record import MeshGroup, Record, excitation, parallel_meshes, record_of
 from ..static.static import flank_contact, rounding_of
 from .definitions import cycle_peak_ratio
 from .outputs import known_mean_loads, loaded_meshes
@@ -29,11 +29,12 @@ from .tone_forces import ToneForces, tone_forces
 
 __all__ = ["SpreadSharing", "spread_cycles", "spread_sharing"]
 
-_GOLDEN = (math.sqrt(5) - 1) / 2
 # Seconds that a record of the length affordable by default takes where instants are solved one by one.
 _AFFORDABLE = 5.0
-# Instants with laws solved in a second: each takes some 50 us, with tables some 300 us.
-_LAWS = 2500.0
+# Instants solved in a second where laws of links are asked, and where those of meshes are tables.
+_LAWS, _TABLES = 15_000.0, 3_000.0
+# Instants counted from the first of a period stay exact below.
+_EXACT = 2**62
 # Forces worked on at once (8 bytes each): about 2 MB.
 _PIECE = 250_000
 
@@ -74,7 +75,7 @@ def spread_cycles(period: int, count: int) -> NDArray[np.int64]:
     """At most `count` mesh cycles of a hunting period, rising, at phases of all lines as even as may be, (c,)."""
     if period <= count:
         return np.arange(period, dtype=np.int64)
-    step = max(1, round(period * _GOLDEN))
+    step = -(-period // count)
     while math.gcd(step, period) > 1:  # next to any number there is a coprime one within a few steps
         step += 1
     # Python's integers: period times count may be beyond 64 bits
@@ -84,7 +85,8 @@ def spread_cycles(period: int, count: int) -> NDArray[np.int64]:
 def spread_sharing(system: System, *, cycles: int = 1024, patience: float = 0.1) -> SpreadSharing:
     """Load sharing of a train at rest from mesh cycles spread over the hunting period.
 
-    Where laws of links or meshes have to be asked the record is short and begins at its first cycle.
+    Where laws of links or meshes have to be asked the cycles are few; with a memory, or cycles of several lengths, they
+    stand in a row from the first on.
 
     Parameters
     ----------
@@ -159,19 +161,39 @@ def _peaks(part: ToneForces, index: NDArray[np.int64]) -> tuple[Array, Array]:
 def _by_record(
     system: System, face: Faces, members: list[MeshGroup], patience: float
 ) -> tuple[Array, Array, Array, Array, int]:
-    """The same of a short record of instants solved one by one, (w,) and (w, c); its place is that in the record."""
+    """The same where laws are asked, every instant solved by itself: few cycles, (w,) and (w, c)."""
     samples = record_samples(system)
-    cycles = max(1, int(patience * _LAWS) // samples)
+    cycles = max(1, int(patience * (_TABLES if system.meshes.laws else _LAWS)) // samples)
     record = record_of(system, cycles=cycles, turns=None, of=None, samples=samples, most=1)
-    train = held_train(system)
-    pieces = list(quasi_static(system, train, record))
-    contact = flank_contact(system, [(piece.state.mesh_force, piece.state.far_force) for piece in pieces])
+    spread = len(set(system.meshes.tone.tolist())) == 1 and not system.laws.memory.any()
+    apart = spread and record.period < _EXACT // samples
+    forces = _apart(system, record, samples) if apart else _in_a_row(system, record)
+    contact = flank_contact(system, [forces])
     force = face.total(contact.force, axis=1)
     turned = np.ones(len(face.name))
     for group in members:
         turned[group] = -1.0 if force[:, group].mean(axis=0).sum() < 0 else 1.0
     force = force * turned
-    return force.mean(axis=0), force.max(axis=0), *_cycle_ratios(system, members, record, force), record.period
+    place, ratio = _cycle_ratios(system, members, record, force)
+    if apart:
+        place = np.tile(spread_cycles(record.period, record.count) / record.period, (len(place), 1))
+    return force.mean(axis=0), force.max(axis=0), place, ratio, record.period
+
+
+def _apart(system: System, record: Record, samples: int) -> tuple[Array, Array]:
+    """Forces (T, m) on the loaded and (T, c) on the far flanks [N] in as many cycles spread over the period."""
+    train = held_train(system)
+    index = (spread_cycles(record.period, record.count)[:, None] * samples + np.arange(samples)).ravel()
+    here = excitation(system, record.unit, index, samples)
+    balanced(train, here.force)
+    state = settled(train, here, system.laws)
+    return state.mesh_force, state.far_force
+
+
+def _in_a_row(system: System, record: Record) -> tuple[Array, Array]:
+    """The same of a record, whose laws may have a memory or whose mesh cycles are of several lengths."""
+    states = [piece.state for piece in quasi_static(system, held_train(system), record)]
+    return np.concatenate([one.mesh_force for one in states]), np.concatenate([one.far_force for one in states])
 
 
 def _cycle_ratios(system: System, members: list[MeshGroup], record: Record, force: Array) -> tuple[Array, Array]:

@@ -67,7 +67,8 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
 
         def handle(event: GenericEventArguments) -> None:
             relative = event.args
-            if isinstance(relative, int | float) and 0 < relative < _LARGEST_SPEED:
+            is_number = isinstance(relative, int | float) and not isinstance(relative, bool)
+            if is_number and 0 < relative < _LARGEST_SPEED:
                 handler(float(relative))
 
         self.on("speed", handle)

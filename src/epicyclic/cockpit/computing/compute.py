@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...analyses.sharing.outputs import require_speed
 from ...analyses.sharing.sharing import sharing
 from ...assemble.assembly import assemble
 from ...errors import ConvergenceError, ModelError
@@ -18,6 +19,8 @@ from ...resolve.resolve import load
 from ...studies.drives import drive_text
 from ...system.system import System
 from ...train.train import Train
+from ..answers import answers, checks
+from .compiler import compile_aside, compiler_ready
 from .error_view import ErrorView, error_head, error_view
 from .frames import PageFrame, Request, failed_frame
 from .mode_view import ModeView, mode_view
@@ -27,7 +30,7 @@ from .sharing_view import SharingView, Twin, full_sharing, live_sharing, sharing
 from .speed_view import ForceCurves, SpeedModel, efforts, force_curves, speed_head, speed_model
 from .train_view import train_head
 
-__all__ = ["compute", "warm_up"]
+__all__ = ["compile_all", "compute", "warm_up"]
 
 Arrays = dict[str, NDArray[Any]]
 Found = TypeVar("Found")
@@ -50,6 +53,20 @@ class _Model:
     axis: SpeedAxis | None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Missing:
+    """What is not computed: for which pane, why, and the path in the model file that it is about."""
+
+    pane: str
+    text: str
+    path: str
+
+    @property
+    def check(self) -> dict[str, str]:
+        """An entry of ``head["checks"]``."""
+        return {"level": "warn", "code": "not-computed", "text": self.text, "path": self.path}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Parts:
     """What is known of a state so far; None: not known, and ``missing`` says why of what the model lacks."""
@@ -60,16 +77,25 @@ class _Parts:
     errors: ErrorView | None = None
     ready: SpeedModel | None = None
     curves: ForceCurves | None = None
-    missing: tuple[dict[str, str], ...] = ()
+    missing: tuple[_Missing, ...] = ()
 
 
-def compute(request: Request) -> Iterator[PageFrame]:
+class _Stopped(Exception):
+    """Somebody waits for something newer."""
+
+
+def compute(request: Request, *, stop: Callable[[], bool] | None = None) -> Iterator[PageFrame]:
     """Frames of a state, the first within a tenth of a second or two; the caller may stop between any two.
 
     ``live``: one frame with everything a lever moves: train, modes, sharing, errors, the sweep with mesh orders,
     answers, checks.  ``full``: that, then frames ``sweep`` (200 speeds, then 60 with shaft orders), ``errors`` and
     ``sharing`` (the whole hunting period), each with the answers as they then are.  A model that is wrong gives one
     frame ``failed`` with the problem, its path, what was given and what is allowed.
+
+    Parameters
+    ----------
+    stop : asked every few milliseconds while frames after the first are computed, which take up to a second; when it is
+        true, the frame at work is given up and no other follows.
     """
     start = time.perf_counter()
     try:
@@ -77,15 +103,38 @@ def compute(request: Request) -> Iterator[PageFrame]:
         parts = _live_parts(model)
         yield _live_frame(model, parts, start)
         if request.kind == "full":
-            yield from _further_frames(model, parts)
+            yield from _further_frames(model, parts, _pause_of(stop))
+    except _Stopped:
+        return
     except (ModelError, ConvergenceError, ArithmeticError, np.linalg.LinAlgError) as error:
         frame = failed_frame(request.rev, error)
         yield replace(frame, head={**frame.head, "path": override_at(frame.head["path"], request.overrides)})
 
 
+def _pause_of(stop: Callable[[], bool] | None) -> Callable[[], None]:
+    """What is called between two pieces of work: raises _Stopped where somebody waits."""
+
+    def pause() -> None:
+        if stop is not None and stop():
+            raise _Stopped
+
+    return pause
+
+
 def warm_up() -> None:
-    """Import, and compile where numba is installed, what `compute` needs, so that no lever waits for it."""
-    for _ in compute(Request(rev=0, kind="full", source=tomllib.loads(drive_text(_WARM)))):
+    """Import what `compute` needs, and begin to compile where numba is installed, so that no lever waits for it."""
+    _run_all(compiled=False)
+    compile_aside(__name__, "compile_all")
+
+
+def compile_all() -> None:
+    """Compile, or load from disk, all that `compute` needs; takes some 20 s the first time ever."""
+    _run_all(compiled=True)
+
+
+def _run_all(*, compiled: bool) -> None:
+    """All frames of a drive that has every kind of result."""
+    for _ in compute(Request(rev=0, kind="full", source=tomllib.loads(drive_text(_WARM)), compiled=compiled)):
         pass
 
 
@@ -94,8 +143,9 @@ def _model(request: Request) -> _Model:
 
     Raises
     ------
-    ModelError : the model is wrong.
+    ModelError : the model is wrong, or the speed not above zero.
     """
+    require_speed(request.relative_speed)
     train = load(request.source, dict(request.overrides))
     return _Model(
         request=request,
@@ -107,7 +157,7 @@ def _model(request: Request) -> _Model:
     )
 
 
-def _attempt(what: str, compute_it: Callable[[], Found], missing: list[dict[str, str]]) -> Found | None:
+def _attempt(pane: str, what: str, compute_it: Callable[[], Found], missing: list[_Missing]) -> Found | None:
     """A result, or None and why it is missing: what cannot be computed leaves the rest of the page alone."""
     try:
         return compute_it()
@@ -115,26 +165,29 @@ def _attempt(what: str, compute_it: Callable[[], Found], missing: list[dict[str,
         problem = error.problem if isinstance(error, ModelError) else str(error)
         path = error.path if isinstance(error, ModelError) else ""
         allowed = f"; allowed: {error.allowed}" if isinstance(error, ModelError) and error.allowed else ""
-        missing.append(
-            {"level": "warn", "code": "not-computed", "text": f"no {what}: {problem}{allowed}", "path": path}
-        )
+        missing.append(_Missing(pane=pane, text=f"no {what}: {problem}{allowed}", path=path))
         return None
 
 
 def _live_parts(model: _Model) -> _Parts:
     """The live set."""
-    train, system, missing = model.train, model.system, list[dict[str, str]]()
+    train, system, missing = model.train, model.system, list[_Missing]()
     if system is None:
         return _Parts()
-    modes = _attempt("modes", lambda: mode_view(train, system, model.labels), missing)
-    shared = _attempt("load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
+    modes = _attempt("modes", "modes", lambda: mode_view(train, system, model.labels), missing)
+    shared = _attempt("sharing", "load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
     twin = None if shared is None else twin_of(train, shared)
-    errors = None if shared is None else _attempt("share of the errors", lambda: error_view(train, system), missing)
-    ready = _attempt("forces over speed", lambda: speed_model(system, compiled=model.request.compiled), missing)
+    errors = (
+        None
+        if shared is None
+        else _attempt("errors", "share of the errors", lambda: error_view(train, system), missing)
+    )
+    compiled = compiler_ready() if model.request.compiled is None else model.request.compiled
+    ready = _attempt("sweep", "forces over speed", lambda: speed_model(system, compiled=compiled), missing)
     curves = None
     if ready is not None:
         effort = efforts(ready).live
-        curves = _attempt("forces over speed", lambda: force_curves(ready, effort), missing)
+        curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, effort), missing)
     return _Parts(
         modes=modes, sharing=shared, twin=twin, errors=errors, ready=ready, curves=curves, missing=tuple(missing)
     )
@@ -156,6 +209,7 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
     for part in (_sharing_part(model, parts), _errors_part(model, parts), _sweep_part(model, parts)):
         head |= part[0]
         arrays |= part[1]
+    head["missing"] = {one.pane: one.text for one in parts.missing}
     head["state"] = {
         **operation_head(model.train, relative_speed=relative_speed),
         "computed_ms": 1e3 * (time.perf_counter() - start),
@@ -163,21 +217,21 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
     return _frame(model, "live", head, arrays)
 
 
-def _further_frames(model: _Model, parts: _Parts) -> Iterator[PageFrame]:
+def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> Iterator[PageFrame]:
     """The frames of a state at rest, after the live one."""
-    system, missing = model.system, list[dict[str, str]]()
+    system, missing = model.system, list[_Missing]()
     if system is None:
         return
     ready = parts.ready
     if ready is not None and parts.curves is not None:
         wanted = efforts(ready)
-        curves = _attempt("forces over speed", lambda: force_curves(ready, wanted.full), missing)
+        curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, wanted.full, pause=pause), missing)
         if curves is not None:
             parts = replace(parts, curves=curves)
             yield _part_frame(model, parts, "sweep", _sweep_part(model, parts))
         if wanted.shafts is not None:
             shafts = wanted.shafts
-            curves = _attempt("forces over speed", lambda: force_curves(ready, shafts), missing)
+            curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, shafts, pause=pause), missing)
             if curves is not None:
                 parts = replace(parts, curves=curves)
                 yield _part_frame(model, parts, "sweep", _sweep_part(model, parts))
@@ -185,16 +239,16 @@ def _further_frames(model: _Model, parts: _Parts) -> Iterator[PageFrame]:
         yield _part_frame(model, parts, "errors", _errors_part(model, parts))
     if parts.sharing is not None:
         shared = parts.sharing
-        whole = _attempt("load sharing", lambda: _whole_sharing(system, shared), missing)
-        parts = replace(parts, sharing=whole or shared)
+        whole = _attempt("sharing", "load sharing", lambda: _whole_sharing(system, shared, pause), missing)
+        parts = replace(parts, sharing=whole or shared, missing=(*parts.missing, *missing))
         yield _part_frame(model, parts, "sharing", _sharing_part(model, parts), full=True)
 
 
-def _whole_sharing(system: System, live: SharingView) -> SharingView:
+def _whole_sharing(system: System, live: SharingView, pause: Callable[[], None]) -> SharingView:
     """Load sharing with the search over the hunting period; a longer record where that takes more than a second."""
     if not live.quick:
         return live_sharing(system, patience=_FULL_PATIENCE)
-    return full_sharing(sharing(system, method="static"), live)
+    return full_sharing(sharing(system, method="static", progress=lambda _: pause()), live)
 
 
 def _part_frame(
@@ -242,16 +296,11 @@ def _sweep_part(model: _Model, parts: _Parts) -> tuple[dict[str, Any], Arrays]:
 
 
 def _answers(model: _Model, parts: _Parts, *, full: bool) -> dict[str, Any]:
-    """Answers and checks of a frame."""
-    try:
-        from ..answers import answers, checks
-    except ImportError:
-        return {"checks": list(parts.missing)}
-    given = _given(model, parts)
-    given["errors"] = _with_arrays(_errors_part(model, parts), "errors")
-    found = (answers.full_answers if full else answers.live_answers)(model.train, model.system, **given)
+    """Answers and checks of a frame; full : of a state at rest, the whole of which is computed."""
+    find = answers.full_answers if full else answers.live_answers
+    found = find(model.train, model.system, **_given(model, parts))
     stated = [_table(one) for one in checks.checks_of(model.train, model.system)]
-    return {"answers": [_table(one) for one in found], "checks": [*stated, *parts.missing]}
+    return {"answers": [_table(one) for one in found], "checks": [*stated, *(one.check for one in parts.missing)]}
 
 
 def _given(model: _Model, parts: _Parts) -> dict[str, Any]:
@@ -266,6 +315,7 @@ def _given(model: _Model, parts: _Parts) -> dict[str, Any]:
         "sharing": _with_arrays(_sharing_part(model, parts), "sharing"),
         "twin": twin,
         "sweep": _with_arrays(_sweep_part(model, parts), "sweep"),
+        "errors": _with_arrays(_errors_part(model, parts), "errors"),
     }
 
 

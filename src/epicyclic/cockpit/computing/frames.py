@@ -34,7 +34,7 @@ class Request:
 
     rev : number of the state, counted by the session.  kind : ``live``: one frame; ``full``: all frames of a state.
     source, overrides : what `load` takes.  relative_speed : speed per operating speed that is shown [1].
-    compiled : solve by numba; None: where it is installed.
+    compiled : solve by numba; None: where that is installed and loaded, see `compiler`.
     """
 
     rev: int
@@ -59,7 +59,7 @@ class PageFrame:
     arrays: Mapping[str, Numbers] = field(default_factory=dict)
 
 
-# TODO: the pieces of the page still say Frame
+# The name that `processes` uses
 Frame = PageFrame
 
 

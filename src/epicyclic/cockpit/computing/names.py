@@ -56,7 +56,7 @@ def _unsided(body: Body) -> str:
 
 
 def member_words(train: Train, member: str, branches: Sequence[int]) -> str:
-    """A member in words: ``sun``, ``planets``, ``planets 1, 3`` where only those branches are meant, ``planet star1 2``.
+    """A member in words: ``sun``, ``planets``, ``planets 1, 3`` where only those are meant, ``planet star1 2``.
 
     branches : those that are meant, rising; none of a member about the axis.
     """

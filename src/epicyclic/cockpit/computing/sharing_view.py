@@ -104,7 +104,8 @@ def live_sharing(system: System, *, patience: float = 0.1) -> SharingView:
         turning=found.mean_load[1],
         cycle_peak=found.cycle_peak,
         over_period=found.over_period(_parts(found)),
-        load=_relative_load(found.mean, found.groups),
+        # the mean over the hunting period is exact, that of a few cycles stands in where it is not known
+        load=np.where(np.isnan(found.mean_load[0]), _relative_load(found.mean, found.groups), found.mean_load[0]),
         period=found.period,
         whole=False,
         quick=found.quick,

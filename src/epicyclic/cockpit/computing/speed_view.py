@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from ...analyses.fast import numba_available
 from ...analyses.modes.mesh_crossings import OPERATION
 from ...analyses.steady.mean_stability import unstable_speeds
 from ...analyses.steady.measures import force_extremes, mean
@@ -29,7 +28,7 @@ __all__ = ["Effort", "Efforts", "ForceCurves", "SpeedModel", "efforts", "force_c
 _ACCEPTED = 100.0
 # Speeds while a lever moves, at rest and with shaft orders, by the number of mesh frequencies that combine: with two
 # a speed takes 2 ms and with shaft orders 20 ms.
-_POINTS = {1: (120, 200, 60), 2: (40, 120, 24), 3: (120, 200, 0)}
+_POINTS = {1: (120, 200, 60), 2: (48, 120, 60), 3: (120, 200, 0)}
 # Mesh frequencies that are solved together: with three a speed takes half a second, and they are solved one at a time.
 _TOGETHER = 2
 # Curves that are drawn strong: more are not told apart.  Curves that differ by less than this part of the largest
@@ -91,14 +90,13 @@ class SpeedModel:
         return self.solved[0] is not self.whole
 
 
-def speed_model(system: System, *, compiled: bool | None) -> SpeedModel:
-    """A System ready for its curves; compiled : by numba, None: where it is installed.
+def speed_model(system: System, *, compiled: bool) -> SpeedModel:
+    """A System ready for its curves; compiled : by numba.
 
     Raises
     ------
     ModelError : no damping, no mesh frequency, or torques that do not balance.
     """
-    compiled = numba_available() if compiled is None else compiled
     whole = response(system, compiled=compiled)
     tones = whole.lines.tones
     if len(tones) <= _TOGETHER or not whole.system.meshes.variation.any():
@@ -122,23 +120,27 @@ def efforts(model: SpeedModel) -> Efforts:
     )
 
 
-def force_curves(model: SpeedModel, effort: Effort) -> ForceCurves:
+def force_curves(model: SpeedModel, effort: Effort, *, pause: Callable[[], None] = lambda: None) -> ForceCurves:
     """Largest mesh forces about operation, the numbers of the verb `sweep` at its default speeds but for the tolerance.
 
     Where the mesh frequencies are solved one at a time, the largest force is the mean and what each adds to it: an
     upper bound but for the combinations of mesh frequencies.  Speeds without a steady motion hold nan.
+
+    Parameters
+    ----------
+    pause : called between parts of the work; what it raises ends the work.
     """
     whole = model.whole
     speed = speeds_of(whole, mesh_frequency=None, relative_speed=None, speed_range=None, points=effort.points)
     stable = np.flatnonzero(~unstable_speeds(whole, speed))
     force = np.full((len(faces(whole.system.meshes).name), speed.size), np.nan)
     for number, ready in enumerate(model.solved):
-        largest, average = _solved(ready, speed[stable], effort)
+        largest, average = _solved(ready, speed[stable], effort, pause)
         force[:, stable] = largest if number == 0 else force[:, stable] + largest - average
     return ForceCurves(speed=speed, force=force, shaft_orders=effort.shaft_orders, alone=model.alone)
 
 
-def _solved(ready: Response, speed: Array, effort: Effort) -> tuple[Array, Array]:
+def _solved(ready: Response, speed: Array, effort: Effort, pause: Callable[[], None]) -> tuple[Array, Array]:
     """Largest and mean force (w, P) [N] of the whole meshes at relative speeds (P,), nan where not solved."""
     face = faces(ready.system.meshes)
     largest, average = (np.full((len(face.name), speed.size), np.nan) for _ in range(2))
@@ -150,6 +152,7 @@ def _solved(ready: Response, speed: Array, effort: Effort) -> tuple[Array, Array
                 signal = whole_mesh_signal(force_signal(ready, block), face)
                 most = force_extremes(signal, axis=ready.lines.axis[face.first])[1]
                 middle = mean(signal)
+            pause()
             good = (block.residual <= accepted) & (block.uncertainty <= accepted)
             largest[:, block.index] = np.where(good, most, np.nan)
             average[:, block.index] = np.where(good, middle, np.nan)

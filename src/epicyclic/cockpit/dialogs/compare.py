@@ -10,7 +10,7 @@ from nicegui import ui
 from ...errors import ConvergenceError, ModelError
 from ..state.state import request_of
 from .compared_states import compared_states
-from .parts import heard, plain_button, present, refused, window
+from .parts import heard, plain_button, present, show_model, window
 
 if TYPE_CHECKING:
     from ..processes.session import Session
@@ -38,16 +38,13 @@ def compare_controls(session: Session) -> None:
     show()
 
 
-async def _swap(session: Session) -> None:
+def _swap(session: Session) -> None:
     """A and the present state change places; undo takes back the change of the present one."""
     pinned = session.pinned
     if pinned is None:
         return
     session.pin()
-    try:
-        await session.open(pinned)
-    except ModelError as error:
-        refused(error)
+    show_model(session, pinned, ui.context.client.layout)
 
 
 async def _show(session: Session) -> None:
@@ -61,9 +58,9 @@ async def _show(session: Session) -> None:
             ui.linear_progress(show_value=False).props("indeterminate").classes("w-full")
             ui.label("Both trains are computed: modes, sharing, forces.").props('role="status"')
 
-        async def swap() -> None:
+        def swap() -> None:
             dialog.close()
-            await _swap(session)
+            _swap(session)
 
         def renew() -> None:
             dialog.close()

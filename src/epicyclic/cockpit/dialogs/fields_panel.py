@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from nicegui import background_tasks, events, ui
@@ -11,12 +12,13 @@ from nicegui.element import Element
 
 from ...errors import ModelError
 from ...model.tables import PlainTable
+from ...model.units import KINDS
 from ...resolve import load
 from ...terms.explanation import Explanation
-from ..state.state import State, request_of
+from ..state.state import PageState, request_of
 from .field_list import (
     Field,
-    Group,
+    FieldGroup,
     all_fields,
     current_tables,
     explanation_of,
@@ -25,7 +27,7 @@ from .field_list import (
     group_at,
     typed_value,
 )
-from .parts import heard, icon_button, present
+from .parts import enlarge_button, heard, icon_button, present
 
 if TYPE_CHECKING:
     from ..processes.session import Session
@@ -38,6 +40,15 @@ _MOST = 40
 _FOLLOWS = 0.25
 # Characters of a default beside a field: the rest stands in its explanation.
 _SHORT = 28
+
+# Tables within tables in a narrow column: little room to the left and between.
+_LOOK = """
+.cockpit-fields { gap: 0.25rem; }
+.cockpit-fields .nicegui-column { gap: 0.25rem; }
+.cockpit-fields .q-expansion-item__content { gap: 0.25rem !important; padding: 0 0 0.5rem 0.6rem !important; }
+.cockpit-fields .cockpit-field { max-width: 36rem; }
+.cockpit-fields .q-item { min-height: 28px; padding: 2px 4px; }
+"""
 
 
 def fields_panel(session: Session) -> None:
@@ -56,10 +67,13 @@ class _FieldsPanel:
         self.waiting = False
         self.searches = 0
         with ui.column().classes("w-full q-gutter-none cockpit-fields") as self.root:
-            self.search = ui.input("Search all fields", on_change=self._typed)
-            self.search.props("dense clearable spellcheck=false").classes("w-full").mark("fields-search")
+            with ui.row().classes("w-full items-center no-wrap"):
+                self.search = ui.input("Search all fields", on_change=self._typed)
+                self.search.props("dense clearable spellcheck=false").classes("col").mark("fields-search")
+                enlarge_button(self.root, "All fields")
             self.found = ui.column().classes("w-full q-gutter-none")
             self.tree = ui.column().classes("w-full q-gutter-none")
+        ui.add_css(_LOOK)
         heard(session, self.root, state=self._changed, failed=self._failed)
         self._changed()
 
@@ -85,7 +99,7 @@ class _FieldsPanel:
                     for row in rows:
                         row.follow(field_at(self.tables, path), is_set=path in state.overrides)
 
-    async def _renew(self, state: State) -> None:
+    async def _renew(self, state: PageState) -> None:
         """Another model: build its tables anew, all closed."""
         self.base = state.base
         group = await asyncio.to_thread(group_at, self.tables)
@@ -111,13 +125,33 @@ class _FieldsPanel:
 
     # tables -----------------------------------------------------------------------------------------------------------
 
-    async def _fill(self, group: Group) -> None:
-        """Build the rows and the closed tables of one table into the present slot."""
-        explained = await asyncio.to_thread(_explained, [field.path for field in group.fields])
-        self._build_rows(group.fields, explained)
+    async def _fill(self, group: FieldGroup) -> None:
+        """Build what the model states of one table into the present slot; the rest folded behind it."""
+        await self._build([field for field in group.fields if field.text])
         prefix = f"{group.path}." if group.path else ""
         for key in group.tables:
-            self._table(f"{prefix}{key}", key, stated=key in group.stated)
+            if key in group.stated:
+                self._fold(key, f"table-{prefix}{key}", partial(self._open, f"{prefix}{key}"))
+        rest = [field for field in group.fields if not field.text]
+        tables = [key for key in group.tables if key not in group.stated]
+        if not rest and not tables:
+            return
+
+        async def more() -> None:
+            await self._build(rest)
+            for key in tables:
+                self._fold(key, f"table-{prefix}{key}", partial(self._open, f"{prefix}{key}"))
+
+        counted = ((rest, "field", "fields"), (tables, "table", "tables"))
+        words = [f"{len(some)} {one if len(some) == 1 else several}" for some, one, several in counted if some]
+        self._fold(f"Not stated: {' and '.join(words)}", f"more-{group.path}", more)
+
+    async def _open(self, path: str) -> None:
+        await self._fill(group_at(self.tables, path))
+
+    async def _build(self, fields: Sequence[Field]) -> None:
+        explained = await asyncio.to_thread(_explained, [field.path for field in fields])
+        self._build_rows(fields, explained)
 
     def _build_rows(
         self, fields: Sequence[Field], explained: Mapping[str, Explanation], *, whole: bool = False
@@ -128,8 +162,8 @@ class _FieldsPanel:
             row = _Row(self, field, explained.get(field.path), whole=whole, is_set=field.path in overrides)
             self.rows.setdefault(field.path, []).append(row)
 
-    def _table(self, path: str, key: str, *, stated: bool) -> None:
-        """One table, closed; its content is built when it is opened first."""
+    def _fold(self, title: str, marker: str, build: Callable[[], Awaitable[None]]) -> None:
+        """Something folded, which is built when it is opened first."""
         built = False
 
         async def opened(event: events.ValueChangeEventArguments[bool]) -> None:
@@ -137,10 +171,10 @@ class _FieldsPanel:
             if event.value and not built:
                 built = True
                 with expansion:
-                    await self._fill(group_at(self.tables, path))
+                    await build()
 
-        expansion = ui.expansion(key, caption=None if stated else "not stated", on_value_change=opened)
-        expansion.props("dense dense-toggle expand-separator").classes("w-full").mark(f"table-{path}")
+        expansion = ui.expansion(title, on_value_change=opened)
+        expansion.props("dense dense-toggle expand-separator").classes("w-full").mark(marker)
 
     # search -----------------------------------------------------------------------------------------------------------
 
@@ -201,7 +235,9 @@ class _Row:
         self, panel: _FieldsPanel, field: Field, explained: Explanation | None, *, whole: bool, is_set: bool
     ) -> None:
         self.panel, self.path, self.whole, self.shown = panel, field.path, whole, field.text
-        name = field.path if whole else field.key
+        name = "" if whole else field.key
+        if whole:  # beside each other whole paths do not fit into a column
+            ui.label(field.path).classes("text-caption w-full").style("overflow-wrap: anywhere; line-height: 1.1")
         with ui.row().classes("w-full items-start no-wrap cockpit-field"):
             self.control: ui.select | ui.input = self._control(field, name, explained)
             self.undo = icon_button("settings_backup_restore", f"{field.path}: back to the file's value", self._reset)
@@ -211,14 +247,15 @@ class _Row:
         control: ui.select | ui.input
         default = explained.default if explained else ""
         if field.choices and field.text in ("", *field.choices):
-            control = ui.select(list(field.choices), value=field.text or None, label=name, clearable=True)
+            control = ui.select(list(field.choices), value=field.text or None, label=name or None, clearable=True)
             control.on_value_change(self._chosen)
         else:
-            control = ui.input(name, value=field.text, placeholder=default[:_SHORT])
+            control = ui.input(name or None, value=field.text, placeholder=default[:_SHORT])
             control.on("blur", self._left).on("keydown.enter", self._left).on("keydown.esc", self._escape)
             if explained and explained.unit:
-                control.props["suffix"] = f"[{explained.unit.partition(', ')[0]}]" if not field.text else ""
-        control.props("dense options-dense stack-label hide-bottom-space spellcheck=false").classes("col")
+                control.props["suffix"] = "" if field.text or default else _units(explained.unit)
+        look = "dense options-dense hide-bottom-space spellcheck=false"
+        control.props(f"{look} stack-label" if name else look).classes("col")
         control.mark(f"field-{field.path}")
         control.props["aria-label"] = field.path
         if explained:
@@ -290,6 +327,12 @@ def _explain(control: Element, path: str, explained: Explanation) -> None:
                 ui.label(rows[label] if label == "meaning" else f"{label}: {rows[label]}")
 
 
+def _units(unit: str) -> str:
+    """Units that a person may type for the first of some SI units."""
+    first = unit.partition(", ")[0]
+    return next((kind.spellings for kind in KINDS.values() if kind.unit == first), first)
+
+
 def _explained(paths: Sequence[str]) -> dict[str, Explanation]:
     return {path: found for path in paths if (found := explanation_of(path)) is not None}
 
@@ -307,7 +350,7 @@ def _matching(tables: PlainTable, words: Sequence[str]) -> list[Field]:
     return sorted(by_path, key=lambda field: not field.text)
 
 
-def _checked(state: State, path: str, value: object) -> None:
+def _checked(state: PageState, path: str, value: object) -> None:
     """Raise ModelError where the value itself is wrong, also for a number without its unit."""
     source, overrides = request_of(state)
     try:

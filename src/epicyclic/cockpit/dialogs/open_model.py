@@ -14,28 +14,31 @@ from ...model.document import MAX_BYTES
 from ...rexs.names import is_rexs_name
 from ...studies.drives import drive_titles
 from ..state.state import opened, uploaded
-from .parts import plain_button, refused, window
+from .parts import plain_button, refused, show_model, window
 from .recent import recent_files, remember
 from .rexs_lists import show_rexs
 
 if TYPE_CHECKING:
     from ..processes.session import Session
-    from ..state.state import State
+    from ..state.state import PageState
 
 __all__ = ["open_button", "open_window"]
 
 _SUFFIXES = ".toml,.rexs,.rexsj,.rexsz"
 
+# What takes the files of a page: one, so that a drop opens a model once.
+_RECEIVERS: dict[Session, ui.upload] = {}
+
 
 def open_button(session: Session) -> None:
     """A button with all ways to open a model; a file may be dropped anywhere on the page."""
-    picker = _receiver(session)
+    picker = _receiver_of(session)
     plain_button("Open", lambda: _show(session, picker), icon="folder_open").props('aria-label="Open a model"')
 
 
 async def open_window(session: Session) -> None:
     """Open the window of `open_button` from another place of the page."""
-    await _show(session, _receiver(session, drops=False))
+    await _show(session, _receiver_of(session))
 
 
 async def _show(session: Session, picker: ui.upload) -> None:
@@ -51,13 +54,13 @@ async def _show(session: Session, picker: ui.upload) -> None:
             _recent(session, dialog, paths)
 
 
-async def _open(session: Session, make: Callable[[], State], what: str) -> ModelError | None:
+async def _open(session: Session, make: Callable[[], PageState], what: str) -> ModelError | None:
     """Make a state beside the event loop and open it; the error where it cannot be read."""
     try:
         state = await asyncio.to_thread(make)
-        await session.open(state)
     except ModelError as error:
         return error
+    show_model(session, state, ui.context.client.layout)
     if state.path is not None:
         remember(state.path)
     ui.notify(f"{what}. Undo brings the model back that was open.", timeout=3000)
@@ -168,7 +171,14 @@ def _recent(session: Session, dialog: ui.dialog, paths: list[str]) -> None:
 # files of the browser -------------------------------------------------------------------------------------------------
 
 
-def _receiver(session: Session, *, drops: bool = True) -> ui.upload:
+def _receiver_of(session: Session) -> ui.upload:
+    if session not in _RECEIVERS:
+        _RECEIVERS[session] = _receiver(session)
+        ui.context.client.on_delete(lambda: _RECEIVERS.pop(session, None))
+    return _RECEIVERS[session]
+
+
+def _receiver(session: Session) -> ui.upload:
     """What takes a file that was picked or dropped on the page; not seen itself."""
 
     async def take(event: events.UploadEventArguments) -> None:
@@ -186,8 +196,7 @@ def _receiver(session: Session, *, drops: bool = True) -> ui.upload:
     picker = ui.upload(on_upload=take, on_rejected=too_large, max_file_size=MAX_BYTES, auto_upload=True)
     picker.classes("hidden").props(f'accept="{_SUFFIXES}" aria-hidden=true')
     picker.on("failed", lambda: ui.notify("The file did not arrive: too large, or the server is gone", type="negative"))
-    if drops:
-        ui.add_head_html(_DROP % picker.id)
+    ui.add_head_html(_DROP % picker.id)
     return picker
 
 

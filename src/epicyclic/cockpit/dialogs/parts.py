@@ -6,15 +6,18 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from nicegui import ui
+from nicegui import background_tasks, ui
 from nicegui.element import Element
+
+from ...errors import ModelError
 
 if TYPE_CHECKING:
     from ..processes.session import Session
-    from ..state.state import State
+    from ..state.state import PageState
 
 __all__ = [
     "copy",
+    "enlarge_button",
     "give",
     "heard",
     "icon_button",
@@ -24,6 +27,7 @@ __all__ = [
     "refused",
     "rename",
     "safe_name",
+    "show_model",
     "window",
 ]
 
@@ -32,8 +36,14 @@ _MOST_NAME = 100
 # [ms] a message of an error stays: time to read two lines.
 _SHOWN = 12_000
 
+_LARGE = """
+.cockpit-large { position: fixed; inset: 3vh 6vw; z-index: 3000; padding: 1rem; overflow: auto; border-radius: 6px;
+  width: auto !important; background: var(--ck-raised, #fff); box-shadow: 0 0 0 100vmax rgb(0 0 0 / 45%); }
+.body--dark .cockpit-large { background: var(--ck-raised, #1d1d1d); }
+"""
 
-def present(session: Session) -> State | None:
+
+def present(session: Session) -> PageState | None:
     """The state that a session shows; None before a model is open."""
     history = getattr(session, "history", None)
     return getattr(history, "present", None)
@@ -62,14 +72,49 @@ def icon_button(icon: str, label: str, on_click: Callable[..., Any]) -> ui.butto
     return button
 
 
-def rename(button: ui.button, label: str) -> None:
-    """Give an `icon_button` another name; nothing is sent where it has it already."""
+def rename(button: ui.button, label: str, tip: str = "") -> None:
+    """Give an `icon_button` another name, and another text beside the pointer; nothing is sent where it has them."""
     if button.props.get("aria-label") != label:
         button.props["aria-label"] = label
         button.update()
-        for tip in button:
-            if isinstance(tip, ui.tooltip):
-                tip.set_text(label)
+    for one in button:
+        if isinstance(one, ui.tooltip) and one.text != (tip or label):
+            one.set_text(tip or label)
+
+
+def enlarge_button(panel: Element, name: str) -> None:
+    """A button that lets a panel of a narrow column fill the page, and puts it back.
+
+    The panel stays the same element, so that nothing typed there is lost.
+    """
+    ui.add_css(_LARGE)
+    large = False
+
+    def change() -> None:
+        nonlocal large
+        large = not large
+        panel.classes(add="cockpit-large" if large else "", remove="" if large else "cockpit-large")
+        button.props(f"icon={'close_fullscreen' if large else 'open_in_full'}")
+        rename(button, f"{name}: {'back into the column' if large else 'enlarge'}")
+
+    button = icon_button("open_in_full", f"{name}: enlarge", change)
+
+
+def show_model(session: Session, state: PageState, where: Element, *, unsaved: bool = False) -> None:
+    """Have the session show another model; the handler that asks does not wait until all about it is known.
+
+    where : element that stays, in whose slot an error is told.  unsaved : it lies in no file yet.
+    """
+
+    async def work() -> None:
+        try:
+            await (session.open(state, unsaved=True) if unsaved else session.open(state))
+        except ModelError as error:
+            if not where.is_deleted:
+                with where:
+                    refused(error)
+
+    background_tasks.create(work())
 
 
 def on_key(key: str, handler: Callable[[], Any], *, shift: bool = False, in_text: bool = False) -> None:

@@ -12,12 +12,12 @@ from nicegui import ui
 from ...errors import ModelError
 from ..state.replay import file_name_of
 from ..state.state import opened
-from .parts import heard, icon_button, on_key, plain_button, present, refused, rename, window
+from .parts import heard, icon_button, on_key, plain_button, present, refused, rename, show_model, window
 from .recent import remember
 
 if TYPE_CHECKING:
     from ..processes.session import Session
-    from ..state.state import State
+    from ..state.state import PageState
 
 __all__ = ["save_buttons"]
 
@@ -42,9 +42,9 @@ def save_buttons(session: Session) -> None:
 
     def show(_: object = None) -> None:
         state = present(session)
-        where = "Save" if state is None or state.path is None else f"Save to {state.path}"
+        where = "Save as a file" if state is None or state.path is None else f"Save to {state.path}"
         unsaved = bool(getattr(session, "unsaved", False))
-        rename(button, f"{where}{': there are unsaved changes' if unsaved else ''}")
+        rename(button, "Save", f"{where}; there are unsaved changes" if unsaved else where)
         button.props(add="color=warning" if unsaved else "", remove="" if unsaved else "color")
 
     on_key("s", save, in_text=True)
@@ -91,10 +91,10 @@ def _changed(session: Session, path: Path, save_as: Callable[[], None]) -> None:
 
 async def _reopen(session: Session, path: Path) -> None:
     try:
-        state: State = await asyncio.to_thread(opened, path)
+        state: PageState = await asyncio.to_thread(opened, path)
     except ModelError as error:
         return refused(error)
-    await session.open(state)
+    show_model(session, state, ui.context.client.layout)
     ui.notify("The file is read again; undo brings your model back.")
 
 

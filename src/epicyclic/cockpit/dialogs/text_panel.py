@@ -12,16 +12,29 @@ from ...resolve import load
 from ..state.state import request_of, with_text
 from ..state.written_text import text_of
 from .line_of import line_of_error
-from .parts import heard, plain_button, present
+from .parts import enlarge_button, heard, plain_button, present
 
 if TYPE_CHECKING:
     from ..processes.session import Session
-    from ..state.state import State
+    from ..state.state import PageState
 
 __all__ = ["text_panel"]
 
 # [s] after a change elsewhere until the text follows: a drag writes it once, not at every move.
 _FOLLOWS = 0.25
+
+
+_LOOK = ".cockpit-wrong { background: rgb(220 60 60 / 25%); }"
+# Tells whether the page is dark, at once and whenever that changes.
+_WATCH = """(() => {
+  let dark = null;
+  const tell = () => {
+    const now = document.body.classList.contains("body--dark");
+    if (now !== dark) { dark = now; emitEvent("cockpit-dark", now); }
+  };
+  new MutationObserver(tell).observe(document.body, { attributes: true, attributeFilter: ["class"] });
+  tell();
+})()"""
 
 
 def text_panel(session: Session) -> None:
@@ -40,12 +53,13 @@ class _TextPanel:
         self.shown = ""
         self.kept: str | None = None
         self.waiting = False
-        self.newest: State | None = None
-        with ui.column().classes("w-full q-gutter-none cockpit-text") as self.root:
+        self.newest: PageState | None = None
+        with ui.column().classes("w-full q-gutter-none cockpit-text").style("min-width: 0") as self.root:
             with ui.row().classes("w-full items-center"):
                 self.status = ui.label("").classes("col text-caption").props('role="status" aria-live="polite"')
                 self.back = plain_button("Bring back my text", self._bring_back)
                 self.drop = plain_button("Discard my changes", self._take_theirs)
+                enlarge_button(self.root, "Model text")
                 self.apply = plain_button("Apply", self._apply, main=True).tooltip("Ctrl+Enter")
             with ui.row().classes("w-full items-center cockpit-conflict") as self.conflict:
                 ui.label("The model has changed elsewhere since you began to type here.").classes("col")
@@ -55,7 +69,12 @@ class _TextPanel:
             self.editor = ui.codemirror(
                 language="TOML", on_change=self._typed, keymap={"Mod-Enter": self._apply}, line_wrapping=False
             )
-            self.editor.classes("w-full cockpit-editor").style("height: 60vh").props('aria-label="Model as TOML"')
+            self.editor.classes("w-full cockpit-editor").style("height: 60vh; flex: 1 1 auto").props(
+                'aria-label="Model as TOML"'
+            )
+        ui.on("cockpit-dark", lambda event: self.editor.set_theme("vscodeDark" if event.args else "basicLight"))
+        ui.add_css(_LOOK)
+        ui.run_javascript(_WATCH)
         heard(session, self.root, state=self._changed)
         self.conflict.set_visibility(False)
         self._marks()
@@ -116,6 +135,8 @@ class _TextPanel:
         return (self.editor.value or "") != self.shown
 
     def _typed(self) -> None:
+        if self.editor.decorations:
+            self.editor.decorations.clear()
         self._marks()
 
     def _marks(self) -> None:
@@ -167,7 +188,7 @@ class _TextPanel:
             self.editor.decorations[:] = [{"kind": "line", "line": line, "class": "cockpit-wrong"}]
 
 
-def _checked(state: State, text: str) -> None:
+def _checked(state: PageState, text: str) -> None:
     """Raise ModelError for a text that no train can be made of; the state is left as it is."""
     tables, overrides = request_of(with_text(state, text))
     load(tables, overrides=overrides)

@@ -22,7 +22,7 @@ def undo_buttons(session: Session) -> None:
         labels = (getattr(history, "undo_label", ""), getattr(history, "redo_label", ""))
         for word, button, label in zip(("Undo", "Redo"), (undo, redo), labels, strict=True):
             button.set_enabled(bool(label))
-            rename(button, f"{word}: {label}" if label else f"Nothing to {word.lower()}")
+            rename(button, f"{word}: {label}" if label else word, "" if label else f"Nothing to {word.lower()}")
 
     on_key("z", session.undo)
     on_key("z", session.redo, shift=True)

@@ -12,7 +12,7 @@ from ...errors import ModelError
 from ...studies.new_train.wishes import HELD, KINDS, MEMBERS
 from ..state.state import from_text
 from .new_train_words import BESIDE, UNITS, Preview, drivers_of, needed, preview_of, sets_in
-from .parts import plain_button, refused, safe_name, window
+from .parts import plain_button, refused, safe_name, show_model, window
 
 if TYPE_CHECKING:
     from ..processes.session import Session
@@ -24,19 +24,19 @@ _PAUSE = 0.25
 _LABELS = {
     "kind": "Kind",
     "planets": "Planets",
-    "by": "Teeth",
+    "by": "Gears",
     "teeth": "Teeth sun/planet/ring",
-    "ratio": "Ratio, input to output speed",
+    "ratio": "Ratio, input to output",
     "module": "Normal module",
     "helix_angle": "Helix angle",
     "face_width": "Face width",
     "pressure_angle": "Normal pressure angle",
     "held": "Held member",
     "driver": "Driving member",
-    "speed": "Its speed",
+    "speed": "Speed",
     "load": "Load",
-    "power": "Its power",
-    "torque": "Its torque",
+    "power": "Power",
+    "torque": "Torque",
     "load_member": "Load of the",
     "title": "Title",
 }
@@ -46,6 +46,8 @@ _PLACEHOLDERS = {
     "power": "750 kW",
     "torque": "7.2 kN m",
     "speed": "1000 rpm",
+    "module": "by load",
+    "face_width": "by load",
     "helix_angle": "0 deg",
     "pressure_angle": "20 deg",
 }
@@ -53,15 +55,25 @@ _PLACEHOLDERS = {
 _SHOWN_AT = {"stages.main.planets": "planets", "stages.main.module": "module", "stages.main.face_width": "face_width"}
 
 
+# The wizard of a page: one, so that what was typed is there from wherever it is opened.
+_WIZARDS: dict[Session, _Wizard] = {}
+
+
 def new_button(session: Session) -> None:
     """A button that opens the wizard; what was typed stays there until a train is made of it."""
-    wizard = _Wizard(session)
-    plain_button("New", wizard.open, icon="add").props('aria-label="New train"')
+    plain_button("New", _wizard_of(session).open, icon="add").props('aria-label="New train"')
 
 
 def new_window(session: Session) -> None:
-    """Open the wizard at once, from another place of the page."""
-    _Wizard(session).open()
+    """Open the wizard of `new_button` from another place of the page."""
+    _wizard_of(session).open()
+
+
+def _wizard_of(session: Session) -> _Wizard:
+    if session not in _WIZARDS:
+        _WIZARDS[session] = _Wizard(session)
+        ui.context.client.on_delete(lambda: _WIZARDS.pop(session, None))
+    return _WIZARDS[session]
 
 
 class _Wizard:
@@ -108,25 +120,24 @@ class _Wizard:
             self._choice("held", {}, None)
             self._choice("driver", {}, None)
         with ui.row().classes("w-full no-wrap items-start"):
-            self._choice("by", {"teeth": "by their numbers", "ratio": "from a ratio"}, "teeth")
+            self._choice("by", {"teeth": "by their teeth", "ratio": "from a ratio"}, "teeth")
             self._text("teeth").classes("col")
             self._text("ratio").classes("col")
+        self.proposals = ui.row().classes("w-full items-center q-gutter-xs")
         with ui.row().classes("w-full no-wrap items-start"):
             for name in ("module", "face_width", "helix_angle", "pressure_angle"):
                 self._text(name)
-        self.proposals = ui.row().classes("w-full items-center q-gutter-xs")
 
     def _load_fields(self) -> None:
         with ui.row().classes("w-full no-wrap items-start"):
             self._text("speed")
             for member in MEMBERS:
                 self._text(f"speed.{member}", label=f"Speed of the {member}")
-        with ui.row().classes("w-full no-wrap items-start"):
             self._choice("load", {"power": "power", "torque": "torque"}, "power")
             self._choice("load_member", {member: member for member in MEMBERS}, "sun")
             self._text("power")
             self._text("torque")
-            self._text("title").classes("col")
+        self._text("title").classes("w-full")
 
     def _beside_fields(self) -> None:
         words = "Damping, bearings, carrier: by rules unless said here"
@@ -190,6 +201,9 @@ class _Wizard:
         }
         for name, visible in shown.items():
             self.fields[name].set_visibility(visible)
+        member = values["load_member"] if several else self.fields["driver"].value
+        for name in ("speed", "power", "torque"):
+            self.fields[name].props["label"] = f"{_LABELS[name]} of the {member} [{UNITS[name]}]"
 
     def _offer(self, name: str, members: tuple[str, ...]) -> None:
         """Options of a choice of members; what was chosen stays where it may."""
@@ -257,6 +271,7 @@ class _Wizard:
         for name, field in self.fields.items():
             if isinstance(field, ui.input):
                 field.error = _message(error) if error is not None and name == place else None
+        self.facts.style("opacity: 0.4" if error is not None else "opacity: 1")  # of the fields as they were
         self.message.set_text("" if error is None or isinstance(self.fields.get(place or ""), ui.input) else str(error))
         if error is not None:
             self._propose(sets_in(error.allowed))
@@ -298,13 +313,13 @@ class _Wizard:
                 return
             try:
                 state = from_text(safe_name(self.ready.title, ".toml"), self.ready.text)
-                await self.session.open(state)
             except ModelError as error:
                 return refused(error)
         finally:
             self.create.props(remove="loading")
         assert self.window is not None
         self.window.close()
+        show_model(self.session, state, self.slot, unsaved=True)
         ui.notify("A new train. What its drawing does not say yet is assumed; save keeps it.", timeout=5000)
 
     def _clear(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import os
 import shutil
 import tempfile
 import time
@@ -16,15 +17,19 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ...errors import ModelError
-from ..computing.frames import Frame, pack, unpack
+from ..computing.frames import PageFrame, pack, unpack
 from .channel import Channel
-from .spawned import kill_group, spawned
+from .spawned import Spare, kill_group, spawned, waiting
 from .tasks import Task, task_of
 
 __all__ = ["Job", "Jobs"]
 
 # Jobs that run at once: the machine has live work too.
 _MOST_AT_ONCE = 2
+# Short work that a person waits for, beside them: levers of a model, a comparison, a file.
+_MOST_HIDDEN = 2
+# Priority of a job below the live process (nice): a slider answers while jobs take all cores.
+_NICE = 10
 # Jobs of a page that are kept with their results, the oldest ended ones forgotten first.
 _MOST_KEPT = 24
 # [s] that a job may take to end politely before its process is killed.
@@ -52,7 +57,7 @@ class Job:
     remaining: float | None = None
     status: Status = "waits"
     message: str = ""
-    frame: Frame | None = None
+    frame: PageFrame | None = None
     packed: bytes | None = None
     dataset_path: Path | None = None
     value: Any = None
@@ -75,10 +80,14 @@ class Job:
 
 
 class Jobs:
-    """The jobs of a page, oldest first.  changed : called in the event loop after each change."""
+    """The jobs of a page, oldest first.
 
-    def __init__(self, changed: Callable[[Job], None]) -> None:
+    changed : called in the event loop after each change.  spare : of processes that wait; None: each starts its own.
+    """
+
+    def __init__(self, changed: Callable[[Job], None], spare: Spare | None = None) -> None:
         self.all: list[Job] = []
+        self.spare = spare
         self._changed = changed
         self._numbers = itertools.count(1)
         self._folder: Path | None = None
@@ -112,18 +121,25 @@ class Jobs:
         ------
         ModelError : no such job.
         """
+        if self._closed:
+            raise ModelError("the page is closed", path="job", given=name)
         number = next(self._numbers)
         task = task_of(name, dict(options), source, dict(overrides), rev, self.folder / f"job-{number}")
         job = Job(id=number, name=name, label=label or task.label, rev=rev, hidden=hidden, _task=task)
         self.all.append(job)
         ended = [one for one in self.all if one.ended]
         for old in ended[: max(0, len(self.all) - _MOST_KEPT)]:
-            self.all.remove(old)
-            if old.dataset_path is not None:
-                old.dataset_path.unlink(missing_ok=True)
+            self.forget(old)
         self._changed(job)
         self._pump()
         return job
+
+    def forget(self, job: Job) -> None:
+        """Drop a job that has ended, with its file."""
+        if job in self.all:
+            self.all.remove(job)
+        if job.dataset_path is not None:
+            job.dataset_path.unlink(missing_ok=True)
 
     def cancel(self, job: Job) -> None:
         """Ask a job to end; its process is killed where it does not."""
@@ -148,14 +164,16 @@ class Jobs:
             await asyncio.to_thread(shutil.rmtree, self._folder, True)
 
     def _pump(self) -> None:
-        running = sum(job.status == "runs" for job in self.all)
-        for job in [one for one in self.all if one.status == "waits"][: max(0, _MOST_AT_ONCE - running)]:
-            self._start(job)
+        for hidden, most in ((False, _MOST_AT_ONCE), (True, _MOST_HIDDEN)):
+            alike = [job for job in self.all if job.hidden is hidden]
+            running = sum(job.status == "runs" for job in alike)
+            for job in [one for one in alike if one.status == "waits"][: max(0, most - running)]:
+                self._start(job)
 
     def _start(self, job: Job) -> None:
         job.status, job._begun = "runs", time.monotonic()
         try:
-            job._process, connection = spawned(work, job._task)
+            job._process, connection = spawned(waiting) if self.spare is None else self.spare.take()
         except OSError as error:
             job.message = f"no process can be started: {error}"
             self._end(job, "failed")
@@ -165,6 +183,7 @@ class Jobs:
             arrived=lambda message: self._arrived(job, message),
             ended=lambda: self._died(job),
         )
+        job._channel.send((work, (job._task, 0 if job.hidden else _NICE)))
         self._changed(job)
 
     def _arrived(self, job: Job, message: tuple[str, Any]) -> None:
@@ -219,9 +238,11 @@ def _reap(process: SpawnProcess) -> None:
     process.join(timeout=0.01)
 
 
-def work(connection: Connection, task: Task) -> None:
+def work(connection: Connection, task: Task, nice: int = 0) -> None:
     """What the process of a job does: run the task, tell its progress, send its result or its error."""
     last = 0.0
+    if nice and hasattr(os, "nice"):
+        os.nice(nice)
 
     def progress(*done: float) -> None:
         nonlocal last

@@ -5,32 +5,34 @@ from __future__ import annotations
 import asyncio
 import hashlib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from ...errors import ModelError
 from ...results.whole_file import write_text
-from ..computing.frames import Frame, Request, unpack
-from ..state.history import History, Step
+from ..computing.frames import PageFrame, Request, failed_frame, unpack
+from ..state.history import StateHistory, Step
 from ..state.links import from_fragment, snapshot_text
 from ..state.replay import command_line, script
-from ..state.state import State, request_of, with_text, with_value, with_values
+from ..state.state import PageState, at_speed, request_of, with_text, with_value, with_values
 from ..state.written_text import text_of
 from .jobs import Job, Jobs
 from .levers import levers_at
+from .seals import file_of, seal_of
 from .worker import Client, Worker, start_worker
 
 __all__ = ["Session"]
 
 Levers = tuple[Mapping[str, Any], ...]
-# Relative speeds that a click in the sweep may ask for: beyond, no analysis of the package goes.
-_SPEEDS = (1e-3, 100.0)
+# Model file by what it is of: path, ready drive and name.
+_Origin = tuple[Path | None, str | None, str]
 
 
 @dataclass(slots=True, eq=False)
 class _Listeners:
-    frame: list[Callable[[bytes, Frame], None]] = field(default_factory=list)
+    frame: list[Callable[[bytes, PageFrame], None]] = field(default_factory=list)
     state: list[Callable[[Session], None]] = field(default_factory=list)
     failed: list[Callable[[Mapping[str, Any] | None], None]] = field(default_factory=list)
     jobs: list[Callable[[Session], None]] = field(default_factory=list)
@@ -45,24 +47,25 @@ class Session:
     """
 
     def __init__(self, worker: Worker | None = None) -> None:
-        self.history = History()
+        self.history = StateHistory()
         self.rev = self.released_rev = 0
-        self.frames: dict[str, Frame] = {}
+        self.frames: dict[str, PageFrame] = {}
         self.packed: dict[str, bytes] = {}
         self.failed: Mapping[str, Any] | None = None
         self.levers: Levers = ()
-        self.pinned: State | None = None
-        self.pinned_frames: dict[str, Frame] = {}
+        self.pinned: PageState | None = None
+        self._numbers_of_a = 0
+        self.pinned_frames: dict[str, PageFrame] = {}
         self.pinned_packed: dict[str, bytes] = {}
-        self.relative_speed = 1.0
         self.busy = False
         self.closed = False
         self.jobs = _PageJobs(self)
         self._worker = worker
         self._client = Client(deliver=self._deliver, idle=self._idle)
+        self._client_of_a = Client(deliver=self._deliver_a, idle=self._tell_state)
         self._listeners = _Listeners()
-        self._saved: State | None = None
-        self._digest = ""
+        self._kept: dict[_Origin, PageState | None] = {}
+        self._digests: dict[Path, str] = {}
         self._tasks: set[asyncio.Task[None]] = set()
 
     # listeners --------------------------------------------------------------------------------------------------------
@@ -70,7 +73,7 @@ class Session:
     def listen(
         self,
         *,
-        frame: Callable[[bytes, Frame], None] | None = None,
+        frame: Callable[[bytes, PageFrame], None] | None = None,
         state: Callable[[Session], None] | None = None,
         failed: Callable[[Mapping[str, Any] | None], None] | None = None,
         jobs: Callable[[Session], None] | None = None,
@@ -88,40 +91,56 @@ class Session:
     # the state --------------------------------------------------------------------------------------------------------
 
     @property
-    def state(self) -> State | None:
+    def state(self) -> PageState | None:
         return self.history.present
+
+    @property
+    def relative_speed(self) -> float:
+        """Speed that is shown, per operating speed [1]."""
+        return 1.0 if self.state is None else self.state.relative_speed
 
     @property
     def unsaved(self) -> bool:
         """Whether the present state differs from what was opened or saved last."""
-        now, saved = self.state, self._saved
-        return now is not None and (saved is None or (now.base, now.overrides) != (saved.base, saved.overrides))
+        now = self.state
+        if now is None:
+            return False
+        kept = self._kept.get(_origin(now))
+        return kept is None or (now.base, now.overrides) != (kept.base, kept.overrides)
 
-    async def start(self, state: State | None) -> None:
+    async def start(self, state: PageState | None) -> None:
         """Begin with a state, which is no step to take back; None: the empty page."""
+        self._join()
+        self.history = StateHistory(now=Step(state=state))
+        self._begun(state, state)
+
+    async def open(self, state: PageState, *, unsaved: bool = False) -> None:
+        """Show another model, as one step that can be taken back.  unsaved : it lies nowhere yet."""
+        self.history = self.history.push(state, f"open {state.name}").closed()
+        self._begun(state, None if unsaved else state)
+
+    def _join(self) -> None:
+        """Have a share in the live process of the server."""
         if self._worker is None:
             self._worker = start_worker()
-        self._worker.join(self._client)
-        self.history = History(now=Step(state=state))
-        await self._begun(state)
+        self.jobs.spare = self._worker.spare
+        for client in (self._client, self._client_of_a):
+            if client not in self._worker.clients:
+                self._worker.join(client)
 
-    async def open(self, state: State) -> None:
-        """Show another model, as one step that can be taken back."""
-        self.history = self.history.push(state, f"open {state.name}")
-        await self._begun(state)
-
-    async def _begun(self, state: State | None) -> None:
-        self._saved, self.relative_speed = state, 1.0
-        self._digest = "" if state is None or state.path is None else _digest(state.path)
+    def _begun(self, state: PageState | None, kept: PageState | None) -> None:
+        if state is not None:
+            self._kept[_origin(state)] = kept
+            if state.path is not None:
+                self._digests[state.path] = _digest(state.path)
         self.levers = ()
         self._changed(released=True)
-        if state is not None:
-            await self.renew_levers()
+        self._spawn(self.renew_levers())
 
     async def renew_levers(self) -> None:
         """Choose the levers anew from the present model."""
         state = self.state
-        if state is None:
+        if state is None or self.closed:
             return
         try:
             source, overrides = request_of(state)
@@ -164,10 +183,11 @@ class Session:
 
     def operate_at(self, relative_speed: float) -> None:
         """Show the train at another speed, per operating speed; the model stays as it is."""
-        self.relative_speed = min(max(float(relative_speed), _SPEEDS[0]), _SPEEDS[1])
+        state = at_speed(self._present(), relative_speed)
+        self._push(state, f"operate at {state.relative_speed:.4g} times the speed")
         self._changed(released=True)
 
-    def _moved(self, history: History) -> None:
+    def _moved(self, history: StateHistory) -> None:
         if history.now is self.history.now:
             return
         before, self.history = self.state, history
@@ -175,39 +195,29 @@ class Session:
             self._spawn(self.renew_levers())
         self._changed(released=True)
 
-    def _present(self) -> State:
+    def _present(self) -> PageState:
         if self.state is None:
             raise ModelError("no model is open", path="model", allowed="open one, or make a new one")
         return self.state
 
-    def _push(self, state: State, label: str, key: str | None = None) -> None:
+    def _push(self, state: PageState, label: str, key: str | None = None) -> None:
         self.history = self.history.push(state, label, key)
 
     def _changed(self, *, released: bool) -> None:
         """Number the state anew and have it computed."""
         self.rev += 1
         self._tell_state()
-        state = self.state
-        if state is None or self._worker is None:
+        if self.state is None or self._worker is None or self.closed:
             return
         if released:
             self.released_rev = self.rev
         try:
-            source, overrides = request_of(state)
+            request = _request(self.state, self.rev, "full" if released else "live")
         except ModelError as error:
-            self._fail({"message": error.problem, "path": error.path, "given": "", "allowed": error.allowed})
+            self._fail(failed_frame(self.rev, error).head)
             return
         self.busy = True
-        self._worker.ask(
-            self._client,
-            Request(
-                rev=self.rev,
-                kind="full" if released else "live",
-                source=source,
-                overrides=overrides,
-                relative_speed=self.relative_speed,
-            ),
-        )
+        self._worker.ask(self._client, request)
 
     def _tell_state(self) -> None:
         for function in self._listeners.state:
@@ -242,13 +252,30 @@ class Session:
 
     def pin(self) -> None:
         """Keep the present state as A, with its frames, to compare with. Raises ModelError where no model is open."""
-        self.pinned = self._present()
-        self.pinned_frames, self.pinned_packed = dict(self.frames), dict(self.packed)
+        self._pin(self._present())
+        own = {kind: frame for kind, frame in self.frames.items() if frame.rev == self.rev}
+        self.pinned_frames, self.pinned_packed = own, {kind: self.packed[kind] for kind in own}
         self._tell_state()
+        if self.busy or self.released_rev != self.rev:
+            self._ask_a()  # some of its frames are not there yet
 
     def unpin(self) -> None:
-        self.pinned, self.pinned_frames, self.pinned_packed = None, {}, {}
+        self._pin(None)
         self._tell_state()
+
+    def _pin(self, state: PageState | None) -> None:
+        self.pinned, self.pinned_frames, self.pinned_packed = state, {}, {}
+        self._numbers_of_a += 1
+
+    def _ask_a(self) -> None:
+        """Have all frames of A computed; their revision is negative, so none is taken for one of the present state."""
+        if self.pinned is not None and self._worker is not None:
+            self._worker.ask(self._client_of_a, _request(self.pinned, -self._numbers_of_a, "full"))
+
+    def _deliver_a(self, packed: bytes) -> None:
+        frame = unpack(packed)
+        if frame.rev == -self._numbers_of_a and frame.kind != "failed" and not self.closed:
+            self.pinned_frames[frame.kind], self.pinned_packed[frame.kind] = frame, packed
 
     # taking away ------------------------------------------------------------------------------------------------------
 
@@ -268,10 +295,13 @@ class Session:
         if kind == "script":
             return script(state)
         job = self.jobs.start(kind, {"verb": verb}, hidden=True)
-        path = (await self._result(job)).dataset_path
-        if path is None:
-            raise ModelError("no file of that kind", path="kind", given=kind, allowed="nc, json, csv, xlsx, html")
-        return await asyncio.to_thread(path.read_bytes)
+        try:
+            path = (await self._result(job)).dataset_path
+            if path is None:
+                raise ModelError("no file of that kind", path="kind", given=kind, allowed="nc, json, csv, xlsx, html")
+            return await asyncio.to_thread(path.read_bytes)
+        finally:
+            self.jobs.forget(job)
 
     async def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """function(*arguments) in a process of this page, which is killed with it.
@@ -280,7 +310,10 @@ class Session:
         Raises ModelError : what the function raises, or that its process ended.
         """
         job = self.jobs.start("call", {"function": function, "arguments": arguments}, hidden=True)
-        return (await self._result(job)).value
+        try:
+            return (await self._result(job)).value
+        finally:
+            self.jobs.forget(job)
 
     async def _result(self, job: Job) -> Job:
         await job.wait()
@@ -295,7 +328,9 @@ class Session:
     def changed_on_disk(self) -> bool:
         """Whether the file of the state is not as it was opened or saved."""
         state = self.state
-        return state is not None and state.path is not None and self._digest != _digest(state.path)
+        if state is None or state.path is None:
+            return False
+        return self._digests.get(state.path, "") != _digest(state.path)
 
     async def save(self, path: Path | None = None, *, force: bool = False) -> Path:
         """Write the model text to its file, or to another one, which is its file then.  No step to take back.
@@ -321,37 +356,61 @@ class Session:
             raise ModelError(
                 "is there already", path="save", given=str(target), allowed="overwrite it, or another name"
             )
-        text = await asyncio.to_thread(text_of, state)
+        text = await asyncio.to_thread(text_of, state, target.parent)
         await asyncio.to_thread(write_text, target, text)
+        self._digests[target] = await asyncio.to_thread(_digest, target)
         saved = replace(state, base=text, overrides={}, path=target, name=target.name, drive=None, trusted=True)
-        self._saved, self._digest = saved, _digest(target)
-        if self.state is state:
-            self.history = replace(self.history, now=replace(self.history.now, state=saved))
+        self._kept[_origin(saved)] = saved
+        self.history = self.history.with_file(state, saved)
         self._tell_state()
         return target
 
     # recovery and end -------------------------------------------------------------------------------------------------
 
     def snapshot(self) -> dict[str, object]:
-        """What a browser keeps of the page: no path and no numbers, since it comes back from outside."""
+        """What a browser keeps of the page, as JSON: texts of the states, no numbers; its file is sealed."""
         state, pinned = self.state, self.pinned
-        return {
-            "state": None if state is None else snapshot_text(state),
+        if state is None:
+            return {"state": None}
+        kept = self._kept.get(_origin(state))
+        found: dict[str, object] = {
+            "state": snapshot_text(state),
             "pinned": None if pinned is None else snapshot_text(pinned),
-            "speed": self.relative_speed,
+            "unsaved": self.unsaved,
+            "base_kept": kept is not None and kept.base == state.base and not kept.overrides,
         }
+        if state.path is not None:
+            file = {"file": str(state.path), "trusted": state.trusted, "digest": self._digests.get(state.path, "")}
+            found |= file | {"seal": seal_of(str(found["state"]), file)}
+        return found
 
     async def restore(self, snapshot: Mapping[str, object]) -> None:
-        """Begin with what a browser kept. Raises ModelError where it is none of ours."""
+        """Begin with what a browser kept; without a valid seal it has no file.
+
+        Raises
+        ------
+        ModelError : it is no snapshot, or its model cannot be one.
+        """
         text = snapshot.get("state")
         if not isinstance(text, str):
-            raise ModelError("is no snapshot", path="kept state")
-        state = from_fragment(text, most=None)
+            raise ModelError("is no snapshot", path="kept state", allowed="what this page has kept")
+        sealed = file_of(text, snapshot)
+        state = from_fragment(text, most=None, file=None if sealed is None else (sealed.path, sealed.trusted))
+        kept = None if snapshot.get("unsaved", True) is not False else state
+        if kept is None and snapshot.get("base_kept") is True:
+            kept = replace(state, overrides={})
         if self.history.present is None and not self.rev:
-            await self.start(state)
+            self._join()
+            self.history = StateHistory(now=Step(state=state))
         else:
-            await self.open(state)
-        self._saved = None
+            self.history = self.history.push(state, f"restore {state.name}").closed()
+        self._begun(state, kept)
+        if sealed is not None:
+            self._digests[sealed.path] = sealed.digest  # a change on disk since then is told
+        if isinstance(pinned := snapshot.get("pinned"), str):
+            with suppress(ModelError):
+                self._pin(from_fragment(pinned, most=None))
+                self._ask_a()
         self._tell_state()
 
     async def close(self) -> None:
@@ -359,6 +418,7 @@ class Session:
         self.closed = True
         if self._worker is not None:
             self._worker.leave(self._client)
+            self._worker.leave(self._client_of_a)
         for task in self._tasks:
             task.cancel()
         await self.jobs.close()
@@ -388,6 +448,15 @@ class _PageJobs(Jobs):
         if state is None and name != "call":
             raise ModelError("no model is open", path="model", allowed="open one, or make a new one")
         return self.begin(name, options or {}, source=source, overrides=overrides, rev=self._session.rev, hidden=hidden)
+
+
+def _request(state: PageState, rev: int, kind: Literal["live", "full"]) -> Request:
+    source, overrides = request_of(state)
+    return Request(rev=rev, kind=kind, source=source, overrides=overrides, relative_speed=state.relative_speed)
+
+
+def _origin(state: PageState) -> _Origin:
+    return state.path, state.drive, state.name
 
 
 def _label(path: str, value: object) -> str:

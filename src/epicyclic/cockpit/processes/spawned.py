@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import multiprocessing
 import os
 import signal
@@ -17,31 +18,38 @@ from typing import Any
 
 from ...analyses.parallel import BLAS_THREADS
 
-__all__ = ["kill_group", "spawned"]
+__all__ = ["Spare", "kill_group", "spawned", "waiting"]
 
 _CONTEXT = multiprocessing.get_context("spawn")
+# The environment and the name of the main module are changed while a process starts.
+_STARTING = threading.Lock()
+# [s] after which the next process is started to wait: its imports take a second of a core that the first one needs.
+_REFILL = 2.0
+
+Started = tuple[SpawnProcess, Connection]
 
 
-def spawned(function: Callable[..., None], *arguments: Any) -> tuple[SpawnProcess, Connection]:
+def spawned(function: Callable[..., None], *arguments: Any) -> Started:
     """A process that runs function(connection, *arguments), and this end of its pipe; Ctrl-C does not reach it.
 
     function : of a module, so that it can be pickled.
     """
     ours, theirs = _CONTEXT.Pipe()
     process = _CONTEXT.Process(target=_begin, args=(function, theirs, *arguments), daemon=False)
-    main, before = sys.modules["__main__"], {name: os.environ.get(name) for name in BLAS_THREADS}
-    # a process started anew would run the script again, of which it needs nothing
-    sys.modules["__main__"] = ModuleType("__main__")
-    os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
-    try:
-        process.start()
-    finally:
-        sys.modules["__main__"] = main
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+    with _STARTING:
+        main, before = sys.modules["__main__"], {name: os.environ.get(name) for name in BLAS_THREADS}
+        # a process started anew would run the script again, of which it needs nothing
+        sys.modules["__main__"] = ModuleType("__main__")
+        os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
+        try:
+            process.start()
+        finally:
+            sys.modules["__main__"] = main
+            for name, value in before.items():
+                if value is None:
+                    os.environ.pop(name, None)
+                else:
+                    os.environ[name] = value
     theirs.close()
     return process, ours
 
@@ -57,6 +65,75 @@ def kill_group(process: SpawnProcess) -> None:
             process.kill()
     with suppress(OSError, ValueError):
         process.kill()
+
+
+def waiting(connection: Connection) -> None:
+    """What a process does that waits for its work: it imports, then runs function(connection, *arguments) once."""
+    with suppress(ImportError):
+        import epicyclic.resolve.resolve
+        import epicyclic.results.dataset
+        import epicyclic.verbs.record
+
+        epicyclic.verbs.record.verbs()
+    try:
+        function, arguments = connection.recv()
+    except (EOFError, OSError):
+        return  # nobody needed it
+    function(connection, *arguments)
+
+
+class Spare:
+    """One process that waits with its imports done, so that a job starts at once; a next one after each that is taken.
+
+    The work is sent to it: ``(function, arguments)``.
+    """
+
+    def __init__(self) -> None:
+        self._process: Started | None = None
+        self._timer: asyncio.TimerHandle | None = None
+        self._filling: asyncio.Task[None] | None = None
+        self._stopped = False
+
+    def fill(self) -> None:
+        """Start a process where none waits.  Needs a running event loop."""
+        self._timer = None
+        if self._process is None and not self._stopped and (self._filling is None or self._filling.done()):
+            self._filling = asyncio.get_running_loop().create_task(self._fill())
+
+    async def _fill(self) -> None:
+        try:
+            started = await asyncio.to_thread(spawned, waiting)
+        except OSError:
+            return  # the next job says so
+        if self._stopped or self._process is not None:
+            await _end(started)
+        else:
+            self._process = started
+
+    def take(self) -> Started:
+        """The process that waits, or a new one; its work is still to be sent."""
+        found, self._process = self._process, None
+        if self._timer is None:
+            self._timer = asyncio.get_running_loop().call_later(_REFILL, self.fill)
+        return found if found is not None and found[0].is_alive() else spawned(waiting)
+
+    async def stop(self) -> None:
+        """End the process that waits."""
+        self._stopped = True
+        if self._timer is not None:
+            self._timer.cancel()
+        if self._filling is not None:
+            await asyncio.wait({self._filling})
+        found, self._process = self._process, None
+        if found is not None:
+            await _end(found)
+
+
+async def _end(started: Started) -> None:
+    process, connection = started
+    connection.close()
+    kill_group(process)
+    await asyncio.to_thread(process.join)
 
 
 def _begin(function: Callable[..., None], connection: Connection, *arguments: Any) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import ModelError
-from ..computing.frames import Frame
+from ..computing.frames import PageFrame
 
 __all__ = ["FILES", "Task", "called", "task_of"]
 
@@ -16,7 +16,7 @@ FILES = ("nc", "json", "csv", "xlsx", "html")
 """Kinds of files of a result; html is the report of everything."""
 
 Progress = Callable[..., None]
-Result = tuple[Frame | None, Path | None, Any]
+Result = tuple[PageFrame | None, Path | None, Any]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,9 +10,9 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 
 from ...errors import ModelError
-from ..computing.frames import Frame, Request, failed_frame, pack
+from ..computing.frames import PageFrame, Request, failed_frame, pack
 from .channel import Channel
-from .spawned import kill_group, spawned
+from .spawned import Spare, kill_group, spawned
 
 __all__ = ["Client", "Worker", "start_worker", "stop_worker"]
 
@@ -21,8 +21,12 @@ __all__ = ["Client", "Worker", "start_worker", "stop_worker"]
 _LONGEST = 120.0
 # Deaths in a row without a frame between them, after which the process is not started again for the same request.
 _MOST_DEATHS = 2
+# Starts in a row that end before the process is warm, after which pages are told; a next request tries again.
+_MOST_STARTS = 3
+# [s] that a frame may go on to be computed for a page that is closed, before its process is started anew.
+_GONE = 4.0
 
-Compute = Callable[[Request], Iterator[Frame]]
+Compute = Callable[[Request], Iterator[PageFrame]]
 
 
 @dataclass(slots=True, eq=False)
@@ -53,10 +57,11 @@ class Worker:
 
     Of one client the newest request counts: it begins when the frame at work is done, and the rest of what ran before
     is dropped.
-    target : what the process runs; None: `serve`.
+    target : what the process runs; None: `serve`.  spare : of jobs; None: each starts a process of its own.
     """
 
     target: Callable[[Connection], None] | None = None
+    spare: Spare | None = None
     clients: list[Client] = field(default_factory=list)
     ready: asyncio.Event = field(default_factory=asyncio.Event)
     _process: SpawnProcess | None = None
@@ -64,12 +69,16 @@ class Worker:
     _busy: Client | None = None
     _timer: asyncio.TimerHandle | None = None
     _numbers: Iterator[int] = field(default_factory=itertools.count)
+    _starts: int = 0
 
     def start(self) -> None:
         """Start the process; it says by itself when it is warm.  Needs a running event loop."""
-        if self._process is None:
-            self._process, connection = spawned(self.target or serve)
-            self._channel = Channel(connection, arrived=self._arrived, ended=self._died)
+        if self._process is not None:
+            return
+        self._starts += 1
+        self._process, connection = spawned(self.target or serve)
+        channel = Channel(connection, arrived=self._arrived, ended=lambda: self._died(channel))
+        self._channel = channel
 
     def join(self, client: Client) -> None:
         self.clients.append(client)
@@ -79,13 +88,18 @@ class Worker:
         client.waiting = None
         if client in self.clients:
             self.clients.remove(client)
-        if client.task is not None and self._busy is not client:
+        if self._busy is client:
+            asyncio.get_running_loop().call_later(_GONE, self._gone, client, client.task)
+        elif client.task is not None:
             self._send(("drop", client.task.number))
             client.task = None
 
     def ask(self, client: Client, request: Request) -> None:
         """Have a request computed next; it takes the place of one that waits."""
         client.waiting = request
+        if self._process is None:
+            self._starts = 0
+            self.start()
         self._pump()
 
     async def stop(self) -> None:
@@ -99,6 +113,8 @@ class Worker:
             kill_group(process)
             await asyncio.to_thread(process.join)
         self.ready.clear()
+        if self.spare is not None:
+            await self.spare.stop()
 
     def _pump(self) -> None:
         """Have the process compute the next frame, of the client whose turn it is."""
@@ -123,8 +139,11 @@ class Worker:
     def _arrived(self, message: tuple[str, int, bytes | None]) -> None:
         kind, number, data = message
         if kind == "ready":
+            self._starts = 0
             self.ready.set()
             self._pump()
+            if self.spare is not None:
+                self.spare.fill()
             return
         client = self._busy
         if client is None or client.task is None or client.task.number != number:
@@ -142,23 +161,36 @@ class Worker:
             client.idle()
         self._pump()
 
-    def _died(self) -> None:
+    def _died(self, channel: Channel) -> None:
         """Start the process again; what was lost is asked for once more, then said to fail."""
-        self._process = self._channel = None
+        if channel is not self._channel:
+            return  # stopped meanwhile
+        process, self._process, self._channel = self._process, None, None
+        if process is not None:
+            kill_group(process)
+            process.join(0.01)
         self.ready.clear()
         busy = self._busy
         self._quiet()
-        for client in self.clients:
+        given_up = self._starts >= _MOST_STARTS
+        for client in list(self.clients):
             task, client.task = client.task, None
-            if task is None:
-                continue
-            client.deaths += client is busy
-            if client.deaths < _MOST_DEATHS:
-                client.waiting = client.waiting or task.request
-            else:
-                client.deaths = 0
-                _fail(client, task.request, "the computing process ended by itself twice")
-        self.start()
+            if client.waiting is not None:
+                client.deaths = 0  # what is newer has not been tried
+            elif task is not None:
+                client.deaths += client is busy
+                client.waiting = task.request
+            if client.waiting is not None and (given_up or client.deaths >= _MOST_DEATHS):
+                request, client.waiting, client.deaths = client.waiting, None, 0
+                how = "cannot be started" if given_up else "ended by itself twice"
+                _fail(client, request, f"the computing process {how}")
+        if not given_up:
+            self.start()
+
+    def _gone(self, client: Client, task: _Task | None) -> None:
+        """Stop computing for a page that is closed."""
+        if self._busy is client and client.task is task and self._process is not None:
+            kill_group(self._process)
 
     def _too_long(self) -> None:
         client = self._busy
@@ -197,7 +229,7 @@ def serve(connection: Connection) -> None:
 def serve_with(connection: Connection, compute: Compute) -> None:
     """The same with another function that computes."""
     connection.send(("ready", 0, None))
-    running: dict[int, tuple[Request, Iterator[Frame]]] = {}
+    running: dict[int, tuple[Request, Iterator[PageFrame]]] = {}
     while True:
         try:
             kind, number, *rest = connection.recv()
@@ -215,7 +247,7 @@ def serve_with(connection: Connection, compute: Compute) -> None:
         connection.send(("end" if last else "frame", number, data))
 
 
-def _next_frame(request: Request, frames: Iterator[Frame]) -> bytes | None:
+def _next_frame(request: Request, frames: Iterator[PageFrame]) -> bytes | None:
     """The next frame, packed; None after the last one.  A fault of ours becomes a frame too: nobody sees a terminal."""
     try:
         frame = next(frames, None)
@@ -230,7 +262,7 @@ _shared: list[Worker] = []
 def start_worker() -> Worker:
     """The worker of this server, started when first asked for.  Needs a running event loop."""
     if not _shared:
-        _shared.append(Worker())
+        _shared.append(Worker(spare=Spare()))
     _shared[0].start()
     return _shared[0]
 

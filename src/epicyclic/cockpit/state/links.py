@@ -7,10 +7,11 @@ import binascii
 import json
 import zlib
 from collections.abc import Mapping
+from pathlib import Path
 
 from ...errors import ModelError
 from ...model.document import ready_drives
-from .state import State, from_text, opened, request_of, with_values
+from .state import PageState, at_speed, from_text, opened, request_of, with_values
 
 __all__ = ["MOST_LINK", "fragment_of", "from_fragment", "snapshot_text"]
 
@@ -21,7 +22,7 @@ _MOST_UNPACKED = 1_000_000
 _PREFIX = "state="
 
 
-def fragment_of(state: State) -> str:
+def fragment_of(state: PageState) -> str:
     """The fragment ``state=...`` of a link that opens the state anew: ready drives by name, else the whole text.
 
     Raises
@@ -35,21 +36,24 @@ def fragment_of(state: State) -> str:
     return text
 
 
-def snapshot_text(state: State) -> str:
+def snapshot_text(state: PageState) -> str:
     """The same of any length, for the browser to keep."""
     content: dict[str, object] = {
         "name": state.name,
         "overrides": [[path, one] for path, one in state.overrides.items()],
     }
+    if state.relative_speed != 1.0:
+        content["speed"] = state.relative_speed
     content |= {"drive": state.drive} if state.drive is not None else {"base": state.base}
     packed = zlib.compress(json.dumps(content, ensure_ascii=False, separators=(",", ":")).encode(), 9)
     return _PREFIX + base64.urlsafe_b64encode(packed).decode().rstrip("=")
 
 
-def from_fragment(text: str, *, most: int | None = MOST_LINK) -> State:
+def from_fragment(text: str, *, most: int | None = MOST_LINK, file: tuple[Path, bool] | None = None) -> PageState:
     """The state of a fragment of anybody; it names no file of this machine.
 
     most : characters that it may have; None: as many as unpack to `_MOST_UNPACKED`.
+    file : of the state and whether it may name others beside it, where the server itself has sealed both.
 
     Raises
     ------
@@ -65,10 +69,16 @@ def from_fragment(text: str, *, most: int | None = MOST_LINK) -> State:
     if isinstance(drive, str) and drive in ready_drives():
         state = opened(drive)
     elif isinstance(base, str):
-        state = from_text(str(content.get("name", "")), base)
+        name = str(content.get("name", ""))
+        state = (
+            from_text(name, base) if file is None else PageState(name=name, base=base, path=file[0], trusted=file[1])
+        )
     else:
         raise _damaged("neither a ready drive nor a model")
-    state = with_values(state, overrides)
+    speed = content.get("speed", 1.0)
+    if isinstance(speed, bool) or not isinstance(speed, int | float):
+        raise _damaged("a speed that is no number")
+    state = at_speed(with_values(state, overrides), speed)
     request_of(state)  # overrides may name no file either
     return state
 

@@ -8,7 +8,7 @@ from pprint import pformat
 
 from ...model.overrides import parse_setting
 from ...model.toml_writer import value_text
-from .state import State
+from .state import PageState
 
 __all__ = ["command_line", "file_name_of", "script", "setting"]
 
@@ -22,7 +22,7 @@ def setting(path: str, value: object) -> str:
     return f"{path}={value_text(value)}"
 
 
-def command_line(state: State, verb: str = "report", options: Mapping[str, object] | None = None) -> str:
+def command_line(state: PageState, verb: str = "report", options: Mapping[str, object] | None = None) -> str:
     """The command that computes the same from the ready drive, the file, or a download of it.
 
     verb : a command.  options : further ones by their names without dashes; None is left out.
@@ -36,7 +36,7 @@ def command_line(state: State, verb: str = "report", options: Mapping[str, objec
     return shlex.join(words)
 
 
-def script(state: State) -> str:
+def script(state: PageState) -> str:
     """A Python script that loads the same train and prints what the page answers."""
     overrides = pformat(dict(state.overrides), sort_dicts=False, width=100)
     given = f", overrides={overrides}" if state.overrides else ""
@@ -53,14 +53,14 @@ def script(state: State) -> str:
     )
 
 
-def file_name_of(state: State, suffix: str = ".toml") -> str:
+def file_name_of(state: PageState, suffix: str = ".toml") -> str:
     """A file name for a download of the state: letters, digits, dot, dash and underscore of its name."""
     stem = state.name.removesuffix(".toml")
     plain = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in stem).strip("-.")
     return f"{plain or 'model'}{suffix}"
 
 
-def _source(state: State) -> str:
+def _source(state: PageState) -> str:
     if state.drive is not None:
         return state.drive
     return str(state.path) if state.path is not None else file_name_of(state)

@@ -11,13 +11,15 @@ from typing import Any
 from ...errors import ModelError
 from ...model.deviations import is_file_name
 from ...model.document import MAX_BYTES, decoded, file_text, parse_text, ready_drives
-from ...model.tables import PlainTable, clean, split_path
+from ...model.tables import PlainTable, clean, nested, split_path
 from ...rexs.names import is_rexs_name
 from ...studies.drives import drive_text
+from .spellings import Keys, Spelling, at_path, spelling_of
 
 __all__ = [
+    "PageState",
     "State",
-    "at_path",
+    "at_speed",
     "from_text",
     "opened",
     "request_of",
@@ -33,12 +35,14 @@ _NO_FILES = "numbers: a model of this page may name no file"
 _MOST_NAME = 80
 # Overrides of one state: what a person sets by hand, with room; a hostile link may hold more.
 _MOST_OVERRIDES = 2000
+# Speeds per operating speed that a page shows: no sweep of the package goes beyond.
+_SPEEDS = (1e-3, 100.0)
 # Tables whose entries may name a file of force over deflection (`model.force_files`).
 _WITH_FORCES = ("stages", "bodies", "couplings")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class State:
+class PageState:
     """What a page shows.
 
     name : of the header.  base : text of the model file (TOML).
@@ -46,6 +50,7 @@ class State:
     drive : the ready drive whose text `base` is, if it is one.
     path : file of this machine, opened by the command line or written by save as; never from a link or an upload.
     trusted : whether the model may name files beside `path`.
+    relative_speed : speed that is shown, per operating speed [1]; the model stays as it is.
     """
 
     name: str
@@ -54,9 +59,14 @@ class State:
     drive: str | None = None
     path: Path | None = None
     trusted: bool = False
+    relative_speed: float = 1.0
 
 
-def opened(source: str | Path) -> State:
+# TODO: the pieces of the page still say State
+State = PageState
+
+
+def opened(source: str | Path) -> PageState:
     """The state of a ready drive, a model file or a REXS file of this machine.
 
     Raises
@@ -64,19 +74,19 @@ def opened(source: str | Path) -> State:
     ModelError : it cannot be read; it is no TOML and no REXS file.
     """
     if isinstance(source, str) and source in ready_drives():
-        return State(name=source, base=drive_text(source), drive=source)
+        return PageState(name=source, base=drive_text(source), drive=source)
     path = Path(source)
     if is_rexs_name(path):
         from ...rexs.import_train import read_rexs
         from ...studies.rexs_text import rexs_model_text
 
-        return State(name=_short(path.stem), base=rexs_model_text(read_rexs(path), path.name))
+        return PageState(name=_short(path.stem), base=rexs_model_text(read_rexs(path), path.name))
     text = file_text(path)
     parse_text(text, str(path))
-    return State(name=_short(path.name), base=text, path=path.absolute(), trusted=True)
+    return PageState(name=_short(path.name), base=text, path=path.absolute(), trusted=True)
 
 
-def uploaded(name: str, content: bytes) -> State:
+def uploaded(name: str, content: bytes) -> PageState:
     """The state of a file that a browser sent: a model file or a REXS file, which may name no file.
 
     Raises
@@ -90,11 +100,11 @@ def uploaded(name: str, content: bytes) -> State:
         from ...rexs.import_train import read_rexs
         from ...studies.rexs_text import rexs_model_text
 
-        return State(name=short, base=rexs_model_text(read_rexs(content), short))
+        return PageState(name=short, base=rexs_model_text(read_rexs(content), short))
     return from_text(short, decoded(content, short))
 
 
-def from_text(name: str, text: str) -> State:
+def from_text(name: str, text: str) -> PageState:
     """The state of a model text of anybody: it may name no file.
 
     Raises
@@ -104,37 +114,69 @@ def from_text(name: str, text: str) -> State:
     short = _short(name)
     if len(text.encode("utf-8", "replace")) > MAX_BYTES:
         raise ModelError("too large", path=short, allowed=f"at most {MAX_BYTES} bytes")
-    state = State(name=short, base=text)
+    state = PageState(name=short, base=text)
     request_of(state)
     return state
 
 
-def with_value(state: State, path: str, value: object) -> State:
+def with_value(state: PageState, path: str, value: object) -> PageState:
     """The state with one value set; None removes the key, the value of the file removes the override."""
     return with_values(state, {path: value})
 
 
-def with_values(state: State, values: Mapping[str, object]) -> State:
-    """The state with values set by path, the newest last.
+def with_values(state: PageState, values: Mapping[str, object]) -> PageState:
+    """The state with values set by path, the newest last; an override of the same places in another spelling goes.
 
     Raises
     ------
     ModelError : too many overrides; a value that no model file holds.
     """
     overrides = dict(state.overrides)
-    base = tables_of(state.base, state.name)
     for path, value in values.items():
-        overrides.pop(path, None)
-        given = at_path(base, split_path(path, path=path))
-        if (given is None) if value is None else given == clean(value, path):
-            continue
-        overrides[path] = value if value is None else clean(value, path)
+        keys = split_path(path, path=path)
+        _set(overrides, path, keys, value if value is None else clean(value, path), _spelling(state.base, state.name))
     if len(overrides) > _MOST_OVERRIDES:
         raise ModelError("too many", path="overrides", given=len(overrides), allowed=f"at most {_MOST_OVERRIDES}")
     return replace(state, overrides=overrides)
 
 
-def with_text(state: State, text: str) -> State:
+def _set(overrides: dict[str, object], path: str, keys: Keys, value: object, spelling: Spelling) -> None:
+    """Lay one value over others: it takes the place of what stood there, above it and below it."""
+    places, removed_above = spelling.places_of(keys, value), False
+    for other, given in list(overrides.items()):
+        own = split_path(other, path=other)
+        if own == keys[: len(own)] and own != keys and value is not None and isinstance(given, Mapping):
+            overrides[other] = _with(given, keys[len(own) :], value)
+            return
+        removed_above |= own == keys[: len(own)] and own != keys and given is None
+        below = own[: len(keys)] == keys and not (
+            isinstance(value, Mapping) and at_path(value, own[len(keys) :]) is None
+        )
+        if own == keys or below or spelling.places_of(own, given) == places:
+            del overrides[other]
+    key = spelling.same(keys, value)
+    in_file = key is not None or any(found[: len(keys)] == keys for found in spelling.written)
+    if removed_above:
+        if value is not None:
+            overrides[path] = value
+    elif in_file if value is None else key is None or spelling.written[key] != value:
+        overrides[path] = value
+
+
+def _with(table: Mapping[str, object], keys: Keys, value: object) -> dict[str, object]:
+    """A table with a value set in it."""
+    first, *rest = keys
+    below = table.get(first)
+    inner = _with(below if isinstance(below, Mapping) else {}, tuple(rest), value) if rest else value
+    return {**table, first: inner}
+
+
+@lru_cache(maxsize=16)
+def _spelling(text: str, name: str) -> Spelling:
+    return spelling_of(tables_of(text, name))
+
+
+def with_text(state: PageState, text: str) -> PageState:
     """The state with another model text and no overrides; it stays beside its file.
 
     Raises
@@ -146,7 +188,13 @@ def with_text(state: State, text: str) -> State:
     return changed
 
 
-def request_of(state: State) -> tuple[PlainTable, dict[str, object]]:
+def at_speed(state: PageState, relative_speed: float) -> PageState:
+    """The state shown at another speed, per operating speed, kept within what any analysis goes to."""
+    least, most = _SPEEDS
+    return replace(state, relative_speed=min(max(float(relative_speed), least), most))
+
+
+def request_of(state: PageState) -> tuple[PlainTable, dict[str, object]]:
     """What `load` takes: nested tables and overrides, plain and picklable.  Names of files become whole paths.
 
     Raises
@@ -157,9 +205,9 @@ def request_of(state: State) -> tuple[PlainTable, dict[str, object]]:
     tables = _placed(tables_of(state.base, state.name), folder)
     overrides = {}
     for path, value in state.overrides.items():
-        nested = _nested(split_path(path, path=path), value)
-        _placed(nested, folder)  # refused where it names a file and may not
-        overrides[path] = at_path(_placed(nested, folder), split_path(path, path=path))
+        keys = split_path(path, path=path)
+        # refused here where it names a file and may not
+        overrides[path] = at_path(_placed(nested(keys, value), folder), keys)
     return tables, overrides
 
 
@@ -221,22 +269,6 @@ def _file(name: str, path: str, folder: Path | None) -> str:
     if folder is None:
         raise ModelError("names a file", path=path, given=name[:_MOST_NAME], allowed=_NO_FILES)
     return str(folder / name)
-
-
-def _nested(path: tuple[str, ...], value: object) -> PlainTable:
-    table: Any = value
-    for key in reversed(path):
-        table = {key: table}
-    found: PlainTable = table
-    return found
-
-
-def at_path(table: Any, path: tuple[str, ...]) -> Any:
-    for key in path:
-        if not isinstance(table, Mapping) or key not in table:
-            return None
-        table = table[key]
-    return table
 
 
 def _short(name: str) -> str:

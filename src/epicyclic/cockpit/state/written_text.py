@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import tomlkit
@@ -13,117 +15,195 @@ from ...errors import ModelError
 from ...model.commented_writer import commented_text
 from ...model.document import read
 from ...model.tables import PlainTable, split_path
-from .state import State, at_path, request_of, tables_of
+from .spellings import Keys, at_path, keyed, spelling_of
+from .state import PageState, request_of, tables_of
 
 __all__ = ["text_of", "value_at"]
 
-# Rounds of writing what still differs from the aim: the first writes the overrides, the second what follows from them,
-# such as masses after teeth; a third has never been needed, and the commented writer stands behind.
-_ROUNDS = 3
-# Tables whose keys are themselves paths of the document.
-_OF_PATHS = ("assumed", "tolerance")
+# Rounds of writing what still differs from the aim: the first writes the overrides, the second what follows from them
+# (masses after teeth, reasons of values that are not assumed any more); the commented writer stands behind.
+_ROUNDS = 4
+_ABSENT = object()
+_WRONG = (ModelError, TOMLKitError, ValueError, TypeError, KeyError, AttributeError)
 
 
-def text_of(state: State) -> str:
+def text_of(state: PageState, folder: Path | None = None) -> str:
     """The model text that gives the same train as the file with its overrides.
 
     Comments and order stay as they are where the text that is edited reads back as the same document; else the
     document is written anew, without comments.
 
+    folder : where the text will lie; names of files are written whole where they lie beside another one.
+
     Raises
     ------
     ModelError : the text is no TOML, or an override cannot be written into it.
     """
+    state = _moved(state, folder)
     if not state.overrides:
         return state.base
-    tables, overrides = request_of(state)
     try:
-        aim = read(tables, overrides).data
+        aim = _document(state)
     except ModelError:
         # what is wrong is the model's; its text can be shown, mended and saved all the same
-        edited = _edited(state.base, overrides, None)
-        if edited is None:
-            raise
-        return edited
-    edited = _edited(state.base, overrides, aim)
+        return _laid_over(state)
+    edited = _edited(state, aim)
     if edited is not None:
         return edited
-    head = (f"{state.name} with {len(overrides)} values changed; written anew, so without its comments.",)
+    head = (f"{state.name} with {len(state.overrides)} values changed; written anew, so without its comments.",)
     return commented_text(aim, head=head)
 
 
-def _edited(text: str, overrides: Mapping[str, object], aim: PlainTable | None) -> str | None:
-    """The text with values changed in place until it reads as the aim; None where it does not come to that.
+def value_at(state: PageState, path: str) -> object:
+    """The value at a path as it is written, a text with its unit: of an override, else of the file; None: nowhere.
 
-    aim : None: the overrides are written in and nothing is compared.
+    Raises
+    ------
+    ModelError : the text is no TOML.
+    """
+    keys = split_path(path, path=path)
+    for other, value in reversed(list(state.overrides.items())):
+        above = split_path(other, path=other)
+        if keys[: len(above)] == above:
+            found = value if above == keys else at_path(value, keys[len(above) :])
+            if found is not None or value is None:
+                return found
+    found = at_path(tables_of(state.base, state.name), keys)
+    return found if found is not None else at_path(_plain_document(state.base, state.name), keys)
+
+
+@lru_cache(maxsize=16)
+def _plain_document(base: str, name: str) -> PlainTable:
+    """The document of a file with its shorthands expanded; files that it names are not read."""
+    try:
+        return read(tables_of(base, name)).data
+    except ModelError:
+        return {}
+
+
+def _document(state: PageState) -> PlainTable:
+    return read(*request_of(state)).data
+
+
+def _laid_over(state: PageState) -> str:
+    """The text with the overrides in it, whatever they give.
+
+    Raises
+    ------
+    ModelError : an override stands where the text has something else than a table.
     """
     try:
-        document = tomlkit.parse(text)
-        for path, value in overrides.items():
-            _put(document, split_path(path, path=path), value)
+        document = tomlkit.parse(state.base)
+        for path, value in state.overrides.items():
+            keys = split_path(path, path=path)
+            _put(document, spelling_of(document.unwrap()).same(keys, value) or keys, value)
+        written = tomlkit.dumps(document)
+        tables_of(written)
+    except _WRONG as error:
+        raise ModelError(f"the changes cannot be written into the text: {error}", path=state.name) from None
+    return written
+
+
+def _edited(state: PageState, aim: PlainTable) -> str | None:
+    """The text with values changed in place until it reads as the aim; None where it does not come to that."""
+    try:
+        document = tomlkit.parse(state.base)
+        _add_new(document, state)
         for _ in range(_ROUNDS):
             written = tomlkit.dumps(document)
-            if aim is None:
-                return written
-            found = read(tables_of(written)).data
+            found = _document(replace(state, base=written, overrides={}))
             if found == aim:
                 return written
-            for keys, wanted in _differences(found, aim):
-                _put(document, keys, wanted)
-    except (ModelError, TOMLKitError, ValueError, TypeError, KeyError, AttributeError):
-        return None  # spelled in another way, or two spellings in one: the document is written anew
+            _approach(document, tables_of(written), found, aim)
+    except _WRONG:
+        pass  # what an editor cannot do: the document is written anew
     return None
 
 
-def _differences(found: PlainTable, aim: PlainTable) -> Iterator[tuple[tuple[str, ...], object]]:
-    """Paths whose value is another one in the aim, with that; None where it has none."""
-    own, wanted = dict(_keyed(found)), dict(_keyed(aim))
-    for path in own.keys() - wanted.keys():
-        yield path, None
-    for path, value in wanted.items():
-        if own.get(path, _ABSENT) != value:
-            yield path, value
+def _add_new(document: Any, state: PageState) -> None:
+    """Write the overrides whose places the text does not give, as they are spelled; the others follow."""
+    spelling = spelling_of(tables_of(state.base, state.name))
+    for path, value in state.overrides.items():
+        keys = split_path(path, path=path)
+        if value is not None and spelling.places_of(keys, value).isdisjoint(spelling.key_of):
+            _put(document, _shortened(document, keys), value)
 
 
-_ABSENT = object()
+def _approach(document: Any, tables: PlainTable, found: PlainTable, aim: PlainTable) -> None:
+    """Change what differs from the aim, each key where the text has it."""
+    spelling, now, wanted = spelling_of(tables), dict(keyed(found)), dict(keyed(aim))
+    differing = [place for place in (now | wanted) if now.get(place, _ABSENT) != wanted.get(place, _ABSENT)]
+    keys_done: set[Keys] = set()
+    removed: list[Keys] = []
+    for place in differing:
+        keys = spelling.key_of.get(place)
+        if keys is None:
+            if place in wanted:
+                _put(document, _shortened(document, place), wanted[place])
+            continue
+        if keys in keys_done:
+            continue
+        keys_done.add(keys)
+        values = {one: wanted.get(one, _ABSENT) for one in sorted(spelling.places[keys])}
+        first, *others = values.values()
+        if first is _ABSENT and all(other is _ABSENT for other in others):
+            removed.append(keys)
+        elif all(other is not _ABSENT and other == first for other in others):
+            _put(document, keys, first)
+        else:  # a shorthand of which a part changes: its parts, each with its value
+            _put(document, keys, None)
+            for one, value in values.items():
+                if value is not _ABSENT:
+                    _put(document, (*keys[:-1], one[-1]), value)
+    for keys in removed:
+        _put(document, keys, None)
 
 
-def _keyed(table: Mapping[str, Any], path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], object]]:
-    for key, value in table.items():
-        if isinstance(value, Mapping) and value:
-            yield from _keyed(value, (*path, key))
-        else:
-            yield (*path, key), value
+def _moved(state: PageState, folder: Path | None) -> PageState:
+    """The state with its text for another folder: the names of files whole."""
+    if folder is None or not state.trusted or state.path is None or folder == state.path.parent:
+        return state
+    own, placed = dict(keyed(tables_of(state.base, state.name))), dict(keyed(request_of(state)[0]))
+    changed = [(keys, value) for keys, value in placed.items() if own.get(keys) != value]
+    if not changed:
+        return state
+    document = tomlkit.parse(state.base)
+    for keys, value in changed:
+        _put(document, keys, value)
+    return replace(state, base=tomlkit.dumps(document))
 
 
-def _put(table: Any, path: tuple[str, ...], value: object) -> None:
-    """Set a value in the document, or remove it; tables on the way are made."""
-    *above, last = _spelled(table, path)
+def _shortened(document: Any, keys: Keys) -> Keys:
+    """A new key as the text spells its neighbours: without the stage, or a path as one key."""
+    if keys[0] in ("assumed", "tolerance") and len(keys) > 2 and keys[1] not in ("cost", "correlation"):
+        return (keys[0], ".".join(keys[1:]))
+    short = (keys[0], *keys[2:])
+    without_stage = keys[0] in ("deviations", "operation") and len(keys) > 2
+    if without_stage and at_path(document, keys[:2]) is None and at_path(document, short[:2]) is not None:
+        return short
+    return keys
+
+
+def _put(table: Any, path: Keys, value: object) -> None:
+    """Set a value in the document, or remove it; tables on the way are made, emptied ones go."""
+    *above, last = path
+    parents = [table]
     for key in above:
         if key not in table:
             if value is None:
                 return
-            table[key] = tomlkit.table()
+            table[key] = tomlkit.inline_table() if isinstance(table, tomlkit.items.InlineTable) else tomlkit.table()
         table = table[key]
+        parents.append(table)
     if value is None:
         if last in table:
             del table[last]
-        return
-    if last not in table or not _replaced(table, last, value):
+        for parent, key in zip(reversed(parents[:-1]), reversed(above), strict=True):
+            if len(parent[key]):
+                break
+            del parent[key]
+    elif last not in table or not _replaced(table, last, value):
         table[last] = value
-
-
-def _spelled(table: Any, path: tuple[str, ...]) -> tuple[str, ...]:
-    """The path as the text spells it: without the stage where the member stands directly in its table."""
-    if len(path) == 2 and path[0] in _OF_PATHS:
-        first, _, rest = path[1].partition(".")
-        shorter = f"{first}.{rest.partition('.')[2]}"
-        known = table.get(path[0], {})
-        return (path[0], shorter) if path[1] not in known and shorter in known else path
-    short = (path[0], *path[2:])
-    if len(path) < 3 or at_path(table, path[:2]) is not None or at_path(table, short[:2]) is None:
-        return path
-    return short
 
 
 def _replaced(table: Any, key: str, value: object) -> bool:
@@ -137,30 +217,3 @@ def _replaced(table: Any, key: str, value: object) -> bool:
     new.trivia.comment, new.trivia.trail = trivia.comment, trivia.trail
     table[key] = new
     return True
-
-
-def value_at(state: State, path: str) -> object:
-    """The value at a path as it is written, a text with its unit: of an override, else of the file; None: nowhere.
-
-    Raises
-    ------
-    ModelError : the text is no TOML.
-    """
-    if path in state.overrides:
-        return state.overrides[path]
-    keys = split_path(path, path=path)
-    found = at_path(tables_of(state.base, state.name), keys)
-    return found if found is not None else at_path(_data(state), keys)
-
-
-@lru_cache(maxsize=16)
-def _data_of(base: str, name: str) -> PlainTable:
-    try:
-        return read(tables_of(base, name)).data
-    except ModelError:
-        return {}
-
-
-def _data(state: State) -> PlainTable:
-    """The document of the file with its shorthands expanded."""
-    return _data_of(state.base, state.name)

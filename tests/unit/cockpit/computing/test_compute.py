@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import time
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
@@ -95,12 +96,38 @@ def test_the_numbers_are_those_of_the_verbs(drive: str, overrides: dict[str, obj
     ]
 
 
-def test_the_caller_may_stop_between_frames() -> None:
-    tables = tomllib.loads(drive_text("wind-stage"))
-    running = compute(Request(rev=1, kind="full", source=tables))
-    assert next(running).kind == "live"
-    running.close()
-    assert list(running) == []
+def test_a_frame_at_work_is_given_up_when_somebody_waits() -> None:
+    request = Request(rev=1, kind="full", source=tomllib.loads(drive_text("wind-stage")), compiled=False)
+    for calls in (0, 5, 12):
+        asked: list[bool] = []
+
+        def stop(asked: list[bool] = asked, calls: int = calls) -> bool:
+            asked.append(len(asked) >= calls)
+            return asked[-1]
+
+        frames = list(compute(request, stop=stop))
+        assert frames[0].kind == "live"
+        assert frames[-1].kind != "sharing"
+        assert asked.count(True) == 1  # not asked again
+    # while a lever moves nothing is given up: what is at work is shown
+    live = list(compute(replace(request, kind="live"), stop=lambda: True))
+    assert [frame.kind for frame in live] == ["live"]
+
+
+def test_work_pauses_often() -> None:
+    request = Request(
+        rev=1, kind="full", source=tomllib.loads(drive_text("xu2020")), overrides=RUN_OUTS, compiled=False
+    )
+    clock: list[float] = []
+
+    def asked() -> bool:
+        clock.append(time.process_time())
+        return False
+
+    list(compute(request, stop=asked))
+    # of some 0.6 s; a busy machine may take several times as long
+    assert np.median(np.diff(clock)) < 0.1
+    assert len(clock) >= 15
 
 
 def test_peaks_are_where_orders_meet_the_modes_they_name() -> None:
@@ -110,7 +137,7 @@ def test_peaks_are_where_orders_meet_the_modes_they_name() -> None:
     assert len(named) >= 4
     highest = np.nanmax(frame.arrays["sweep/y"], axis=0)
     for peak in named:
-        order = int(peak["label"].split(", ")[1].rstrip("stndrdth order"))
+        order = int(peak["label"].split(", ")[1].split()[0][:-2])
         met = 100 * frequency[peak["mode"]] / (order * 437 / 16)
         assert met == pytest.approx(peak["x"], rel=0.03)
         at = int(np.argmin(np.abs(frame.arrays["sweep/x"] - peak["x"])))
@@ -190,6 +217,13 @@ def test_an_error_is_named_as_it_was_overridden() -> None:
     assert given.head["errors"]["rows"][0]["path"] == "deviations.main.carrier.run_out"
 
 
+@pytest.mark.parametrize("drive", ["encased-differential", "ren2021"])
+def test_the_colour_of_a_mesh_is_its_mean_over_the_hunting_period(drive: str) -> None:
+    (frame,) = frames_of(drive)
+    exact = mean_loads(assemble(load(drive)))[0]
+    np.testing.assert_allclose(frame.arrays["meshes/load"], exact, rtol=1e-6)
+
+
 def test_without_deviations_the_load_is_shared_equally() -> None:
     (frame,) = frames_of("xu2020")
     np.testing.assert_allclose(frame.arrays["sharing/coefficient"], 1.0, atol=1e-6)
@@ -212,6 +246,8 @@ def test_what_is_missing_is_said_and_the_rest_is_there(overrides: dict[str, obje
     said = [check for check in frame.head["checks"] if check["code"] == "not-computed"]
     assert {check["path"] for check in said} == {path}
     assert all(check["text"] and check["level"] == "warn" for check in said)
+    assert set(frame.head["missing"].values()) == {check["text"] for check in said}
+    assert not set(frame.head["missing"]) & kept
 
 
 @pytest.mark.parametrize(
@@ -230,6 +266,11 @@ def test_a_wrong_model_is_one_failed_frame(overrides: dict[str, object], path: s
     assert path in frame.head["path"]
     assert frame.head["message"]
     assert set(frame.head) == {"message", "path", "given", "allowed"}
+
+
+def test_a_speed_of_nothing_is_refused() -> None:
+    (frame,) = frames_of("ren2021", relative_speed=0.0)
+    assert (frame.kind, frame.head["path"]) == ("failed", "relative_speed")
 
 
 def test_laws_are_followed() -> None:

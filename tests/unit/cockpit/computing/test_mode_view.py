@@ -1,4 +1,4 @@
-"""Modes as the page lists them: the numbers of the verb, shapes in the axes of the stage, labels, orders that meet them."""
+"""Modes as the page lists them: numbers of the verb, shapes in the axes of the stage, labels, orders that meet them."""
 
 from __future__ import annotations
 
@@ -28,12 +28,14 @@ def test_frequencies_kinds_and_shapes_are_those_of_the_verb(drive: str) -> None:
     assert (view.frequency > 0).all()
     assert len(view.frequency) == min(60, int((verb["frequency"] > 0).sum()))
     np.testing.assert_allclose(np.abs(view.shape).max(axis=(1, 2)), 1.0)
-    # the length of the motion of every centre does not depend on the axes it is written in
+    # in the axes of the stage, up to a factor: motions of a body are turned by the angle of its own axes
     full = verb["full_shape"].transpose("mode", "body", "direction").values[own]
-    sideways = [np.hypot(shape[..., 0], shape[..., 1]) for shape in (view.shape, full)]
-    sums = [np.sqrt((one**2).sum(axis=1)) for one in sideways]
-    along = [np.sqrt((shape[..., 2] ** 2).sum(axis=1)) for shape in (view.shape, full)]
-    np.testing.assert_allclose(sums[0] * along[1], sums[1] * along[0], atol=1e-9 * sums[1].max())
+    turn = np.exp(1j * np.array([body.angle for body in train.bodies]))
+    drawn, wanted = (np.stack([one[..., 0] + 1j * one[..., 1], one[..., 2]]) for one in (view.shape, full))
+    wanted[0] *= turn
+    size = np.sum(np.abs(wanted) ** 2, axis=(0, 2))
+    scale = np.sum((drawn * wanted.conj()).real, axis=(0, 2)) / np.where(size > 0, size, 1.0)
+    np.testing.assert_allclose(drawn, scale[:, None] * wanted, atol=1e-9)
 
 
 def test_planets_of_a_translational_mode_move_alike_in_the_axes_of_the_stage() -> None:

@@ -1,11 +1,12 @@
 // What an answer rests on: load sharing, what each error costs, lines or bars of a job.
-import { look, roundUp, written } from "./look.js";
+import { brief, look, roundUp, short, written } from "./look.js";
 import { make, Pane, Sheet } from "./pane.js";
 import { Colours, ghostCurve, plotOf, rowsOf } from "./plot.js";
-import { about1, drawBars, drawSharing, heightFor } from "./rows.js";
+import { about1, drawBars, drawSharing, folded, heightFor } from "./rows.js";
 
 const STALE = 0.4;
 const GAPS = { sharing: 0.05, period: 0.1 }; // least half width of the axes about 1: below, all is as good as equal
+const UNFOLDED = 14; // rows of load sharing that have room side by side with both sides of a herringbone pair
 const LINES = 8; // curves of a job that get a place in the key
 
 export class EvidencePane extends Pane {
@@ -14,7 +15,8 @@ export class EvidencePane extends Pane {
     this.scroll = make("div", { class: "ck-scroll" });
     this.body = make("div", { class: "ck-fill" });
     this.keys = make("div", { class: "ck-keys" });
-    this.root.prepend(this.scroll, this.body, this.keys);
+    this.old = make("div", { class: "ck-note", hidden: "" }, "of an earlier state: run it again");
+    this.root.prepend(this.scroll, this.body, this.keys, this.old);
     this.sheet = new Sheet(this.scroll);
     this.colours = new Colours();
     this.styles = [];
@@ -46,6 +48,8 @@ export class EvidencePane extends Pane {
   }
 
   emptyText() {
+    const reason = this.reason(this.name);
+    if (reason) return reason;
     if (this.name === "sharing") return "Load sharing stands here as soon as it is computed.";
     if (this.name === "errors") return "The errors are weighed when the slider is let go.";
     return "Not computed for this train yet: start the job to see it here.";
@@ -56,6 +60,7 @@ export class EvidencePane extends Pane {
     this.sheet.fit(this.width, this.height);
     this.sheet.begin();
     this.keys.replaceChildren();
+    this.old.hidden = true;
   }
 
   dropPlot() {
@@ -82,6 +87,7 @@ export class EvidencePane extends Pane {
     this.scroll.hidden = Boolean(lines);
     this.body.hidden = !lines;
     this.hit = null;
+    this.old.hidden = !(stale && this.partNames()[0].startsWith("job:"));
     if (lines) return this.drawLines(part, lines, stale);
     this.dropPlot();
     const data = this.name === "sharing" ? this.sharing(part) : this.name === "errors" ? this.errors(part) : this.bars(part);
@@ -98,25 +104,27 @@ export class EvidencePane extends Pane {
     context.globalAlpha = stale ? STALE : 1;
     const drawn = this.name === "sharing" ? drawSharing(context, width, height, data) : drawBars(context, width, height, data);
     this.hit = { data, ...drawn };
-    this.describe(data.note, data.rows.map((row, i) => `${row} ${written((data.coefficient ?? data.values)[i])}`));
+    this.describe(data.note, (data.labels ?? data.rows).map((row, i) => `${row} ${written((data.coefficient ?? data.values)[i])}`));
   }
 
   sharing(part) {
     const { head, arrays } = part;
-    const rows = head.rows.map((row) => row.label);
+    const labels = head.rows.map((row) => row.label);
+    const { groups, names } = folded(labels, UNFOLDED);
     const twin = head.twin && arrays.twin ? arrays.twin.data : null;
     const pinned = this.ghostPart();
-    const ghost = pinned && byLabel(rows, pinned.head.rows.map((row) => row.label), pinned.arrays.coefficient.data);
+    const ghost = pinned && byLabel(labels, pinned.head.rows.map((row) => row.label), pinned.arrays.coefficient.data);
     const period = arrays.over_period?.shape[1] > 1 ? arrays.over_period : null;
     const values = [...arrays.coefficient.data, ...(twin ?? []), ...(ghost ?? []).filter((value) => value != null)];
     const isReleased = part.kind !== "live";
     return {
-      rows, twin, ghost, period,
+      labels, groups, twin, ghost, period,
+      rows: names.map(brief),
       coefficient: arrays.coefficient.data,
       cycles: head.cycles,
       title: "load-sharing coefficient [1]",
       twinLabel: head.twin ? `${head.twin.label}, ${written(head.twin.k_gamma, 4)}` : "",
-      note: `K_gamma ${written(head.k_gamma, 4)}${head.stage === "at rest" ? " at rest" : ""}${head.definition ? ` (${head.definition})` : ""}`,
+      note: sharingNote(head),
       half: this.half("sharing", about1(values, GAPS.sharing), isReleased),
       periodHalf: period ? this.half("period", about1([...period.data], GAPS.period), isReleased) : 0,
     };
@@ -140,6 +148,7 @@ export class EvidencePane extends Pane {
       title: `share of the ${head.of} [%]`,
       note: "What each error costs",
       strong: 0,
+      more: head.rows.map((row) => (Number.isFinite(row.without) ? [["K_gamma without it", written(row.without, 4)]] : [])),
       ...asPercent,
     };
   }
@@ -155,7 +164,7 @@ export class EvidencePane extends Pane {
       title: bars.x_label,
       note: head.title ?? head.text ?? "",
       line: bars.line,
-      format: (value) => written(value, 4),
+      format: (value) => short(value, 4),
     };
   }
 
@@ -239,7 +248,7 @@ export class EvidencePane extends Pane {
     if (index == null || plot.cursor.left < 0 || !this.data) return this.hideTip();
     const ratio = window.devicePixelRatio || 1;
     const unit = (label) => label.match(/\[(.*)\]/)?.[1] ?? "";
-    const rows = [[`${written(this.data[0][index], 4)} ${unit(this.lines.x_label)}`, null]];
+    const rows = [[`${short(this.data[0][index], 4)} ${unit(this.lines.x_label)}`, null]];
     this.curves.forEach((curve, i) => {
       const value = this.data[i + 1][index];
       if (curve.strong && value != null && rows.length < 10) rows.push([curve.label, `${written(value, 4)} ${unit(this.lines.y_label)}`, this.styles[i].colour]);
@@ -254,17 +263,21 @@ export class EvidencePane extends Pane {
     const { data, lines, strip } = this.hit;
     const row = Math.floor((y + this.scroll.scrollTop - lines.top) / lines.tall);
     if (row < 0 || row >= data.rows.length) return this.hideTip();
-    const rows = [[data.rows[row], null]];
-    if (data.coefficient) {
-      rows.push(["coefficient", written(data.coefficient[row], 4), look().accent]);
-      if (data.twin) rows.push([data.twinLabel.split(",")[0], written(data.twin[row], 4), look().strong[0]]);
+    this.showTip(x, y, data.coefficient ? this.sharingRows(data, row, strip, x) : barRows(data, row));
+  }
+
+  /** What the tooltip says of the meshes of a row, and of the part of the hunting period under the pointer. */
+  sharingRows(data, row, strip, x) {
+    return data.groups[row].flatMap((index) => {
+      const rows = [[data.labels[index], null], ["coefficient", written(data.coefficient[index], 4), look().accent]];
+      if (data.twin) rows.push([data.twinLabel.split(",")[0], written(data.twin[index], 4), look().strong[0]]);
+      if (data.ghost?.[index] != null) rows.push(["A", written(data.ghost[index], 4), look().pale]);
       if (strip && x >= strip.x0 && x < strip.x1) {
         const column = Math.floor(((x - strip.x0) / (strip.x1 - strip.x0)) * strip.columns);
-        rows.push(["at this part of the period", written(data.period.data[row * strip.columns + column], 4)]);
+        rows.push(["in this part of the period", written(data.period.data[index * strip.columns + column], 4)]);
       }
-    } else rows.push([data.title, data.format(data.values[row])]);
-    if (data.ghost?.[row] != null) rows.push(["A", data.format ? data.format(data.ghost[row]) : written(data.ghost[row], 4), look().pale]);
-    this.showTip(x, y, rows);
+      return rows;
+    });
   }
 
   onKey(event) {
@@ -281,7 +294,21 @@ export class EvidencePane extends Pane {
   }
 }
 
-const asPercent = { format: (value) => `${written(value, 3)} %` };
+const asPercent = { format: (value) => `${short(value, 3)} %` };
+
+/** What the tooltip says of a bar. */
+function barRows(data, row) {
+  const rows = [[data.rows[row], null], [data.title, data.format(data.values[row])]];
+  for (const [text, value] of data.more?.[row] ?? []) rows.push([text, value]);
+  if (data.ghost?.[row] != null) rows.push(["A", data.format(data.ghost[row]), look().pale]);
+  return rows;
+}
+
+/** The load-sharing factor in a line: its definition, at rest or the largest while turning. */
+function sharingNote(head) {
+  const turning = Number.isFinite(head.k_gamma_turning) ? `, turning ${written(head.k_gamma_turning, 4)}` : "";
+  return `K_gamma ${written(head.k_gamma, 4)} ${head.definition ? `(${head.definition})` : ""}${turning}`;
+}
 
 /** Values of another list of rows by name, null where it has none of that name. */
 function byLabel(rows, labels, values) {

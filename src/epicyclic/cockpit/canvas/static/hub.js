@@ -22,7 +22,7 @@ export function partsOf(frame) {
       if (prefix) arrays[name.slice(prefix.length)] = array;
     }
     const name = key === "job" ? `job:${frame.head.job.name}` : key;
-    found[name] = { rev: frame.rev, kind: frame.kind, head: frame.head[key], arrays };
+    found[name] = { rev: frame.rev, kind: frame.kind, head: frame.head[key], arrays, computed: frame.head.state?.computed_ms ?? null };
   }
   return found;
 }
@@ -31,6 +31,7 @@ export class Hub {
   constructor() {
     this.parts = {};
     this.pinned = {};
+    this.missing = {};
     this.rev = -1;
     this.mode = null;
     this.playing = true;
@@ -43,7 +44,7 @@ export class Hub {
   frame(packed) {
     const arrived = performance.now();
     const frame = decode(packed);
-    const changed = [];
+    const changed = this.forget(frame);
     for (const [name, part] of Object.entries(partsOf(frame))) {
       if (this.parts[name] && this.parts[name].rev > part.rev) {
         this.dropped += 1;
@@ -52,11 +53,32 @@ export class Hub {
       this.parts[name] = { ...part, arrived };
       changed.push(name);
     }
+    if (frame.rev >= this.rev && frame.kind === "live") this.missing = frame.head.missing ?? {};
     this.rev = Math.max(this.rev, frame.rev);
     // A job belongs to the state it was started in; it does not make what is shown of the present one older.
     const modes = this.parts.modes?.head;
     if (this.mode !== null && modes && !modes.some((mode) => mode.index === this.mode)) this.mode = null;
+    // A part that the present state cannot have is not shown from an earlier one.
+    for (const name of Object.keys(this.missing)) {
+      if (this.parts[name]?.rev < this.rev) {
+        delete this.parts[name];
+        changed.push(name);
+      }
+    }
     this.tell(changed);
+  }
+
+  /** Another train: what was computed for the one before is not its older state, and is taken away. */
+  forget(frame) {
+    const title = frame.head.train?.title;
+    if (title === undefined || frame.rev < this.rev || title === this.title) return [];
+    const isFirst = this.title === undefined;
+    this.title = title;
+    if (isFirst) return [];
+    const names = Object.keys(this.parts);
+    this.parts = {};
+    this.mode = null;
+    return names;
   }
 
   /** Add the parts of a packed frame to the ghost; null takes it away. */

@@ -3,7 +3,7 @@
 const CELL = 4; // [px] raster in which points of curves are counted
 const STEP = { aside: 10, up: 8 }; // [px] between two places that are tried
 const REACH = { aside: 44, up: 112 }; // [px] furthest place that is tried
-const COST = { point: 9, crossing: 45, below: 50, aside: 0.35 }; // against one pixel of distance from the point
+const COST = { point: 12, crossing: 45, below: 50, aside: 0.35 }; // against one pixel of distance from the point
 
 const meet = (a, b) => a.x < b.x + b.w && b.x < a.x + a.w && a.y < b.y + b.h && b.y < a.y + a.h;
 const within = (a, b) => a.x >= b.x && a.x + a.w <= b.x + b.w && a.y >= b.y && a.y + a.h <= b.y + b.h;

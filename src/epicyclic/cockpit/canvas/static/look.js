@@ -48,6 +48,12 @@ export function loadColour(place) {
   return `rgb(${mixed.join(",")})`;
 }
 
+/** A colour `rgb(r,g,b)` or `#rrggbb` with an opacity in its own hue, as a gradient of a canvas needs it. */
+export function faded(colour, alpha) {
+  const parts = colour.startsWith("#") ? rgb(colour) : colour.match(/\d+/g).slice(0, 3);
+  return `rgba(${parts.join(",")},${alpha})`;
+}
+
 /** A colour with an opacity, as CSS. */
 export function translucent(colour, alpha) {
   return `color-mix(in srgb, ${colour} ${Math.round(100 * alpha)}%, transparent)`;
@@ -64,6 +70,14 @@ export function written(value, digits = 3) {
   const spaced = whole.replace("-", "").replace(/\B(?=(\d{3})+$)/g, "\u2009");
   return minus + spaced + (part ? `.${part}` : "");
 }
+
+/** The same without zeros at the end of its decimals. */
+export function short(value, digits = 3) {
+  return written(value, digits).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
+}
+
+/** A label of a mesh or body in few letters: sides as L and R, which the whole label beside it spells out. */
+export const brief = (label) => label.replace(/ left\b/, " L").replace(/ right\b/, " R");
 
 /** The next 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten at or above a positive number. */
 export function roundUp(value) {

@@ -45,7 +45,7 @@ export class Pane {
     const own = [...this.partNames(), ...this.alsoHears()];
     // A newer frame without this part makes what is shown older than the state, which is to be seen.
     const nowOld = this.hub.isOld(this.partNames()[0]);
-    if (changed.some((name) => own.includes(name)) || nowOld !== (this.root.dataset.stale === "true")) this.schedule();
+    if (!this.part() || changed.some((name) => own.includes(name)) || nowOld !== (this.root.dataset.stale === "true")) this.schedule();
   }
 
   alsoHears() {
@@ -110,16 +110,23 @@ export class Pane {
     return "";
   }
 
+  /** Why the present state has no such part, as a sentence; "" where it may have one. */
+  reason(name) {
+    const text = String(this.hub.missing[name] ?? "");
+    return text && text[0].toUpperCase() + text.slice(1);
+  }
+
   /** The revision stands in the DOM once the browser has painted it: a task queued from the frame runs after the paint. */
   afterPaint(part) {
-    const { rev, arrived, kind } = part;
+    const { rev, arrived, kind, computed } = part;
     const channel = new MessageChannel();
     channel.port1.onmessage = () => {
       channel.port1.close();
       if (this.destroyed) return;
       this.root.dataset.rev = String(rev);
       this.root.dataset.stage = kind;
-      this.hub.painted = { rev, time: performance.now(), kind: this.kind, frame: kind, waited: performance.now() - arrived };
+      const time = performance.now();
+      this.hub.painted = { rev, time, kind: this.kind, frame: kind, waited: time - arrived, computed };
     };
     channel.port2.postMessage(null);
   }

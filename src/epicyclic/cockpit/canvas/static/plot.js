@@ -1,5 +1,5 @@
 // What the plots on uPlot share: axes in the colours of the page, colours that stay with a curve, steady ranges.
-import { look, roundUp, translucent, written } from "./look.js";
+import { look, roundUp, translucent } from "./look.js";
 import uPlot from "./uPlot.min.js";
 
 const FONT_SIZE = 11;
@@ -23,13 +23,16 @@ function axis(label, side) {
   };
 }
 
-/** A tick as short as the step between ticks allows. */
+/** Decimals that a step between ticks needs. */
+export function decimalsOf(step) {
+  for (let decimals = 0; decimals < 8; decimals++) if (Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) < 1e-6) return decimals;
+  return 8;
+}
+
 function tick(value, splits) {
-  const step = Math.abs((splits[1] ?? 1) - (splits[0] ?? 0)) || 1;
-  const decimals = Math.min(8, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
-  const text = value.toFixed(decimals);
-  if (Math.abs(value) < 10000) return text.replace("-", "−");
-  return written(value, Math.max(3, Math.ceil(Math.log10(Math.abs(value)) + 1e-9) + decimals));
+  const known = splits.filter((one) => one != null);
+  const text = value.toFixed(decimalsOf(Math.abs((known[1] ?? 1) - (known[0] ?? 0)) || 1)).replace("-", "−");
+  return text.replace(/\d+/, (whole) => (whole.length > 4 ? whole.replace(/\B(?=(\d{3})+$)/g, "\u2009") : whole));
 }
 
 /** A plot of so many curves whose looks and ranges `owner` tells: styles, rangeX(), rangeY(); hooks as uPlot's. */
@@ -71,11 +74,17 @@ export function rowsOf({ shape: [count, length], data }) {
   return rows;
 }
 
-/** Largest number of rows, 0 where there is none. */
-export function largest(rows) {
-  let most = 0;
-  for (const row of rows) for (const value of row) if (value !== null && value > most) most = value;
-  return most;
+/** Least and largest number of rows; Infinity and -Infinity where there is none. */
+export function endsOf(rows) {
+  let [least, most] = [Infinity, -Infinity];
+  for (const row of rows) {
+    for (const value of row) {
+      if (value === null) continue;
+      if (value < least) least = value;
+      if (value > most) most = value;
+    }
+  }
+  return [least, most];
 }
 
 /** Colours of the strong curves: a curve keeps its colour from frame to frame as long as it stays strong. */
@@ -98,11 +107,27 @@ export class Colours {
   }
 }
 
-/** Top of an axis from 0 that grows at once and shrinks only when the slider is let go and much of it is empty. */
-export function steadyTop(top, most, isReleased) {
-  if (most > 0.99 * top) return roundUp(1.12 * most);
-  if (isReleased && most < 0.55 * top && most > 0) return roundUp(1.12 * most);
-  return top;
+const FLAT = 0.7; // curves that stay above this share of their largest are drawn on an axis that starts below them
+const SPAN = 0.08; // least range of such an axis, of the largest value: what is less is as good as constant
+const ROOM = 0.3; // of the range above the curves, where the names of the peaks stand
+
+/** Axis [low, high] that holds values from `least` to `most`: from 0, or about curves that lie close together. */
+export function axisFor(least, most) {
+  if (!(most > 0)) return [0, 1];
+  if (least < FLAT * most) return [0, roundUp(1.12 * most)];
+  const span = Math.max(1.25 * (most - least), SPAN * most);
+  const step = roundUp(span / 6);
+  const low = Math.floor((least - Math.max(0.15 * span, 0.7 * (span - (most - least)))) / step) * step;
+  return [low, Math.ceil((most + ROOM * span) / step) * step];
+}
+
+/** The axis after news: it grows at once, and shrinks only when the slider is let go and much of it is empty. */
+export function steadyAxis(axis, least, most, isReleased) {
+  const wanted = axisFor(least, most);
+  if (!axis || !(axis[1] > axis[0])) return wanted;
+  const holds = axis[0] <= least && (axis[1] >= 0.99 * most || axis[1] >= wanted[1]) && axis[1] >= most;
+  if (isReleased && (most - axis[0] < 0.55 * (axis[1] - axis[0]) || wanted[1] - wanted[0] < 0.55 * (axis[1] - axis[0]))) return wanted;
+  return holds ? axis : [Math.min(axis[0], wanted[0]), Math.max(axis[1], wanted[1])];
 }
 
 /** Draw a dashed curve of another state in a plot. */

@@ -1,10 +1,10 @@
 // Plots whose rows have names: dots about the fair share with a strip over the hunting period, and bars from zero.
 import { loadColour, look, roundUp, translucent, written } from "./look.js";
+import { decimalsOf } from "./plot.js";
 
-export const ROW = { least: 15, most: 30 }; // [px]
+export const ROW = { least: 13, most: 32 }; // [px]
 const HEAD = 24;
 const FOOT = 36;
-const GAP = 14;
 
 export const heightFor = (rows) => HEAD + FOOT + rows * ROW.least;
 
@@ -18,6 +18,18 @@ function cut(context, text, width) {
   let end = text.length;
   while (end > 1 && context.measureText(`${text.slice(0, end)}…`).width > width) end -= 1;
   return `${text.slice(0, end)}…`;
+}
+
+/** Rows of both sides of a herringbone pair as one where there are more than `most`: [[index, ...], ...] and labels. */
+export function folded(labels, most) {
+  const plain = labels.map((_, i) => [i]);
+  if (labels.length <= most) return { groups: plain, names: labels };
+  const groups = new Map();
+  labels.forEach((label, i) => {
+    const name = label.replace(/,? (left|right)\b/, "");
+    groups.set(name, [...(groups.get(name) ?? []), i]);
+  });
+  return { groups: [...groups.values()], names: [...groups.keys()] };
 }
 
 /** Places of the rows: {y, tall, top, bottom}. */
@@ -39,9 +51,9 @@ export function ticks(low, high, most = 6) {
   const power = 10 ** Math.floor(Math.log10(raw));
   const step = [1, 2, 2.5, 5, 10].find((one) => one * power >= raw * (1 - 1e-9)) * power;
   const found = [];
+  const decimals = decimalsOf(step);
   for (let value = Math.ceil(low / step - 1e-9) * step; value <= high + 1e-9 * step; value += step) found.push(Math.abs(value) < 1e-12 * step ? 0 : value);
-  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9) + (power * 2.5 === step ? 1 : 0));
-  return found.map((value) => ({ value, text: value.toFixed(Math.min(8, decimals)).replace("-", "−") }));
+  return found.map((value) => ({ value, text: value.toFixed(decimals).replace("-", "−") }));
 }
 
 function axis(context, { x0, x1, low, high, title }, lines) {
@@ -90,16 +102,16 @@ function legend(context, right, marks) {
   return x;
 }
 
-function dot(context, x, y, colour) {
+function dot(context, x, y, colour, size = 4) {
   context.beginPath();
-  context.arc(x, y, 4, 0, 2 * Math.PI);
+  context.arc(x, y, size, 0, 2 * Math.PI);
   context.fillStyle = colour;
   context.fill();
 }
 
-function openDot(context, x, y, colour) {
+function openDot(context, x, y, colour, size = 4.5) {
   context.beginPath();
-  context.arc(x, y, 4, 0, 2 * Math.PI);
+  context.arc(x, y, size, 0, 2 * Math.PI);
   context.lineWidth = 1.6;
   context.strokeStyle = colour;
   context.stroke();
@@ -127,11 +139,11 @@ export function about1(values, least) {
 
 /**
  * Load sharing: coefficients as dots with a line at 1, the twin as open dots, pin A as dashed diamonds, beside them
- * the rows over the hunting period. `data` {rows, coefficient, twin, ghost, period, title, twinLabel, note, half, periodHalf}.
+ * the rows over the hunting period. `data` {rows, groups (indices of each row), coefficient, twin, ghost, period, title, twinLabel, note, half, periodHalf}.
  */
 export function drawSharing(context, width, height, data) {
   const lines = spread(data.rows.length, height);
-  const names = labelWidth(context, data.rows, 0.26 * width);
+  const names = labelWidth(context, data.rows, 0.3 * width);
   const value = 40;
   const x0 = names + 22;
   const x1 = data.period ? Math.round(x0 + 0.46 * (width - x0 - value)) : width - value - 16;
@@ -140,22 +152,18 @@ export function drawSharing(context, width, height, data) {
   const place = axis(context, { x0, x1, low, high, title: data.title }, lines);
   reference(context, place(1), lines);
   context.textBaseline = "middle";
-  data.rows.forEach((_, row) => {
-    const [y, at] = [lines.y(row), data.coefficient[row]];
-    if (!Number.isFinite(at)) return;
-    context.beginPath();
-    context.moveTo(place(1), y);
-    context.lineTo(place(at), y);
-    context.lineWidth = 1.5;
-    context.strokeStyle = translucent(look().accent, 0.45);
-    context.stroke();
-    if (data.ghost?.[row] != null) dashedDiamond(context, place(data.ghost[row]), y);
-    if (Number.isFinite(data.twin?.[row])) openDot(context, place(data.twin[row]), y, look().strong[0]);
-    dot(context, place(at), y, look().accent);
+  data.groups.forEach((group, row) => {
+    const y = lines.y(row);
+    group.forEach((index, i) => {
+      const shift = (0.42 * lines.tall * (i - (group.length - 1) / 2)) / Math.max(1, group.length - 1);
+      lollipop(context, place, y + (group.length > 1 ? shift : 0), index, data, group.length > 1 ? 2.8 : 4);
+    });
+    const most = Math.max(...group.map((index) => data.coefficient[index]));
+    if (!Number.isFinite(most)) return;
     context.font = `11px ${look().font}`;
     context.textAlign = "left";
     context.fillStyle = look().ink;
-    context.fillText(at.toFixed(3), x1 + 8, y);
+    context.fillText(most.toFixed(3), x1 + 8, y);
   });
   const strip = data.period ? drawStrip(context, x1 + value + 14, width - 10, lines, data) : null;
   const marks = [{ text: "as it is", draw: (x, y) => dot(context, x, y, look().accent) }];
@@ -169,8 +177,23 @@ export function drawSharing(context, width, height, data) {
   return { lines, strip };
 }
 
+/** One coefficient: a stroke from the fair share, its dot, the open dot of the twin, the diamond of pin A. */
+function lollipop(context, place, y, index, data, size) {
+  const at = data.coefficient[index];
+  if (!Number.isFinite(at)) return;
+  context.beginPath();
+  context.moveTo(place(1), y);
+  context.lineTo(place(at), y);
+  context.lineWidth = 1.5;
+  context.strokeStyle = translucent(look().accent, 0.45);
+  context.stroke();
+  if (data.ghost?.[index] != null) dashedDiamond(context, place(data.ghost[index]), y);
+  dot(context, place(at), y, look().accent, size);
+  if (Number.isFinite(data.twin?.[index])) openDot(context, place(data.twin[index]), y, look().strong[0], size + 0.5);
+}
+
 /** Rows over the hunting period, coloured by load. */
-function drawStrip(context, x0, x1, lines, { period, periodHalf, cycles }) {
+function drawStrip(context, x0, x1, lines, { groups, period, periodHalf, cycles }) {
   const [rows, columns] = period.shape;
   if (!columns || x1 - x0 < 30) return null;
   const picture = document.createElement("canvas");
@@ -185,9 +208,10 @@ function drawStrip(context, x0, x1, lines, { period, periodHalf, cycles }) {
   }
   paint.putImageData(image, 0, 0);
   context.imageSmoothingEnabled = false;
-  for (let row = 0; row < rows; row++) {
-    context.drawImage(picture, 0, row, columns, 1, x0, lines.y(row) - 0.41 * lines.tall, x1 - x0, 0.82 * lines.tall);
-  }
+  groups.forEach((group, row) => {
+    const tall = (0.82 * lines.tall) / group.length;
+    group.forEach((index, i) => context.drawImage(picture, 0, index, columns, 1, x0, lines.y(row) - 0.41 * lines.tall + i * tall, x1 - x0, tall));
+  });
   context.font = `11px ${look().font}`;
   context.fillStyle = look().ink;
   context.textAlign = "left";

@@ -1,8 +1,8 @@
 // Mesh forces over speed: the worst curves strong, peaks named after their modes, the operating speed, pin A dashed.
 import { nearestOf, placed } from "./labels.js";
-import { look, written } from "./look.js";
+import { brief, look, short, written } from "./look.js";
 import { make, Pane } from "./pane.js";
-import { axisFont, Colours, ghostCurve, largest, plotOf, rowsOf, steadyTop } from "./plot.js";
+import { axisFont, Colours, endsOf, ghostCurve, plotOf, rowsOf, steadyAxis } from "./plot.js";
 
 const STALE = 0.4; // opacity of what is older than the state
 const LABEL = { height: 16, pad: 8, most: 210 }; // [px] of the name of a peak; longer ones are cut
@@ -15,10 +15,11 @@ export class SweepPane extends Pane {
     this.keys = make("div", { class: "ck-keys" });
     this.peaks = make("div", { class: "ck-peaks" });
     this.note = make("div", { class: "ck-note" });
-    this.root.prepend(this.body, this.keys, this.note, this.peaks);
+    this.raised = make("div", { class: "ck-note ck-raised", hidden: "" }, "axis not from 0");
+    this.root.prepend(this.body, this.keys, this.note, this.raised, this.peaks);
     this.colours = new Colours();
     this.styles = [];
-    this.top = 0;
+    this.axis = null;
     this.range = null;
     this.cursor = -1;
     this.measured = new Map();
@@ -26,7 +27,7 @@ export class SweepPane extends Pane {
   }
 
   emptyText() {
-    return "Mesh forces over speed stand here as soon as they are computed.";
+    return this.reason("sweep") || "Mesh forces over speed stand here as soon as they are computed.";
   }
 
   rangeX() {
@@ -34,7 +35,7 @@ export class SweepPane extends Pane {
   }
 
   rangeY() {
-    return [0, this.top || 1];
+    return this.axis ?? [0, 1];
   }
 
   clear() {
@@ -88,8 +89,9 @@ export class SweepPane extends Pane {
     const isOther = this.head?.x_label !== head.x_label || this.head?.y_label !== head.y_label;
     const rows = rowsOf(arrays.y);
     this.pinned = this.ghostOf();
-    const most = Math.max(largest(rows), ...(this.pinned?.curves ?? []).map((curve) => largest([curve.y])), ...head.peaks.map((peak) => peak.y), 0);
-    this.top = isOther ? steadyTop(0, most, true) : steadyTop(this.top, most, isReleased);
+    const peaks = head.peaks.map((peak) => peak.y);
+    const [least, most] = endsOf([...rows, ...(this.pinned?.curves ?? []).map((curve) => curve.y), peaks]);
+    this.axis = steadyAxis(isOther ? null : this.axis, least, most, isReleased);
     const range = head.range ?? [arrays.x.data[0], arrays.x.data[arrays.x.data.length - 1]];
     this.range = isOther || isReleased || !this.range ? range : [Math.min(range[0], this.range[0]), Math.max(range[1], this.range[1])];
     const order = head.curves.map((curve, i) => ({ ...curve, row: i }));
@@ -137,7 +139,7 @@ export class SweepPane extends Pane {
     context.save();
     const operating = this.drawOperating(context, plot, ratio, { left, top, width, height });
     this.placePeaks(plot, ratio, { x: left / ratio, y: top / ratio, w: width / ratio, h: height / ratio }, operating);
-    context.lineWidth = ratio;
+    context.globalAlpha = this.isStale() ? STALE : 1;
     for (const peak of this.shownPeaks) {
       context.beginPath();
       context.arc(peak.x * ratio, peak.y * ratio, 3.2 * ratio, 0, 2 * Math.PI);
@@ -165,7 +167,7 @@ export class SweepPane extends Pane {
     context.font = `600 ${10.5 * ratio}px ${look().font}`;
     context.fillStyle = look().accent;
     context.textBaseline = "top";
-    const text = `operating, ${written(at, 4)}`;
+    const text = `operating, ${short(at, 4)}`;
     const wide = context.measureText(text).width;
     const isRight = x + wide + 8 * ratio < left + width;
     context.textAlign = isRight ? "left" : "right";
@@ -193,7 +195,7 @@ export class SweepPane extends Pane {
       const button = this.peaks.children[i];
       if (button.textContent !== peak.label) button.textContent = peak.label;
       button.dataset.mode = String(peak.mode);
-      button.title = `${peak.label}: ${written(peak.y, 4)} at ${written(peak.x, 4)}`;
+      button.title = `${peak.text ?? peak.label}: ${written(peak.y, 4)} at ${short(peak.x, 4)}`;
       button.setAttribute("aria-label", `Show the mode of this peak: ${button.title}`);
       button.setAttribute("aria-pressed", String(this.hub.mode !== null && this.hub.mode === peak.mode));
       Object.assign(button.style, { left: `${box.x.toFixed(1)}px`, top: `${box.y.toFixed(1)}px`, width: `${box.w}px` });
@@ -244,11 +246,13 @@ export class SweepPane extends Pane {
       mark.style.borderTopColor = colour;
       return make("span", {}, mark, text);
     };
-    const rows = strong.map((curve) => key(curve.label, this.colours.of(curve.label)));
+    const rows = strong.map((curve) => key(withoutStage(brief(curve.label.replace(/ and \d+ alike$/, "")), strong), this.colours.of(curve.label)));
     const others = this.order.length - strong.length;
     if (others) rows.push(key(`${others} more`, look().other));
     if (this.pinned) rows.push(key("A", look().pale, true));
+    for (const row of rows.slice(strong.length)) row.classList.add("ck-whole");
     this.note.textContent = head.stage ?? "";
+    this.raised.hidden = !(this.axis[0] > 0);
     const text = rows.map((row) => row.textContent).join("|") + look().dark + strong.map((curve) => this.colours.of(curve.label)).join();
     if (text === this.keyText) return;
     this.keyText = text;
@@ -280,7 +284,7 @@ export class SweepPane extends Pane {
   rowsAt(index) {
     const unit = (label) => label.match(/\[(.*)\]/)?.[1] ?? "";
     const at = this.data[0][index];
-    const rows = [[`${written(at, 4)} ${unit(this.head.x_label)}`, null]];
+    const rows = [[`${short(at, 4)} ${unit(this.head.x_label)}`, null]];
     const strong = this.order.map((curve, i) => ({ ...curve, value: this.data[i + 1][index] })).filter((curve) => curve.strong && curve.value != null);
     strong.sort((a, b) => b.value - a.value);
     for (const curve of strong) rows.push([curve.label, `${written(curve.value, 4)} ${unit(this.head.y_label)}`, this.colours.of(curve.label)]);
@@ -329,6 +333,12 @@ export class SweepPane extends Pane {
     this.plot?.destroy();
     super.destroy();
   }
+}
+
+/** A label without the name of its stage, where all have the same. */
+function withoutStage(label, curves) {
+  const stage = label.match(/^[^:]+: /)?.[0];
+  return stage && curves.every((curve) => curve.label.startsWith(stage)) ? label.slice(stage.length) : label;
 }
 
 function leader(context, { x, y, box }, ratio) {

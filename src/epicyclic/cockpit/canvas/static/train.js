@@ -87,7 +87,7 @@ export class TrainPane extends Pane {
     const values = part.arrays.load?.data ?? new Float32Array(part.head.meshes.length).fill(NaN);
     const known = [...values].filter(Number.isFinite);
     const away = known.length ? Math.max(...known.map((value) => Math.abs(value - 1))) : 0;
-    const wanted = Math.max(LEAST_SPREAD, roundUp(away));
+    const wanted = roundUp(Math.max(LEAST_SPREAD, away));
     this.spread = part.kind === "live" ? Math.max(this.spread, wanted) : wanted;
     const [low, high] = [Math.max(0, 1 - this.spread), 1 + this.spread];
     const place = (value) => (value - low) / (high - low);

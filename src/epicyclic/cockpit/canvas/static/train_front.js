@@ -1,5 +1,5 @@
 // Front view: gears with their teeth, meshes in the colour of their load, the float of a body, what is held; or a mode.
-import { loadColour, look, translucent, written } from "./look.js";
+import { faded, loadColour, look, translucent, written } from "./look.js";
 import { isGear, isInternal, meshAt, placeAt } from "./train_geometry.js";
 
 const TURN = 2 * Math.PI;
@@ -24,12 +24,18 @@ export function drawFront(context, front, view, seconds, loads) {
   for (const body of order) if (isGear(body)) pitchCircle(context, body, view, placeAt(body, seconds));
   drawMeshes(context, front, view, seconds, loads);
   for (const body of order) drawHeld(context, body, view, placeAt(body, seconds));
-  for (const body of order) drawCentre(context, body, view, placeAt(body, seconds));
+  for (const body of onePerPlace(order)) drawCentre(context, body, view, placeAt(body, seconds));
   stageNames(context, front, view);
 }
 
+/** The bodies, of those on one centre the last alone: the front one, whose mark would cover that of the others. */
+function onePerPlace(order) {
+  const last = new Map(order.map((body) => [`${body.x} ${body.y} ${body.stage} ${isInternal(body) ? body.name : ""}`, body]));
+  return order.filter((body) => [...last.values()].includes(body));
+}
+
 function drawBody(context, body, view, place, tone = {}) {
-  const { fill = translucent(kindColour(body), look().dark ? 0.26 : 0.2), stroke = kindColour(body), width = 1.1 } = tone;
+  const { fill = translucent(kindColour(body), look().dark ? 0.2 : 0.13), stroke = kindColour(body), width = 1.1 } = tone;
   context.save();
   context.translate(...seen(view, place.x, place.y));
   context.scale(view.scale, -view.scale);
@@ -99,43 +105,57 @@ export function places(front, loads) {
 /** Radius [px] of the patch in which the teeth of a mesh take the colour of its load. */
 export function patch(mesh, bodies, view) {
   const modules = mesh.bodies.map((i) => bodies[i]).filter(isGear).map((body) => (2 * body.pitch) / body.teeth);
-  return Math.min(Math.max(4 * Math.min(...modules, 20) * view.scale, 9), 24);
+  return Math.min(Math.max(5 * Math.min(...modules, 20) * view.scale, 11), 26);
 }
 
 function drawMeshes(context, front, view, seconds, loads) {
+  if (![...loads.values].some(Number.isFinite)) return; // a train without a load: its teeth alone
   for (const one of places(front, loads)) {
     const at = meshAt(one.mesh, front.bodies, seconds);
     const [x, y] = seen(view, at.x, at.y);
     const radius = patch(one.mesh, front.bodies, view);
     const known = Number.isFinite(one.load);
     const colour = known ? loads.colour(one.load) : look().other;
-    context.save();
+    const glow = context.createRadialGradient(x, y, 0.6 * radius, x, y, radius);
+    glow.addColorStop(0, colour);
+    glow.addColorStop(1, faded(colour, 0.35));
+    for (const index of one.mesh.bodies) glowingTeeth(context, front.bodies[index], view, seconds, glow, [x, y, radius]);
     context.beginPath();
     context.arc(x, y, radius, 0, TURN);
-    context.fillStyle = look().surface;
-    context.fill();
-    context.fillStyle = translucent(colour, 0.22);
-    context.fill();
-    context.clip();
-    for (const index of one.mesh.bodies) {
-      const body = front.bodies[index];
-      if (body.drawn) drawBody(context, body, view, placeAt(body, seconds), { fill: colour, stroke: look().surface, width: 0.8 });
-    }
-    context.restore();
-    context.beginPath();
-    context.arc(x, y, radius, 0, TURN);
-    context.lineWidth = 1.6;
+    context.lineWidth = 1.3;
     context.strokeStyle = known ? loads.edge(one.load) : look().edge;
     context.stroke();
     if (known) meshNumber(context, front, view, seconds, one, [x, y], radius);
   }
 }
 
+/** The teeth of one gear in the colour of the mesh's load, strongest where they touch. */
+function glowingTeeth(context, body, view, seconds, glow, [x, y, radius]) {
+  if (!body.drawn) return;
+  const place = placeAt(body, seconds);
+  const [px, py] = seen(view, place.x, place.y);
+  const onScreen = new DOMMatrix([view.scale, 0, 0, -view.scale, px, py]).rotate((180 * place.angle) / Math.PI);
+  const teeth = new Path2D();
+  teeth.addPath(body.path, onScreen);
+  context.save();
+  context.beginPath();
+  context.arc(x, y, radius, 0, TURN);
+  context.clip();
+  const filled = new Path2D(teeth);
+  if (isInternal(body)) filled.arc(px, py, body.outer * view.scale, 0, TURN);
+  context.fillStyle = glow;
+  context.fill(filled, "evenodd");
+  context.lineWidth = 1.2;
+  context.strokeStyle = look().surface;
+  context.stroke(teeth);
+  context.restore();
+}
+
 /** The load beside its mesh, inside the planet, where that has room for two of them and its number. */
 function meshNumber(context, front, view, seconds, one, [x, y], radius) {
   const bodies = one.mesh.bodies.map((index) => front.bodies[index]).filter((body) => isGear(body) && !isInternal(body));
   const host = bodies.find((body) => body.kind === "planet") ?? bodies[0];
-  if (!host || host.root * view.scale < radius + 34) return;
+  if (!host || host.root * view.scale < radius + 38) return;
   const place = placeAt(host, seconds);
   const [cx, cy] = seen(view, place.x, place.y);
   const away = Math.hypot(cx - x, cy - y) || 1;

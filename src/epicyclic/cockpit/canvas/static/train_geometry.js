@@ -124,9 +124,46 @@ export function beside(boxes, gapShare = 0.06) {
   });
 }
 
+const APART = 0.03; // of the centre distance: pitch radii that miss it by more are not those of the teeth that mesh
+
+/**
+ * Bodies and meshes whose radii fit their centre distances. A published train may give tooth counts and a centre distance
+ * beside radii that belong to neither; its gears are then drawn by the first two.
+ */
+export function fittingRadii(bodies, meshes) {
+  const factors = new Map();
+  for (const { bodies: [a, b] } of meshes) {
+    const pair = [bodies[a], bodies[b]];
+    if (!pair.every((body) => body && isGear(body))) continue;
+    const distance = Math.hypot(pair[0].x - pair[1].x, pair[0].y - pair[1].y);
+    const signs = pair.map((body) => (isInternal(body) ? -1 : 1));
+    const sum = (of) => Math.abs(signs[0] * of(pair[0]) + signs[1] * of(pair[1]));
+    if (Math.abs(sum((body) => body.pitch) - distance) <= APART * distance) continue;
+    const perTooth = distance / sum((body) => body.teeth);
+    for (const index of [a, b]) if (!factors.has(index)) factors.set(index, (perTooth * bodies[index].teeth) / bodies[index].pitch);
+  }
+  if (!factors.size) return { bodies, meshes };
+  const scaled = (value, factor) => (value == null ? value : value * factor);
+  const fitted = bodies.map((body, index) => {
+    const factor = factors.get(index);
+    if (!factor) return body;
+    const radii = ["pitch", "tip", "root", "outer"].map((key) => [key, scaled(body[key], factor)]);
+    return { ...body, ...Object.fromEntries(radii) };
+  });
+  return { bodies: fitted, meshes: meshes.map((mesh) => (factors.has(mesh.bodies[0]) ? { ...mesh, ...pitchPoint(mesh, fitted) } : mesh)) };
+}
+
+/** Where the pitch circles of a mesh touch: on the line of centres. */
+function pitchPoint(mesh, bodies) {
+  const [a, b] = mesh.bodies.map((index) => bodies[index]);
+  const [from, to] = isInternal(b) ? [b, a] : [a, b];
+  const away = Math.hypot(to.x - from.x, to.y - from.y) || 1;
+  return { x: from.x + (from.pitch * (to.x - from.x)) / away, y: from.y + (from.pitch * (to.y - from.y)) / away };
+}
+
 /** The train as it is drawn from the front: bodies with their place, axis, phase and outlines, stages, bounds. */
 export function frontView(train) {
-  const { bodies, meshes } = train;
+  const { bodies, meshes } = fittingRadii(train.bodies, train.meshes);
   const centres = axes(bodies);
   const turned = phases(bodies, meshes);
   const placed = bodies.map((body, index) => {

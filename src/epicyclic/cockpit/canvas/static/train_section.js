@@ -162,34 +162,39 @@ function drawRow(context, row, view, tone) {
   if (row.body.floating && tone.fill) floats(context, row, view);
 }
 
-/** A carrier is two cheeks with the pin between them; every other body one rectangle. */
+/** A carrier is two cheeks with the pin between them, a herringbone gear two faces, every other body one rectangle. */
 function pieces({ body, z0, z1, low, high, pin }) {
+  const faces = body.faces?.length > 1 ? body.faces : [];
+  const move = faces.length ? z0 - Math.min(...faces.flatMap(([a, b]) => [a, b])) : 0;
+  if (faces.length) return faces.map(([a, b]) => [a + move, b + move, low, high]);
   if (body.kind !== "carrier") return [[z0, z1, low, high]];
   const cheek = 0.16 * (z1 - z0);
   const half = 0.06 * high;
   return [[z0, z0 + 0.75 * cheek, 0, high], [z1 - 0.75 * cheek, z1, 0, high], [z0 + 0.75 * cheek, z1 - 0.75 * cheek, pin - half, pin + half]];
 }
 
-/** Strokes along the teeth: slanted by the hand of the helix, mirrored at the middle of a herringbone gear. */
+/** Strokes along the teeth, slanted by the hand of the helix, face by face. */
 function helix(context, { body, z0, z1, low, high }, view, colour) {
-  if (!body.hand) return;
+  if (body.faces?.length) {
+    const move = z0 - Math.min(...body.faces.flatMap(([a, b]) => [a, b]));
+    for (const [a, b, hand] of body.faces) strokes(context, { z0: a + move, z1: b + move, low, high, hand }, view, colour);
+  } else strokes(context, { z0, z1, low, high, hand: body.hand }, view, colour);
+}
+
+function strokes(context, { z0, z1, low, high, hand }, view, colour) {
+  if (!hand) return;
   const [x0, y0] = px(view, z0, high);
   const [x1, y1] = px(view, z1, low);
   if (x1 - x0 < 10 || y1 - y0 < 8) return;
-  const halves = /left.*right|right.*left|both|herringbone/.test(body.hand) ? 2 : 1;
   context.save();
   context.beginPath();
   context.rect(x0, y0, x1 - x0, y1 - y0);
   context.clip();
   context.beginPath();
-  for (let half = 0; half < halves; half++) {
-    const [from, to] = [x0 + ((x1 - x0) * half) / halves, x0 + ((x1 - x0) * (half + 1)) / halves];
-    const leans = (body.hand.startsWith("left") ? 1 : -1) * (half ? -1 : 1);
-    const rise = 0.3 * (to - from) * leans;
-    for (let y = y0 - Math.abs(rise); y < y1 + Math.abs(rise); y += 7) {
-      context.moveTo(from, y + rise / 2);
-      context.lineTo(to, y - rise / 2);
-    }
+  const rise = (hand === "left" ? 0.3 : -0.3) * (x1 - x0);
+  for (let y = y0 - Math.abs(rise); y < y1 + Math.abs(rise); y += 7) {
+    context.moveTo(x0, y + rise / 2);
+    context.lineTo(x1, y - rise / 2);
   }
   context.lineWidth = 0.7;
   context.strokeStyle = translucent(colour, 0.45);
@@ -253,7 +258,12 @@ export function drawLinks(context, section, view, links, bodies) {
   if (section.moved.size) return; // stages moved apart: the places of the links would be false
   const last = new Map();
   for (const link of links) {
-    const body = bodies.find((one) => one.name === link.body);
+    const ends = [link.body, link.to].map((name) => bodies.find((one) => one.name === name));
+    if (link.kind === "coupling" && ends[0] && ends[1]) {
+      shaftLine(context, view, ends);
+      continue;
+    }
+    const body = ends.find((one) => one?.kind === "planet") ?? ends[0];
     if (!body || link.z == null || (body.kind === "planet" && body.number > 1)) continue;
     const height = body.kind === "planet" ? body.orbitRadius : 0;
     const [x, y] = px(view, link.z, height);
@@ -262,6 +272,17 @@ export function drawLinks(context, section, view, links, bodies) {
     last.set(key, true);
     linkMark(context, x, height ? y : y + 6, link);
   }
+}
+
+/** A coupling is a stroke on the axis from one body to the other. */
+function shaftLine(context, view, ends) {
+  const [from, to] = ends.map((body) => px(view, (body.z[0] + body.z[1]) / 2, 0));
+  context.beginPath();
+  context.moveTo(...from);
+  context.lineTo(...to);
+  context.lineWidth = 2.5;
+  context.strokeStyle = translucent(look().kinds.shaft, 0.8);
+  context.stroke();
 }
 
 function linkMark(context, x, y, { kind, to }) {

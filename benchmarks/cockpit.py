@@ -1,0 +1,129 @@
+"""What an update of the cockpit takes, step by step: wall time of one process [ms], median and 95th percentile.
+
+    python benchmarks/cockpit.py [--moves 50] [--drive NAME ...]
+
+A lever moves: every run has another stiffness of the planets' bearings.  The targets are for an idle machine.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
+
+import argparse
+import statistics
+import time
+import tomllib
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from epicyclic.analyses.fast import numba_available
+from epicyclic.assemble.assembly import assemble
+from epicyclic.cockpit.computing.compute import compile_all, compute
+from epicyclic.cockpit.computing.error_view import error_view
+from epicyclic.cockpit.computing.frames import Request, pack
+from epicyclic.cockpit.computing.mode_view import mode_view
+from epicyclic.cockpit.computing.names import body_labels, mesh_labels
+from epicyclic.cockpit.computing.sharing_view import live_sharing, twin_of
+from epicyclic.cockpit.computing.speed_view import efforts, force_curves, speed_model
+from epicyclic.cockpit.computing.train_view import train_head
+from epicyclic.resolve.resolve import load
+from epicyclic.studies.drives import drive_text
+
+RUN_OUTS: dict[str, object] = {
+    "deviations.sun.run_out": "20 um",
+    "deviations.planet.run_out": "20 um",
+    "deviations.ring.run_out": "20 um",
+    "deviations.carrier.run_out": "20 um",
+    "deviations.planet.position.y": "[20, 0, 0, 0] um",
+}
+DRIVES: dict[str, tuple[str, dict[str, object]]] = {
+    "ren2021": ("ren2021", {}),
+    "xu2020": ("xu2020", {}),
+    "xu2020 with run-outs": ("xu2020", RUN_OUTS),
+}
+LEVER = "stages.main.planet.bearing.radial"
+# Median of the live set by numpy and by numba, and of a full set until its shaft orders [ms].
+TARGETS = {
+    "ren2021": {"live": (83, 60), "full: shaft orders": (500, 300)},
+    "xu2020 with run-outs": {"live": (150, 100), "full: shaft orders": (500, 300)},
+}
+
+Times = dict[str, list[float]]
+
+
+def main() -> None:
+    """Print a table for each drive."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--moves", type=int, default=50, help="moves of the lever")
+    parser.add_argument("--drive", nargs="*", default=list(DRIVES), choices=list(DRIVES))
+    chosen = parser.parse_args()
+    if numba_available():
+        compile_all()
+    for name in chosen.drive:
+        ways = (False, True) if numba_available() else (False,)
+        show(name, [measured(*DRIVES[name], moves=chosen.moves, compiled=way) for way in ways])
+
+
+def measured(drive: str, overrides: dict[str, object], *, moves: int, compiled: bool) -> Times:
+    """Times of every step over the moves [ms], after three to warm up."""
+    source, times = tomllib.loads(drive_text(drive)), Times()
+    for move in range(-3, moves):
+        moved = {**overrides, LEVER: f"{1e9 * (1 + 0.01 * move):.6g} N/m"}
+        for step, spent in run(source, moved, compiled=compiled):
+            if move >= 0:
+                times.setdefault(step, []).append(spent)
+    return times
+
+
+def run(source: dict[str, Any], overrides: dict[str, object], *, compiled: bool) -> Iterator[tuple[str, float]]:
+    """One move: every step by itself, then the live and the full set as the page gets them [ms]."""
+    kept: dict[str, Any] = {}
+
+    def timed(step: str, work: Callable[[], object]) -> tuple[str, float]:
+        start = time.perf_counter()
+        kept[step] = work()
+        return step, 1e3 * (time.perf_counter() - start)
+
+    yield timed("load", lambda: load(source, overrides))
+    train = kept["load"]
+    yield timed("assemble", lambda: assemble(train))
+    system = kept["assemble"]
+    yield timed("train view", lambda: train_head(train, body_labels(train), mesh_labels(train)))
+    yield timed("modes", lambda: mode_view(train, system, body_labels(train)))
+    yield timed("sharing at rest", lambda: live_sharing(system))
+    yield timed("twin", lambda: twin_of(train, kept["sharing at rest"]))
+    yield timed("errors", lambda: error_view(train, system))
+    yield timed("120 speeds", lambda: force_curves(*ready(system, compiled)))
+    request = Request(rev=1, kind="live", source=source, overrides=overrides, compiled=compiled)
+    yield timed("live", lambda: list(compute(request)))
+    yield timed("pack", lambda: pack(kept["live"][0]))
+    start = time.perf_counter()
+    for frame in compute(Request(rev=1, kind="full", source=source, overrides=overrides, compiled=compiled)):
+        stage = frame.head["sweep"]["stage"].removeprefix("with ") if frame.kind == "sweep" else frame.kind
+        yield f"full: {stage}", 1e3 * (time.perf_counter() - start)
+
+
+def ready(system: Any, compiled: bool) -> tuple[Any, Any]:
+    """What the curve of the live set is computed of."""
+    model = speed_model(system, compiled=compiled)
+    return model, efforts(model).live
+
+
+def show(name: str, found: list[Times]) -> None:
+    """A table: steps, median and 95th percentile by numpy and numba, targets."""
+    ways = ("numpy", "numba")[: len(found)]
+    print(f"\n{name:24}" + "".join(f"{way + ' median':>14}{'p95':>8}{'target':>8}" for way in ways))
+    for step in found[0]:
+        row = f"{step:24}"
+        for way, times in enumerate(found):
+            ordered = sorted(times[step])
+            target = TARGETS.get(name, {}).get(step)
+            late = ordered[min(len(ordered) - 1, int(0.95 * len(ordered)))]
+            row += f"{statistics.median(ordered):14.1f}{late:8.1f}{target[way] if target else '':>8}"
+        print(row)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,111 @@
+"""The Python side of the panes: what is told to a browser that is there, late or again, and what is believed of it."""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import pytest
+
+pytest.importorskip("nicegui", reason="the extra app is not installed")
+
+from nicegui import Client, ui
+from nicegui.events import GenericEventArguments
+from nicegui.page import page as nicegui_page
+
+from epicyclic.cockpit.canvas.element import Board, EvidencePane, SweepPane, TrainPane, send
+
+from .canvas_frames import job, live
+
+
+@pytest.fixture
+def told(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, ...]]:
+    """Calls of the browser, in their order."""
+    calls: list[tuple[Any, ...]] = []
+    monkeypatch.setattr(
+        Board, "run_method", lambda self, name, *given, **_: calls.append((self._props["kind"], name, *given))
+    )
+    return calls
+
+
+@pytest.fixture
+def client() -> Client:
+    return Client(nicegui_page("/"))
+
+
+def hear(pane: Board, event: str, given: Any = None) -> None:
+    """An event of the browser arrives."""
+    for listener in list(pane._event_listeners.values()):
+        if listener.type == event and listener.handler is not None:
+            handler: Any = listener.handler
+            handler(
+                GenericEventArguments(sender=pane, client=pane.client, args=given)
+            ) if event != "ready" else handler()
+
+
+def text(packed: bytes) -> str:
+    return base64.b64encode(packed).decode()
+
+
+def test_a_browser_that_comes_late_is_told_the_newest_of_every_kind(told: list[Any], client: Client) -> None:
+    with client:
+        pane, evidence = TrainPane(), EvidencePane()
+    for frame in (live(1), live(2), job(2, "relief"), job(2, "contact")):
+        send(client, frame)
+    pane.show_mode(4)
+    evidence.evidence("contact")
+    assert told == []
+    hear(pane, "ready")
+    hear(evidence, "ready")
+    frames = [("train", "frame", text(frame)) for frame in (live(2), job(2, "relief"), job(2, "contact"))]
+    assert told == [*frames, ("train", "mode", 4), ("evidence", "evidence", "contact")]
+
+
+def test_a_frame_goes_to_the_page_once(told: list[Any], client: Client) -> None:
+    with client:
+        panes = [TrainPane(), SweepPane(), EvidencePane()]
+    for pane in panes:
+        hear(pane, "ready")
+    send(client, live(1))
+    send(panes[1], live(2))
+    assert told == [("train", "frame", text(live(1))), ("sweep", "frame", text(live(2)))]
+
+
+def test_the_ghost_gathers_frames_and_goes(told: list[Any], client: Client) -> None:
+    with client:
+        pane = SweepPane()
+    pane.ghost(live(1))
+    pane.ghost(None)
+    pane.ghost(live(3))
+    hear(pane, "ready")
+    pane.ghost(None)
+    assert told == [("sweep", "ghost", text(live(3))), ("sweep", "ghost", None)]
+
+
+def test_a_client_without_panes_is_left_alone(told: list[Any], client: Client) -> None:
+    with client:
+        ui.label("nothing to draw")
+    send(client, live(1))
+    assert told == []
+
+
+@pytest.mark.parametrize("given", [0, -1, 1e9, float("nan"), float("inf"), "1.0", None, [1], True])
+def test_speeds_that_no_pane_sends_are_not_believed(client: Client, given: object) -> None:
+    with client:
+        pane = SweepPane()
+    speeds: list[float] = []
+    pane.on_speed(speeds.append)
+    hear(pane, "speed", 0.75)
+    hear(pane, "speed", given)
+    assert speeds == [0.75]
+
+
+@pytest.mark.parametrize("given", [-1, 2.5, True, "3", [3]])
+def test_modes_that_no_pane_sends_are_not_believed(client: Client, given: object) -> None:
+    with client:
+        pane = TrainPane()
+    modes: list[int | None] = []
+    pane.on_mode(modes.append)
+    for index in (3, given, None):
+        hear(pane, "mode", index)
+    assert modes == [3, None]
