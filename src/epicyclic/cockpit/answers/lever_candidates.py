@@ -109,7 +109,7 @@ class _Model:
             full = f"deviations.{member}.position.y"
             number = self.number(full)
             values = number.values if number is not None and number.many else (0.0,) * count
-            if number is not None and not number.many or len(values) != count or count < 2:
+            if (number is not None and not number.many) or len(values) != count or count < 2:
                 continue
             entry = max(range(count), key=lambda i: (abs(values[i]), -i))
             yield Candidate(
@@ -145,7 +145,7 @@ class _Model:
 
     def supports(self) -> Iterator[Candidate]:
         """Radial stiffness of suns, whether they float or not, and of what has a finite one."""
-        mesh = {}
+        mesh: dict[str, float] = {}
         for one in self.train.meshes:
             mesh.setdefault(one.stage, one.stiffness)
         for member, body in self.members.items():

@@ -39,7 +39,7 @@ _LEAST, _MOST_TIMES = 0.1, 4.0
 _SOFTEST, _STIFFEST = 0.01, 10.0
 # Steps of a slider over its range: about a pixel each.
 _STEPS = 100
-# Least range of an error [m]: that of a coarse gear of usual size, else the slider of a good drawing could not show one.
+# Least range of an error [m]: that of a coarse gear of usual size, which a good drawing would not show.
 _ERROR = 60e-6
 # Bounds beyond which no gear is built: helix [deg], damping of a mode [1].
 _HELIX, _DAMPING = 40.0, 0.2
@@ -171,7 +171,7 @@ def _range(one: Candidate) -> tuple[float, float]:
         return 0.0, max(_MOST_TIMES * abs(value), one.scaled(_ERROR))
     if one.log:
         middle = value if 0 < value < math.inf else one.usual
-        power = 10.0 ** math.floor(math.log10(middle))
+        power = 10.0 ** round(math.log10(middle))
         return power * _SOFTEST, power * _STIFFEST
     if one.path.endswith("helix_angle"):
         return _LEAST * value, min(_MOST_TIMES * value, one.scaled(math.radians(_HELIX)))
