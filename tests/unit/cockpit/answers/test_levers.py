@@ -44,11 +44,19 @@ def test_every_lever_loads_from_end_to_end(drive: str) -> None:
         for value in (lever.least, (lever.least + lever.most) / 2, lever.most):
             changed = with_value(state, lever.path, written(lever, value))
             source, overrides = request_of(changed)
-            try:
-                load(source, overrides)
-            except ModelError as error:
-                assert error.path, (lever, value)
-                assert value in (lever.least, lever.most), f"{lever.label} fails in the middle: {error}"
+            problem = refused(source, overrides)
+            if problem is not None:
+                assert problem.path, (lever, value)
+                assert value in (lever.least, lever.most), f"{lever.label} fails in the middle: {problem}"
+
+
+def refused(source: Any, overrides: dict[str, object]) -> ModelError | None:
+    """Why a model does not load."""
+    try:
+        load(source, overrides)
+    except ModelError as error:
+        return error
+    return None
 
 
 @pytest.mark.parametrize("drive", ["ren2021", "wind-stage", "encased-differential"])
@@ -59,7 +67,7 @@ def test_a_lever_at_its_value_changes_nothing(drive: str) -> None:
         others = (35.0, 0.0, 0.0) if lever.entry is not None and drive == "wind-stage" else ()
         after = load(tables, {lever.path: written(lever, lever.value, others)})
         mine, same = ({v.path: v.value for v in train.values} for train in (after, before))
-        assert {path for path in same if mine.get(path) != same[path]} == set()
+        assert {path for path in same if repr(mine.get(path)) != repr(same[path])} == set()
 
 
 def test_the_levers_of_a_loaded_stage_are_spread_over_kinds() -> None:
