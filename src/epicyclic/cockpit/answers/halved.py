@@ -64,9 +64,8 @@ def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
         half = halved_text(value)
         return {} if half is None else {where: half}
     if isinstance(value, Mapping):
-        changed = {
-            key: halved_text(one) or one if isinstance(one, str) and key in ("own", "common") and part in ("", key) else one
-            for key, one in value.items()
-        }
+        parts = (part,) if part else ("own", "common")
+        halves = {key: halved_text(one) for key in parts if isinstance(one := value.get(key), str)}
+        changed = {**value, **{key: half for key, half in halves.items() if half is not None}}
         return {} if changed == dict(value) else {where: changed}
     return {}

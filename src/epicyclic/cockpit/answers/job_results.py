@@ -168,12 +168,17 @@ def tolerance_frame(train: Train, result: xr.Dataset) -> JobFrame:
     names = [str(name) for name in result["tolerance"].values]
     total = tolerance_shares(result)
     order = np.argsort(-total, kind="stable")[:_MOST]
-    drawn = bars("share of the variance of K_gamma [%]", [_entry_words(names[i], train) for i in order], 100 * total[order])
+    drawn = bars(
+        "share of the variance of K_gamma [%]", [_entry_words(names[i], train) for i in order], 100 * total[order]
+    )
     quantile = result["system_k_gamma_quantile"].sel(definition="mean-load")
     at = float(quantile["probability"].values[-1])
     known = {float(p): float(v) for p, v in zip(quantile["probability"].values, quantile.values, strict=True)}
     most = 0.99 if 0.99 in known else at
-    limit, above = float(result["limit"].values[0]), float(result["system_exceedance"].sel(definition="mean-load").values[0])
+    limit, above = (
+        float(result["limit"].values[0]),
+        float(result["system_exceedance"].sel(definition="mean-load").values[0]),
+    )
     text = (
         f"K_gamma stays below {known[most]:.3f} in {100 * most:g} % of {int(result.attrs['samples'])} trains; "
         f"{per_cent(above)} are above {limit:g}."
@@ -225,4 +230,3 @@ def _entry_words(entry: str, train: Train) -> str:
         words = [word for word in words if word not in train.planets]
     text = " ".join(word for word in words if word != "meshes").replace("_", " ")
     return f"{text} ({part})" if part else text
-
