@@ -100,7 +100,7 @@ def _before(name: str) -> str:
     """What is said of a job that has not run."""
     from ..answers.jobs import JOBS
 
-    takes = f", about {JOBS[name].takes} for a train of three planets" if name in JOBS else ""
+    takes = f", about {JOBS[name].seconds:g} s for a train of three planets" if name in JOBS else ""
     return f"runs beside the page{takes}"
 
 
