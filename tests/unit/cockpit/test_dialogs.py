@@ -204,8 +204,14 @@ def test_a_file_that_has_changed_on_disk_is_not_lost(tmp_path: Path) -> None:
         session.set("damping.modal", 0.05, released=True)
         file.write_text(theirs)
         session.others = True
+        (timer,) = (one for one in user._client.elements.values() if isinstance(one, ui.timer))
+        assert timer.callback is not None
+        with user:
+            await timer.callback()
+            await timer.callback()
+        assert sum("has changed on disk" in text for text in user.notify.messages) == 1
         user.find("save").click()
-        await seen(user, "has changed on disk")
+        await seen(user, "Read the file again")
         assert file.read_text() == theirs
         user.find("Read the file again").click()
         await until(lambda: "751 kg" in session.now.base)

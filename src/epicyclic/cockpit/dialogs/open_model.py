@@ -14,7 +14,7 @@ from ...model.document import MAX_BYTES
 from ...rexs.names import is_rexs_name
 from ...studies.drives import drive_titles
 from ..state.state import opened, uploaded
-from .parts import plain_button, refused, show_model, window
+from .parts import plain_button, present, refused, show_model, window
 from .recent import recent_files, remember
 from .rexs_lists import show_rexs
 
@@ -60,10 +60,12 @@ async def _open(session: Session, make: Callable[[], PageState], what: str) -> M
         state = await asyncio.to_thread(make)
     except ModelError as error:
         return error
+    before = present(session)
     show_model(session, state, ui.context.client.layout)
     if state.path is not None:
         remember(state.path)
-    ui.notify(f"{what}. Undo brings the model back that was open.", timeout=3000)
+    if before is not None:
+        ui.notify(f"{what}. Undo brings back {before.name}.", timeout=3000)
     return None
 
 

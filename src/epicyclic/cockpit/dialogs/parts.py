@@ -45,8 +45,7 @@ _LARGE = """
 
 def present(session: Session) -> PageState | None:
     """The state that a session shows; None before a model is open."""
-    history = getattr(session, "history", None)
-    return getattr(history, "present", None)
+    return session.history.present
 
 
 @contextmanager

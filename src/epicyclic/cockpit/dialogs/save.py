@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 __all__ = ["save_buttons"]
 
+# [s] between two looks at the file: reading and hashing it takes a millisecond, beside the event loop
+_LOOKS = 4.0
+
 
 def save_buttons(session: Session) -> None:
     """Buttons that save to the file that is open, or to another one. Ctrl+S saves."""
@@ -43,10 +46,25 @@ def save_buttons(session: Session) -> None:
     def show(_: object = None) -> None:
         state = present(session)
         where = "Save as a file" if state is None or state.path is None else f"Save to {state.path}"
-        unsaved = bool(getattr(session, "unsaved", False))
+        unsaved = session.unsaved
         rename(button, "Save", f"{where}; there are unsaved changes" if unsaved else where)
         button.props(add="color=warning" if unsaved else "", remove="" if unsaved else "color")
 
+    told: Path | None = None
+
+    async def look() -> None:
+        """Warn once when another program writes the file; saving then asks what becomes of it."""
+        nonlocal told
+        state = present(session)
+        path = None if state is None else state.path
+        if path is None or not await asyncio.to_thread(session.changed_on_disk):
+            told = None
+        elif told != path:
+            told = path
+            words = f"{path} has changed on disk. Save asks which one stays; Open reads it again."
+            ui.notify(words, type="warning", timeout=0, close_button="Close")
+
+    ui.timer(_LOOKS, look, immediate=False)
     on_key("s", save, in_text=True)
     heard(session, button, state=show)
     show()

@@ -119,8 +119,9 @@ class _Line:
             self._row.props["data-answer"] = key
             self._mark = Words(text="·", classes="ck-mark none")
             self._mark.props["role"] = "img"
-            self._figure = Words(classes="ck-figure")
-            self._text = Words(text=question, classes="ck-answer-text ck-pale")
+            with box("ck-answer-text") as self._words:
+                self._figure = Words("b", classes="ck-figure")
+                self._text = Words(text=question, classes="ck-pale")
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
             self._job = button("Compute", lambda: run(str(self._answer["job"])))
             self._cancel = button("Cancel", lambda: cancel(str(self._answer["job"])))
@@ -165,7 +166,7 @@ class _Line:
 
     def _say(self, text: str) -> None:
         self._text.say(text)
-        prop(self._text, "title", f"{self._answer.get('question') or ''} {text}".strip())
+        prop(self._words, "title", f"{self._answer.get('question') or ''} {text}".strip())
 
     def _on_apply(self) -> None:
         values = self._answer.get("apply")

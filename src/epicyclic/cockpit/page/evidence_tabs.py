@@ -89,7 +89,7 @@ class EvidenceTabs:
         if before is not None and not before.ended:
             return
         try:
-            self.newest[name] = self._session.jobs.start(name, {})
+            self.newest[name] = self._session.jobs.start(name, self._bars[name].options)
         except ModelError as error:
             refused(error)
         self.follow()

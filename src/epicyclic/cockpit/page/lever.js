@@ -18,13 +18,12 @@ export default {
   template: `
     <div class="ck-lever" :data-lever="path" :data-refused="message ? 'true' : null">
       <div class="ck-lever-line">
-        <span class="ck-lever-name" :title="why">{{ label }}</span>
+        <span class="ck-lever-name" :title="why">{{ label }} <i v-if="unit">[{{ unit }}]</i></span>
         <button v-if="changed" type="button" class="ck-reset" :aria-label="label + ': value of the file'"
           title="Back to the value of the file" @click="$emit('reset')">↺</button>
-        <input ref="box" class="ck-box-number" autocomplete="off" spellcheck="false" :aria-label="label + ' value'"
+        <input ref="box" class="ck-box-number" autocomplete="off" spellcheck="false" :aria-label="label + ' value'" :title="unit ? 'in ' + unit + ', or with another unit' : null"
           :aria-invalid="message ? 'true' : null" @change="typed" @keydown.enter="typed" @keydown.esc="restore"
           @keydown.up.prevent="nudge(1)" @keydown.down.prevent="nudge(-1)" @input="dirty = true" @blur="release">
-        <span class="ck-unit">{{ unit }}</span>
       </div>
       <input ref="slider" type="range" class="ck-range" role="slider" min="0" :max="last" step="1" :aria-label="label"
         :title="why" @input="moved" @change="changedByHand" @blur="release" @pointerdown="held = true">
@@ -38,8 +37,9 @@ export default {
     },
   },
   watch: {
-    shown() {
-      this.show();
+    // every change of another property brings an equal list anew
+    shown(now, before) {
+      if (now[0] !== before[0]) this.show();
     },
   },
   mounted() {

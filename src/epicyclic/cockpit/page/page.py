@@ -45,7 +45,7 @@ class _Page:
 
     def __init__(self, session: Session, root: Element) -> None:
         self._session, self._root = session, root
-        self._pinned: object = None
+        self._pinned: dict[str, bytes] = {}
         self._header = Header(session)
         with box("ck-banner") as self._banner:
             self._banner.props["role"] = "alert"
@@ -93,11 +93,7 @@ class _Page:
         self._levers.follow()
         self._show_busy()
         self._show_empty(begun=session.rev > 0)
-        if session.pinned is not self._pinned:
-            self._pinned = session.pinned
-            self._train.ghost(None)
-            for packed in session.pinned_packed.values():
-                self._train.ghost(packed)
+        self._show_pinned()
         self.jobs(session)
 
     def refuse(self, failed: Mapping[str, Any] | None) -> None:
@@ -118,6 +114,16 @@ class _Page:
         """Show the jobs as they stand."""
         self._evidence.follow()
         self._answers.jobs(self._evidence.newest)
+
+    def _show_pinned(self) -> None:
+        """Draw A dashed; its frames may come one after another."""
+        frames = dict(self._session.pinned_packed)
+        if frames == self._pinned:
+            return
+        self._pinned = frames
+        self._train.ghost(None)
+        for packed in frames.values():
+            self._train.ghost(packed)
 
     def _show_busy(self) -> None:
         """A line runs over the page while everything of a released state is computed; a drag needs none."""
