@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from epicyclic.cockpit.answers.lever_candidates import Candidate
-from epicyclic.cockpit.answers.levers import Lever, levers_of
+from epicyclic.cockpit.answers.levers import ModelLever, levers_of
 from epicyclic.cockpit.state.state import opened, request_of, with_value
 from epicyclic.errors import ModelError
 from epicyclic.model.document import ready_drives
@@ -22,7 +22,7 @@ def tables_of(drive: str) -> dict[str, Any]:
     return tomllib.loads(drive_text(drive))
 
 
-def written(lever: Lever, value: float, others: tuple[float, ...] = ()) -> object:
+def written(lever: ModelLever, value: float, others: tuple[float, ...] = ()) -> object:
     """The override that the page writes for a value of a lever."""
     if lever.entry is not None and lever.count is not None:
         values = [*(others or (0.0,) * lever.count)]
