@@ -13,7 +13,7 @@ class Choice:
     """One entry: its words, and the options that it means."""
 
     label: str
-    options: Mapping[str, int | float] = field(default_factory=dict)
+    options: Mapping[str, int | float | str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,37 +25,34 @@ class JobOption:
 
 
 OPTIONS: Mapping[str, JobOption] = {
+    "contact": JobOption(
+        label="Show",
+        choices=(Choice(label="transmission error"), Choice(label="load along the face", options={"show": "load"})),
+    ),
     "relief": JobOption(
         label="Search",
-        choices=(
-            Choice(label="quick"),
-            # some 30 times the reliefs of a quick search: both optima of a crown and a tip relief are told apart
-            Choice(label="thorough", options={"population": 24, "generations": 20}),
-        ),
+        # three times the candidates and generations: two optima of nearly the same error are told apart
+        choices=(Choice(label="quick"), Choice(label="thorough", options={"population": 36, "generations": 24})),
     ),
     "tolerance": JobOption(
-        label="Draws",
-        choices=(
-            Choice(label="as the model needs"),
-            Choice(label="1000", options={"samples": 1000}),
-            Choice(label="10 000", options={"samples": 10_000}),
-        ),
+        label="Trains",
+        choices=(Choice(label="16 384"), Choice(label="131 072", options={"samples": 131_072})),
     ),
     "contact_loss": JobOption(
         label="Speeds",
         choices=(
             Choice(label="60"),
-            Choice(label="30, quick", options={"points": 30}),
-            Choice(label="200, fine", options={"points": 200}),
+            Choice(label="200", options={"points": 200}),
+            Choice(label="60 with shaft orders", options={"shaft_orders": True}),
         ),
     ),
     "transient": JobOption(
         label="Mesh cycles",
-        choices=(
-            Choice(label="300"),
-            Choice(label="100, quick", options={"cycles": 100}),
-            Choice(label="1000, slow run-up", options={"cycles": 1000}),
-        ),
+        choices=(Choice(label="50"), Choice(label="300", options={"cycles": 300.0})),
+    ),
+    "sensitivity": JobOption(
+        label="Of",
+        choices=(Choice(label="lowest frequency"), Choice(label="mesh force", options={"of": "force"})),
     ),
 }
 """Job -> what may be chosen of it; a job that is missing has nothing to choose."""
