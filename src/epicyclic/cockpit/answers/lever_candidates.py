@@ -11,7 +11,7 @@ from ...model.tables import PlainTable, leaves, split_path
 from ...model.units import factor
 from ...model.written import Written, written
 from ...train.train import Train
-from ..state.state import at_path
+from ..state.spellings import at_path
 from .paths import in_short
 
 __all__ = ["Candidate", "candidates_of"]

@@ -26,7 +26,7 @@ __all__ = ["Lever", "levers_of"]
 _MOST = 7
 _PLACES = {"pin": 1, "run_out": 1, "sun": 1, "support": 1, "load": 1, "speed": 1, "design": 1}
 # Time for trying candidates [s of this process]: a model opens meanwhile.  Those that are left move nothing known.
-_PATIENCE = 0.3
+_PATIENCE = 0.2
 # What needs no trial, and its size for ranking: small, that none of them takes the place of what moves the sharing.
 _KNOWN = {
     "load": Effect(words="mesh forces follow it one to one", size=2e-3),
@@ -41,6 +41,8 @@ _SOFTEST, _STIFFEST = 0.01, 10.0
 _STEPS = 100
 # Least range of an error [m]: that of a coarse gear of usual size, which a good drawing would not show.
 _ERROR = 60e-6
+# Halvings of the way from an end that gives no model to the value: a thirtieth of it is left then.
+_TRIES = 5
 # Bounds beyond which no gear is built: helix [deg], damping of a mode [1].
 _HELIX, _DAMPING = 40.0, 0.2
 
@@ -93,7 +95,41 @@ def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tup
             break
         if i not in chosen and effects[i].size > 0:
             chosen.append(i)
-    return tuple(_lever(found[i], effects[i]) for i in sorted(chosen))
+    levers = (_lever(found[i], effects[i]) for i in sorted(chosen))
+    # of geometry alone an end may contradict the rest of the drawing
+    return tuple(one if one.log or not _is_drawn(one) else _that_loads(source, overrides, one) for one in levers)
+
+
+def _is_drawn(lever: Lever) -> bool:
+    return lever.path.startswith("stages")
+
+
+def _that_loads(source: PlainTable | Path, overrides: Mapping[str, object], lever: Lever) -> Lever:
+    """A lever whose ends give models, drawn in where the rest of the drawing does not follow, as a rim of a module."""
+    ends = []
+    for end in (lever.least, lever.most):
+        for _ in range(_TRIES):
+            if _loads(source, {**overrides, lever.path: f"{end:.6g} {lever.unit}" if lever.unit else end}):
+                break
+            end = _half_way(end, lever)
+        ends.append(end)
+    return replace(lever, least=min(ends[0], lever.value), most=max(ends[1], lever.value))
+
+
+def _half_way(end: float, lever: Lever) -> float:
+    """Half the way from an end to the value, a whole step."""
+    if lever.log or not lever.step:
+        return lever.value
+    steps = (lever.value - end) / 2 / lever.step
+    return _clean(end + math.copysign(math.ceil(abs(steps) - 1e-9), steps) * lever.step)
+
+
+def _loads(source: PlainTable | Path, overrides: Mapping[str, object]) -> bool:
+    try:
+        load(source, overrides)
+    except ModelError:
+        return False
+    return True
 
 
 def _effects(
