@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
 
 import numpy as np
 
-from epicyclic.cockpit.computing.frames import Frame, Request
+from epicyclic.cockpit.computing.frames import PageFrame, Request
 from epicyclic.cockpit.processes.worker import serve_with
 from epicyclic.errors import ModelError
+from epicyclic.results.counted import Counted
 
 LIVE, PART, PARTS = 0.02, 0.03, 4
 
 
-def compute(request: Request) -> Iterator[Frame]:
+def compute(request: Request) -> Iterator[PageFrame]:
     """Frames that say which request they are of; a source names what goes wrong."""
     source = request.source if isinstance(request.source, dict) else {}
     if source.get("title") == "refuse":
@@ -26,12 +29,14 @@ def compute(request: Request) -> Iterator[Frame]:
     if source.get("title") == "die once" and not os.path.exists(str(source["doi"])):
         open(str(source["doi"]), "w").close()
         os._exit(3)
+    if source.get("title") == "burn":
+        burn(120.0)
     time.sleep(LIVE)
     big = np.zeros(20_000, np.float32)
-    yield Frame(rev=request.rev, kind="live", head={"title": source.get("title", "")}, arrays={"big": big})
+    yield PageFrame(rev=request.rev, kind="live", head={"title": source.get("title", "")}, arrays={"big": big})
     for part in range(PARTS):
         time.sleep(PART)
-        yield Frame(rev=request.rev, kind="sweep" if part < 2 else "sharing", head={"part": part})
+        yield PageFrame(rev=request.rev, kind="sweep" if part < 2 else "sharing", head={"part": part})
 
 
 def serve(connection: Connection) -> None:
@@ -51,3 +56,23 @@ def burn(seconds: float) -> None:
 
 def refuse() -> None:
     raise ModelError("not so", path="a.b", given=3, allowed="4")
+
+
+def serve_nothing(connection: Connection) -> None:
+    """A process that ends before it is warm."""
+    connection.close()
+
+
+def burn_with_a_helper(seconds: float) -> None:
+    """What `burn` does, with a process of its own beside it, as a study has workers."""
+    code = f"import time; end = time.time() + {seconds}\nwhile time.time() < end: pass"
+    other = subprocess.Popen([sys.executable, "-c", code])
+    burn(seconds)
+    other.wait()
+
+
+def tell(*, progress: Callable[..., None]) -> tuple[None, None, int]:
+    """Work that tells its share as the package does."""
+    time.sleep(0.15)
+    progress(Counted(1, 2))
+    return None, None, 3

@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import subprocess
+import sys
 import time
 from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager
@@ -15,9 +17,12 @@ import psutil
 import pytest
 from tests.unit.cockpit import fake_compute
 
-from epicyclic.cockpit.computing.frames import Frame
+from epicyclic.cockpit.computing.frames import PageFrame
 from epicyclic.cockpit.processes.session import Session
+from epicyclic.cockpit.processes.spawned import Spare
+from epicyclic.cockpit.processes.tasks import Task
 from epicyclic.cockpit.processes.worker import Worker
+from epicyclic.cockpit.state.history import StateHistory, Step
 from epicyclic.cockpit.state.state import PageState
 from epicyclic.errors import ModelError
 
@@ -50,7 +55,7 @@ class Seen:
     """Frames and failures of a session, in the order in which they came."""
 
     def __init__(self, session: Session) -> None:
-        self.frames: list[Frame] = []
+        self.frames: list[PageFrame] = []
         self.failed: list[Any] = []
         session.listen(frame=lambda _, frame: self.frames.append(frame), failed=self.failed.append)
 
@@ -203,6 +208,15 @@ def test_calls_come_back_and_go_with_their_session() -> None:
             assert await session.call(fake_compute.sleep_for, 0.01) == 0.01
             with pytest.raises(ModelError, match=r"a\.b = 3: not so; allowed: 4"):
                 await session.call(fake_compute.refuse)
+            with pytest.raises(ModelError, match="ended by itself"):
+                await session.call(lambda: 3)  # nobody can pickle that
+            told: list[float] = []
+            session.listen(jobs=lambda page: told.extend(job.progress for job in page.jobs.visible()))
+            counted = session.jobs.begin("call", {"function": len, "arguments": ("",)}, source={}, overrides={}, rev=1)
+            counted._task = Task(name="counted", label="", function=fake_compute.tell)
+            await counted.wait()
+            assert (counted.status, counted.value) == ("done", 3)
+            assert 0.5 in told
             job = session.jobs.start("call", {"function": fake_compute.burn, "arguments": (60.0,)})
             await until(lambda: job.status == "runs")
             before = time.monotonic()
@@ -299,3 +313,175 @@ async def restored(one: Worker, snapshot: dict[str, Any]) -> Session:
     quiet(session)
     await session.restore(snapshot)
     return session
+
+
+def test_a_process_that_cannot_start_is_told_not_tried_for_ever() -> None:
+    async def test() -> None:
+        one = Worker(target=fake_compute.serve_nothing)
+        one.start()
+        session = Session(one)
+        quiet(session)
+        await session.start(PageState(name="a", base=TEXT.format("a")))
+        await until(lambda: session.failed is not None)
+        assert session.failed is not None
+        assert "cannot be started" in session.failed["message"]
+        assert not session.busy
+        await session.close()
+        await one.stop()
+        assert own_processes() == []
+
+    run(test())
+
+
+def own_processes() -> list[psutil.Process]:
+    """Processes of the cockpit below this one, with theirs."""
+    below = psutil.Process().children(recursive=True)
+    return [one for one in below if one.status() != psutil.STATUS_ZOMBIE and "resource_tracker" not in said(one)]
+
+
+def said(process: psutil.Process) -> str:
+    try:
+        return " ".join(process.cmdline())
+    except psutil.Error:
+        return ""
+
+
+def processor_time(of: list[psutil.Process]) -> float:
+    """[s] that processes have computed."""
+    times = [one.cpu_times() for one in of if one.is_running()]
+    return sum(time.user + time.system for time in times)
+
+
+def test_a_closed_page_computes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("epicyclic.cockpit.processes.worker._GONE", 0.5)
+
+    async def test() -> None:
+        async with worker() as one:
+            session, _ = await begun(one, "burn")
+            job = session.jobs.start("call", {"function": fake_compute.burn_with_a_helper, "arguments": (120.0,)})
+            await until(lambda: job.status == "runs" and len(own_processes()) == 3)
+            await session.close()
+            # the process that stays is the one started anew for other pages
+            await until(lambda: one.ready.is_set() and len(own_processes()) == 1, 10)
+            before = processor_time(own_processes())
+            await asyncio.sleep(0.5)
+            assert processor_time(own_processes()) - before < 0.1
+            other, seen = await begun(one, "b")
+            await until(lambda: len(seen.frames) == 5)
+            await other.close()
+
+    run(test())
+
+
+def test_a_job_is_cancelled_while_levers_answer() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, seen = await begun(one)
+            await until(lambda: not session.busy)
+            job = session.jobs.start("call", {"function": fake_compute.burn, "arguments": (120.0,)})
+            await until(lambda: job.status == "runs" and job._process is not None)
+            assert job.rev == session.rev
+            seen.frames.clear()
+            session.jobs.cancel(job)
+            begin = time.monotonic()
+            while not job.ended:
+                session.set("damping.modal", time.monotonic(), released=False)
+                await asyncio.sleep(0.02)
+            assert time.monotonic() - begin < 2
+            assert job.status == "cancelled"
+            await until(lambda: not session.busy)
+            assert len(seen.frames) > 5
+            assert seen.frames[-1].rev == session.rev
+            await session.close()
+
+    run(test())
+
+
+def test_memory_stays_flat_over_many_requests() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, seen = await begun(one)
+            sizes: list[int] = []
+            for step in range(200):
+                seen.frames.clear()
+                session.set("damping.modal", step / 1000, released=False, key="one drag")
+                await until(lambda: not session.busy)
+                if step in (50, 199):
+                    sizes.append(psutil.Process().memory_info().rss)
+            assert len(session.history.behind) == 1
+            # frames of 80 kB: 150 of them kept would be 12 MB
+            assert sizes[1] - sizes[0] < 4e6
+            await session.close()
+
+    run(test())
+
+
+def test_a_process_that_waits_takes_the_next_call() -> None:
+    async def test() -> None:
+        spare = Spare()
+        one = Worker(target=fake_compute.serve, spare=spare)
+        one.start()
+        await asyncio.wait_for(one.ready.wait(), 30)
+        await until(lambda: spare._process is not None)
+        assert spare._process is not None
+        waits = spare._process[0].pid
+        session, _ = await begun(one)
+        assert await session.call(os.getpid) == waits
+        assert session.jobs.all == []
+        await session.close()
+        await one.stop()
+        assert own_processes() == []
+
+    run(test())
+
+
+SERVER = """
+import asyncio, time, psutil
+from tests.unit.cockpit import fake_compute
+from epicyclic.cockpit.processes.worker import Worker
+
+async def main():
+    one = Worker(target=fake_compute.serve)
+    one.start()
+    await one.ready.wait()
+    print(one._process.pid, flush=True)
+    await asyncio.sleep(60)
+
+asyncio.run(main())
+"""
+
+
+def test_the_process_ends_with_a_server_that_is_killed() -> None:
+    server = subprocess.Popen([sys.executable, "-c", SERVER], stdout=subprocess.PIPE, text=True)
+    assert server.stdout is not None
+    with server.stdout:
+        process = psutil.Process(int(server.stdout.readline()))
+        server.kill()
+        server.wait()
+    assert psutil.wait_procs([process], timeout=10)[1] == []
+
+
+def test_a_click_on_a_speed_is_a_step_and_the_file_is_that_of_all_steps(tmp_path: Path) -> None:
+    async def test() -> None:
+        session = Session(Worker(target=fake_compute.serve))
+        quiet(session)
+        session.history = StateHistory(now=Step(state=PageState(name="a", base=TEXT.format("a"))))
+        session.operate_at(1e9)
+        session.set("damping.modal", 0.25, released=True)
+        assert (session.relative_speed, session.history.undo_label) == (100.0, "damping.modal = 0.25")
+        await session.save(tmp_path / "a.toml")
+        session.undo()
+        assert session.unsaved
+        assert session.state is not None
+        assert (session.state.path, session.relative_speed) == (tmp_path / "a.toml", 100.0)
+        session.undo()
+        assert session.relative_speed == 1.0
+        await session.save()
+        assert (tmp_path / "a.toml").read_text() == TEXT.format("a")
+        session.redo()
+        session.redo()
+        assert dict(session.state.overrides) == {}
+        assert session.unsaved
+        await session.close()
+
+    run(test())

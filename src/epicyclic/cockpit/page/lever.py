@@ -17,7 +17,7 @@ from ..processes.session import Session
 from ..state.written_text import value_at
 from .controls import prop
 
-__all__ = ["Lever"]
+__all__ = ["LeverControl"]
 
 _QUANTITY = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*)")
 # Positions of a slider whose lever states no step.
@@ -26,7 +26,7 @@ _POSITIONS = 200
 _DIGITS = 6
 
 
-class Lever(Element, component="lever.js"):
+class LeverControl(Element, component="lever.js"):
     """A lever of a session.
 
     lever : as the session gives it: path, label, value, unit, least, most, step, integer, log, why.

@@ -42,21 +42,26 @@ class Channel:
         while (message := self._out.get()) is not None:
             try:
                 self._connection.send(message)
-            except (OSError, ValueError):
-                break  # the process is gone, which the other thread tells
+            except Exception:  # the process is gone, which the other thread tells, or nobody can pickle that
+                self._tell_end()
+                break
         # the other thread still reads until the process closes its end
 
     def _receive(self) -> None:
         while True:
             try:
                 message = self._connection.recv()
-            except (EOFError, OSError):
+            except Exception:  # closed, or a message that nobody can read
                 break
             self._call(self._arrived, message)
         self._connection.close()
         self._out.put(None)
-        if self._ended is not None:
-            self._call(self._ended)
+        self._tell_end()
+
+    def _tell_end(self) -> None:
+        ended, self._ended = self._ended, None
+        if ended is not None:
+            self._call(ended)
 
     def _call(self, function: Callable[..., None], *arguments: Any) -> None:
         try:

@@ -92,6 +92,8 @@ class Jobs:
         self._numbers = itertools.count(1)
         self._folder: Path | None = None
         self._closed = False
+        self._starting: set[asyncio.Task[None]] = set()
+        self._ending: set[SpawnProcess] = set()
 
     @property
     def folder(self) -> Path:
@@ -145,6 +147,8 @@ class Jobs:
         """Ask a job to end; its process is killed where it does not."""
         if job.status == "waits":
             self._end(job, "cancelled")
+        elif job.status == "runs" and job._channel is None:
+            self._end(job, "cancelled")
         elif job.status == "runs" and job._channel is not None:
             job._channel.send("cancel")
             asyncio.get_running_loop().call_later(_POLITE, self._kill, job)
@@ -152,14 +156,16 @@ class Jobs:
     async def close(self) -> None:
         """Kill all, and remove their files."""
         self._closed = True
-        processes = [job._process for job in self.all if job._process is not None]
         for job in self.all:
             if not job.ended:
                 self._end(job, "cancelled")
-        for process in processes:
+        if self._starting:
+            await asyncio.wait(set(self._starting))
+        for process in self._ending:
             kill_group(process)
-        for process in processes:
+        for process in self._ending:
             await asyncio.to_thread(process.join)
+        self._ending.clear()
         if self._folder is not None:
             await asyncio.to_thread(shutil.rmtree, self._folder, True)
 
@@ -172,19 +178,32 @@ class Jobs:
 
     def _start(self, job: Job) -> None:
         job.status, job._begun = "runs", time.monotonic()
+        starting = asyncio.get_running_loop().create_task(self._launch(job))
+        self._starting.add(starting)
+        starting.add_done_callback(self._starting.discard)
+        self._changed(job)
+
+    async def _launch(self, job: Job) -> None:
         try:
-            job._process, connection = spawned(waiting) if self.spare is None else self.spare.take()
+            if self.spare is not None:
+                process, connection = await self.spare.take()
+            else:
+                process, connection = await asyncio.to_thread(spawned, waiting)
         except OSError as error:
             job.message = f"no process can be started: {error}"
             self._end(job, "failed")
             return
+        if job.ended:  # cancelled meanwhile
+            connection.close()
+            self._let_end(process, 0.0)
+            return
+        job._process = process
         job._channel = Channel(
             connection,
             arrived=lambda message: self._arrived(job, message),
             ended=lambda: self._died(job),
         )
         job._channel.send((work, (job._task, 0 if job.hidden else _NICE)))
-        self._changed(job)
 
     def _arrived(self, job: Job, message: tuple[str, Any]) -> None:
         if job.ended:
@@ -223,19 +242,26 @@ class Jobs:
             job._channel.close()
         if job._process is not None:
             process, job._process = job._process, None
-            kill = asyncio.get_running_loop().call_later
-            kill(0.0 if status == "cancelled" else _POLITE, _reap, process)
+            self._let_end(process, 0.0 if status == "cancelled" else _POLITE)
         job._task, job._channel = None, None
         job._over.set()
         self._changed(job)
         if not self._closed:
             self._pump()
 
+    def _let_end(self, process: SpawnProcess, seconds: float) -> None:
+        """Have a process end by itself for so long, then kill it and take its exit status: no zombie stays."""
+        self._ending.add(process)
+        asyncio.get_running_loop().call_later(seconds, self._reap, process)
 
-def _reap(process: SpawnProcess) -> None:
-    """Take the exit status of a process that is done, so that it does not stay as a zombie."""
-    kill_group(process)
-    process.join(timeout=0.01)
+    def _reap(self, process: SpawnProcess) -> None:
+        if process in self._ending:
+            kill_group(process)
+            process.join(timeout=0.005)
+            if process.exitcode is None:
+                asyncio.get_running_loop().call_later(0.1, self._reap, process)
+            else:
+                self._ending.discard(process)
 
 
 def work(connection: Connection, task: Task, nice: int = 0) -> None:
@@ -253,7 +279,8 @@ def work(connection: Connection, task: Task, nice: int = 0) -> None:
         if now - last > 0.1:
             last = now
             # a share, or points done of points
-            connection.send(("progress", done[0] if len(done) == 1 else done[0] / max(1.0, done[1])))
+            share = done[0] if len(done) == 1 else done[0] / max(1.0, done[1])
+            connection.send(("progress", float(share)))
 
     try:
         progress(0.0)

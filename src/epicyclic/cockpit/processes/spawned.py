@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import atexit
 import multiprocessing
 import os
 import signal
 import sys
 import threading
 import warnings
+import weakref
 from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import Connection
@@ -27,6 +29,15 @@ _STARTING = threading.Lock()
 _REFILL = 2.0
 
 Started = tuple[SpawnProcess, Connection]
+_started: weakref.WeakSet[SpawnProcess] = weakref.WeakSet()
+
+
+@atexit.register
+def _kill_all() -> None:
+    """End what still runs when this process ends, which would wait for it else."""
+    for process in list(_started):
+        if process.is_alive():
+            kill_group(process)
 
 
 def spawned(function: Callable[..., None], *arguments: Any) -> Started:
@@ -51,6 +62,7 @@ def spawned(function: Callable[..., None], *arguments: Any) -> Started:
                 else:
                     os.environ[name] = value
     theirs.close()
+    _started.add(process)
     return process, ours
 
 
@@ -110,12 +122,14 @@ class Spare:
         else:
             self._process = started
 
-    def take(self) -> Started:
-        """The process that waits, or a new one; its work is still to be sent."""
+    async def take(self) -> Started:
+        """The process that waits, or a new one; its work is still to be sent. Raises OSError where none can start."""
         found, self._process = self._process, None
-        if self._timer is None:
+        if self._timer is None and not self._stopped:
             self._timer = asyncio.get_running_loop().call_later(_REFILL, self.fill)
-        return found if found is not None and found[0].is_alive() else spawned(waiting)
+        if found is not None and found[0].is_alive():
+            return found
+        return await asyncio.to_thread(spawned, waiting)
 
     async def stop(self) -> None:
         """End the process that waits."""
