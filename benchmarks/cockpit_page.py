@@ -65,7 +65,8 @@ def server(model: str | None, folder: Path, *, compiled: bool = True) -> Iterato
     """`epicyclic app MODEL` on a port of its own."""
     environment = {**os.environ, "XDG_STATE_HOME": str(folder)}
     if not compiled:
-        environment["EPICYCLIC_COMPILED"] = "0"
+        (folder / "numba.py").write_text("raise ImportError('left out of this run')\n", encoding="utf-8")
+        environment["PYTHONPATH"] = os.pathsep.join(filter(None, [str(folder), environment.get("PYTHONPATH")]))
     named = [] if model is None else [model]
     command = [sys.executable, "-m", "epicyclic", "app", *named, "--no-browser"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as run:

@@ -200,20 +200,33 @@ MOST_VIEWS = 10
 
 def views(tab: Tab) -> list[str]:
     """Open everything that opens, and look at it."""
+    from playwright.sync_api import TimeoutError
+
     seen = []
     for role in ("tab", "button"):
         names = [one for one in tab.page.get_by_role(role).all() if one.is_visible()]
         for place in names:
             name = (place.get_attribute("aria-label") or place.inner_text()).strip()
-            if re.search(r"Run|Cancel|Start|Save to|Theme|Close|Copy", name) or not place.is_visible():
+            if re.search(r"Run|Cancel|Start|Save|Theme|Close|Copy|Undo|Redo|Compute", name) or not place.is_visible():
                 continue
-            place.click()
+            try:
+                place.click(timeout=1500)
+            except TimeoutError:  # of playwright: a view that fills the page lies over it
+                continue
             tab.page.wait_for_timeout(300)  # [ms] what opens is drawn
             assert_text(tab, name)
             seen.append(name)
-            tab.page.keyboard.press("Escape")
-            tab.page.wait_for_timeout(200)
+            close(tab)
     return seen
+
+
+def close(tab: Tab) -> None:
+    """Close what is open, by the key."""
+    for _ in range(20):
+        tab.page.keyboard.press("Escape")
+        tab.page.wait_for_timeout(100)  # [ms] a dialog fades
+        if tab.page.locator(".q-dialog__backdrop, .q-menu").count() == 0:
+            return
 
 
 def assert_text(tab: Tab, where: str) -> None:

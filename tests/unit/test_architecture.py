@@ -162,7 +162,7 @@ def test_public_names_are_listed(module: str) -> None:
     defined = {
         node.name
         for node in tree.body
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef) and not node.name.startswith("_")
     }
     if module.endswith("__init__") and not listed:
         assert not defined  # a room without names of its own

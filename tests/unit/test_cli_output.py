@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from kaleido import _page_generator
+from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.cli import output as cli_output
@@ -198,3 +199,12 @@ def test_pictures_are_drawn_offline(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     # all that the browser loads lies on this machine
     assert len(made) == 3
     assert [source for text in made for source in re.findall(r'src="(.*?)"', text) if source[:7] != "file://"] == []
+
+
+def test_show_of_a_model_names_check(tmp_path: Path) -> None:
+    for name in ("gearbox.toml", "gearbox.rexs"):
+        file = tmp_path / name
+        file.write_text("format = 2\n", encoding="utf-8")
+        told = CliRunner().invoke(app, ["show", str(file)])
+        assert told.exit_code == 2
+        assert f"epicyclic check {file}" in " ".join(told.stderr.split())

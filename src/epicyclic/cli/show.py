@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import ModelError
+from ..rexs.names import is_rexs_name
 from .command import Json, file_name
 from .console import reported
 from .output import FORMATS, put, require_output
@@ -79,4 +80,7 @@ def _loaded(files: Sequence[str]) -> dict[str, xr.Dataset]:
         raise ModelError("given twice", path="FILE", given=", ".join(files), allowed="each file once")
     stems = [Path(file).stem for file in files]
     names = [stem if stems.count(stem) == 1 else file for stem, file in zip(stems, files, strict=True)]
+    for file in files:
+        if file.lower().endswith(".toml") or is_rexs_name(file):
+            raise ModelError("a model, no saved result", path=str(file), allowed=f"a result; epicyclic check {file}")
     return {name: load_result(file) for name, file in zip(names, files, strict=True)}

@@ -38,6 +38,12 @@ def test_every_line_takes_all_its_phases(teeth: list[int]) -> None:
         assert _farthest(cycles, number) == 1 / number
 
 
+@pytest.mark.parametrize("period", [25_420, 73_815, 22_287, 139_825, 8_712, 1_048_576, 10**12 + 39])
+def test_no_part_of_the_period_is_left_out(period: int) -> None:
+    cycles = spread_cycles(period, 1024)
+    assert np.diff(np.append(cycles, period)).max() <= 1.6 * period / 1024
+
+
 def test_a_step_that_divides_the_period_would_leave_a_line_at_one_phase() -> None:
     period = 64 * 81 * 1024
     assert _farthest(np.arange(1024) * (period // 1024), 64) == 1.0  # what an even step does
@@ -80,20 +86,23 @@ def test_the_strip_over_the_period_holds_the_largest_of_each_part() -> None:
 
 
 @pytest.mark.parametrize(
-    "overrides",
-    [{"stages.main.planet.bearing.clearance": "50 um"}, {"stages.main.meshes.sun-planet.stiffness": "contact"}],
+    ("overrides", "patience"),
+    [
+        ({"stages.main.planet.bearing.clearance": "50 um"}, 0.02),
+        ({"stages.main.meshes.sun-planet.stiffness": "contact"}, 0.1),
+    ],
 )
-def test_laws_are_asked_in_few_cycles(overrides: dict[str, Any]) -> None:
+def test_laws_are_asked_in_few_cycles(overrides: dict[str, Any], patience: float) -> None:
     system = assemble(load("ren2021", overrides))
-    spread = spread_sharing(system, patience=0.2)
+    spread = spread_sharing(system, patience=patience)
     assert not spread.quick
-    assert 4 <= spread.ratio.shape[1] <= 100
-    whole = sharing(system, method="static", cycles=250)["load_sharing"]
+    assert 4 <= spread.ratio.shape[1] <= 20
+    whole = sharing(system, method="static", cycles=100)["load_sharing"]
     np.testing.assert_array_equal(spread.mean_load[0], whole.sel(definition="mean-load"))
     # cycles from all over the period see more than as many in a row from its beginning
     row = sharing(system, method="static", cycles=spread.ratio.shape[1])["load_sharing"].sel(definition="cycle-peak")
     peak = float(whole.sel(definition="cycle-peak").max())
-    assert spread.cycle_peak.max() > float(row.max())
+    assert spread.cycle_peak.max() - 1 > 1.3 * (float(row.max()) - 1)
     assert spread.cycle_peak.max() == pytest.approx(peak, rel=0.02)
     assert np.all(np.diff(spread.place, axis=1) > 0)
     assert spread.place.min() >= 0

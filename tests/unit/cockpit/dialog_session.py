@@ -8,9 +8,9 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from epicyclic.cockpit.state.history import History, Step
+from epicyclic.cockpit.state.history import StateHistory, Step
 from epicyclic.cockpit.state.replay import command_line, script
-from epicyclic.cockpit.state.state import State, with_text, with_value, with_values
+from epicyclic.cockpit.state.state import PageState, with_text, with_value, with_values
 from epicyclic.cockpit.state.written_text import text_of
 from epicyclic.errors import ModelError
 
@@ -33,9 +33,9 @@ class FakeJob:
 class FakeSession:
     """What dialogs use of a session."""
 
-    def __init__(self, state: State | None) -> None:
-        self.history = History(now=Step(state=state))
-        self.pinned: State | None = None
+    def __init__(self, state: PageState | None) -> None:
+        self.history = StateHistory(now=Step(state=state))
+        self.pinned: PageState | None = None
         self.heard: dict[str, list[Callable[..., Any]]] = {}
         self.calls: list[tuple[Any, ...]] = []
         self.others = False  # another program has written the file
@@ -56,15 +56,16 @@ class FakeSession:
             callback(*(arguments or (self,)))
 
     @property
-    def now(self) -> State:
+    def now(self) -> PageState:
         assert self.history.present is not None
         return self.history.present
 
-    def _push(self, state: State, label: str) -> None:
+    def _push(self, state: PageState, label: str) -> None:
         self.history = self.history.push(state, label)
         self.tell("state")
 
-    async def open(self, state: State) -> None:
+    async def open(self, state: PageState, *, unsaved: bool = False) -> None:
+        self.unsaved = unsaved
         self._push(state, f"open {state.name}")
 
     def set(self, path: str, value: object, *, released: bool, key: str | None = None) -> None:

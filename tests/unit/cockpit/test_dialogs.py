@@ -31,7 +31,7 @@ from epicyclic.cockpit.dialogs.take_away import bytes_of_picture, take_away_butt
 from epicyclic.cockpit.dialogs.text_panel import text_panel
 from epicyclic.cockpit.dialogs.undo import undo_buttons
 from epicyclic.cockpit.state.links import from_fragment
-from epicyclic.cockpit.state.state import State, from_text, opened, request_of, with_value
+from epicyclic.cockpit.state.state import PageState, from_text, opened, request_of, with_value
 from epicyclic.errors import ModelError
 from epicyclic.studies.drives import drive_text
 from epicyclic.verbs.record import verbs
@@ -204,8 +204,14 @@ def test_a_file_that_has_changed_on_disk_is_not_lost(tmp_path: Path) -> None:
         session.set("damping.modal", 0.05, released=True)
         file.write_text(theirs)
         session.others = True
+        (timer,) = (one for one in user._client.elements.values() if isinstance(one, ui.timer))
+        assert timer.callback is not None
+        with user:
+            await timer.callback()
+            await timer.callback()
+        assert sum("has changed on disk" in text for text in user.notify.messages) == 1
         user.find("save").click()
-        await seen(user, "has changed on disk")
+        await seen(user, "Read the file again")
         assert file.read_text() == theirs
         user.find("Read the file again").click()
         await until(lambda: "751 kg" in session.now.base)
@@ -337,7 +343,7 @@ def test_a_link_reopens_the_state() -> None:
 # hostile models -------------------------------------------------------------------------------------------------------
 
 
-def hostile() -> State:
+def hostile() -> PageState:
     text = drive_text("ren2021").replace("Herringbone planetary train", HOSTILE.strip().replace('"', '\\"'))
     return from_text(HOSTILE, text)
 

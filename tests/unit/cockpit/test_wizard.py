@@ -115,23 +115,23 @@ def test_the_window_makes_a_model_and_keeps_what_was_typed() -> None:
             if name != "teeth":
                 put(user, f"new-{name}", value)
         await seen(user, "21/39/99")  # proposed instead
-        (field,) = user.find(marker="new-teeth").elements
-        assert isinstance(field, ui.input)
-        field.error = None
+        (teeth,) = (one for one in user.find(marker="new-teeth").elements if isinstance(one, ui.input))
+        teeth.error = None
         user.find("Create").click()
-        await until(lambda: "make a ring of 99" in str(field.error))
+        await until(lambda: "make a ring of 99" in str(teeth.error))
         assert session.now.name == "ren2021"  # a wrong value opens nothing, and stays
-        assert field.value == "21/39/98"
+        assert teeth.value == "21/39/98"
         put(user, "new-teeth", "21/39/99")
         await seen(user, "Ready: a model that runs")
         await user.should_see("no strength rating")
         user.find("Create").click()
         await until(lambda: session.history.undo_label.startswith("open Planetary-set-21-39-99"))
         user.find("New").click()
-        (field,) = user.find(marker="new-power").elements
-        assert field.value == "750"  # type: ignore[attr-defined]
+        (power,) = (one for one in user.find(marker="new-power").elements if isinstance(one, ui.input))
+        assert power.value == "750"
 
     session = visit(new_button, talk)
     source, overrides = request_of(session.now)
     assert len(load(source, overrides=overrides).meshes) == 6
     assert "wizard" in session.now.base
+    assert session.unsaved

@@ -20,12 +20,19 @@ def visit(build: Callable[[Any], None], talk: Talk, session: FakeSession | None 
     """Build a control for a session, of ren2021 unless given, and have a user talk to it."""
     shown = session or FakeSession(opened("ren2021"))
 
+    failures: list[BaseException] = []
+
     async def run() -> None:
         async with user_simulation(root=lambda: build(shown)) as user:
             await user.open("/")
-            await talk(user, shown)
+            try:
+                await talk(user, shown)
+            except Exception as error:  # raised below: the simulation ends by itself only where nothing is raised in it
+                failures.append(error)
 
     asyncio.run(run())
+    if failures:
+        raise failures[0]
     return shown
 
 
@@ -46,4 +53,7 @@ async def until(holds: Callable[[], Any]) -> None:
 
 async def seen(user: User, text: str | None = None, *, marker: str | None = None) -> None:
     """Wait until the page shows a text or a marked element."""
-    await user.should_see(text, marker=marker, retries=80)
+    if text is not None:
+        await user.should_see(text, retries=80)
+    else:
+        await user.should_see(marker=marker, retries=80)

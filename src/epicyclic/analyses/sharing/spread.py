@@ -1,9 +1,9 @@
 """Load sharing at rest, quickly: mesh cycles spread over the hunting period, without the search for its worst case.
 
-Of one line of frequency p/q per mesh frequency the mesh cycles c, c + d, c + 2 d ... take every phase in turn where d
-and q share no factor.  The step d is that number nearest to the golden section of the period that shares no factor
-with it, so that the phases of all lines are spread evenly whatever the tooth numbers (a step that divides the period
-would leave some lines at one phase).  Derived here.
+Of one line of frequency p/q per mesh frequency the mesh cycles 0, d, 2 d ... take every phase in turn where d and q
+share no factor.  The step d is the first from an even division of the period on that shares no factor with the period,
+so that the cycles are even in time and the phases of every line are too, whatever the tooth numbers (a step that
+divides the period would leave some lines at one phase).  Derived here.
 """
 
 from __future__ import annotations
@@ -29,7 +29,6 @@ from .tone_forces import ToneForces, tone_forces
 
 __all__ = ["SpreadSharing", "spread_cycles", "spread_sharing"]
 
-_GOLDEN = (math.sqrt(5) - 1) / 2
 # Seconds that a record of the length affordable by default takes where instants are solved one by one.
 _AFFORDABLE = 5.0
 # Instants solved in a second where laws of links are asked, and where those of meshes are tables.
@@ -76,7 +75,7 @@ def spread_cycles(period: int, count: int) -> NDArray[np.int64]:
     """At most `count` mesh cycles of a hunting period, rising, at phases of all lines as even as may be, (c,)."""
     if period <= count:
         return np.arange(period, dtype=np.int64)
-    step = max(1, round(period * _GOLDEN))
+    step = -(-period // count)
     while math.gcd(step, period) > 1:  # next to any number there is a coprime one within a few steps
         step += 1
     # Python's integers: period times count may be beyond 64 bits

@@ -38,10 +38,10 @@ def class_six(train: Train) -> Mapping[str, object]:
         width = run_out_width(max(2 * radius, _DIAMETER), max(module, _MODULE), _GRADE)
         _put(values, reasons, f"{path}.run_out", quantity_text(round(width / 2, 7), "length"), _run_out_reason())
     for stage, count in train.planets.items():
-        member = next((m for m, body in gears.items() if body.frame == stage and body.carried_by is not None), None)
-        if member is None or count < 2:
+        carried = next((m for m, body in gears.items() if body.frame == stage and body.carried_by is not None), None)
+        if carried is None or count < 2:
             continue
-        path = f"deviations.{member if several else member.rpartition('.')[2]}.position.y"
+        path = f"deviations.{carried if several else carried.rpartition('.')[2]}.position.y"
         zeros = ", 0" * (count - 1)
         reason = "one pin, that of planet 1, stands 20 um off along the circle of pins"
         _put(values, reasons, path, f"[{_PIN * 1e6:g}{zeros}] um", reason)

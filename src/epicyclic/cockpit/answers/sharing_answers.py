@@ -1,4 +1,4 @@
-"""The answers on load sharing: the planet that carries most, what a float of the sun buys, the error that costs most."""
+"""The answers on load sharing: the planet that carries most, what a floating sun buys, the error that hurts most."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...train.train import Train
-from .answer import Answer, Level, answer, number, per_cent
+from .answer import Answer, Level, answer, number
 from .assumed import class_six
 from .paths import scaled
 
@@ -40,7 +40,7 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
     largest, turning = float(value[place]), float(sharing.get("k_gamma_turning") or np.nan)
     planets = max(train.planets.values(), default=1)
     if largest <= 1 + _ONE and not has_deviations(train):
-        text = f"No deviations are given, so all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
+        text = f"No deviations are given: all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
         values = class_six(train)
         return answer(
             "planet", text, figure="1.000", apply=values, apply_label=_ASSUME, evidence="sharing", level="none"

@@ -59,7 +59,7 @@ class PageFrame:
     arrays: Mapping[str, Numbers] = field(default_factory=dict)
 
 
-# TODO: the pieces of the page still say Frame
+# The name that `processes` uses
 Frame = PageFrame
 
 

@@ -28,7 +28,7 @@ def compare_controls(session: Session) -> None:
         unpin = plain_button("Unpin A", session.unpin)
 
     def show(_: object = None) -> None:
-        pinned = getattr(session, "pinned", None) is not None
+        pinned = session.pinned is not None
         pin.set_visibility(not pinned)
         pin.set_enabled(present(session) is not None)
         compare.set_visibility(pinned)

@@ -14,11 +14,11 @@ from ...model.tables import PlainTable, merge, split_path, union
 from ...model.toml_writer import value_text
 from ...terms.explanation import Explanation
 from ...terms.file_paths import explained_paths
-from ..state.state import State, tables_of
+from ..state.state import PageState, tables_of
 
 __all__ = [
     "Field",
-    "Group",
+    "FieldGroup",
     "all_fields",
     "current_tables",
     "explanation_of",
@@ -56,7 +56,7 @@ class Field:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Group:
+class FieldGroup:
     """One table.  tables : keys of the tables within it; `stated` those that the model has."""
 
     path: str
@@ -68,7 +68,7 @@ class Group:
 # the model as it is ---------------------------------------------------------------------------------------------------
 
 
-def current_tables(state: State) -> PlainTable:
+def current_tables(state: PageState) -> PlainTable:
     """Tables of the model as they are written, with what was set laid over them; keys with points are tables.
 
     An override that the file does not take is left out: the failed state says so.
@@ -168,7 +168,7 @@ def _node(path: tuple[str, ...]) -> Schema | None:
 # groups and fields ----------------------------------------------------------------------------------------------------
 
 
-def group_at(tables: Mapping[str, Any], path: str = "") -> Group:
+def group_at(tables: Mapping[str, Any], path: str = "") -> FieldGroup:
     """Fields and tables of the table at a path; nothing where the schema has no such table.
 
     tables : of `current_tables`.
@@ -177,7 +177,7 @@ def group_at(tables: Mapping[str, Any], path: str = "") -> Group:
     node = _node(words)
     table = _at(tables, words)
     if node is None:
-        return Group(path=path, fields=(), tables=(), stated=frozenset())
+        return FieldGroup(path=path, fields=(), tables=(), stated=frozenset())
     own = table if isinstance(table, Mapping) else {}
     entries = _children(node)
     if (named := _named(node)) is not None:
@@ -201,7 +201,7 @@ def group_at(tables: Mapping[str, Any], path: str = "") -> Group:
     order = {key: place for place, key in enumerate(own)}
     inner.sort(key=lambda key: order.get(key, len(order)))
     fields.sort(key=lambda field: not field.text)
-    return Group(path=path, fields=tuple(fields), tables=tuple(inner), stated=stated)
+    return FieldGroup(path=path, fields=tuple(fields), tables=tuple(inner), stated=stated)
 
 
 def field_at(tables: Mapping[str, Any], path: str) -> Field:
@@ -211,7 +211,7 @@ def field_at(tables: Mapping[str, Any], path: str) -> Field:
     return Field(path=path, key=path.rpartition(".")[2], text=text)
 
 
-def file_value(state: State, path: str) -> object:
+def file_value(state: PageState, path: str) -> object:
     """What the file itself states at a path; None where it states nothing."""
     return _at(_unfolded(tables_of(state.base, state.name)), tuple(path.split(".")))
 

@@ -15,10 +15,10 @@ from ...model.tables import PlainTable
 from ...model.units import KINDS
 from ...resolve import load
 from ...terms.explanation import Explanation
-from ..state.state import State, request_of
+from ..state.state import PageState, request_of
 from .field_list import (
     Field,
-    Group,
+    FieldGroup,
     all_fields,
     current_tables,
     explanation_of,
@@ -99,7 +99,7 @@ class _FieldsPanel:
                     for row in rows:
                         row.follow(field_at(self.tables, path), is_set=path in state.overrides)
 
-    async def _renew(self, state: State) -> None:
+    async def _renew(self, state: PageState) -> None:
         """Another model: build its tables anew, all closed."""
         self.base = state.base
         group = await asyncio.to_thread(group_at, self.tables)
@@ -125,7 +125,7 @@ class _FieldsPanel:
 
     # tables -----------------------------------------------------------------------------------------------------------
 
-    async def _fill(self, group: Group) -> None:
+    async def _fill(self, group: FieldGroup) -> None:
         """Build what the model states of one table into the present slot; the rest folded behind it."""
         await self._build([field for field in group.fields if field.text])
         prefix = f"{group.path}." if group.path else ""
@@ -350,7 +350,7 @@ def _matching(tables: PlainTable, words: Sequence[str]) -> list[Field]:
     return sorted(by_path, key=lambda field: not field.text)
 
 
-def _checked(state: State, path: str, value: object) -> None:
+def _checked(state: PageState, path: str, value: object) -> None:
     """Raise ModelError where the value itself is wrong, also for a number without its unit."""
     source, overrides = request_of(state)
     try:

@@ -14,13 +14,13 @@ from ...model.document import MAX_BYTES
 from ...rexs.names import is_rexs_name
 from ...studies.drives import drive_titles
 from ..state.state import opened, uploaded
-from .parts import plain_button, refused, show_model, window
+from .parts import plain_button, present, refused, show_model, window
 from .recent import recent_files, remember
 from .rexs_lists import show_rexs
 
 if TYPE_CHECKING:
     from ..processes.session import Session
-    from ..state.state import State
+    from ..state.state import PageState
 
 __all__ = ["open_button", "open_window"]
 
@@ -54,16 +54,18 @@ async def _show(session: Session, picker: ui.upload) -> None:
             _recent(session, dialog, paths)
 
 
-async def _open(session: Session, make: Callable[[], State], what: str) -> ModelError | None:
+async def _open(session: Session, make: Callable[[], PageState], what: str) -> ModelError | None:
     """Make a state beside the event loop and open it; the error where it cannot be read."""
     try:
         state = await asyncio.to_thread(make)
     except ModelError as error:
         return error
+    before = present(session)
     show_model(session, state, ui.context.client.layout)
     if state.path is not None:
         remember(state.path)
-    ui.notify(f"{what}. Undo brings the model back that was open.", timeout=3000)
+    if before is not None:
+        ui.notify(f"{what}. Undo brings back {before.name}.", timeout=3000)
     return None
 
 

@@ -13,7 +13,7 @@ from ...errors import ModelError
 
 if TYPE_CHECKING:
     from ..processes.session import Session
-    from ..state.state import State
+    from ..state.state import PageState
 
 __all__ = [
     "copy",
@@ -43,10 +43,9 @@ _LARGE = """
 """
 
 
-def present(session: Session) -> State | None:
+def present(session: Session) -> PageState | None:
     """The state that a session shows; None before a model is open."""
-    history = getattr(session, "history", None)
-    return getattr(history, "present", None)
+    return session.history.present
 
 
 @contextmanager
@@ -100,15 +99,15 @@ def enlarge_button(panel: Element, name: str) -> None:
     button = icon_button("open_in_full", f"{name}: enlarge", change)
 
 
-def show_model(session: Session, state: State, where: Element) -> None:
+def show_model(session: Session, state: PageState, where: Element, *, unsaved: bool = False) -> None:
     """Have the session show another model; the handler that asks does not wait until all about it is known.
 
-    where : element that stays, in whose slot an error is told.
+    where : element that stays, in whose slot an error is told.  unsaved : it lies in no file yet.
     """
 
     async def work() -> None:
         try:
-            await session.open(state)
+            await (session.open(state, unsaved=True) if unsaved else session.open(state))
         except ModelError as error:
             if not where.is_deleted:
                 with where:

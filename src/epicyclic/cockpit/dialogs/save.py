@@ -17,9 +17,12 @@ from .recent import remember
 
 if TYPE_CHECKING:
     from ..processes.session import Session
-    from ..state.state import State
+    from ..state.state import PageState
 
 __all__ = ["save_buttons"]
+
+# [s] between two looks at the file: reading and hashing it takes a millisecond, beside the event loop
+_LOOKS = 4.0
 
 
 def save_buttons(session: Session) -> None:
@@ -43,10 +46,25 @@ def save_buttons(session: Session) -> None:
     def show(_: object = None) -> None:
         state = present(session)
         where = "Save as a file" if state is None or state.path is None else f"Save to {state.path}"
-        unsaved = bool(getattr(session, "unsaved", False))
+        unsaved = session.unsaved
         rename(button, "Save", f"{where}; there are unsaved changes" if unsaved else where)
         button.props(add="color=warning" if unsaved else "", remove="" if unsaved else "color")
 
+    told: Path | None = None
+
+    async def look() -> None:
+        """Warn once when another program writes the file; saving then asks what becomes of it."""
+        nonlocal told
+        state = present(session)
+        path = None if state is None else state.path
+        if path is None or not await asyncio.to_thread(session.changed_on_disk):
+            told = None
+        elif told != path:
+            told = path
+            words = f"{path} has changed on disk. Save asks which one stays; Open reads it again."
+            ui.notify(words, type="warning", timeout=0, close_button="Close")
+
+    ui.timer(_LOOKS, look, immediate=False)
     on_key("s", save, in_text=True)
     heard(session, button, state=show)
     show()
@@ -91,7 +109,7 @@ def _changed(session: Session, path: Path, save_as: Callable[[], None]) -> None:
 
 async def _reopen(session: Session, path: Path) -> None:
     try:
-        state: State = await asyncio.to_thread(opened, path)
+        state: PageState = await asyncio.to_thread(opened, path)
     except ModelError as error:
         return refused(error)
     show_model(session, state, ui.context.client.layout)

@@ -19,7 +19,7 @@ from .report_job import ReportJob, line
 
 if TYPE_CHECKING:
     from ..processes.session import Session
-    from ..state.state import State
+    from ..state.state import PageState
 
 __all__ = ["bytes_of_picture", "take_away_button"]
 
@@ -55,7 +55,7 @@ def take_away_button(session: Session) -> None:
     report = ReportJob(session, plain_button("Take away", show, icon="download"))
 
 
-def _model(state: State) -> None:
+def _model(state: PageState) -> None:
     async def save() -> None:
         try:
             text = await asyncio.to_thread(text_of, state)
@@ -68,7 +68,7 @@ def _model(state: State) -> None:
         ui.label("with comments, and with what was set on the page").classes("text-caption")
 
 
-def _results(session: Session, state: State) -> None:
+def _results(session: Session, state: PageState) -> None:
     """Dataset of a verb in three formats."""
     with line("Results"):
         verb = ui.select(list(VERBS), value="sharing", label="of").props("dense options-dense").style("width: 9rem")
@@ -84,7 +84,7 @@ def _results(session: Session, state: State) -> None:
         ui.label("with units and the whole model").classes("text-caption")
 
 
-def _figures(session: Session, state: State) -> None:
+def _figures(session: Session, state: PageState) -> None:
     """A figure of the report, drawn by the browser."""
     options = {f"{verb}/{name}": f"{verb}: {name}" for verb, names in figures().items() for name in names}
     media = {"svg": "image/svg+xml", "png": "image/png"}
@@ -144,7 +144,7 @@ def bytes_of_picture(uri: str) -> bytes | None:
     return base64.b64decode(body) if head.endswith(";base64") else unquote_to_bytes(body)
 
 
-def _words(heading: str, label: str, text: str, state: State) -> None:
+def _words(heading: str, label: str, text: str, state: PageState) -> None:
     """The command line of a verb, with a button that copies it."""
     with line(heading):
         verb = ui.select(["report", *VERBS], value="report").props(f'dense options-dense aria-label="{label}"')
@@ -163,7 +163,7 @@ def _words(heading: str, label: str, text: str, state: State) -> None:
         )
 
 
-def _script(state: State) -> None:
+def _script(state: PageState) -> None:
     """The Python script that gives the same numbers."""
     text = script(state)
     with line("Python"):
@@ -175,7 +175,7 @@ def _script(state: State) -> None:
         )
 
 
-def _stem(state: State) -> str:
+def _stem(state: PageState) -> str:
     return file_name_of(state, "")
 
 

@@ -16,7 +16,7 @@ from .parts import enlarge_button, heard, plain_button, present
 
 if TYPE_CHECKING:
     from ..processes.session import Session
-    from ..state.state import State
+    from ..state.state import PageState
 
 __all__ = ["text_panel"]
 
@@ -53,7 +53,7 @@ class _TextPanel:
         self.shown = ""
         self.kept: str | None = None
         self.waiting = False
-        self.newest: State | None = None
+        self.newest: PageState | None = None
         with ui.column().classes("w-full q-gutter-none cockpit-text").style("min-width: 0") as self.root:
             with ui.row().classes("w-full items-center"):
                 self.status = ui.label("").classes("col text-caption").props('role="status" aria-live="polite"')
@@ -188,7 +188,7 @@ class _TextPanel:
             self.editor.decorations[:] = [{"kind": "line", "line": line, "class": "cockpit-wrong"}]
 
 
-def _checked(state: State, text: str) -> None:
+def _checked(state: PageState, text: str) -> None:
     """Raise ModelError for a text that no train can be made of; the state is left as it is."""
     tables, overrides = request_of(with_text(state, text))
     load(tables, overrides=overrides)

@@ -18,8 +18,7 @@ def undo_buttons(session: Session) -> None:
     redo = icon_button("redo", "Redo", session.redo)
 
     def show(_: object = None) -> None:
-        history = getattr(session, "history", None)
-        labels = (getattr(history, "undo_label", ""), getattr(history, "redo_label", ""))
+        labels = (session.history.undo_label, session.history.redo_label)
         for word, button, label in zip(("Undo", "Redo"), (undo, redo), labels, strict=True):
             button.set_enabled(bool(label))
             rename(button, f"{word}: {label}" if label else word, "" if label else f"Nothing to {word.lower()}")

@@ -319,7 +319,7 @@ class _Wizard:
             self.create.props(remove="loading")
         assert self.window is not None
         self.window.close()
-        show_model(self.session, state, self.slot)
+        show_model(self.session, state, self.slot, unsaved=True)
         ui.notify("A new train. What its drawing does not say yet is assumed; save keeps it.", timeout=5000)
 
     def _clear(self) -> None:

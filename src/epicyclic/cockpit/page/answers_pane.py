@@ -9,12 +9,22 @@ from nicegui.element import Element
 
 from ...errors import ModelError
 from ..dialogs.parts import refused
+from ..processes.jobs import Job
 from ..processes.session import Session
 from .controls import Words, box, button, hide, prop
+from .job_bar import progress_text
 
 __all__ = ["AnswersPane"]
 
 _MARKS = {"good": ("✓", "passes"), "warn": ("!", "look at"), "bad": ("✗", "fails"), "none": ("·", "note")}
+# The five questions, which stand before their answers do.
+_QUESTIONS = {
+    "resonance": "Does a mesh order meet a resonance near operation?",
+    "planet": "Which planet carries most?",
+    "float": "What does a floating sun buy?",
+    "error": "Which error hurts most?",
+    "relief": "What tip relief should be ground?",
+}
 # Failing checks above the answers; the header has all of them.
 _MOST_CHECKS = 2
 
@@ -22,86 +32,117 @@ _MOST_CHECKS = 2
 class AnswersPane:
     """Five lines, each with its figure.
 
-    show : called with the name of the evidence of an answer.  run : called with the name of a job.
+    show : called with the name of the evidence of an answer.  run, cancel : called with the name of a job.
     """
 
-    def __init__(self, session: Session, *, show: Callable[[str], None], run: Callable[[str], None]) -> None:
-        self._session, self._show, self._run = session, show, run
-        self._lines: dict[str, _Line] = {}
-        with box("ck-box ck-answers") as root:
-            root.props["aria-live"] = "polite"
+    def __init__(
+        self,
+        session: Session,
+        *,
+        show: Callable[[str], None],
+        run: Callable[[str], None],
+        cancel: Callable[[str], None],
+    ) -> None:
+        self._session, self._told = session, None
+        with box("ck-box ck-answers", "section") as self._root:
+            self._root.props["aria-label"] = "Answers"
             with box("ck-title"):
-                Words(text="Answers")
+                Words("h2", "Answers")
                 Words(text="No strength rating: nothing here says that the teeth are strong enough.", classes="ck-pale")
-            self._list = box("ck-answer-list")
-            with self._list:
+            with box("ck-answer-list") as list_of_lines:
+                list_of_lines.props["aria-live"] = "polite"
+                self._list = list_of_lines
                 self._checks = box("ck-checks")
-        self._told: object = None
+                self._lines = {
+                    key: _Line(key, words, apply=self._apply, show=show, run=run, cancel=cancel)
+                    for key, words in _QUESTIONS.items()
+                }
 
-    def follow(self, head: Mapping[str, Any]) -> None:
-        """Show the answers and checks of a frame that brings some."""
+    _told: list[str] | None
+
+    def follow(self, head: Mapping[str, Any], *, moving: bool) -> None:
+        """Show the answers and checks of a frame that brings some.  moving : a lever is held, nothing is read out."""
+        prop(self._list, "aria-busy", "true" if moving else "false")
         if "checks" in head:
             self._follow_checks(head["checks"])
         for answer in head.get("answers") or ():
-            key = str(answer["key"])
-            if key not in self._lines:
-                with self._list:
-                    self._lines[key] = _Line(self, key)
-            self._lines[key].follow(answer)
+            if (line := self._lines.get(str(answer["key"]))) is not None:
+                line.follow(answer)
+
+    def jobs(self, newest: Mapping[str, Job]) -> None:
+        """Show how far the jobs are that an answer waits for."""
+        for line in self._lines.values():
+            line.follow_job(newest, self._session.rev)
 
     def _follow_checks(self, checks: Sequence[Mapping[str, Any]]) -> None:
-        bad = [str(one["text"]) for one in checks if one.get("level") == "bad"][:_MOST_CHECKS]
+        bad = [str(one["text"]) for one in checks if one.get("level") == "bad"]
         if bad == self._told:
             return
         self._told = bad
         self._checks.clear()
         with self._checks:
-            for text in bad:
-                with box("ck-answer") as line:
-                    line.props["data-check"] = ""
-                    line.props["title"] = text
-                    Words(text="✗", classes="ck-mark bad").props["aria-label"] = "fails"
-                    Words(text=text, classes="ck-answer-text")
+            for text in bad[:_MOST_CHECKS]:
+                _check(text)
+            if len(bad) > _MOST_CHECKS:
+                _check(f"{len(bad) - _MOST_CHECKS} more checks fail: see the warnings above")
 
-    def apply(self, values: Mapping[str, Any], label: str) -> None:
+    def _apply(self, values: Mapping[str, Any], label: str) -> None:
         try:
             self._session.apply(values, label)
         except ModelError as error:
             refused(error, "It cannot be applied: ")
 
-    def show(self, evidence: str) -> None:
-        self._show(evidence)
 
-    def run(self, job: str) -> None:
-        self._run(job)
+def _check(text: str) -> None:
+    with box("ck-answer ck-check") as line:
+        line.props.update({"data-check": "", "title": text})
+        Words(text="✗", classes="ck-mark bad").props.update({"aria-label": "fails", "role": "img"})
+        Words(text=text, classes="ck-answer-text")
 
 
 class _Line:
     """One answer."""
 
-    def __init__(self, pane: AnswersPane, key: str) -> None:
-        self._pane, self._answer = pane, {"key": key}
+    def __init__(
+        self,
+        key: str,
+        question: str,
+        *,
+        apply: Callable[[Mapping[str, Any], str], None],
+        show: Callable[[str], None],
+        run: Callable[[str], None],
+        cancel: Callable[[str], None],
+    ) -> None:
+        self._answer: dict[str, Any] = {"key": key}
+        self._send = apply
         with box("ck-answer") as self._row:
             self._row.props["data-answer"] = key
-            self._mark = Words(classes="ck-mark")
-            self._figure = Words(classes="ck-figure")
-            self._text = Words(classes="ck-answer-text")
+            self._mark = Words(text="·", classes="ck-mark none")
+            self._mark.props["role"] = "img"
+            with box("ck-answer-text") as self._words:
+                self._figure = Words("b", classes="ck-figure")
+                self._text = Words(text=question, classes="ck-pale")
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
-            self._job = button("Compute", self._on_job)
-            self._evidence = button("Show", self._on_evidence)
+            self._job = button("Compute", lambda: run(str(self._answer["job"])))
+            self._cancel = button("Cancel", lambda: cancel(str(self._answer["job"])))
+            self._evidence = button("Show", lambda: show(str(self._answer["evidence"])))
+        for part in (self._apply, self._job, self._cancel, self._evidence):
+            hide(part, True)
 
     def follow(self, answer: Mapping[str, Any]) -> None:
+        """Show an answer."""
+        if answer == self._answer:
+            return
         self._answer = dict(answer)
-        mark, words = _MARKS.get(str(answer.get("level")), _MARKS["none"])
+        level = str(answer.get("level"))
+        mark, words = _MARKS.get(level, _MARKS["none"])
         self._mark.say(mark)
         prop(self._mark, "aria-label", words)
-        _level(self._mark, str(answer.get("level")))
+        _level(self._mark, level)
         self._figure.say(str(answer.get("figure") or ""))
-        text = str(answer.get("text") or "")
-        self._text.say(text)
-        prop(self._text, "title", f"{answer.get('question')} {text}")
-        label = str(answer.get("apply_label") or "Apply")
-        self._apply.say(label)
+        self._text.classes(remove="ck-pale")
+        self._say(str(answer.get("text") or ""))
+        self._apply.say(str(answer.get("apply_label") or "Apply"))
         hide(self._apply, not answer.get("apply"))
         hide(self._job, not answer.get("job"))
         prop(self._job, "aria-label", f"Compute {answer.get('job') or ''}")
@@ -109,16 +150,28 @@ class _Line:
         prop(self._evidence, "aria-label", f"Show {answer.get('evidence') or ''}")
         prop(self._row, "data-stale", "true" if answer.get("stale") else None)
 
+    def follow_job(self, newest: Mapping[str, Job], rev: int) -> None:
+        """Show the progress of the job of this answer in its text, and how to end it."""
+        job = newest.get(str(self._answer.get("job") or ""))
+        if job is None:
+            return
+        hide(self._job, not job.ended)
+        hide(self._cancel, job.ended)
+        text = str(self._answer.get("text") or "")
+        if job.status == "done":
+            self._say(progress_text(job, rev))
+            hide(self._evidence, not self._answer.get("evidence"))
+        else:
+            self._say(f"{text} ({progress_text(job, rev)})")
+
+    def _say(self, text: str) -> None:
+        self._text.say(text)
+        prop(self._words, "title", f"{self._answer.get('question') or ''} {text}".strip())
+
     def _on_apply(self) -> None:
         values = self._answer.get("apply")
         if isinstance(values, Mapping):
-            self._pane.apply(values, str(self._answer.get("apply_label") or "apply an answer"))
-
-    def _on_job(self) -> None:
-        self._pane.run(str(self._answer["job"]))
-
-    def _on_evidence(self) -> None:
-        self._pane.show(str(self._answer["evidence"]))
+            self._send(values, str(self._answer.get("apply_label") or "apply an answer"))
 
 
 def _level(mark: Element, level: str) -> None:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from nicegui.element import Element
 
 from ...errors import ModelError
@@ -13,13 +10,15 @@ from ..dialogs.parts import refused
 from ..processes.jobs import Job
 from ..processes.session import Session
 from .controls import Words, box, button, hide, prop
+from .job_bar import JobBar
+from .jobs_list import JobsList
 
 __all__ = ["EvidenceTabs"]
 
-# The tabs before those of jobs, and the jobs in the order in which they are asked for; `answers.jobs` has their labels.
+# The tabs before those of jobs, and the jobs in the order in which they are asked for.
 _TABS = {"sharing": "Sharing", "errors": "Errors"}
 _JOBS = {
-    "contact": "Contact and LTE",
+    "contact": "Contact, LTE",
     "relief": "Relief",
     "stiffness": "Stiffness",
     "tolerance": "Tolerance",
@@ -27,126 +26,85 @@ _JOBS = {
     "transient": "Transient",
     "sensitivity": "Sensitivity",
 }
+# What a tab is for, beside the pointer.
+_WHY = {
+    "sharing": "Load of each mesh per fair share, at rest and over the hunting period",
+    "errors": "What each deviation costs in load sharing",
+    "contact": "Load over the flanks and loaded transmission error",
+    "relief": "Tip relief for the least transmission error",
+    "stiffness": "Mesh stiffness over a mesh cycle, and the phases of the meshes",
+    "tolerance": "Load sharing within the tolerances, and the share of each",
+    "contact_loss": "Sweep in which teeth may part",
+    "transient": "Run in time, as the model's scenario or at its speed",
+    "sensitivity": "What the natural frequencies depend on",
+}
+_LIST = "jobs"
 
 
 class EvidenceTabs:
-    """Tabs over one pane."""
+    """Tabs over one pane.  newest : the job of each name that was started last."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._shown = "sharing"
-        self._newest: dict[str, Job] = {}
+        self.newest: dict[str, Job] = {}
         self._tabs: dict[str, Element] = {}
-        self._bars: dict[str, _JobBar] = {}
-        with box("ck-box ck-evidence"):
+        self._bars: dict[str, JobBar] = {}
+        self._sent: dict[str, int] = {}
+        with box("ck-box ck-evidence", "section") as root:
+            root.props["aria-label"] = "Evidence"
             with box("ck-tabs") as tabs:
-                tabs.props["role"] = "tablist"
-                for name, words in (_TABS | _JOBS).items():
-                    tab = button(words, lambda name=name: self.show(name), classes="ck-tab")
-                    tab.props["role"] = "tab"
-                    self._tabs[name] = tab
+                tabs.props.update({"role": "tablist", "aria-label": "Evidence", "data-keys": "choose"})
+                for name, words in (_TABS | _JOBS | {_LIST: "Jobs"}).items():
+                    self._tabs[name] = self._tab(name, words)
             for name, words in _JOBS.items():
-                self._bars[name] = _JobBar(self, session, name, words)
-            with box("ck-grow"):
+                self._bars[name] = JobBar(session, name, words, run=self.run, cancel=self.cancel)
+            with box("ck-grow") as self._place:
                 self.pane = EvidencePane()
+            self._list = JobsList(session, show=self.show)
         self.show("sharing")
 
+    def _tab(self, name: str, words: str) -> Words:
+        tab = button(words, lambda: self.show(name), classes="ck-tab")
+        tab.props.update({"role": "tab", "title": _WHY.get(name, "All jobs of this page")})
+        return tab
+
     def show(self, name: str) -> None:
-        """Show the evidence of a name: a tab of the two first, or a job."""
+        """Show the evidence of a name: a tab of the first two, a job, or the list of jobs."""
         if name not in self._tabs:
             return
-        self._shown = name
         for own, tab in self._tabs.items():
             prop(tab, "aria-selected", "true" if own == name else "false")
+            prop(tab, "tabindex", "0" if own == name else "-1")
         for own, bar in self._bars.items():
             bar.hide(own != name)
-        self.pane.evidence(name)
+        hide(self._place, name == _LIST)
+        self._list.hide(name != _LIST)
+        if name != _LIST:
+            self.pane.evidence(name)
 
     def run(self, name: str) -> None:
         """Start a job of the present state, and show it."""
         self.show(name)
+        before = self.newest.get(name)
+        if before is not None and not before.ended:
+            return
         try:
-            self._newest[name] = self._session.jobs.start(name, {})
+            self.newest[name] = self._session.jobs.start(name, self._bars[name].options)
         except ModelError as error:
             refused(error)
+        self.follow()
 
     def cancel(self, name: str) -> None:
-        if name in self._newest:
-            self._session.jobs.cancel(self._newest[name])
+        if name in self.newest:
+            self._session.jobs.cancel(self.newest[name])
 
     def follow(self) -> None:
-        """Show the jobs as they stand, and send results that have come."""
-        for name, job in self._newest.items():
-            self._bars[name].follow(job, self._session.rev)
-            if job.packed is not None and not getattr(self._bars[name], "sent", None) == job.id:
-                self._bars[name].sent = job.id
+        """Show the jobs as they stand, mark those of an older state, and send results that have come."""
+        for name, job in self.newest.items():
+            self._bars[name].follow(job)
+            if job.packed is not None and self._sent.get(name) != job.id:
+                self._sent[name] = job.id
                 send(self.pane, job.packed)
-
-
-class _JobBar:
-    """Start, progress, end and message of one job."""
-
-    def __init__(self, tabs: EvidenceTabs, session: Session, name: str, words: str) -> None:
-        self._session, self._words = session, words
-        self._job: Job | None = None
-        self.sent: int | None = None
-        with box("ck-job") as self._bar:
-            self._bar.props["data-job"] = name
-            self._run = button("Run", lambda: tabs.run(name), classes="ck-small ck-main")
-            self._cancel = button("Cancel", lambda: tabs.cancel(name))
-            self._progress = box("", "progress")
-            self._progress.props["max"] = 1
-            self._progress.props["aria-label"] = f"{words}: share done"
-            self._text = Words(classes="ck-answer-text")
-            self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
-        hide(self._cancel, True)
-        hide(self._progress, True)
-        hide(self._apply, True)
-        self.hide(True)
-
-    def hide(self, hidden: bool) -> None:
-        hide(self._bar, hidden)
-
-    def follow(self, job: Job, rev: int) -> None:
-        self._job = job
-        busy = job.status in ("waits", "runs")
-        hide(self._run, busy)
-        hide(self._cancel, not busy)
-        hide(self._progress, not busy)
-        prop(self._progress, "value", round(job.progress, 3))
-        self._text.say(_said(job, rev))
-        prop(self._text, "role", "alert" if job.status == "failed" else None)
-        result = _result(job)
-        self._apply.say(str(result.get("apply_label") or "Apply"))
-        hide(self._apply, not result.get("apply") or job.rev != rev)
-
-    def _on_apply(self) -> None:
-        if self._job is None:
-            return
-        result = _result(self._job)
-        try:
-            self._session.apply(result["apply"], str(result.get("apply_label") or f"apply {self._words}"))
-        except ModelError as error:
-            refused(error)
-
-
-def _result(job: Job) -> Mapping[str, Any]:
-    found = job.frame.head.get("job") if job.frame is not None else None
-    return found if isinstance(found, Mapping) else {}
-
-
-def _said(job: Job, rev: int) -> str:
-    """One sentence of a job as it stands."""
-    if job.status == "waits":
-        return "waits for another job"
-    if job.status == "runs":
-        left = "" if job.remaining is None else f", {_time(job.remaining)} left"
-        return f"{100 * job.progress:.0f} %{left}"
-    if job.status != "done":
-        return f"failed: {job.message}" if job.status == "failed" else "cancelled"
-    old = "" if job.rev == rev else f"of state {job.rev}, now {rev}: run again. "
-    return f"{old}{_result(job).get('text') or 'done'}"
-
-
-def _time(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
+            busy = not job.ended
+            prop(self._tabs[name], "data-busy", "true" if busy else None)
+        self._list.follow()

@@ -6,21 +6,23 @@ from collections.abc import Mapping
 from typing import Any
 
 from nicegui import ui
+from nicegui.element import Element
 
 from ..dialogs.compare import compare_controls
 from ..dialogs.link import link_button
 from ..dialogs.open_model import open_button
-from ..dialogs.parts import icon_button
 from ..dialogs.save import save_buttons
 from ..dialogs.take_away import take_away_button
 from ..dialogs.undo import undo_buttons
 from ..dialogs.wizard import new_button
 from ..processes.session import Session
-from .controls import Words, box, hide, prop
+from .controls import Words, box, button, hide, prop
 
 __all__ = ["Header"]
 
-_THEMES = {None: ("brightness_auto", True), True: ("dark_mode", False), False: ("light_mode", None)}
+
+class ThemeButton(Element, component="theme_button.js"):
+    """A button that goes through the themes; the browser keeps the choice."""
 
 
 class Header:
@@ -28,45 +30,61 @@ class Header:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._told: object = None
+        self._told: list[tuple[str, str]] | None = None
+        self._title = ""
         with box("ck-head", "header"):
-            self._name = Words("h1", classes="ck-name")
+            self._name = Words("h1", "Cockpit", classes="ck-name")
             self._name.props["data-testid"] = "name"
             open_button(session)
             new_button(session)
-            box("ck-split")
-            undo_buttons(session)
-            save_buttons(session)
-            box("ck-split")
-            with ui.button().props("flat dense no-caps size=sm").classes("ck-warnings") as self._warnings:
-                self._list = ui.menu().classes("ck-wide")
-            self._facts = Words(classes="ck-facts")
-            compare_controls(session)
-            link_button(session)
-            take_away_button(session)
-            self._dark = ui.dark_mode(None)
-            self._theme = icon_button("brightness_auto", "Theme", self._next_theme)
+            self._of_model = [box("ck-head-part"), box("ck-head-part ck-head-end")]
+            with self._of_model[0]:
+                box("ck-split")
+                undo_buttons(session)
+                save_buttons(session)
+                box("ck-split")
+                with ui.button().props("flat dense no-caps").classes("ck-warnings") as self._warnings:
+                    self._list = ui.menu().classes("ck-wide")
+                self._facts = Words(classes="ck-facts")
+                self._speed = button("", lambda: session.operate_at(1.0), classes="ck-small ck-main")
+            with self._of_model[1]:
+                compare_controls(session)
+                link_button(session)
+                take_away_button(session)
+            ThemeButton()
         hide(self._warnings, True)
-
-    def _next_theme(self) -> None:
-        self._dark.value = _THEMES[self._dark.value][1]
-        self._theme.props["icon"] = _THEMES[self._dark.value][0]
-        self._theme.update()
+        hide(self._speed, True)
 
     def follow(self) -> None:
-        """Show the name of the state and whether it is saved."""
+        """Show the name of the state and whether it is saved; without a model, only the ways to one."""
         state = self._session.state
-        self._name.say("" if state is None else f"{state.name}{' *' if self._session.unsaved else ''}")
-        prop(self._name, "title", "" if state is None else str(state.path or state.name))
+        for part in self._of_model:
+            hide(part, state is None)
+        if state is None:
+            self._say("Cockpit", "epicyclic")
+            return
+        self._say(f"{state.name}{' *' if self._session.unsaved else ''}", f"{state.name} · epicyclic")
+        saved = " (changed, not saved)" if self._session.unsaved else ""
+        prop(self._name, "title", f"{state.path or state.name}{saved}")
+        relative = self._session.relative_speed
+        hide(self._speed, relative == 1.0)
+        self._speed.say(f"at {100 * relative:.3g} % speed: back to 100 %")
+
+    def _say(self, name: str, title: str) -> None:
+        self._name.say(name)
+        if title != self._title:
+            self._title = title
+            ui.page_title(title)
 
     def frame(self, head: Mapping[str, Any]) -> None:
         """Show facts and warnings of a frame that brings them."""
         if isinstance(head.get("state"), Mapping):
             self._facts.say(_facts(head["state"]))
             prop(self._facts, "title", self._facts.text)
-        if "checks" not in head:
-            return
-        checks = [(str(one.get("level")), str(one["text"])) for one in head["checks"]]
+        if "checks" in head:
+            self._follow_checks([(str(one.get("level")), str(one["text"])) for one in head["checks"]])
+
+    def _follow_checks(self, checks: list[tuple[str, str]]) -> None:
         if checks == self._told:
             return
         self._told = checks
@@ -75,8 +93,10 @@ class Header:
         self._list.clear()
         with self._list:
             for level, text in checks:
-                with ui.item().props("dense"), ui.item_section():
-                    Words(text=f"{'✗' if level == 'bad' else '!'} {text}")
+                with box("ck-warning"):
+                    mark = Words(text="✗" if level == "bad" else "!", classes=f"ck-mark {level}")
+                    mark.props.update({"role": "img", "aria-label": "fails" if level == "bad" else "look at"})
+                    Words(text=text)
 
 
 def _facts(state: Mapping[str, Any]) -> str:

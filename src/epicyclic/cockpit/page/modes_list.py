@@ -14,13 +14,15 @@ class ModesList:
     """Rows of natural frequencies.  choose : called with the index of a mode, None where it is left."""
 
     def __init__(self, choose: Callable[[int | None], None]) -> None:
-        self._choose, self._chosen = choose, None
+        self._choose = choose
         self._rows: list[_Row] = []
-        with box("ck-box ck-modes"):
+        with box("ck-box ck-modes", "section") as root:
+            root.props["aria-label"] = "Modes"
             with box("ck-title"):
-                Words(text="Modes")
+                Words("h2", "Modes")
                 self._count = Words(classes="ck-pale")
             self._list = box("ck-mode-list")
+            self._list.props["data-keys"] = "go"
         self._chosen_index: int | None = None
 
     def follow(self, head: Mapping[str, Any]) -> None:
@@ -28,7 +30,7 @@ class ModesList:
         modes = head.get("modes")
         if modes is None:
             return
-        self._count.say(f"{len(modes)} natural frequencies; a row moves in the drawing")
+        self._count.say(f"[Hz] {len(modes)} of them; a row swings in the drawing")
         with self._list:
             while len(self._rows) < len(modes):
                 self._rows.append(_Row(self._on_row))
@@ -53,16 +55,17 @@ class _Row:
     def __init__(self, click: Callable[[int], None]) -> None:
         self._index = -1
         self._row = box("ck-mode", "button").on("click", lambda _: click(self._index))
+        self._row.props["type"] = "button"
         with self._row:
             self._frequency, self._label, self._met = Words("b"), Words(), Words("i")
 
     def follow(self, mode: Mapping[str, Any], chosen: int | None) -> None:
         self._index = int(mode["index"])
         prop(self._row, "data-mode", str(self._index))
-        self._frequency.say(f"{float(mode['frequency']):.4g} Hz")
+        self._frequency.say(f"{float(mode['frequency']):.4g}")
         self._label.say(str(mode["label"]))
         prop(self._row, "title", f"{mode['label']}{': met by ' + str(mode['met_by']) if mode.get('met_by') else ''}")
-        self._met.say(str(mode.get("met_by") or ""))
+        self._met.say(str(mode.get("met_by") or "").replace(" mesh order", " order"))
         self.press(chosen)
         hide(self._row, False)
 

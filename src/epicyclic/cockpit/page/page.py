@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from nicegui import ui
+from nicegui.element import Element
 
-from ...studies.drives import drive_titles
 from ..canvas.element import SweepPane, TrainPane, send
-from ..dialogs.open_model import open_window
+from ..computing.frames import PageFrame
 from ..dialogs.parts import heard
-from ..dialogs.wizard import new_window
 from ..processes.session import Session
-from ..state.state import opened
 from .answers_pane import AnswersPane
-from .controls import Words, box, button, hide
+from .controls import Words, box, button, hide, prop
+from .empty_page import empty_page
 from .evidence_tabs import EvidenceTabs
 from .header import Header
 from .levers_column import LeversColumn
@@ -27,34 +27,47 @@ __all__ = ["cockpit_page"]
 
 def cockpit_page(session: Session) -> None:
     """Build the page of a session in the present slot; it follows the session until it is deleted."""
-    ui.add_css(Path(__file__).with_name("page.css").read_text(encoding="utf-8"))
+    ui.add_css(_file("page.css"))
+    ui.add_head_html(f"<script>{_file('page.js')}</script>")
     with box("ck-page", "main") as root:
-        page = _Page(session)
+        page = _Page(session, root)
     heard(session, root, frame=page.frame, state=page.follow, failed=page.refuse, jobs=page.jobs)
     page.follow(session)
+
+
+@cache
+def _file(name: str) -> str:
+    return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
 class _Page:
     """The parts of the page, and what each hears."""
 
-    def __init__(self, session: Session) -> None:
-        self._session = session
-        self._pinned: object = None
+    def __init__(self, session: Session, root: Element) -> None:
+        self._session, self._root = session, root
+        self._pinned: dict[str, bytes] = {}
         self._header = Header(session)
         with box("ck-banner") as self._banner:
             self._banner.props["role"] = "alert"
-            Words(text="!", classes="ck-mark bad")
-            self._message = Words()
-        self._parts = [box("ck-box ck-train")]
-        with self._parts[0], box("ck-grow"):
-            self._train = TrainPane()
+            Words(text="✗", classes="ck-mark bad")
+            self._message = Words(classes="ck-answer-text")
+            self._undo = button("Undo", session.undo)
         self._levers = LeversColumn(session)
-        self._evidence = EvidenceTabs(session)
-        self._answers = AnswersPane(session, show=self._show, run=self._evidence.run)
-        self._modes = ModesList(self._train.show_mode)
-        with box("ck-box ck-sweep"), box("ck-grow"):
+        self._answers = AnswersPane(
+            session,
+            show=lambda name: self._evidence.show(name),
+            run=lambda name: self._evidence.run(name),
+            cancel=lambda name: self._evidence.cancel(name),
+        )
+        with box("ck-box ck-train", "section") as train, box("ck-grow"):
+            train.props["aria-label"] = "Train"
+            self._train = TrainPane()
+        with box("ck-box ck-sweep", "section") as sweep, box("ck-grow"):
+            sweep.props["aria-label"] = "Sweep"
             self._sweep = SweepPane()
-        self._empty = _empty_page(session)
+        self._modes = ModesList(self._train.show_mode)
+        self._evidence = EvidenceTabs(session)
+        self._empty: Element | None = None
         self._sweep.on_speed(session.operate_at)
         for pane in (self._train, self._sweep):
             pane.on_mode(self._chose)
@@ -65,58 +78,66 @@ class _Page:
         self._modes.chosen(index)
         self._train.show_mode(index)
 
-    def _show(self, evidence: str) -> None:
-        self._evidence.show(evidence)
-
-    def frame(self, packed: bytes, frame: Any) -> None:
+    def frame(self, packed: bytes, frame: PageFrame) -> None:
+        """Show a frame; the panes first, since they are what moves under a lever."""
         send(self._train, packed)
-        head: Mapping[str, Any] = frame.head
-        self._answers.follow(head)
-        self._header.frame(head)
-        self._modes.follow(head)
+        session = self._session
+        self._answers.follow(frame.head, moving=session.rev != session.released_rev)
+        self._header.frame(frame.head)
+        self._modes.follow(frame.head)
+        self._show_busy()
 
     def follow(self, session: Session) -> None:
+        """Show a state that has changed."""
         self._header.follow()
         self._levers.follow()
-        hide(self._empty, session.state is not None)
-        if session.pinned is not self._pinned:
-            self._pinned = session.pinned
-            self._train.ghost(None)
-            for packed in session.pinned_packed.values():
-                self._train.ghost(packed)
+        self._show_busy()
+        self._show_empty(begun=session.rev > 0)
+        self._show_pinned()
+        self.jobs(session)
 
     def refuse(self, failed: Mapping[str, Any] | None) -> None:
         """Show why a state does not compute, beside its lever or above the page; the last good curves stay."""
         beside = self._levers.refuse(failed)
         for pane in (self._train, self._sweep, self._evidence.pane):
             pane.stale(failed is not None)
+        prop(self._root, "data-failed", "true" if failed is not None else None)
         hide(self._banner, failed is None or beside)
+        hide(self._undo, not self._session.history.undo_label)
         if failed is not None:
             words = [str(failed.get("path") or ""), str(failed.get("message") or "")]
             text = ": ".join(word for word in words if word)
             self._message.say(f"{text}; allowed: {failed['allowed']}" if failed.get("allowed") else text)
+        self._levers.follow()
 
     def jobs(self, _: Session) -> None:
+        """Show the jobs as they stand."""
         self._evidence.follow()
+        self._answers.jobs(self._evidence.newest)
 
+    def _show_pinned(self) -> None:
+        """Draw A dashed; its frames may come one after another."""
+        frames = dict(self._session.pinned_packed)
+        if frames == self._pinned:
+            return
+        self._pinned = frames
+        self._train.ghost(None)
+        for packed in frames.values():
+            self._train.ghost(packed)
 
-def _empty_page(session: Session) -> Any:
-    """What a page without a model shows: the ways to one."""
-    with box("ck-box ck-empty-page") as root:
-        Words("div", "Which gear train?", classes="text-h6")
-        with box("row"):
-            button("Open a model file ...", lambda: open_window(session), classes="ck-small ck-main")
-            Words(text=" ")
-            button("New train from teeth or ratio ...", lambda: new_window(session), classes="ck-small ck-main")
-        Words("div", "or a ready drive, to look at and to change:", classes="ck-pale")
-        with box("ck-drives"):
-            for name, title in drive_titles().items():
-                button(f"{name}: {title}", _opener(session, name), classes="ck-drive")
-    return root
+    def _show_busy(self) -> None:
+        """A line runs over the page while everything of a released state is computed; a drag needs none."""
+        session = self._session
+        busy = session.busy and session.rev == session.released_rev
+        prop(self._root, "data-busy", "true" if busy else None)
 
-
-def _opener(session: Session, name: str) -> Callable[[], Any]:
-    async def show() -> None:
-        await session.open(opened(name))
-
-    return show
+    def _show_empty(self, *, begun: bool) -> None:
+        """The ways to a model, where there is none; they are built when they are first seen."""
+        is_empty = begun and self._session.state is None
+        if is_empty and self._empty is None:
+            with self._root:
+                self._empty = empty_page(self._session)
+        if self._empty is not None:
+            hide(self._empty, not is_empty)
+        prop(self._root, "data-empty", "true" if is_empty else None)
+        prop(self._root, "data-starting", None if begun else "true")

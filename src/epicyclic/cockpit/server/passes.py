@@ -28,10 +28,12 @@ class Passes:
     token : of this run, in the address that is printed.
     cookie : name and value of the cookie; another run on the same port and by the same user gives the same, so that a
         tab which stayed open goes on after a restart.
+    seal : key of what a browser keeps of a file, the same in every run.
     """
 
     token: str
     cookie: tuple[str, str]
+    seal: bytes = b""
 
     def admits_token(self, given: str) -> bool:
         """Whether this is the token of the run."""
@@ -58,8 +60,12 @@ def issue(port: int, folder: Path | None) -> Passes:
     folder : of the user, where the key lies; None, or one that cannot be used, gives a key of this run alone.
     """
     key = _kept_key(folder) if folder is not None else secrets.token_bytes(_KEY_BYTES)
-    value = hmac.new(key, f"cockpit on port {port}".encode(), hashlib.sha256).hexdigest()
-    return Passes(token=secrets.token_urlsafe(_TOKEN_BYTES), cookie=(f"epicyclic-{port}", value))
+    cookie, seal = (hmac.new(key, use.encode(), hashlib.sha256) for use in (f"cockpit on port {port}", "kept state"))
+    return Passes(
+        token=secrets.token_urlsafe(_TOKEN_BYTES),
+        cookie=(f"epicyclic-{port}", cookie.hexdigest()),
+        seal=seal.digest(),
+    )
 
 
 def state_folder(environment: Mapping[str, str] = os.environ, platform: str = sys.platform) -> Path | None:

@@ -11,7 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ...errors import ModelError
-from ..state.state import State, opened
+from ..processes.seals import set_seal_key
+from ..state.state import PageState, opened
 from .passes import Passes, issue, state_folder
 
 __all__ = ["PORT", "serve"]
@@ -49,7 +50,7 @@ def serve(source: str | Path | None, *, port: int | None, browser: bool, tell: C
         _run(state, listening, browser=browser, tell=tell)
 
 
-def _checked(source: str | Path | None) -> State | None:
+def _checked(source: str | Path | None) -> PageState | None:
     """The state to begin with; read through once, so that a wrong model is told before there is a page."""
     if source is None:
         return None
@@ -82,12 +83,13 @@ def _bound(port: int | None) -> socket.socket:
     raise ModelError(f"cannot be listened on: {problem}", path="--port", given=given, allowed="a port that is free")
 
 
-def _run(state: State | None, listening: socket.socket, *, browser: bool, tell: Callable[[str], None]) -> None:
+def _run(state: PageState | None, listening: socket.socket, *, browser: bool, tell: Callable[[str], None]) -> None:
     port = int(listening.getsockname()[1])
     folder = state_folder()
     # read when the framework is imported: else it looks for its storage in the folder one happens to be in
     os.environ["NICEGUI_STORAGE_PATH"] = str((folder or Path.home()) / "framework")
     passes = issue(port, folder)
+    set_seal_key(passes.seal)
     address = f"http://{_HOST}:{port}/?token={passes.token}"
 
     def ready() -> None:
@@ -100,7 +102,7 @@ def _run(state: State | None, listening: socket.socket, *, browser: bool, tell: 
 
 
 def _serve_application(
-    state: State | None, listening: socket.socket, passes: Passes, ready: Callable[[], None]
+    state: PageState | None, listening: socket.socket, passes: Passes, ready: Callable[[], None]
 ) -> None:
     from fastapi import FastAPI
     from nicegui import core, ui

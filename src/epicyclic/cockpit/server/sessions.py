@@ -16,7 +16,7 @@ from ..page.page import cockpit_page
 from ..processes.session import Session
 from ..processes.worker import start_worker, stop_worker
 from ..state.links import from_fragment
-from ..state.state import State
+from ..state.state import PageState
 from .recovery import KEEP_SECONDS, MOST_KEPT, recovery_script
 
 __all__ = ["mount"]
@@ -26,7 +26,7 @@ _ANSWERED = 10.0  # [s] a browser may take to say what it kept
 _CONNECTED = 30.0  # [s] a browser may take to connect: a page opened ahead of its reader never does
 
 
-def mount(state: State | None) -> Callable[[Any], AbstractAsyncContextManager[None]]:
+def mount(state: PageState | None) -> Callable[[Any], AbstractAsyncContextManager[None]]:
     """Register the page of the cockpit.
 
     Parameters
@@ -70,7 +70,7 @@ async def _end(live: dict[str, Session], name: str) -> None:
         await session.close()
 
 
-async def _begin(session: Session, state: State | None) -> None:
+async def _begin(session: Session, state: PageState | None) -> None:
     """Open what a link brings, else what the tab had, else what the command line named."""
     kept = await ui.run_javascript("return await cockpitRecovery.begin()", timeout=_ANSWERED)
     found = kept if isinstance(kept, Mapping) else {}

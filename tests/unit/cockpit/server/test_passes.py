@@ -15,6 +15,7 @@ def test_the_key_is_private_and_outlives_a_run(tmp_path: Path) -> None:
     file = tmp_path / "deep" / "state" / "cockpit.key"
     assert file.stat().st_mode & 0o777 == 0o600
     assert first.cookie == second.cookie
+    assert first.seal == second.seal != b""
     assert first.token != second.token  # an address of a former run gives no cookie
     assert first.cookie != issue(8766, tmp_path / "deep" / "state").cookie
     assert first.cookie != issue(8765, tmp_path / "other").cookie

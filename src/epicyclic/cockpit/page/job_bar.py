@@ -1,0 +1,127 @@
+"""Start, progress, end and message of one job, above its picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from nicegui.element import Element
+from nicegui.events import GenericEventArguments
+
+from ...errors import ModelError
+from ..dialogs.parts import refused
+from ..processes.jobs import Job
+from ..processes.session import Session
+from .controls import Words, box, button, hide, prop
+from .job_options import OPTIONS, JobOption
+
+__all__ = ["JobBar", "progress_text", "result_of"]
+
+# Steps of the progress that are worth a message: a bar has no more pixels.
+_STEPS = 200
+
+
+class JobBar:
+    """One job of a name.  run, cancel : called with the name."""
+
+    def __init__(
+        self, session: Session, name: str, words: str, *, run: Callable[[str], None], cancel: Callable[[str], None]
+    ) -> None:
+        self._session, self._name, self._words = session, name, words
+        self._job: Job | None = None
+        with box("ck-job") as self._bar:
+            self._bar.props["data-job"] = name
+            self._run = button("Run", lambda: run(name), classes="ck-small ck-main")
+            self._cancel = button("Cancel", lambda: cancel(name))
+            self._chosen = 0
+            self._choices = _choices(OPTIONS[name], self._choose) if name in OPTIONS else None
+            self._progress = box("", "progress")
+            self._progress.props.update({"max": 1, "aria-label": f"{words}: share done"})
+            self._text = Words(classes="ck-answer-text", text=_before(name))
+            self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
+        for part in (self._cancel, self._progress, self._apply):
+            hide(part, True)
+        self.hide(True)
+
+    def hide(self, hidden: bool) -> None:
+        hide(self._bar, hidden)
+
+    @property
+    def options(self) -> Mapping[str, Any]:
+        """What is chosen of the job."""
+        return OPTIONS[self._name].choices[self._chosen].options if self._name in OPTIONS else {}
+
+    def _choose(self, event: GenericEventArguments) -> None:
+        if isinstance(event.args, int) and 0 <= event.args < len(OPTIONS[self._name].choices):
+            self._chosen = event.args
+
+    def follow(self, job: Job) -> None:
+        """Show a job as it stands beside the present state."""
+        self._job = job
+        rev = self._session.rev
+        hide(self._run, not job.ended)
+        hide(self._cancel, job.ended)
+        hide(self._progress, job.ended)
+        if self._choices is not None:
+            hide(self._choices, not job.ended)
+        prop(self._progress, "value", round(job.progress * _STEPS) / _STEPS)
+        self._text.say(progress_text(job, rev))
+        prop(self._text, "title", self._text.text)
+        prop(self._text, "role", "alert" if job.status == "failed" else None)
+        prop(self._bar, "data-stale", "true" if job.ended and job.rev != rev else None)
+        self._run.say("Run" if job.rev == rev or job.status != "done" else "Run again")
+        result = result_of(job)
+        self._apply.say(str(result.get("apply_label") or "Apply"))
+        hide(self._apply, not result.get("apply") or job.rev != rev)
+
+    def _on_apply(self) -> None:
+        if self._job is None:
+            return
+        result = result_of(self._job)
+        try:
+            self._session.apply(result["apply"], str(result.get("apply_label") or f"apply {self._words}"))
+        except ModelError as error:
+            refused(error)
+
+
+def _choices(option: JobOption, choose: Callable[[GenericEventArguments], None]) -> Element:
+    """A native list."""
+    with box("ck-choice", "label") as root:
+        Words(text=option.label, classes="ck-pale")
+        with box("ck-select", "select") as list_of_choices:
+            list_of_choices.props["aria-label"] = option.label
+            for number, choice in enumerate(option.choices):
+                Words("option", choice.label).props["value"] = str(number)
+        list_of_choices.on("change", choose, js_handler="(e) => emit(Number(e.target.value))")
+    return root
+
+
+def _before(name: str) -> str:
+    """What is said of a job that has not run."""
+    from ..answers.jobs import JOBS
+
+    takes = f", about {JOBS[name].seconds:g} s for a train of three planets" if name in JOBS else ""
+    return f"runs beside the page{takes}"
+
+
+def result_of(job: Job) -> Mapping[str, Any]:
+    """What a job says of its result; nothing before it is done."""
+    found = job.frame.head.get("job") if job.frame is not None else None
+    return found if isinstance(found, Mapping) else {}
+
+
+def progress_text(job: Job, rev: int) -> str:
+    """One sentence of a job as it stands, where the present state has the number `rev`."""
+    if job.status == "waits":
+        return "waits for another job"
+    if job.status == "runs":
+        left = "" if job.remaining is None else f", {_time(job.remaining)} left"
+        return f"{100 * job.progress:.0f} %{left}"
+    if job.status != "done":
+        return f"failed: {job.message}" if job.status == "failed" else "cancelled"
+    old = "" if job.rev == rev else f"of state {job.rev}, now {rev}: run again. "
+    return f"{old}{result_of(job).get('text') or 'done'}"
+
+
+def _time(seconds: float) -> str:
+    return f"{max(seconds, 1):.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"

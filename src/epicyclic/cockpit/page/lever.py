@@ -1,0 +1,154 @@
+"""One lever: a slider and a number box over a value of the model, which moves in the browser and asks the session."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from nicegui.element import Element
+from nicegui.events import GenericEventArguments
+
+from ...errors import ModelError
+from ...model.units import factor
+from ..dialogs.field_list import file_value
+from ..processes.session import Session
+from ..state.written_text import value_at
+from .controls import prop
+
+__all__ = ["Lever"]
+
+_QUANTITY = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*)")
+# Positions of a slider whose lever states no step.
+_POSITIONS = 200
+# Digits with which a value is written into the model: as many as the box shows.
+_DIGITS = 6
+
+
+class Lever(Element, component="lever.js"):
+    """A lever of a session.
+
+    lever : as the session gives it: path, label, value, unit, least, most, step, integer, log, why.
+    """
+
+    def __init__(self, session: Session, lever: Mapping[str, Any]) -> None:
+        super().__init__()
+        self._session, self.path = session, str(lever["path"])
+        self._unit, self._integer = str(lever.get("unit") or ""), bool(lever.get("integer"))
+        self._value, self._drags, self._shows = float(lever["value"]), 0, 0
+        self._seen: object = None
+        least, most = float(lever["least"]), float(lever["most"])
+        self._props.update(
+            path=self.path,
+            label=str(lever["label"]),
+            unit=self._unit,
+            why=f"{lever.get('why') or lever['label']} ({self.path})",
+            least=least,
+            most=most,
+            step=1.0 if self._integer else float(lever.get("step") or 0.0) or (most - least) / _POSITIONS,
+            log=bool(lever.get("log")) and least > 0,
+            integer=self._integer,
+            changed=False,
+            message="",
+            shown=[0, self._value],
+        )
+        self.on("move", lambda event: self._moved(event, released=False))
+        self.on("release", lambda event: self._moved(event, released=True))
+        self.on("typed", lambda event: self._typed(str(event.args)))
+        self.on("reset", lambda _: self._to_file())
+
+    def follow(self) -> None:
+        """Show the value of the present state, unless it is the one that this lever has asked for."""
+        state = self._session.state
+        if state is None or state is self._seen:
+            return
+        self._seen = state
+        prop(self, "changed", self.path in state.overrides)
+        number = _number(value_at(state, self.path), self._unit)
+        if number is None or math.isclose(number, self._value, rel_tol=1e-9, abs_tol=1e-300):
+            return
+        self._show(number)
+
+    def refuse(self, failed: Mapping[str, Any] | None) -> bool:
+        """Show the message of a failed state that is about this lever; whether it is."""
+        if failed is None or str(failed.get("path")) != self.path:
+            self._tell("")
+            return False
+        self._tell(_sentence(str(failed.get("message") or ""), str(failed.get("allowed") or "")))
+        return True
+
+    def _moved(self, event: GenericEventArguments, *, released: bool) -> None:
+        value = event.args
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            return
+        self._value = float(value)
+        self._ask(self._written(self._value), released=released)
+        self._drags += released
+
+    def _typed(self, text: str) -> None:
+        """Take a number in the unit of the lever, or a value with a unit of its own; nothing is the file's value."""
+        if not text:
+            self._to_file()
+            return
+        try:
+            number = float(text)
+        except ValueError:
+            number = math.nan
+        if math.isfinite(number):
+            self._value = number
+            value: object = self._written(number)
+        else:
+            value, self._value = text, math.nan
+        self._ask(value, released=True)
+        self._drags += 1
+
+    def _written(self, value: float) -> object:
+        """A value as the model file writes it."""
+        if self._integer and value == round(value):
+            return round(value)
+        text = f"{value:.{_DIGITS}g}"
+        return f"{text} {self._unit}" if self._unit else float(text)
+
+    def _ask(self, value: object, *, released: bool) -> None:
+        try:
+            self._session.set(self.path, value, released=released, key=f"{self.path} {self._drags}")
+        except ModelError as error:
+            self._tell(_sentence(error.problem, error.allowed))
+        else:
+            if self._session.failed is None:
+                self._tell("")
+
+    def _to_file(self) -> None:
+        state = self._session.state
+        if state is not None:
+            self._value = math.nan
+            self._ask(file_value(state, self.path), released=True)
+
+    def _show(self, value: float) -> None:
+        self._value, self._shows = value, self._shows + 1
+        prop(self, "shown", [self._shows, value])
+
+    def _tell(self, text: str) -> None:
+        prop(self, "message", text)
+
+
+def _sentence(problem: str, allowed: str) -> str:
+    return f"{problem}; allowed: {allowed}" if allowed else problem
+
+
+def _number(value: object, unit: str) -> float | None:
+    """A value as written in the unit of a lever; None where it is no single number."""
+    if isinstance(value, bool) or value is None:
+        return None
+    if isinstance(value, int | float):
+        return float(value)
+    match = _QUANTITY.fullmatch(str(value))
+    if match is None:
+        return None
+    try:
+        number = float(match[1])
+        scale = 1.0 if match[2].strip() in ("", unit) else factor(match[2].strip(), unit)
+    except (ValueError, ModelError):
+        return None
+    return None if scale is None else number * scale

@@ -1,0 +1,28 @@
+// Keys within a list of buttons, marked data-keys: one stop of the tab key, arrows go on, Home and End to its ends.
+(() => {
+  const FORWARD = ["ArrowDown", "ArrowRight"];
+  const BACK = ["ArrowUp", "ArrowLeft"];
+  const within = (list) => [...list.querySelectorAll("button")].filter((button) => !button.hidden && !button.disabled);
+
+  document.addEventListener("keydown", (event) => {
+    const list = event.target.closest?.("[data-keys]");
+    if (!list || event.ctrlKey || event.metaKey || event.altKey || event.target.tagName !== "BUTTON") return;
+    const buttons = within(list);
+    const now = buttons.indexOf(event.target);
+    let next = -1;
+    if (FORWARD.includes(event.key)) next = Math.min(now + 1, buttons.length - 1);
+    else if (BACK.includes(event.key)) next = Math.max(now - 1, 0);
+    else if (event.key === "Home") next = 0;
+    else if (event.key === "End") next = buttons.length - 1;
+    else return;
+    event.preventDefault();
+    buttons[next].focus();
+    if (list.dataset.keys === "choose") buttons[next].click();
+  });
+  // the tab key leaves the list: only the button that has or had the focus, else the first, is a stop
+  document.addEventListener("focusin", (event) => {
+    const list = event.target.closest?.("[data-keys]");
+    if (!list) return;
+    for (const button of within(list)) button.tabIndex = button === event.target ? 0 : -1;
+  });
+})();

@@ -1,0 +1,129 @@
+"""The levers: real paths, ranges that load, and what they say they do."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+import pytest
+
+from epicyclic.cockpit.answers.lever_candidates import Candidate
+from epicyclic.cockpit.answers.levers import Lever, levers_of
+from epicyclic.cockpit.state.state import opened, request_of, with_value
+from epicyclic.errors import ModelError
+from epicyclic.model.document import ready_drives
+from epicyclic.model.units import factor
+from epicyclic.resolve.resolve import load
+from epicyclic.studies.drives import drive_text
+from epicyclic.verbs.sharing import sharing
+
+
+def tables_of(drive: str) -> dict[str, Any]:
+    return tomllib.loads(drive_text(drive))
+
+
+def written(lever: Lever, value: float, others: tuple[float, ...] = ()) -> object:
+    """The override that the page writes for a value of a lever."""
+    if lever.entry is not None and lever.count is not None:
+        values = [*(others or (0.0,) * lever.count)]
+        values[lever.entry] = value
+        return f"[{', '.join(f'{one:.6g}' for one in values)}] {lever.unit}"
+    return f"{value:.6g} {lever.unit}" if lever.unit else value
+
+
+@pytest.mark.parametrize("drive", sorted(ready_drives()))
+def test_every_lever_loads_from_end_to_end(drive: str) -> None:
+    tables = tables_of(drive)
+    levers = levers_of(tables, {})
+    assert 4 <= len(levers) <= 7
+    assert len({lever.path for lever in levers}) == len({lever.label for lever in levers}) == len(levers)
+    state = opened(drive)
+    for lever in levers:
+        assert lever.least < lever.most
+        assert lever.least <= lever.value <= lever.most
+        for value in (lever.least, (lever.least + lever.most) / 2, lever.most):
+            changed = with_value(state, lever.path, written(lever, value))
+            source, overrides = request_of(changed)
+            problem = refused(source, overrides)
+            if problem is not None:
+                assert problem.path, (lever, value)
+                assert value in (lever.least, lever.most), f"{lever.label} fails in the middle: {problem}"
+
+
+def refused(source: Any, overrides: dict[str, object]) -> ModelError | None:
+    """Why a model does not load."""
+    try:
+        load(source, overrides)
+    except ModelError as error:
+        return error
+    return None
+
+
+@pytest.mark.parametrize("drive", ["ren2021", "wind-stage", "encased-differential"])
+def test_a_lever_at_its_value_changes_nothing(drive: str) -> None:
+    tables = tables_of(drive)
+    before = load(tables)
+    for lever in levers_of(tables, {}):
+        others = (35.0, 0.0, 0.0) if lever.entry is not None and drive == "wind-stage" else ()
+        after = load(tables, {lever.path: written(lever, lever.value, others)})
+        mine, same = ({v.path: v.value for v in train.values} for train in (after, before))
+        assert {path for path in same if repr(mine.get(path)) != repr(same[path])} == set()
+
+
+def test_the_levers_of_a_loaded_stage_are_spread_over_kinds() -> None:
+    levers = {lever.path: lever for lever in levers_of(tables_of("wind-stage"), {})}
+    assert {"operation.torque.carrier", "operation.speed.carrier", "stages.main.sun.support.radial"} <= set(levers)
+    pin = levers["deviations.planet.position.y"]
+    assert (pin.entry, pin.count, pin.value, pin.unit, pin.least) == (0, 3, 35.0, "um", 0.0)
+    assert levers["stages.main.sun.support.radial"].log
+    assert not levers["operation.torque.carrier"].log
+    assert levers["operation.torque.carrier"].unit == "MN m"
+
+
+def test_a_lever_follows_what_is_laid_over_the_file() -> None:
+    overrides = {"deviations.planet.position.y": "[0, 12, 0] um", "operation.torque.sun": "80 kN m"}
+    levers = {lever.path: lever for lever in levers_of(tables_of("ren2021"), overrides)}
+    assert levers["operation.torque.sun"].value == 80.0
+    pin = levers["deviations.planet.position.y"]
+    assert (pin.entry, pin.value, pin.label) == (1, 12.0, "pin of planet 2, tangential")
+
+
+def test_a_lever_of_another_spelling_keeps_it() -> None:
+    tables = tables_of("ren2021")
+    tables["deviations"] = {"main": {"carrier": {"run_out": {"amplitude": "15 um"}}}}
+    levers = {lever.path: lever for lever in levers_of(tables, {})}
+    assert levers["deviations.main.carrier.run_out.amplitude"].value == 15.0
+
+
+def test_a_sun_that_floats_or_is_rigid_has_its_lever() -> None:
+    path = "stages.main.sun.support.radial"
+    floating = {lever.path: lever for lever in levers_of(tables_of("ren2021"), {path: 0})}[path]
+    assert floating.value == 0 or floating.value == floating.least
+    assert floating.why.startswith("the sun floats now")
+    rigid = {lever.path: lever for lever in levers_of(tables_of("ren2021"), {path: "inf"})}[path]
+    assert rigid.value == rigid.most
+    assert rigid.why.startswith("rigid now")
+
+
+def test_a_train_without_load_has_no_levers_of_errors() -> None:
+    assert not [lever for lever in levers_of(tables_of("lin1999-n4"), {}) if lever.path.startswith("deviations")]
+
+
+def test_a_lever_says_what_sharing_says() -> None:
+    lever = next(one for one in levers_of(tables_of("ren2021"), {}) if one.path == "deviations.carrier.run_out")
+    result = sharing("ren2021", overrides={lever.path: "40 um"}, method="static")
+    then = float(result["load_sharing"].sel(definition="mean-load").max())
+    assert lever.why.startswith(f"at 40 um: K_gamma 1.034 → {then:.3f}")
+
+
+def test_steps_are_round_numbers() -> None:
+    for lever in levers_of(tables_of("wind-stage"), {}):
+        if not lever.log:
+            assert f"{lever.step:e}"[0] in "125"
+            assert lever.most / lever.step == pytest.approx(round(lever.most / lever.step))
+
+
+def test_a_candidate_writes_its_entry() -> None:
+    one = Candidate(kind="pin", path="p", label="", value=3.0, unit="um", entry=1, count=3, others=(1.0, 2.0, 4.0))
+    assert one.written() == "[1.0, 3.0, 4.0] um"
+    assert one.scaled(1e-6) == pytest.approx(1 / (factor("um", "m") or 0) * 1e-6)

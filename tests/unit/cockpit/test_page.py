@@ -1,0 +1,342 @@
+"""The page of a session: what it shows of frames, what it asks for, its states; no browser, nothing computed."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from nicegui.testing.user import User
+from tests.unit.cockpit.dialog_session import FakeSession
+from tests.unit.cockpit.visit import visit
+
+from epicyclic.cockpit.computing.frames import PageFrame, pack
+from epicyclic.cockpit.page.job_bar import progress_text
+from epicyclic.cockpit.page.lever import Lever
+from epicyclic.cockpit.page.page import cockpit_page
+from epicyclic.cockpit.processes.jobs import Job
+from epicyclic.cockpit.state.state import opened
+from epicyclic.errors import ModelError
+
+MASS = {
+    "path": "stages.main.sun.mass",
+    "label": "mass of the sun",
+    "value": 750.0,
+    "unit": "kg",
+    "least": 75.0,
+    "most": 3000.0,
+    "step": 25.0,
+}
+STIFFNESS = {
+    "path": "stages.main.planet.bearing.radial",
+    "label": "planet bearing",
+    "value": 1e9,
+    "unit": "N/m",
+    "least": 1e8,
+    "most": 1e10,
+    "log": True,
+}
+ANSWER = {
+    "key": "float",
+    "question": "What does a floating sun buy?",
+    "text": "K_gamma falls from 1.034 to 1.000.",
+    "figure": "1.034 → 1.000",
+    "level": "warn",
+    "apply": {"stages.main.sun.mass": "500 kg"},
+    "apply_label": "Let the sun float",
+    "evidence": "errors",
+    "job": None,
+    "stale": False,
+}
+
+
+class PageSession(FakeSession):
+    """A session that plays frames which a test gives it."""
+
+    def __init__(self, state: Any) -> None:
+        super().__init__(state)
+        self.levers = (MASS, STIFFNESS)
+        self.failed: dict[str, str] | None = None
+        self.rev = self.released_rev = 1
+        self.relative_speed, self.busy = 1.0, False
+        self.pinned_packed: dict[str, bytes] = {}
+        self.started: list[Job] = []
+        self.jobs = SimpleNamespace(start=self.begin, cancel=self.end, visible=lambda: self.started)
+
+    @property
+    def state(self) -> Any:
+        return self.history.present
+
+    def set(self, path: str, value: object, *, released: bool, key: str | None = None) -> None:
+        if value == "nonsense":
+            raise ModelError("is no number", path=path, allowed="a mass")
+        self.rev += 1
+        self.released_rev = self.rev if released else self.released_rev
+        super().set(path, value, released=released, key=key)
+
+    def operate_at(self, relative_speed: float) -> None:
+        self.relative_speed = relative_speed
+        self.tell("state")
+
+    def begin(self, name: str, options: Any) -> Job:
+        self.calls.append(("job", name, dict(options)))
+        self.started.append(Job(id=len(self.started) + 1, name=name, label=name, rev=self.rev, status="runs"))
+        return self.started[-1]
+
+    def end(self, job: Job) -> None:
+        job.status = "cancelled"
+        self.tell("jobs")
+
+    def fail(self, failed: dict[str, str] | None) -> None:
+        self.failed = failed
+        self.tell("failed", failed)
+
+    def play(self, **head: Any) -> None:
+        frame = PageFrame(rev=self.rev, kind="live", head=head, arrays={"modes/frequency": np.zeros(1, np.float32)})
+        self.tell("frame", pack(frame), frame)
+
+
+def look(talk: Any, session: PageSession | None = None) -> PageSession:
+    shown = session or PageSession(opened("ren2021"))
+    visit(cockpit_page, talk, shown)
+    return shown
+
+
+def levers(user: User) -> dict[str, Lever]:
+    return {one.path: one for one in user.find(Lever).elements}
+
+
+def raise_in(element: Any, kind: str, value: Any = None) -> None:
+    """What a browser would send."""
+    for listener in element._event_listeners.values():
+        if listener.type == kind:
+            element._handle_event({"listener_id": listener.id, "args": value})
+
+
+def texts(user: User, **props: str) -> str:
+    """All texts below the elements with these properties."""
+    assert user.client is not None
+    found = [
+        one
+        for one in user.client.elements.values()
+        if all(one.props.get(name.replace("_", "-")) == value for name, value in props.items())
+    ]
+    return " | ".join(
+        str(part._text) for one in found for part in [one, *one.descendants()] if part._text and not _hidden(part)
+    )
+
+
+def _hidden(element: Any) -> bool:
+    return any(one.props.get("hidden") for one in [element, *element.ancestors()])
+
+
+def press(user: User, words: str) -> None:
+    """Click the button with a text or a name that is seen."""
+    assert user.client is not None
+    found = [
+        one
+        for one in user.client.elements.values()
+        if one.tag == "button" and words in (one._text, one.props.get("aria-label")) and not _hidden(one)
+    ]
+    assert len(found) == 1, (words, len(found))
+    raise_in(found[0], "click", {})
+
+
+def test_a_lever_moves_the_session_and_a_release_ends_the_drag() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        lever = levers(user)[MASS["path"]]
+        raise_in(lever, "move", 800.0)
+        raise_in(lever, "move", 825.0)
+        assert session.released_rev == 1
+        raise_in(lever, "release", 850.0)
+        assert session.released_rev == session.rev
+        assert session.calls == [("set", MASS["path"], f"{mass} kg") for mass in (800, 825, 850)]
+        # the lever shows its own moves itself: the server says nothing that would tear it back
+        assert lever.props["shown"] == [0, 750.0]
+        assert lever.props["changed"] is True
+        session.undo()
+        assert lever.props["shown"][1] == 825.0
+        for value in (True, "many", float("nan"), None):
+            raise_in(lever, "move", value)
+        assert len(session.calls) == 3
+
+    look(talk)
+
+
+def test_a_number_typed_takes_the_unit_of_the_lever_or_its_own() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        found = levers(user)
+        raise_in(found[MASS["path"]], "typed", "0.6 t")
+        assert session.now.overrides[MASS["path"]] == "0.6 t"
+        assert found[MASS["path"]].props["shown"][1] == pytest.approx(600.0)
+        raise_in(found[STIFFNESS["path"]], "typed", "2.5e9")
+        assert session.now.overrides[STIFFNESS["path"]] == "2.5e+09 N/m"
+        raise_in(found[MASS["path"]], "reset")
+        assert MASS["path"] not in session.now.overrides
+        assert found[MASS["path"]].props["shown"][1] == pytest.approx(750.0)
+        assert found[MASS["path"]].props["changed"] is False
+
+    look(talk)
+
+
+def test_what_is_refused_stands_beside_its_lever_until_it_computes_again() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        lever = levers(user)[MASS["path"]]
+        raise_in(lever, "typed", "nonsense")
+        assert lever.props["message"] == "is no number; allowed: a mass"
+        raise_in(lever, "typed", "-5")
+        session.fail({"path": MASS["path"], "message": "out of range", "given": "-5 kg", "allowed": ">= 0"})
+        assert lever.props["message"] == "out of range; allowed: >= 0"
+        assert texts(user, role="alert") == ""  # not twice
+        session.fail(None)
+        assert lever.props["message"] == ""
+        session.fail({"path": "stages.main.ring.teeth", "message": "too few", "given": "3", "allowed": "5 or more"})
+        assert lever.props["message"] == ""
+        assert "stages.main.ring.teeth: too few; allowed: 5 or more" in texts(user, role="alert")
+        session.fail(None)
+        assert texts(user, role="alert") == ""
+
+    look(talk)
+
+
+def test_an_answer_is_applied_and_taken_back() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        assert "What tip relief should be ground?" in texts(user, data_answer="relief")
+        session.play(answers=[ANSWER], checks=[{"level": "bad", "code": "x", "text": "teeth do not meet", "path": ""}])
+        assert texts(user, data_answer="float").startswith("! | 1.034 → 1.000 | K_gamma falls")
+        assert "teeth do not meet" in texts(user, data_check="")
+        assert "No strength rating" in texts(user, aria_label="Answers")
+        press(user, "Let the sun float")
+        assert session.now.overrides == {"stages.main.sun.mass": "500 kg"}
+        assert session.history.undo_label == "Let the sun float"
+        session.undo()
+        assert not session.now.overrides
+        session.play(answers=[{**ANSWER, "apply": None}], checks=[])
+        assert "Let the sun float" not in texts(user, data_answer="float")
+        assert texts(user, data_check="") == ""
+        press(user, "Show errors")
+        assert texts(user, role="tab", aria_selected="true") == "Errors"
+
+    look(talk)
+
+
+def test_a_job_runs_in_the_line_of_its_answer_and_is_marked_when_the_state_moves_on() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        relief = {**ANSWER, "key": "relief", "apply": None, "text": "About 60 um.", "job": "relief", "figure": ""}
+        session.play(answers=[relief])
+        press(user, "Compute relief")
+        assert session.calls == [("job", "relief", {})]
+        job = session.started[0]
+        job.progress, job.remaining = 0.5, 12.0
+        session.tell("jobs")
+        assert "About 60 um. (50 %, 12 s left)" in texts(user, data_answer="relief")
+        assert "50 %, 12 s left" in texts(user, data_job="relief")
+        raise_in(levers(user)[MASS["path"]], "release", 900.0)  # a lever answers meanwhile
+        job.status = "done"
+        session.tell("jobs")
+        assert "of state 1, now 2: run again." in texts(user, data_job="relief")
+        assert "Run again" in texts(user, data_job="relief")
+        session.begin("tolerance", {})
+        press(user, "Jobs")
+        assert "tolerance | state 2 | 0 % | Cancel" in texts(user, aria_label="Evidence")
+        press(user, "Cancel")
+        assert session.started[1].status == "cancelled"
+        assert "cancelled" in texts(user, aria_label="Evidence")
+
+    look(talk)
+
+
+def test_the_page_without_a_model_shows_the_ways_to_one() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        await user.should_see("Which gear train?")
+        await user.should_see("xu2020")
+        raise_in(next(iter(user.find("lin1999-n4").elements)).parent_slot.parent, "click", {})
+        await asyncio.sleep(0.3)
+        assert session.now.drive == "lin1999-n4"
+        assert "Which gear train?" not in texts(user, aria_label="No model is open")
+
+    look(talk, PageSession(None))
+
+
+def test_before_the_browser_has_said_what_it_kept_nothing_is_offered() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        await user.should_not_see("Which gear train?")
+
+    session = PageSession(None)
+    session.rev = 0
+    look(talk, session)
+
+
+def test_warnings_facts_speed_and_name_stand_in_the_header() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        session.play(
+            checks=[{"level": "warn", "code": "x", "text": "<b>bold</b>", "path": ""}],
+            state={"ratio": 3.478, "speeds": [["sun", 100, "rpm"], ["ring", 0, "rpm"]], "torques": []},
+        )
+        await user.should_see("1 warning")
+        await user.should_see("<b>bold</b>")  # a text of a model stays a text
+        await user.should_see("ratio 3.478 · sun 100 rpm")
+        session.operate_at(1.25)
+        press(user, "at 125 % speed: back to 100 %")
+        assert session.relative_speed == 1.0
+        session.unsaved = True
+        session.tell("state")
+        assert texts(user, data_testid="name") == "ren2021 *"
+
+    look(talk)
+
+
+def test_a_mode_that_is_chosen_is_marked_and_left() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        rows = [{"index": i, "frequency": 86.7 + i, "label": f"mode {i}", "body": "sun", "met_by": ""} for i in (0, 1)]
+        session.play(modes=rows)
+        assert user.client is not None
+        row = next(one for one in user.client.elements.values() if one.props.get("data-mode") == "1")
+        raise_in(row, "click", {})
+        assert row.props["aria-pressed"] == "true"
+        raise_in(row, "click", {})
+        assert row.props["aria-pressed"] == "false"
+        session.play(modes=rows[:1])
+        assert "mode 1" not in texts(user, aria_label="Modes")
+
+    look(talk)
+
+
+def test_a_drag_sends_little_beside_its_frame(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        lever = levers(user)[MASS["path"]]
+        head = {"answers": [ANSWER], "checks": [], "modes": [], "state": {"ratio": 3.478}}
+        raise_in(lever, "move", 800.0)
+        session.play(**head)
+        sent: list[object] = []
+        assert user.client is not None
+        monkeypatch.setattr(user.client.outbox, "enqueue_update", sent.append)
+        for mass in range(825, 1025, 25):
+            raise_in(lever, "move", float(mass))
+            session.play(**head)
+        assert len(sent) <= 8  # none of answers, modes, header and levers that has not changed
+
+    look(talk)
+
+
+def test_words_of_a_job() -> None:
+    job = Job(id=1, name="relief", label="Tip relief", rev=3)
+    assert progress_text(job, 3) == "waits for another job"
+    job.status, job.progress, job.remaining = "runs", 0.25, 200.0
+    assert progress_text(job, 3) == "25 %, 3 min left"
+    job.status, job.message = "failed", "operation.speed: is missing"
+    assert progress_text(job, 3) == "failed: operation.speed: is missing"
+
+
+def test_the_options_of_jobs_are_those_the_jobs_know() -> None:
+    from epicyclic.cockpit.answers import jobs
+    from epicyclic.cockpit.page.job_options import OPTIONS
+
+    source = Path(jobs.__file__).read_text(encoding="utf-8")
+    assert set(OPTIONS) <= set(jobs.JOBS)
+    names = {name for option in OPTIONS.values() for choice in option.choices for name in choice.options}
+    assert all(f'"{name}"' in source for name in names)
+    assert all(not option.choices[0].options for option in OPTIONS.values())  # the first one is the job's own
