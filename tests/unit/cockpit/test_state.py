@@ -295,8 +295,8 @@ def test_command_and_script_replay_the_state(tmp_path: Path) -> None:
     (tmp_path / "page.py").write_text(script(state), encoding="utf-8")
     told = subprocess.run([sys.executable, "page.py"], capture_output=True, text=True, check=True, cwd=tmp_path).stdout
     assert f"{expected[-1]:.6f}"[:8] in told
-    assert "damping: no damping is given" in told  # of a sweep, which this drive has not
-    assert epicyclic.load_result(tmp_path / "sharing.nc") is not None
+    assert "no sweep: damping: no damping is given" in told
+    assert epicyclic.load_result(tmp_path / "modes.nc").frequency.to_numpy() == pytest.approx(list(expected))
 
 
 def test_what_lies_in_no_file_is_said_to_need_one(tmp_path: Path) -> None:
