@@ -349,7 +349,7 @@ def said(process: psutil.Process) -> str:
 def processor_time(of: list[psutil.Process]) -> float:
     """[s] that processes have computed."""
     times = [one.cpu_times() for one in of if one.is_running()]
-    return sum(time.user + time.system for time in times)
+    return float(sum(time.user + time.system for time in times))
 
 
 def test_a_closed_page_computes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
