@@ -38,6 +38,7 @@ class LeverControl(Element, component="lever.js"):
         self._session, self.path = session, str(lever["path"])
         self._unit, self._integer = str(lever.get("unit") or ""), bool(lever.get("integer"))
         self._value, self._drags, self._shows = float(lever["value"]), 0, 0
+        self._unstated = self._value
         self._entry, self._count = lever.get("entry"), int(lever.get("count") or 0)
         self._seen: object = None
         least, most = float(lever["least"]), float(lever["most"])
@@ -70,6 +71,8 @@ class LeverControl(Element, component="lever.js"):
         value = value_at(state, self.path)
         entry = self._entry
         number = _number(value, self._unit) if entry is None else entry_of(value, self._unit, entry)
+        if number is None and value is None:  # undone: the key is stated no more
+            number = self._unstated
         if number is None or math.isclose(number, self._value, rel_tol=1e-9, abs_tol=1e-300):
             return
         self._show(number)
