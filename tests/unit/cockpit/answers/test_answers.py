@@ -206,6 +206,31 @@ def test_without_a_sun_a_line_says_so() -> None:
     assert found.text == "The train has no sun that could float."
 
 
+def test_what_only_turns_is_told_and_counts() -> None:
+    found = live(source_of("encased-differential"), {})
+    assert "while turning the largest part has the run-out of the encased planets" in found["error"]["text"]
+    (path,) = found["error"]["apply"]
+    assert path.startswith("deviations.encased.planet.run_out")
+    result = sharing("encased-differential", method="static")
+    turning = float(result["load_sharing"].sel(definition="mean-load-turning").max())
+    assert found["planet"]["figure"].endswith(f", {turning:.3f} turning")
+    assert found["planet"]["level"] == "bad"
+
+
+def test_branches_that_are_no_planet_are_named_so() -> None:
+    found = live(source_of("dong2019"), {})
+    assert found["planet"]["text"].startswith("Branch ")
+    assert "of star2-ring meets" in found["resonance"]["text"]
+
+
+def test_a_train_that_is_within_what_is_usual_is_good() -> None:
+    found = answers_of(frame_of("ren2021"))
+    assert found["planet"]["level"] == found["error"]["level"] == "good"
+    more = live(source_of("ren2021"), {"deviations.carrier.run_out": "120 um"})
+    assert more["planet"]["level"] == "bad"
+    assert more["error"]["level"] == "warn"
+
+
 def test_without_deviations_class_six_is_offered_and_answers_follow() -> None:
     plain = live(source_of("xu2020"), {})
     assert plain["planet"]["figure"] == "1.000"

@@ -87,6 +87,8 @@ def test_a_lever_follows_what_is_laid_over_the_file() -> None:
     assert levers["operation.torque.sun"].value == 80.0
     pin = levers["deviations.planet.position.y"]
     assert (pin.entry, pin.value, pin.label) == (1, 12.0, "pin of planet 2, tangential")
+    full = "deviations.main.planet.position.y"
+    assert full in {lever.path for lever in levers_of(tables_of("ren2021"), {full: "[0, 12, 0] um"})}
 
 
 def test_a_lever_of_another_spelling_keeps_it() -> None:
