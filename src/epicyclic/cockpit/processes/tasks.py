@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -76,7 +76,7 @@ def _job(
 
     frame, dataset = JOBS[name].run(source, overrides, options, progress)
     save_result(dataset, target)
-    return replace(frame, rev=rev), target, None
+    return PageFrame(rev=rev, kind=frame.kind, head=frame.head, arrays=frame.arrays), target, None
 
 
 def _file(
