@@ -208,6 +208,14 @@ def test_calls_come_back_and_go_with_their_session() -> None:
             assert await session.call(fake_compute.sleep_for, 0.01) == 0.01
             with pytest.raises(ModelError, match=r"a\.b = 3: not so; allowed: 4"):
                 await session.call(fake_compute.refuse)
+            assert await one.call(pow, 2, 3) == 8
+            with pytest.raises(ModelError, match="not so"):
+                await one.call(fake_compute.refuse)
+            session.set("damping.modal", 0.5, released=True)
+            assert await one.call(pow, 2, 4) == 16
+            assert {"live", "sweep"} >= set(kind for kind, frame in session.frames.items() if frame.rev == session.rev)
+            with pytest.raises(ModelError, match="ended by itself"):
+                await one.call(os._exit, 3)
             with pytest.raises(ModelError, match="ended by itself"):
                 await session.call(lambda: 3)  # nobody can pickle that
             told: list[float] = []
