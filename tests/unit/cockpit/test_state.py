@@ -147,6 +147,12 @@ def test_one_place_has_one_override_however_it_is_spelled() -> None:
     same_train(state)
 
 
+def test_a_table_added_below_dotted_keys_keeps_comments() -> None:
+    state = with_value(opened("ren2021"), "deviations.planet.position.y", "[5, 0, 0] um")
+    same_train(state)
+    assert text_of(state).count("#") == state.base.count("#")
+
+
 def test_the_value_of_the_file_is_no_override() -> None:
     state = with_value(opened("ren2021"), "stages.main.module", "30 mm")
     assert dict(state.overrides) == {"stages.main.module": "30 mm"}

@@ -20,7 +20,7 @@ from ...train.train import Train
 from .lever_candidates import Candidate, candidates_of
 from .lever_effects import Effect, effect_of, figures_of
 
-__all__ = ["Lever", "levers_of"]
+__all__ = ["ModelLever", "levers_of"]
 
 # Levers that one screen shows beside their number boxes, and how many of each kind are taken first.
 _MOST = 7
@@ -48,7 +48,7 @@ _HELIX, _DAMPING = 40.0, 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Lever:
+class ModelLever:
     """One slider.
 
     path : of the override.  label : in words.  value, least, most, step : in `unit`, "" of a plain number.
@@ -71,7 +71,7 @@ class Lever:
     count: int | None = None
 
 
-def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tuple[Lever, ...]:
+def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tuple[ModelLever, ...]:
     """Levers of a model, at most seven, in the order of the page: errors, supports, load, design.
 
     Raises
@@ -100,11 +100,11 @@ def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tup
     return tuple(one if one.log or not _is_drawn(one) else _that_loads(source, overrides, one) for one in levers)
 
 
-def _is_drawn(lever: Lever) -> bool:
+def _is_drawn(lever: ModelLever) -> bool:
     return lever.path.startswith("stages")
 
 
-def _that_loads(source: PlainTable | Path, overrides: Mapping[str, object], lever: Lever) -> Lever:
+def _that_loads(source: PlainTable | Path, overrides: Mapping[str, object], lever: ModelLever) -> ModelLever:
     """A lever whose ends give models, drawn in where the rest of the drawing does not follow, as a rim of a module."""
     ends = []
     for end in (lever.least, lever.most):
@@ -116,7 +116,7 @@ def _that_loads(source: PlainTable | Path, overrides: Mapping[str, object], leve
     return replace(lever, least=min(ends[0], lever.value), most=max(ends[1], lever.value))
 
 
-def _half_way(end: float, lever: Lever) -> float:
+def _half_way(end: float, lever: ModelLever) -> float:
     """Half the way from an end to the value, a whole step."""
     if lever.log or not lever.step:
         return lever.value
@@ -175,7 +175,7 @@ def _tried(one: Candidate) -> float:
     return one.value * (1.1 if one.kind == "design" else 2.0)
 
 
-def _lever(one: Candidate, effect: Effect) -> Lever:
+def _lever(one: Candidate, effect: Effect) -> ModelLever:
     value, least, most = one.value, *_range(one)
     step = _nice((most - least) / _STEPS)
     if not one.log:
@@ -185,7 +185,7 @@ def _lever(one: Candidate, effect: Effect) -> Lever:
     if one.kind == "sun" and not 0 < value < math.inf:
         why = ", ".join(filter(None, ["the sun floats now" if value == 0 else "rigid now", why]))
         value = value if value == 0 else most
-    return Lever(
+    return ModelLever(
         path=one.path,
         label=one.label,
         value=_clean(value),

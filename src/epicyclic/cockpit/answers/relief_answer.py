@@ -17,6 +17,8 @@ __all__ = ["ReliefEstimate", "drawn_relief", "estimates_of", "relief_answer"]
 
 # A drawn relief within this part of the estimate needs no word: the estimate is no better.
 _WITHIN = 0.4
+# A deflection below this needs no relief [m]: grinding does not hold it.
+_LITTLE = 2e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +88,8 @@ def relief_answer(train: Train) -> Answer:
     figure = f"≈ {number(um, 2)} µm"
     text = f"About {number(um, 2)} µm at the tips of {pair}: first estimate, the deflection F/(c' b) at operating load"
     if not drawn:
-        return answer("relief", f"{text}; none is drawn.", figure=figure, level="warn", evidence="relief", job="relief")
-    level: Level = "good" if abs(drawn / largest.amount - 1) <= _WITHIN else "warn"
+        level: Level = "warn" if largest.amount > _LITTLE else "good"
+        return answer("relief", f"{text}; none is drawn.", figure=figure, level=level, evidence="relief", job="relief")
+    level = "good" if abs(drawn / largest.amount - 1) <= _WITHIN else "warn"
     text = f"{text}; {number(1e6 * drawn)} µm is drawn."
     return answer("relief", text, figure=figure, level=level, evidence="relief", job="relief")

@@ -50,7 +50,9 @@ def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float)
         return []
     low, high = (1 - BAND) * relative_speed, (1 + BAND) * relative_speed
     found: MeshCrossings = mesh_crossings(frequency, [float(tone) for tone in tones], low=low, high=high)
-    stages = [" and ".join(names) if len(tones) > 1 else "" for names in tones.values()]
+    several = len({name.partition("/")[0] for names in tones.values() for name in names}) > 1
+    words = [" and ".join(name if several else name.rpartition("/")[2] for name in names) for names in tones.values()]
+    stages = words if len(tones) > 1 else [""]
     return [
         Meeting(
             mode=int(modes["rows"][place]["index"]),
@@ -95,7 +97,7 @@ def resonance_answer(
         return _answered(text, nearest, "good", "sweep")
     rise, one = max(peaks, key=lambda peak: (peak[0], -abs(peak[1].away)))
     if rise < _LITTLE:
-        text = f"{_words(nearest, sweep)}, the nearest; none raises the force by {per_cent(_LITTLE)}{_others(met)}."
+        text = f"{_words(nearest, sweep)}, the nearest; none raises the force by {100 * _LITTLE:g} %{_others(met)}."
         return _answered(text, nearest, "good", "sweep")
     level: Level = "bad" if rise >= _PARTS else "warn"
     text = f"{_words(one, sweep)}: the force there is {per_cent(rise)} above its least{_others(met)}."

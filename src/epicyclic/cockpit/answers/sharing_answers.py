@@ -24,8 +24,9 @@ _FAR = 0.1
 _ONE, _NO_CHANGE = 5e-7, 5e-4
 # Share of the excess of K_gamma that makes an error worth a word, and worth a warning [%].
 _WORTH, _MOST = 1.0, 50.0
-# Number of a planet in the label of a mesh: "sun, planet 2 left".
-_PLANET = re.compile(r"\bplanet\D*?(\d+)")
+# Branch in the label of a mesh: "sun, planet 2 left", "sun, star1 5".
+_BRANCH = re.compile(r"\b(\w+) (\d+)\b")
+_HALVE = "Halve this deviation"
 _ASSUME = "Assume ISO class 6 deviations"
 
 
@@ -38,7 +39,7 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
         return answer("planet", "Not known: no mesh carries load.")
     place = int(np.nanargmax(value))
     largest, turning = float(value[place]), float(sharing.get("k_gamma_turning") or np.nan)
-    planets = max(train.planets.values(), default=1)
+    planets = _planets(train)
     if largest <= 1 + _ONE and not has_deviations(train):
         text = f"No deviations are given: all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
         values = class_six(train)
@@ -55,13 +56,22 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
     text = f"{_whom(row)} carries {largest:.3f} of its fair share at {row['pair']}, mean-load K_gamma"
     if turning > largest + _NO_CHANGE:
         text += f" ({turning:.3f} while turning)"
+    mean, peak = _level(largest, planets), _level(turning - _FAR, planets)
+    worse = _worse(mean, peak)
     return answer(
         "planet",
         f"{text}{_because(errors)}.",
-        figure=f"{largest:.3f}",
-        level=_level(largest, planets),
+        # the figure that the level is of stands in the line
+        figure=f"{largest:.3f}" if worse == mean else f"{largest:.3f}, {turning:.3f} turning",
+        level=worse,
         evidence="sharing",
     )
+
+
+def _worse(one: Level, other: Level) -> Level:
+    """The worse of two levels of load; what turns lasts a part of each revolution, so it counts from 0.1 above."""
+    order: tuple[Level, ...] = ("good", "warn", "bad")
+    return max(one, other, key=order.index)
 
 
 def _peak(row: Mapping[str, Any], turning: float) -> str:
@@ -72,12 +82,13 @@ def _peak(row: Mapping[str, Any], turning: float) -> str:
 def _whom(row: Mapping[str, Any]) -> str:
     """``Planet 1``, of a herringbone train with the side of its mesh, of several stages with the stage."""
     label = str(row["label"])
-    planet = _PLANET.search(label)
-    if planet is None:
+    stage, colon, rest = label.partition(": ") if ": " in label else ("", "", label)
+    branch = _BRANCH.search(rest)
+    if branch is None:
         return f"Mesh {label}"
-    stage, colon, _ = label.partition(": ")
     side = next((f" {word}" for word in ("left", "right") if label.endswith(word)), "")
-    return f"Planet {planet[1]}{side}" + (f" of {stage}" if colon else "")
+    word = "Planet" if branch[1] == "planet" else "Branch"
+    return f"{word} {branch[2]}{side}" + (f" of {stage}" if colon else "")
 
 
 def _level(factor: float, planets: int) -> Level:
@@ -151,20 +162,42 @@ def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappin
     of = "while turning" if "turning" in str(errors.get("of", "")) else "mean-load"
     more = "" if job is None else " The tolerances of the drawing have shares of their own: compute them."
     if not share > _WORTH:
-        text = f"None alone: without any single deviation K_gamma ({of}) stays within {number(_WORTH)} % of its excess."
-        return answer("error", text + more, figure=f"{share:.0f} %", level="good", evidence="errors", job=job)
+        return _turning_error(train, errors, of, more, job)
     label, without = _capital(str(first["label"])), float(first.get("without", np.nan))
     then = f": without it {without:.3f} in place of {float(errors['k_gamma']):.3f}" if np.isfinite(without) else ""
     return answer(
         "error",
         f"{label}, makes {share:.0f} % of what K_gamma ({of}) is above 1{then}.{more}",
         figure=f"{share:.0f} %",
-        level="warn" if share >= _MOST else "good",
+        level="warn" if share >= _MOST and _level(float(errors["k_gamma"]), _planets(train)) != "good" else "good",
         apply=scaled(train, str(first["path"]), 0.5),
-        apply_label="Halve this deviation",
+        apply_label=_HALVE,
         evidence="errors",
         job=job,
     )
+
+
+def _turning_error(train: Train, errors: Mapping[str, Any], of: str, more: str, job: str | None) -> Answer:
+    """The answer where no deviation parts the mean load: the one that costs most while the train turns."""
+    first = max(errors["rows"], key=lambda row: float(row.get("turning", 0.0)))
+    turning = float(first.get("turning", 0.0))
+    text = f"No single deviation changes K_gamma ({of}) by {number(_WORTH)} % of what it is above 1"
+    if not turning > _WORTH:
+        return answer("error", f"{text}.{more}", figure="0 %", level="good", evidence="errors", job=job)
+    return answer(
+        "error",
+        f"{text}; while turning the largest part has the {first['label']}, {turning:.0f} %.{more}",
+        figure=f"{turning:.0f} %",
+        level="good",
+        apply=scaled(train, str(first["path"]), 0.5),
+        apply_label=_HALVE,
+        evidence="errors",
+        job=job,
+    )
+
+
+def _planets(train: Train) -> int:
+    return max(train.planets.values(), default=1)
 
 
 def _capital(text: str) -> str:

@@ -38,6 +38,7 @@ class JobBar:
             self._progress = box("", "progress")
             self._progress.props.update({"max": 1, "aria-label": f"{words}: share done"})
             self._text = Words(classes="ck-answer-text", text=_before(name))
+            self._text.props["title"] = self._text.text
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
         for part in (self._cancel, self._progress, self._apply):
             hide(part, True)
@@ -100,8 +101,7 @@ def _before(name: str) -> str:
     """What is said of a job that has not run."""
     from ..answers.jobs import JOBS
 
-    takes = f", about {JOBS[name].seconds:g} s for a train of three planets" if name in JOBS else ""
-    return f"runs beside the page{takes}"
+    return f"{JOBS[name].about} About {_time(JOBS[name].seconds)}." if name in JOBS else "runs beside the page"
 
 
 def result_of(job: Job) -> Mapping[str, Any]:

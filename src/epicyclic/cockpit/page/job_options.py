@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-__all__ = ["OPTIONS", "Choice", "JobOption"]
+__all__ = ["OPTIONS", "JobChoice", "JobOption"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Choice:
+class JobChoice:
     """One entry: its words, and the options that it means."""
 
     label: str
-    options: Mapping[str, int | float] = field(default_factory=dict)
+    options: Mapping[str, int | float | str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,41 +21,41 @@ class JobOption:
     """A list of choices with its name."""
 
     label: str
-    choices: tuple[Choice, ...]
+    choices: tuple[JobChoice, ...]
 
 
 OPTIONS: Mapping[str, JobOption] = {
-    "relief": JobOption(
-        label="Search",
+    "contact": JobOption(
+        label="Show",
         choices=(
-            Choice(label="quick"),
-            # some 30 times the reliefs of a quick search: both optima of a crown and a tip relief are told apart
-            Choice(label="thorough", options={"population": 24, "generations": 20}),
+            JobChoice(label="transmission error"),
+            JobChoice(label="load along the face", options={"show": "load"}),
         ),
     ),
+    "relief": JobOption(
+        label="Search",
+        # three times the candidates and generations: two optima of nearly the same error are told apart
+        choices=(JobChoice(label="quick"), JobChoice(label="thorough", options={"population": 36, "generations": 24})),
+    ),
     "tolerance": JobOption(
-        label="Draws",
-        choices=(
-            Choice(label="as the model needs"),
-            Choice(label="1000", options={"samples": 1000}),
-            Choice(label="10 000", options={"samples": 10_000}),
-        ),
+        label="Trains",
+        choices=(JobChoice(label="16 384"), JobChoice(label="131 072", options={"samples": 131_072})),
     ),
     "contact_loss": JobOption(
         label="Speeds",
         choices=(
-            Choice(label="60"),
-            Choice(label="30, quick", options={"points": 30}),
-            Choice(label="200, fine", options={"points": 200}),
+            JobChoice(label="60"),
+            JobChoice(label="200", options={"points": 200}),
+            JobChoice(label="60 with shaft orders", options={"shaft_orders": True}),
         ),
     ),
     "transient": JobOption(
         label="Mesh cycles",
-        choices=(
-            Choice(label="300"),
-            Choice(label="100, quick", options={"cycles": 100}),
-            Choice(label="1000, slow run-up", options={"cycles": 1000}),
-        ),
+        choices=(JobChoice(label="50"), JobChoice(label="300", options={"cycles": 300.0})),
+    ),
+    "sensitivity": JobOption(
+        label="Of",
+        choices=(JobChoice(label="lowest frequency"), JobChoice(label="mesh force", options={"of": "force"})),
     ),
 }
 """Job -> what may be chosen of it; a job that is missing has nothing to choose."""

@@ -11,7 +11,7 @@ from ..dialogs.fields_panel import fields_panel
 from ..dialogs.text_panel import text_panel
 from ..processes.session import Session
 from .controls import Words, box
-from .lever import Lever
+from .lever import LeverControl
 
 __all__ = ["LeversColumn"]
 
@@ -22,7 +22,7 @@ class LeversColumn:
     def __init__(self, session: Session) -> None:
         self._session = session
         self._shown: object = None  # levers and words that stand on the page
-        self._levers: list[Lever] = []
+        self._levers: list[LeverControl] = []
         with box("ck-box ck-levers", "section") as root:
             root.props["aria-label"] = "Levers"
             with box("ck-title"):
@@ -56,7 +56,7 @@ class LeversColumn:
             self._shown = wanted
             self._list.clear()
             with self._list:
-                self._levers = [Lever(session, one) for one in session.levers]
+                self._levers = [LeverControl(session, one) for one in session.levers]
                 if wanted[1]:
                     Words("div", wanted[1], classes="ck-lever ck-pale")
         for lever in self._levers:

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from epicyclic.cockpit.answers.lever_candidates import Candidate
-from epicyclic.cockpit.answers.levers import Lever, levers_of
+from epicyclic.cockpit.answers.lever_entries import entry_of, with_entry
+from epicyclic.cockpit.answers.levers import ModelLever, levers_of
 from epicyclic.cockpit.state.state import opened, request_of, with_value
 from epicyclic.errors import ModelError
 from epicyclic.model.document import ready_drives
@@ -22,7 +23,7 @@ def tables_of(drive: str) -> dict[str, Any]:
     return tomllib.loads(drive_text(drive))
 
 
-def written(lever: Lever, value: float, others: tuple[float, ...] = ()) -> object:
+def written(lever: ModelLever, value: float, others: tuple[float, ...] = ()) -> object:
     """The override that the page writes for a value of a lever."""
     if lever.entry is not None and lever.count is not None:
         values = [*(others or (0.0,) * lever.count)]
@@ -86,6 +87,8 @@ def test_a_lever_follows_what_is_laid_over_the_file() -> None:
     assert levers["operation.torque.sun"].value == 80.0
     pin = levers["deviations.planet.position.y"]
     assert (pin.entry, pin.value, pin.label) == (1, 12.0, "pin of planet 2, tangential")
+    full = "deviations.main.planet.position.y"
+    assert full in {lever.path for lever in levers_of(tables_of("ren2021"), {full: "[0, 12, 0] um"})}
 
 
 def test_a_lever_of_another_spelling_keeps_it() -> None:
@@ -127,3 +130,15 @@ def test_a_candidate_writes_its_entry() -> None:
     one = Candidate(kind="pin", path="p", label="", value=3.0, unit="um", entry=1, count=3, others=(1.0, 2.0, 4.0))
     assert one.written() == "[1.0, 3.0, 4.0] um"
     assert one.scaled(1e-6) == pytest.approx(1 / (factor("um", "m") or 0) * 1e-6)
+
+
+def test_an_entry_is_read_and_written_in_its_list() -> None:
+    assert [entry_of("[1, 2.5, 0] um", "um", place) for place in range(3)] == [1.0, 2.5, 0.0]
+    assert entry_of("[1, 2, 3] mm", "um", 1) == pytest.approx(2000)
+    assert entry_of(None, "um", 2) == 0.0
+    assert entry_of("4 um", "um", 2) == 4.0
+    assert entry_of("[1, 2] um", "um", 2) is None
+    assert entry_of("inf", "um", 0) is None
+    assert with_entry("[1, 2, 3] um", "um", 1, 3, 7.5) == "[1.0, 7.5, 3.0] um"
+    assert with_entry(None, "um", 0, 3, 20.0) == "[20.0, 0.0, 0.0] um"
+    assert with_entry("4 um", "um", 2, 3, 0.0) == "[4.0, 4.0, 0.0] um"
