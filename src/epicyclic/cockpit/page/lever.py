@@ -39,6 +39,10 @@ class LeverControl(Element, component="lever.js"):
         self._value, self._drags, self._shows = float(lever["value"]), 0, 0
         self._seen: object = None
         least, most = float(lever["least"]), float(lever["most"])
+        # what holds where the model states nothing: it came with the lever, unless an override was there already
+        state = session.state
+        overridden = state is not None and self.path in state.overrides
+        self._unstated = least if overridden else self._value
         self._props.update(
             path=self.path,
             label=str(lever["label"]),
@@ -65,7 +69,8 @@ class LeverControl(Element, component="lever.js"):
             return
         self._seen = state
         prop(self, "changed", self.path in state.overrides)
-        number = _number(value_at(state, self.path), self._unit)
+        stated = value_at(state, self.path)
+        number = self._unstated if stated is None else _number(stated, self._unit)
         if number is None or math.isclose(number, self._value, rel_tol=1e-9, abs_tol=1e-300):
             return
         self._show(number)
