@@ -12,6 +12,7 @@ import pytest
 
 from epicyclic.cockpit.answers.halved import halved_text, halved_tolerance
 from epicyclic.cockpit.answers.job_frame import JobFrame
+from epicyclic.cockpit.answers.job_results import tolerance_shares
 from epicyclic.cockpit.answers.jobs import JOBS
 from epicyclic.cockpit.computing.frames import pack, unpack
 from epicyclic.errors import ModelError
@@ -99,9 +100,11 @@ def test_contact_says_what_the_verb_says() -> None:
 
 
 def test_tolerance_shares_are_those_of_the_verb() -> None:
-    frame, _, _ = done("tolerance")
-    result = tolerance("ren2021", samples=1024, effects="shares")
-    one = result.sel(definition="mean-load")
+    frame, result, _ = done("tolerance")
+    printed = tolerance("ren2021", samples=1024, effects="shares")
+    for name in ("sobol_total", "k_gamma_std", "system_k_gamma_quantile"):
+        np.testing.assert_array_equal(result[name].values, printed[name].values)
+    one = printed.sel(definition="mean-load")
     pair = int(np.nanargmax(one["k_gamma_std"].values))
     shares = sorted(np.clip(np.nan_to_num(one["sobol_total"].values[pair]), 0, None), reverse=True)
     np.testing.assert_allclose(frame.arrays["job/bar"], 100 * np.array(shares), rtol=1e-5)
@@ -109,6 +112,14 @@ def test_tolerance_shares_are_those_of_the_verb() -> None:
     assert f"below {quantile:.3f} in 99 %" in frame.head["job"]["text"]
     (answer,) = frame.head["answers"]
     assert (answer["key"], answer["figure"]) == ("error", f"{100 * shares[0]:.0f} %")
+
+
+def test_shares_are_those_of_the_pair_that_scatters_most() -> None:
+    _, result, _ = done("tolerance")
+    changed = result.copy(deep=True)
+    changed["k_gamma_std"][:, 2] *= 10
+    changed["sobol_total"][:, 2] = np.arange(result.sizes["tolerance"]) / 10
+    np.testing.assert_allclose(tolerance_shares(changed), np.arange(result.sizes["tolerance"]) / 10)
 
 
 def test_halving_a_tolerance_halves_its_spread() -> None:
