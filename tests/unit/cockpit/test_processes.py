@@ -381,13 +381,14 @@ def test_a_closed_page_computes_nothing(monkeypatch: pytest.MonkeyPatch) -> None
     run(test())
 
 
-def test_a_job_is_cancelled_while_levers_answer() -> None:
+def test_a_job_is_cancelled_while_levers_answer(tmp_path: Path) -> None:
     async def test() -> None:
         async with worker() as one:
             session, seen = await begun(one)
             await until(lambda: not session.busy)
-            job = session.jobs.start("call", {"function": fake_compute.burn, "arguments": (120.0,)})
-            await until(lambda: job.status == "runs" and job._process is not None)
+            marker = tmp_path / "begun"
+            job = session.jobs.start("call", {"function": fake_compute.burn_marked, "arguments": (str(marker),)})
+            await until(marker.exists)
             assert job.rev == session.rev
             seen.frames.clear()
             session.jobs.cancel(job)
@@ -446,12 +447,17 @@ def test_a_process_that_waits_takes_the_next_call() -> None:
 SERVER = """
 import asyncio, time, psutil
 from tests.unit.cockpit import fake_compute
-from epicyclic.cockpit.processes.worker import Worker
+from epicyclic.cockpit.computing.frames import Request
+from epicyclic.cockpit.processes.worker import Client, Worker
 
 async def main():
     one = Worker(target=fake_compute.serve)
     one.start()
     await one.ready.wait()
+    client = Client(deliver=print, idle=print)
+    one.join(client)
+    one.ask(client, Request(rev=1, kind="live", source={"title": "burn"}))
+    await asyncio.sleep(0.5)
     print(one._process.pid, flush=True)
     await asyncio.sleep(60)
 
