@@ -99,7 +99,7 @@ def test_a_slider_moves_the_curve(tab: Tab) -> None:
 
 def test_a_refused_value_leaves_the_curve_and_says_what_is_allowed(tab: Tab) -> None:
     rev = tab.rev
-    field = tab.page.locator('[data-lever] input.ck-box-number').first
+    field = tab.page.locator("[data-lever] input.ck-box-number").first
     good = field.input_value()
     field.fill("five um")
     field.press("Enter")
