@@ -258,6 +258,11 @@ def test_report_of_two_models(command: Command, tmp_path: Path) -> None:
     assert page.count("<h1>lin1999-n3 and lin1999-n4</h1>") == 1
     assert 'id="figure-compared"' in page
     assert command("report", "lin1999-n3", "lin1999-n4", "--resume", "-o", str(target)).status == 2
+    # the second model is read before the first is computed
+    status, out, err = command("report", "lin1999-n3", "missing.toml", "-o", str(target))
+    assert status == 2
+    assert "missing.toml" in err
+    assert "check" not in out + err.replace("epicyclic check", "")
 
 
 def test_report_prints_key_figures(command: Command, tmp_path: Path) -> None:

@@ -64,7 +64,7 @@ def test_a_file_that_is_there_stays(tmp_path: Path) -> None:
         (LOAD, "--teeth: is missing"),
         (["--teeth", "22/39/100", *LOAD], "--teeth = 22/39/100"),
         (["--teeth", "21/39/99", *LOAD, "--helix", "7.5"], "--helix = 7.5"),
-        (["--kind", "differential", "--teeth", "21/39/99", *LOAD], "--speed"),
+        (["--kind", "differential", "--teeth", "21/39/99", *LOAD], "--speed 'sun=1000 rpm' --speed 'ring=1000 rpm'"),
     ],
 )
 def test_without_a_terminal_errors_name_the_flag(tmp_path: Path, words: list[str], said: str) -> None:

@@ -18,6 +18,7 @@ from compare_table import Row, failures, page, summary
 from compare_worker import run
 
 import epicyclic
+from epicyclic.studies.compare.drawing import drawing_differences
 from epicyclic.verbs.record import verbs as records
 
 Record = dict[str, Any]
@@ -208,3 +209,14 @@ def test_a_crash_is_a_record(tmp_path: Path) -> None:
         told=lambda job, record: records.append(record),
     )
     assert [record["outcome"] for record in records] == ["crash"]
+
+
+def test_a_value_written_as_another_quantity_is_compared_by_what_it_comes_to() -> None:
+    same = {"stages.main.sun.inertia": "0.000584401 kg m^2"}  # 0.39 kg (38.71 mm)^2
+    assert drawing_differences([epicyclic.load("lin1999-n3"), epicyclic.load("lin1999-n3", overrides=same)]) == ()
+    stiff = [{"stages.main.sun.support.rz": text} for text in ("1e8 N/m", "299692.82 N m/rad")]
+    (found,) = drawing_differences([epicyclic.load("lin1999-n3", overrides=one) for one in stiff])
+    assert found.unit == "N m/rad"
+    first, second = found.value
+    assert first is not None
+    assert second == pytest.approx(2 * first, rel=1e-6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 __all__ = ["new"]
 
 # keyword -> flag, of everything that may be said of the train
+_PAIR = re.compile(r'"(\w+)": "([^"]+)"')
+_TABLE = re.compile(r"(?:\w+ = )?\{[^{}]+\}")
 _FLAGS = {
     "kind": "--kind",
     "teeth": "--teeth",
@@ -274,4 +277,11 @@ def _flagged() -> Iterator[None]:
     except ModelError as error:
         if error.path not in _FLAGS:
             raise
-        raise ModelError(_FLAGS[error.path] + str(error).removeprefix(error.path)) from error
+        flag = _FLAGS[error.path]
+        text = str(error).removeprefix(error.path)
+        # a table by member is several flags on the command line
+        pairs = _TABLE.search(error.allowed)
+        if pairs is not None:
+            flags = " ".join(f"{flag} '{member}={value}'" for member, value in _PAIR.findall(pairs[0]))
+            text = text.replace(pairs[0], flags)
+        raise ModelError(flag + text) from error

@@ -56,6 +56,8 @@ def _report(models: Sequence[str], sets: list[str] | None, sections: str | None,
             raise ModelError("goes with one model alone", path="--resume", given=", ".join(models))
         from ..verbs.report import STUDIES, report_verbs
 
+        if several:
+            _require_models(models, sets)
         names = None if sections is None else sections.split(",")
         each = len(names) + 1 if names else len(report_verbs()) + len(STUDIES) + 1
         found: dict[str, dict[str, Any]] = {}
@@ -67,6 +69,14 @@ def _report(models: Sequence[str], sets: list[str] | None, sections: str | None,
             _write(found, output, _compared(models, sets) if several else None)
         with on_stdout():
             _print(found, output)
+
+
+def _require_models(models: Sequence[str], sets: list[str] | None) -> None:
+    """Read every model before the first is computed, which takes seconds. Raises ModelError."""
+    from ..studies.source import train_of
+
+    for model in models:
+        train_of(model, overrides=parsed_overrides(sets))
 
 
 def _named(models: Sequence[str]) -> dict[str, str]:

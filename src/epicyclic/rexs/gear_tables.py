@@ -48,6 +48,9 @@ def gear_facts(view: View, gear: int) -> GearFacts:
     if isinstance(teeth, bool) or not isinstance(teeth, (int, float)) or not 3 <= abs(teeth) <= 5000 or teeth % 1:
         problem = "missing" if teeth is None else "not a number of teeth"
         raise ModelError(problem, path=f"{where}, number_of_teeth", given=teeth, allowed="a whole number, 3 to 5000")
+    if teeth < 0 and component.type != "ring_gear":  # a sign that some programs give internal teeth, and no others
+        allowed = "a positive number, or a component of type ring_gear"
+        raise ModelError("negative, of external teeth", path=f"{where}, number_of_teeth", given=teeth, allowed=allowed)
     module = _module(view, gear)
     helix = view.number(gear, "helix_angle_reference_diameter", "angle")
     width = view.number(gear, "face_width", "length")

@@ -405,6 +405,7 @@ def test_reasons_stand_under_assumed(draft: Any) -> None:
     [
         (lambda d: d.values(11).pop("number_of_teeth"), "missing", "component 11 (cylindrical_gear), number_of_teeth"),
         (lambda d: d.values(11).update(number_of_teeth=(17.5, "none")), "not a number of teeth", "component 11"),
+        (lambda d: d.values(11).update(number_of_teeth=(-24, "none")), "negative, of external teeth", "component 11"),
         (lambda d: d.values(21).pop("normal_module"), "missing", "component 21 (ring_gear), normal_module"),
         (lambda d: d.values(11).update(face_width=(50, "cubit")), "unit not known", "_gear), face_width"),
         (lambda d: d.values(11).update(helix_angle_reference_diameter=(80.0, "deg")), "out of range", "component 11"),

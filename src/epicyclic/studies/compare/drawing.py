@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +14,8 @@ from ...train.train import Train
 __all__ = ["Difference", "drawing_differences"]
 
 _WORDS = ("format", "title", "doi", "notes", "assumed")  # tables of words, which no result follows
+# Relative difference of the same quantity written in two units: six digits are written.
+_WRITTEN = 5e-6
 _NUMBER = re.compile(r"\s*([+-]?(?:[0-9.]+(?:[eE][+-]?[0-9]+)?|inf))\s*(\S.*)?")
 _LINK = re.compile(r"\.(support|bearing|neck|shaft|damping)(\.[\w-]+)?\.(x|rx)$|^couplings\.[\w-]+\.(x|rx)$")
 _ALIKE = {"x": ("y", "radial"), "rx": ("ry", "tilt")}
@@ -52,11 +55,25 @@ def _difference(path: str, tables: Sequence[Mapping[str, object]], trains: Seque
     read = [_read(table.get(path), path, train) for table, train in zip(tables, trains, strict=True)]
     texts, values, units = ([entry[i] for entry in read] for i in range(3))
     units = [unit for unit in units if unit]
+    if len(set(units)) > 1:  # written as other quantities, J/r^2 and J: what they come to has one unit
+        return _resolved(path, tuple(map(str, texts)), trains)
     unit = str(units[0]) if units else ""
     known = [(unit_of or unit, value) if value is not None else text for text, value, unit_of in read]
     if all(one == known[0] for one in known[1:]):
         return None
     return Difference(path=path, text=tuple(map(str, texts)), value=tuple(values), unit=unit)  # type: ignore[arg-type]
+
+
+def _resolved(path: str, texts: tuple[str, ...], trains: Sequence[Train]) -> Difference | None:
+    """The difference of values in several units, by what they are resolved to; without numbers where that is none."""
+    found = [next((one for one in train.values if one.path == path), None) for train in trains]
+    values = [float(one.value) for one in found if one is not None and isinstance(one.value, int | float)]
+    units = {one.unit for one in found if one is not None}
+    if len(values) < len(trains) or len(units) > 1:
+        return Difference(path=path, text=texts, value=(None,) * len(trains), unit="")
+    if all(math.isclose(value, values[0], rel_tol=_WRITTEN) for value in values[1:]):
+        return None
+    return Difference(path=path, text=texts, value=tuple(values), unit=units.pop())
 
 
 def _read(value: object, path: str, train: Train) -> tuple[str, float | None, str]:

@@ -166,7 +166,7 @@ def _counts(
 ) -> tuple[ToothCounts, ...]:
     """Tooth counts, given or those of a ratio, the best first. Raises ModelError where both disagree."""
     if ratio is not None and (isinstance(ratio, bool) or not isinstance(ratio, (int, float)) or not abs(ratio) < 1e3):
-        raise ModelError("not a ratio", path="ratio", given=ratio, allowed="a number, 5.7")
+        raise ModelError("not a ratio", path="ratio", given=ratio, allowed="a number below 1000 in size, 5.7")
     if teeth is not None:
         counts = _given_counts(teeth, planets, helix_angle)
         if ratio is not None and held is not None:
