@@ -18,12 +18,13 @@ import pytest
 from tests.unit.cockpit import fake_compute
 
 from epicyclic.cockpit.computing.frames import PageFrame
+from epicyclic.cockpit.processes.levers import levers_at
 from epicyclic.cockpit.processes.session import Session
 from epicyclic.cockpit.processes.spawned import Spare
 from epicyclic.cockpit.processes.tasks import Task
 from epicyclic.cockpit.processes.worker import Worker
 from epicyclic.cockpit.state.history import StateHistory, Step
-from epicyclic.cockpit.state.state import PageState
+from epicyclic.cockpit.state.state import PageState, opened, request_of, with_value
 from epicyclic.errors import ModelError
 
 TEXT = 'format = 2\ntitle = "{}"\n'
@@ -499,3 +500,10 @@ def test_a_click_on_a_speed_is_a_step_and_the_file_is_that_of_all_steps(tmp_path
         await session.close()
 
     run(test())
+
+
+def test_a_page_that_is_opened_again_has_the_same_levers() -> None:
+    first = levers_at(*request_of(opened("ren2021")))
+    moved = with_value(opened("ren2021"), "deviations.carrier.run_out", "90 um")
+    again = levers_at(*request_of(with_value(moved, str(first[0]["path"]), "[0, 0, 0] um")))
+    assert [one["path"] for one in again] == [one["path"] for one in first]

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, is_dataclass
+from dataclasses import asdict
 from typing import Any
+
+from ...errors import ModelError
 
 __all__ = ["levers_at"]
 
 
 def levers_at(source: Any, overrides: Mapping[str, object]) -> tuple[Mapping[str, Any], ...]:
-    """Levers of `answers.levers.levers_of`. Raises ModelError where the model cannot be read."""
+    """Levers of `answers.levers.levers_of` of a model file, whatever overrides move: a page that is opened again has
+    the same ones.  Where the file alone is no model, those of the file with its overrides.
+
+    Raises
+    ------
+    ModelError : the model cannot be read.
+    """
     from ..answers.levers import levers_of
 
-    found = levers_of(source, overrides)
-    return tuple(asdict(one) if is_dataclass(one) and not isinstance(one, type) else one for one in found)
+    try:
+        found = levers_of(source, {})
+    except ModelError:
+        found = levers_of(source, overrides)
+    return tuple(asdict(one) for one in found)

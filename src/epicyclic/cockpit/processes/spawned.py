@@ -13,6 +13,7 @@ import warnings
 import weakref
 from collections.abc import Callable
 from contextlib import suppress
+from importlib import import_module
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from types import ModuleType
@@ -27,6 +28,9 @@ _CONTEXT = multiprocessing.get_context("spawn")
 _STARTING = threading.Lock()
 # [s] after which the next process is started to wait: its imports take a second of a core that the first one needs.
 _REFILL = 2.0
+
+# What the imports of nearly every job take a second for.
+_IMPORTED = ("...results.dataset", "...verbs.record", "..computing.compute")
 
 Started = tuple[SpawnProcess, Connection]
 _started: weakref.WeakSet[SpawnProcess] = weakref.WeakSet()
@@ -81,9 +85,8 @@ def kill_group(process: SpawnProcess) -> None:
 
 def waiting(connection: Connection) -> None:
     """What a process does that waits for its work: it imports, then runs function(connection, *arguments) once."""
-    from ...verbs.record import verbs
-
-    verbs()
+    for needed in _IMPORTED:
+        import_module(needed, __package__)
     try:
         function, arguments = connection.recv()
     except (EOFError, OSError):
