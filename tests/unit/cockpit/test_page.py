@@ -57,7 +57,7 @@ class PageSession(FakeSession):
 
     def __init__(self, state: Any) -> None:
         super().__init__(state)
-        self.levers = (MASS, STIFFNESS)
+        self.levers: tuple[dict[str, Any], ...] = (MASS, STIFFNESS)
         self.failed: dict[str, str] | None = None
         self.rev = self.released_rev = 1
         self.relative_speed, self.busy = 1.0, False
@@ -179,6 +179,24 @@ def test_a_number_typed_takes_the_unit_of_the_lever_or_its_own() -> None:
         assert found[MASS["path"]].props["changed"] is False
 
     look(talk)
+
+
+def test_a_value_that_the_file_does_not_state_is_taken_back() -> None:
+    pin = {**MASS, "path": "deviations.planet.position.tangential", "value": 0.0, "unit": "um", "least": 0.0}
+
+    async def talk(user: User, session: PageSession) -> None:
+        lever = levers(user)[pin["path"]]
+        raise_in(lever, "release", 12.5)
+        session.undo()
+        assert lever.props["shown"][1] == 0.0
+        raise_in(lever, "release", 12.5)
+        raise_in(lever, "reset")
+        assert lever.props["shown"] == [2, 0.0]
+        assert not session.now.overrides
+
+    session = PageSession(opened("ren2021"))
+    session.levers = (pin,)
+    look(talk, session)
 
 
 def test_what_is_refused_stands_beside_its_lever_until_it_computes_again() -> None:

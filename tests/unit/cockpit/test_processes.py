@@ -208,6 +208,14 @@ def test_calls_come_back_and_go_with_their_session() -> None:
             assert await session.call(fake_compute.sleep_for, 0.01) == 0.01
             with pytest.raises(ModelError, match=r"a\.b = 3: not so; allowed: 4"):
                 await session.call(fake_compute.refuse)
+            assert await one.call(pow, 2, 3) == 8
+            with pytest.raises(ModelError, match="not so"):
+                await one.call(fake_compute.refuse)
+            session.set("damping.modal", 0.5, released=True)
+            assert await one.call(pow, 2, 4) == 16
+            assert {"live", "sweep"} >= set(kind for kind, frame in session.frames.items() if frame.rev == session.rev)
+            with pytest.raises(ModelError, match="ended by itself"):
+                await one.call(os._exit, 3)
             with pytest.raises(ModelError, match="ended by itself"):
                 await session.call(lambda: 3)  # nobody can pickle that
             told: list[float] = []
@@ -349,7 +357,7 @@ def said(process: psutil.Process) -> str:
 def processor_time(of: list[psutil.Process]) -> float:
     """[s] that processes have computed."""
     times = [one.cpu_times() for one in of if one.is_running()]
-    return sum(time.user + time.system for time in times)
+    return float(sum(time.user + time.system for time in times))
 
 
 def test_a_closed_page_computes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -373,13 +381,14 @@ def test_a_closed_page_computes_nothing(monkeypatch: pytest.MonkeyPatch) -> None
     run(test())
 
 
-def test_a_job_is_cancelled_while_levers_answer() -> None:
+def test_a_job_is_cancelled_while_levers_answer(tmp_path: Path) -> None:
     async def test() -> None:
         async with worker() as one:
             session, seen = await begun(one)
             await until(lambda: not session.busy)
-            job = session.jobs.start("call", {"function": fake_compute.burn, "arguments": (120.0,)})
-            await until(lambda: job.status == "runs" and job._process is not None)
+            marker = tmp_path / "begun"
+            job = session.jobs.start("call", {"function": fake_compute.burn_marked, "arguments": (str(marker),)})
+            await until(marker.exists)
             assert job.rev == session.rev
             seen.frames.clear()
             session.jobs.cancel(job)
@@ -438,12 +447,17 @@ def test_a_process_that_waits_takes_the_next_call() -> None:
 SERVER = """
 import asyncio, time, psutil
 from tests.unit.cockpit import fake_compute
-from epicyclic.cockpit.processes.worker import Worker
+from epicyclic.cockpit.computing.frames import Request
+from epicyclic.cockpit.processes.worker import Client, Worker
 
 async def main():
     one = Worker(target=fake_compute.serve)
     one.start()
     await one.ready.wait()
+    client = Client(deliver=print, idle=print)
+    one.join(client)
+    one.ask(client, Request(rev=1, kind="live", source={"title": "burn"}))
+    await asyncio.sleep(0.5)
     print(one._process.pid, flush=True)
     await asyncio.sleep(60)
 

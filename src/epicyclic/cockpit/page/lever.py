@@ -12,7 +12,6 @@ from nicegui.events import GenericEventArguments
 
 from ...errors import ModelError
 from ...model.units import factor
-from ..answers.lever_entries import entry_of, with_entry
 from ..dialogs.field_list import file_value
 from ..processes.session import Session
 from ..state.written_text import value_at
@@ -30,7 +29,7 @@ _DIGITS = 6
 class LeverControl(Element, component="lever.js"):
     """A lever of a session.
 
-    lever : as the session gives it: path, label, value, unit, least, most, step, integer, log, why, entry, count.
+    lever : as the session gives it: path, label, value, unit, least, most, step, integer, log, why.
     """
 
     def __init__(self, session: Session, lever: Mapping[str, Any]) -> None:
@@ -38,9 +37,12 @@ class LeverControl(Element, component="lever.js"):
         self._session, self.path = session, str(lever["path"])
         self._unit, self._integer = str(lever.get("unit") or ""), bool(lever.get("integer"))
         self._value, self._drags, self._shows = float(lever["value"]), 0, 0
-        self._entry, self._count = lever.get("entry"), int(lever.get("count") or 0)
         self._seen: object = None
         least, most = float(lever["least"]), float(lever["most"])
+        # what holds where the model states nothing: it came with the lever, unless an override was there already
+        state = session.state
+        overridden = state is not None and self.path in state.overrides
+        self._unstated = least if overridden else self._value
         self._props.update(
             path=self.path,
             label=str(lever["label"]),
@@ -67,9 +69,8 @@ class LeverControl(Element, component="lever.js"):
             return
         self._seen = state
         prop(self, "changed", self.path in state.overrides)
-        value = value_at(state, self.path)
-        entry = self._entry
-        number = _number(value, self._unit) if entry is None else entry_of(value, self._unit, entry)
+        stated = value_at(state, self.path)
+        number = self._unstated if stated is None else _number(stated, self._unit)
         if number is None or math.isclose(number, self._value, rel_tol=1e-9, abs_tol=1e-300):
             return
         self._show(number)
@@ -112,8 +113,6 @@ class LeverControl(Element, component="lever.js"):
         if self._integer and value == round(value):
             return round(value)
         text = f"{value:.{_DIGITS}g}"
-        if self._entry is not None and (state := self._session.state) is not None:
-            return with_entry(value_at(state, self.path), self._unit, self._entry, self._count, float(text))
         return f"{text} {self._unit}" if self._unit else float(text)
 
     def _ask(self, value: object, *, released: bool) -> None:

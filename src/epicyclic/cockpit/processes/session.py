@@ -140,11 +140,11 @@ class Session:
     async def renew_levers(self) -> None:
         """Choose the levers anew from the present model."""
         state = self.state
-        if state is None or self.closed:
+        if state is None or self._worker is None or self.closed:
             return
         try:
             source, overrides = request_of(state)
-            levers = await self.call(levers_at, source, overrides)
+            levers = await self._worker.call(levers_at, source, overrides)
         except ModelError:
             return  # the failed frame says what is wrong
         if self.state is not None and self.state.base == state.base:

@@ -81,12 +81,9 @@ def kill_group(process: SpawnProcess) -> None:
 
 def waiting(connection: Connection) -> None:
     """What a process does that waits for its work: it imports, then runs function(connection, *arguments) once."""
-    with suppress(ImportError):
-        import epicyclic.resolve.resolve
-        import epicyclic.results.dataset
-        import epicyclic.verbs.record
+    from ...verbs.record import verbs
 
-        epicyclic.verbs.record.verbs()
+    verbs()
     try:
         function, arguments = connection.recv()
     except (EOFError, OSError):

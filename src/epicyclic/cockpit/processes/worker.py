@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
+from typing import Any
 
 from ...errors import ModelError
 from ..computing.frames import PageFrame, Request, failed_frame, pack
@@ -35,6 +36,16 @@ class _Task:
 
     number: int
     request: Request
+
+
+@dataclass(slots=True, eq=False)
+class _Call:
+    """A function that the process calls between frames, and who waits for its value."""
+
+    number: int
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    value: asyncio.Future[Any]
 
 
 @dataclass(slots=True, eq=False)
@@ -70,6 +81,9 @@ class Worker:
     _timer: asyncio.TimerHandle | None = None
     _numbers: Iterator[int] = field(default_factory=itertools.count)
     _starts: int = 0
+    _calls: list[_Call] = field(default_factory=list)
+    _calling: _Call | None = None
+    _frames_since: int = 0
 
     def start(self) -> None:
         """Start the process; it says by itself when it is warm.  Needs a running event loop."""
@@ -102,10 +116,26 @@ class Worker:
             self.start()
         self._pump()
 
+    async def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """function(*arguments) in the process, between two frames: for what takes no longer than one.
+
+        Raises
+        ------
+        ModelError : what the function raises, or that the process ended.
+        """
+        call = _Call(next(self._numbers), function, arguments, asyncio.get_running_loop().create_future())
+        self._calls.append(call)
+        self._pump()
+        return await call.value
+
     async def stop(self) -> None:
         """End the process at once."""
         process, self._process = self._process, None
         self._quiet()
+        for call in [self._calling, *self._calls]:
+            if call is not None:
+                call.value.cancel()
+        self._calling, self._calls = None, []
         if self._channel is not None:
             self._channel.close()
             self._channel = None
@@ -118,11 +148,15 @@ class Worker:
 
     def _pump(self) -> None:
         """Have the process compute the next frame, of the client whose turn it is."""
-        if self._busy is not None or not self.ready.is_set():
+        if self._busy is not None or self._calling is not None or not self.ready.is_set():
+            return
+        if self._frames_since and self._next_call():
             return
         client = next((one for one in self.clients if one.waiting is not None or one.task is not None), None)
         if client is None:
+            self._next_call()
             return
+        self._frames_since += 1
         self.clients.remove(client)
         self.clients.append(client)
         self._busy = client
@@ -136,8 +170,34 @@ class Worker:
             self._send(("next", client.task.number))
         self._timer = asyncio.get_running_loop().call_later(_LONGEST, self._too_long)
 
-    def _arrived(self, message: tuple[str, int, bytes | None]) -> None:
+    def _next_call(self) -> bool:
+        """Have the process make the call that waits longest; whether there is one.  Frames and calls take turns."""
+        self._calls = [call for call in self._calls if not call.value.done()]
+        if not self._calls:
+            return False
+        self._frames_since = 0
+        call = self._calling = self._calls.pop(0)
+        self._send(("call", call.number, call.function, call.arguments))
+        self._timer = asyncio.get_running_loop().call_later(_LONGEST, self._too_long)
+        return True
+
+    def _answered(self, value: Any, error: ModelError | None) -> None:
+        """Hand over what a call has given."""
+        call, self._calling = self._calling, None
+        if call is not None and not call.value.done():
+            if error is None:
+                call.value.set_result(value)
+            else:
+                call.value.set_exception(error)
+
+    def _arrived(self, message: tuple[str, int, Any]) -> None:
         kind, number, data = message
+        if kind == "value":
+            if self._calling is not None and self._calling.number == number:
+                self._quiet()
+                self._answered(*data)
+                self._pump()
+            return
         if kind == "ready":
             self._starts = 0
             self.ready.set()
@@ -172,6 +232,7 @@ class Worker:
         self.ready.clear()
         busy = self._busy
         self._quiet()
+        self._answered(None, ModelError("the computing process ended by itself", path="model"))
         given_up = self._starts >= _MOST_STARTS
         for client in list(self.clients):
             task, client.task = client.task, None
@@ -184,7 +245,12 @@ class Worker:
                 request, client.waiting, client.deaths = client.waiting, None, 0
                 how = "cannot be started" if given_up else "ended by itself twice"
                 _fail(client, request, f"the computing process {how}")
-        if not given_up:
+        if given_up:
+            calls, self._calls = self._calls, []
+            for call in calls:
+                self._calling = call
+                self._answered(None, ModelError("the computing process cannot be started", path="model"))
+        else:
             self.start()
 
     def _gone(self, client: Client, task: _Task | None) -> None:
@@ -238,6 +304,9 @@ def serve_with(connection: Connection, compute: Compute) -> None:
         if kind == "drop":
             running.pop(number, None)
             continue
+        if kind == "call":
+            connection.send(("value", number, _value(*rest)))
+            continue
         if kind == "run":
             running[number] = (rest[0], iter(compute(rest[0])))
         data = _next_frame(*running[number]) if number in running else None
@@ -254,6 +323,15 @@ def _next_frame(request: Request, frames: Iterator[PageFrame]) -> bytes | None:
         return None if frame is None else pack(frame)
     except Exception as error:
         return pack(failed_frame(request.rev, error))
+
+
+def _value(function: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[Any, ModelError | None]:
+    try:
+        return function(*arguments), None
+    except ModelError as error:
+        return None, error
+    except Exception as error:
+        return None, ModelError(f"{type(error).__name__}: {error}", path="model")
 
 
 _shared: list[Worker] = []

@@ -6,11 +6,13 @@ import shlex
 from collections.abc import Mapping
 from pprint import pformat
 
+from ...errors import ModelError
+from ...model.document import file_text
 from ...model.overrides import parse_setting
 from ...model.toml_writer import value_text
 from .state import PageState
 
-__all__ = ["command_line", "file_name_of", "script", "setting"]
+__all__ = ["command_line", "download_needed", "file_name_of", "script", "setting"]
 
 
 def setting(path: str, value: object) -> str:
@@ -40,16 +42,22 @@ def script(state: PageState) -> str:
     """A Python script that loads the same train and prints what the page answers."""
     overrides = pformat(dict(state.overrides), sort_dicts=False, width=100)
     given = f", overrides={overrides}" if state.overrides else ""
+    note = f"# download the model as {file_name_of(state)} beside this script\n" if download_needed(state) else ""
     return (
-        "import epicyclic\n\n"
+        f"{note}import epicyclic\n\n"
         f"train = epicyclic.load({_source(state)!r}{given})\n"
         "system = epicyclic.assemble(train)\n\n"
-        "modes = epicyclic.modes(system)\n"
-        "print(modes.frequency.to_series())\n\n"
-        "sharing = epicyclic.sharing(system)\n"
-        "print(sharing.system_load_sharing.to_series())\n\n"
-        "sweep = epicyclic.sweep(system)\n"
-        'epicyclic.save_result(sweep, "sweep.nc")  # epicyclic show sweep.nc\n'
+        "for verb in (epicyclic.modes, epicyclic.sharing, epicyclic.sweep):\n"
+        "    name = verb.__name__\n"
+        "    try:\n"
+        "        result = verb(system)\n"
+        "    except epicyclic.ModelError as error:  # what the model does not state\n"
+        '        print(f"no {name}: {error}")\n'
+        "        continue\n"
+        '    epicyclic.save_result(result, f"{name}.nc")  # epicyclic show modes.nc draws it\n'
+        '    print(f"{name}.nc written")\n'
+        '    if name == "modes":\n'
+        "        print(result.frequency.to_series().to_string())\n"
     )
 
 
@@ -60,7 +68,17 @@ def file_name_of(state: PageState, suffix: str = ".toml") -> str:
     return f"{plain or 'model'}{suffix}"
 
 
+def download_needed(state: PageState) -> bool:
+    """Whether neither a ready drive nor the file of the state holds its text: what replays it needs a download."""
+    if state.drive is not None:
+        return False
+    try:
+        return state.path is None or file_text(state.path) != state.base
+    except ModelError:
+        return True
+
+
 def _source(state: PageState) -> str:
     if state.drive is not None:
         return state.drive
-    return str(state.path) if state.path is not None else file_name_of(state)
+    return file_name_of(state) if download_needed(state) or state.path is None else str(state.path)

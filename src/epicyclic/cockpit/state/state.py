@@ -18,7 +18,6 @@ from .spellings import Keys, Spelling, at_path, spelling_of
 
 __all__ = [
     "PageState",
-    "State",
     "at_speed",
     "from_text",
     "opened",
@@ -60,10 +59,6 @@ class PageState:
     path: Path | None = None
     trusted: bool = False
     relative_speed: float = 1.0
-
-
-# TODO: the pieces of the page still say State
-State = PageState
 
 
 def opened(source: str | Path) -> PageState:

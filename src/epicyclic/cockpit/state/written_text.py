@@ -192,7 +192,8 @@ def _put(table: Any, path: Keys, value: object) -> None:
         if key not in table:
             if value is None:
                 return
-            table[key] = tomlkit.inline_table() if isinstance(table, tomlkit.items.InlineTable) else tomlkit.table()
+            # only a table of the first level may have a heading: one below dotted keys would end the table around them
+            table[key] = tomlkit.table() if len(parents) == 1 else tomlkit.inline_table()
         table = table[key]
         parents.append(table)
     if value is None:

@@ -79,7 +79,7 @@ ATTACKS: dict[str, tuple[int, str, str, dict[str, str], Any]] = {
     "polling of another site": (403, "GET", "/_nicegui_ws/socket.io/?EIO=4", {**COOKIE, **SITE}, None),
     "no cookie": (403, "GET", JS, {}, None),
     "no cookie, from here": (403, "GET", "/", {"sec-fetch-site": "same-origin"}, None),
-    "another cookie": (403, "GET", JS, {"cookie": f"epicyclic-{PORT}=abd"}, None),
+    "another cookie": (403, "GET", JS, {"cookie": f"epicyclic-{PORT}=xyz"}, None),
     "the cookie of another port": (403, "GET", JS, {"cookie": "epicyclic-80=abc"}, None),
     "broken cookies": (403, "GET", JS, {"cookie": "a[]=1;;=; \x7f"}, None),
     "the token of another run": (403, "GET", "/?token=the-tokex", {"sec-fetch-site": "none"}, None),
