@@ -86,7 +86,7 @@ def relief_answer(train: Train) -> Answer:
     drawn, um = drawn_relief(train), 1e6 * largest.amount
     pair = largest.pair.rpartition(".")[2]
     figure = f"≈ {number(um, 2)} µm"
-    text = f"About {number(um, 2)} µm at the tips of {pair}: first estimate, the deflection F/(c' b) at operating load"
+    text = f"About {number(um, 2)} µm at the tips of {pair}: first estimate F/(c' b) at operating load"
     if not drawn:
         level: Level = "warn" if largest.amount > _LITTLE else "good"
         return answer("relief", f"{text}; none is drawn.", figure=figure, level=level, evidence="relief", job="relief")

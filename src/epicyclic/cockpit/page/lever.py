@@ -12,6 +12,7 @@ from nicegui.events import GenericEventArguments
 
 from ...errors import ModelError
 from ...model.units import factor
+from ..answers.lever_entries import entry_of, with_entry
 from ..dialogs.field_list import file_value
 from ..processes.session import Session
 from ..state.written_text import value_at
@@ -29,7 +30,7 @@ _DIGITS = 6
 class LeverControl(Element, component="lever.js"):
     """A lever of a session.
 
-    lever : as the session gives it: path, label, value, unit, least, most, step, integer, log, why.
+    lever : as the session gives it: path, label, value, unit, least, most, step, integer, log, why, entry, count.
     """
 
     def __init__(self, session: Session, lever: Mapping[str, Any]) -> None:
@@ -37,6 +38,7 @@ class LeverControl(Element, component="lever.js"):
         self._session, self.path = session, str(lever["path"])
         self._unit, self._integer = str(lever.get("unit") or ""), bool(lever.get("integer"))
         self._value, self._drags, self._shows = float(lever["value"]), 0, 0
+        self._entry, self._count = lever.get("entry"), int(lever.get("count") or 0)
         self._seen: object = None
         least, most = float(lever["least"]), float(lever["most"])
         # what holds where the model states nothing: it came with the lever, unless an override was there already
@@ -70,7 +72,7 @@ class LeverControl(Element, component="lever.js"):
         self._seen = state
         prop(self, "changed", self.path in state.overrides)
         stated = value_at(state, self.path)
-        number = self._unstated if stated is None else _number(stated, self._unit)
+        number = self._unstated if stated is None else self._read(stated)
         if number is None or math.isclose(number, self._value, rel_tol=1e-9, abs_tol=1e-300):
             return
         self._show(number)
@@ -108,11 +110,17 @@ class LeverControl(Element, component="lever.js"):
         self._ask(value, released=True)
         self._drags += 1
 
+    def _read(self, stated: object) -> float | None:
+        """The number of this lever in a value of the model, of a list its own entry."""
+        return _number(stated, self._unit) if self._entry is None else entry_of(stated, self._unit, self._entry)
+
     def _written(self, value: float) -> object:
         """A value as the model file writes it."""
         if self._integer and value == round(value):
             return round(value)
         text = f"{value:.{_DIGITS}g}"
+        if self._entry is not None and (state := self._session.state) is not None:
+            return with_entry(value_at(state, self.path), self._unit, self._entry, self._count, float(text))
         return f"{text} {self._unit}" if self._unit else float(text)
 
     def _ask(self, value: object, *, released: bool) -> None:

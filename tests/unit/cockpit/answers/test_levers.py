@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from epicyclic.cockpit.answers import levers
 from epicyclic.cockpit.answers.lever_candidates import Candidate
 from epicyclic.cockpit.answers.lever_entries import entry_of, with_entry
 from epicyclic.cockpit.answers.levers import ModelLever, levers_of
@@ -17,6 +18,12 @@ from epicyclic.model.units import factor
 from epicyclic.resolve.resolve import load
 from epicyclic.studies.drives import drive_text
 from epicyclic.verbs.sharing import sharing
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every candidate is tried, however slow the machine is."""
+    monkeypatch.setattr(levers, "_PATIENCE", 60.0)
 
 
 def tables_of(drive: str) -> dict[str, Any]:
@@ -39,11 +46,11 @@ ALIKE = ("lin1999-n3", "lin1999-n5", "yue2014-ii", "yue2014-iii")
 @pytest.mark.parametrize("drive", sorted(set(ready_drives()) - set(ALIKE)))
 def test_every_lever_loads_from_end_to_end(drive: str) -> None:
     tables = tables_of(drive)
-    levers = levers_of(tables, {})
-    assert 4 <= len(levers) <= 7
-    assert len({lever.path for lever in levers}) == len({lever.label for lever in levers}) == len(levers)
+    found = levers_of(tables, {})
+    assert 4 <= len(found) <= 7
+    assert len({lever.path for lever in found}) == len({lever.label for lever in found}) == len(found)
     state = opened(drive)
-    for lever in levers:
+    for lever in found:
         assert lever.least < lever.most
         assert lever.least <= lever.value <= lever.most
         for value in (lever.least, (lever.least + lever.most) / 2, lever.most):
@@ -76,20 +83,20 @@ def test_a_lever_at_its_value_changes_nothing(drive: str) -> None:
 
 
 def test_the_levers_of_a_loaded_stage_are_spread_over_kinds() -> None:
-    levers = {lever.path: lever for lever in levers_of(tables_of("wind-stage"), {})}
-    assert {"operation.torque.carrier", "operation.speed.carrier", "stages.main.sun.support.radial"} <= set(levers)
-    pin = levers["deviations.planet.position.y"]
+    found = {lever.path: lever for lever in levers_of(tables_of("wind-stage"), {})}
+    assert {"operation.torque.carrier", "operation.speed.carrier", "stages.main.sun.support.radial"} <= set(found)
+    pin = found["deviations.planet.position.y"]
     assert (pin.entry, pin.count, pin.value, pin.unit, pin.least) == (0, 3, 35.0, "um", 0.0)
-    assert levers["stages.main.sun.support.radial"].log
-    assert not levers["operation.torque.carrier"].log
-    assert levers["operation.torque.carrier"].unit == "MN m"
+    assert found["stages.main.sun.support.radial"].log
+    assert not found["operation.torque.carrier"].log
+    assert found["operation.torque.carrier"].unit == "MN m"
 
 
 def test_a_lever_follows_what_is_laid_over_the_file() -> None:
     overrides = {"deviations.planet.position.y": "[0, 12, 0] um", "operation.torque.sun": "80 kN m"}
-    levers = {lever.path: lever for lever in levers_of(tables_of("ren2021"), overrides)}
-    assert levers["operation.torque.sun"].value == 80.0
-    pin = levers["deviations.planet.position.y"]
+    found = {lever.path: lever for lever in levers_of(tables_of("ren2021"), overrides)}
+    assert found["operation.torque.sun"].value == 80.0
+    pin = found["deviations.planet.position.y"]
     assert (pin.entry, pin.value, pin.label) == (1, 12.0, "pin of planet 2, tangential")
     full = "deviations.main.planet.position.y"
     assert full in {lever.path for lever in levers_of(tables_of("ren2021"), {full: "[0, 12, 0] um"})}
@@ -98,8 +105,8 @@ def test_a_lever_follows_what_is_laid_over_the_file() -> None:
 def test_a_lever_of_another_spelling_keeps_it() -> None:
     tables = tables_of("ren2021")
     tables["deviations"] = {"main": {"carrier": {"run_out": {"amplitude": "15 um"}}}}
-    levers = {lever.path: lever for lever in levers_of(tables, {})}
-    assert levers["deviations.main.carrier.run_out.amplitude"].value == 15.0
+    found = {lever.path: lever for lever in levers_of(tables, {})}
+    assert found["deviations.main.carrier.run_out.amplitude"].value == 15.0
 
 
 def test_a_sun_that_floats_or_is_rigid_has_its_lever() -> None:
@@ -146,3 +153,14 @@ def test_an_entry_is_read_and_written_in_its_list() -> None:
     assert with_entry("[1, 2, 3] um", "um", 1, 3, 7.5) == "[1.0, 7.5, 3.0] um"
     assert with_entry(None, "um", 0, 3, 20.0) == "[20.0, 0.0, 0.0] um"
     assert with_entry("4 um", "um", 2, 3, 0.0) == "[4.0, 4.0, 0.0] um"
+
+
+def test_without_time_the_levers_are_those_of_each_kind(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(levers, "_PATIENCE", -1.0)
+    found = levers_of(tables_of("ren2021"), {})
+    assert [one.path for one in found][:3] == [
+        "deviations.planet.position.y",
+        "deviations.sun.run_out",
+        "stages.main.sun.support.radial",
+    ]
+    assert {one.why for one in found if not one.path.startswith(("operation", "damping"))} == {""}
