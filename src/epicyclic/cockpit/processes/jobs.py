@@ -161,9 +161,9 @@ class Jobs:
                 self._end(job, "cancelled")
         if self._starting:
             await asyncio.wait(set(self._starting))
-        for process in self._ending:
+        for process in tuple(self._ending):  # one may end meanwhile
             kill_group(process)
-        for process in self._ending:
+        for process in tuple(self._ending):  # one may end meanwhile
             await asyncio.to_thread(process.join)
         self._ending.clear()
         if self._folder is not None:
