@@ -239,7 +239,7 @@ def test_report_of_sections_alone(command: Command, tmp_path: Path, monkeypatch:
     target = tmp_path / "report.html"
     ran: list[str] = []
     write = "epicyclic.show.report.write_report"
-    monkeypatch.setattr(write, lambda _, found: ran.extend(found))  # what is drawn of them has its own tests
+    monkeypatch.setattr(write, lambda _, found, **__: ran.extend(found))  # what is drawn of them has its own tests
     assert command("report", "lin1999-n4", "--sections", "modes", "-o", str(target)).status == 0
     assert ran == ["check", "modes"]
     status, _, err = command("report", "lin1999-n4", "--sections", "modes,mods", "-o", str(target))

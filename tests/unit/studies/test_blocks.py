@@ -90,6 +90,14 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Blocks, dict[
     return results(job(), store=folder), files(folder)
 
 
+def words_of(process: psutil.Process) -> str:
+    """Command line of a process; none of one that has ended and that another test has not waited for."""
+    try:
+        return " ".join(process.cmdline())
+    except (psutil.ZombieProcess, psutil.NoSuchProcess):
+        return ""
+
+
 def test_a_store_gives_back_every_bit(tmp_path: Path, undisturbed: tuple[Blocks, dict[str, bytes]]) -> None:
     log, shares = tmp_path / "log", list[float]()
     assert [number for number, _ in undisturbed[0]] == list(range(12))
@@ -233,7 +241,7 @@ def test_a_block_that_fails_leaves_the_others_in_the_store(
 def workers_of_this_process() -> list[psutil.Process]:
     """Processes of the local cluster that compute."""
     below = psutil.Process().children(recursive=True)
-    return [process for process in below if "spawn_main" in " ".join(process.cmdline())]
+    return [process for process in below if "spawn_main" in words_of(process)]
 
 
 def test_workers_may_be_killed(tmp_path: Path, undisturbed: tuple[Blocks, dict[str, bytes]]) -> None:
@@ -276,7 +284,7 @@ def test_a_scheduler_may_be_killed(tmp_path: Path, undisturbed: tuple[Blocks, di
     folder = tmp_path / "store"
     with closing(run_blocks(job(seconds=0.05), store=folder, workers=1)) as blocks:
         next(blocks)
-        (cluster,) = [p for p in psutil.Process().children() if "local_cluster" in " ".join(p.cmdline())]
+        (cluster,) = [p for p in psutil.Process().children() if "local_cluster" in words_of(p)]
         cluster.kill()
         with pytest.raises(ModelError, match=r"connection to the scheduler is lost; allowed: .*resume goes on"):
             list(blocks)
