@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.cockpit_driver import Cockpit, Tab, launched, running, start
+from tests.app.cockpit_driver import Cockpit, Tab, start
 
 pytestmark = pytest.mark.browser
 
@@ -21,18 +21,6 @@ pytestmark = pytest.mark.browser
 STOPPED = 10.0
 KEPT = 1.0  # [s] after which the browser keeps a change
 QUIET = 0.03  # share of a core that an idle server may take, its pings included
-
-
-@pytest.fixture(scope="module")
-def cockpit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cockpit]:
-    with running(tmp_path_factory.mktemp("cockpit"), "ren2021") as server:
-        yield server
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with launched() as started:
-        yield started
 
 
 @pytest.fixture

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import os
 import re
-import shutil
 from collections.abc import Iterator
 from typing import Any
 
@@ -18,32 +16,9 @@ from tests.unit.cockpit import canvas_frames as frames
 from epicyclic.show.figures import contact_map, style
 
 browsing = pytest.mark.browser
-ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--enable-precise-memory-info"]
 # [ms] from the arrival of a frame to its paint: one picture of a screen of 60 Hz, and the drawing itself.
 PAINTED_WITHIN = 20.0
 DRAWN_WITHIN = 12.0  # [ms] all three panes together; 4 ms on an idle machine
-
-
-def absent(reason: str) -> None:
-    """Skip, but not where continuous integration has to provide the browser."""
-    if os.environ.get("CI"):
-        pytest.fail(reason)
-    pytest.skip(reason)
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    path = next(
-        (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), ""
-    )
-    if not path:
-        absent("no Chromium here")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=path, args=ARGUMENTS)
-        yield started
-        started.close()
 
 
 @pytest.fixture

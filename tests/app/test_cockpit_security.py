@@ -6,26 +6,13 @@ import base64
 import re
 import socket
 import zlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.cockpit_driver import Cockpit, Tab, launched, running
+from tests.app.cockpit_driver import Cockpit, Tab
 
 pytestmark = pytest.mark.browser
-
-
-@pytest.fixture(scope="module")
-def cockpit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cockpit]:
-    with running(tmp_path_factory.mktemp("cockpit"), "ren2021") as server:
-        yield server
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with launched() as started:
-        yield started
 
 
 @pytest.fixture(scope="module")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
-import shutil
 import sys
 from collections.abc import Iterator
 from importlib import import_module
@@ -20,14 +18,6 @@ from epicyclic.verbs.report import run_report
 
 pytestmark = pytest.mark.browser
 
-ARGUMENTS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--no-first-run",
-]
 # Boxes of what stands in a figure, and which of them lie over each other.
 LAYOUT = """
 () => {
@@ -88,35 +78,6 @@ DRAWN = """
   return {id: figure.id, width: r.width, height: r.height, marks, traces: figure._fullData.length};
 })
 """
-
-
-def absent(reason: str) -> None:
-    """Skip, but not where continuous integration has to provide the browser."""
-    if os.environ.get("CI"):
-        pytest.fail(reason)
-    pytest.skip(reason)
-
-
-def executable() -> str:
-    found = next(
-        (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), ""
-    )
-    if not found:
-        absent("no Chromium here")
-    return found
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    path = executable()
-    try:
-        from playwright.sync_api import sync_playwright
-    except ImportError:
-        absent("playwright is not installed")
-    with sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=path, args=ARGUMENTS)
-        yield started
-        started.close()
 
 
 def made_up() -> ModuleType:

@@ -18,7 +18,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from types import ModuleType
@@ -29,7 +29,7 @@ from ..errors import ModelError
 if TYPE_CHECKING:
     from ..results.run_folder import KeptPart
 
-__all__ = ["BLAS_THREADS", "each", "processes", "runs"]
+__all__ = ["BLAS_THREADS", "die_with_parent", "each", "processes", "runs", "without_script"]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -348,26 +348,37 @@ def _become_worker(work: Callable[[Any], Any]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # a thread of the process forked may have held the lock of a stream, which nothing would give back here
     sys.stdout = sys.stderr = open(os.devnull, "w")
-    threading.Thread(target=_die_with_parent, daemon=True).start()
+    threading.Thread(target=die_with_parent, daemon=True).start()
 
 
-def _die_with_parent() -> None:
+def die_with_parent() -> None:
+    """End this process when the one that started it ends, and its group where it leads one; for a thread of its own."""
     parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+    if parent is None:
+        return
+    parent.join()
+    if hasattr(os, "killpg") and os.getpgid(0) == os.getpid():
+        os.killpg(os.getpid(), signal.SIGKILL)
+    os._exit(1)
+
+
+@contextmanager
+def without_script() -> Iterator[None]:
+    """Start processes anew without the script that runs: they would run it again, of which they need nothing."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 @contextmanager
 def _starting(method: str) -> Iterator[None]:
     """Start workers: without the script that runs, and with Ctrl-C held back until all of them stand.
 
-    Processes started anew would run the script again, of which they need nothing.  Held back, Ctrl-C meets no process
-    half started, and workers inherit that.
+    Held back, Ctrl-C meets no process half started, and workers inherit that.
     """
-    main = sys.modules["__main__"]
-    if method == "spawn":
-        sys.modules["__main__"] = ModuleType("__main__")
     if method == "spawn" and hasattr(signal, "pthread_sigmask"):
         # its start lets Ctrl-C in again, so it comes before Ctrl-C is held back
         from multiprocessing import resource_tracker
@@ -375,11 +386,10 @@ def _starting(method: str) -> Iterator[None]:
         resource_tracker.ensure_running()
     held = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if hasattr(signal, "pthread_sigmask") else None
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), without_script() if method == "spawn" else nullcontext():
             # Python warns of forks beside other threads; a worker only computes, and takes no lock of theirs
             warnings.filterwarnings("ignore", ".*fork", DeprecationWarning)
             yield
     finally:
-        sys.modules["__main__"] = main
         if held is not None:
             signal.pthread_sigmask(signal.SIG_SETMASK, held)

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 __all__ = ["new"]
 
-# keyword -> flag, of everything that may be said of the train
 _PAIR = re.compile(r'"(\w+)": "([^"]+)"')
 _TABLE = re.compile(r"(?:\w+ = )?\{[^{}]+\}")
+# keyword -> flag, of everything that may be said of the train
 _FLAGS = {
     "kind": "--kind",
     "teeth": "--teeth",

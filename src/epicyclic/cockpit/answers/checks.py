@@ -41,16 +41,9 @@ class ModelCheck:
     cure: str
 
 
-def checks_of(train: Train, system: System | None) -> tuple[ModelCheck, ...]:
-    """Warnings of the train, its teeth and its equations; those that fail first.
-
-    Parameters
-    ----------
-    system : None where the train cannot be assembled.
-    """
-    said = [*train.warnings, *_teeth(train)]
-    if system is not None:
-        said += unheld_warnings(system, compliance_of(system).free)
+def checks_of(train: Train, system: System) -> tuple[ModelCheck, ...]:
+    """Warnings of the train, its teeth and its equations; those that fail first."""
+    said = [*train.warnings, *_teeth(train), *unheld_warnings(system, compliance_of(system).free)]
     found = [_check(text) for text in dict.fromkeys(said)]
     return tuple(sorted(found, key=lambda one: one.level != "bad"))
 

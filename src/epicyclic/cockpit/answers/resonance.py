@@ -71,13 +71,13 @@ def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float)
 
 
 def resonance_answer(
-    train: Train, system: System | None, modes: Mapping[str, Any] | None, sweep: Mapping[str, Any] | None
+    train: Train, system: System, modes: Mapping[str, Any] | None, sweep: Mapping[str, Any] | None
 ) -> Answer:
     """The strongest resonance within 20 % of the speed that is shown, of those whose force is known, else the nearest.
 
     modes, sweep : heads of a frame with their arrays beside, None without.
     """
-    if system is None or modes is None:
+    if modes is None:
         return answer("resonance", "Not known: the model gives no modes (masses, inertias or supports are missing).")
     if not system.tones or not max(system.tones):
         return answer("resonance", "Not known: no member turns, so no mesh has a frequency (operation.speed).")

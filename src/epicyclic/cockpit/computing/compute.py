@@ -6,7 +6,7 @@ import time
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,11 +43,11 @@ _WARM = "ren2021"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Model:
-    """A train with what follows from it for every frame.  system : None where the train cannot be assembled."""
+    """A train with what follows from it for every frame."""
 
     request: Request
     train: Train
-    system: System | None
+    system: System
     labels: Mapping[str, str]
     meshes: Mapping[str, str]
     axis: SpeedAxis | None
@@ -78,6 +78,17 @@ class _Parts:
     ready: SpeedModel | None = None
     curves: ForceCurves | None = None
     missing: tuple[_Missing, ...] = ()
+
+
+class _Shown(NamedTuple):
+    """One part as the page takes it: a table, of the modes rows; and arrays by their names within the part."""
+
+    head: Any
+    values: Mapping[str, NDArray[Any]]
+
+    def arrays(self, name: str) -> Arrays:
+        """Arrays by their names in a frame."""
+        return {f"{name}/{key}": values for key, values in self.values.items()}
 
 
 class _Stopped(Exception):
@@ -139,11 +150,11 @@ def _run_all(*, compiled: bool) -> None:
 
 
 def _model(request: Request) -> _Model:
-    """The train of a request, assembled where it can be.
+    """The train of a request, assembled.
 
     Raises
     ------
-    ModelError : the model is wrong, or the speed not above zero.
+    ModelError : the model is wrong, or cannot be assembled, or the speed is not above zero.
     """
     require_speed(request.relative_speed)
     train = load(request.source, dict(request.overrides))
@@ -172,8 +183,6 @@ def _attempt(pane: str, what: str, compute_it: Callable[[], Found], missing: lis
 def _live_parts(model: _Model) -> _Parts:
     """The live set."""
     train, system, missing = model.train, model.system, list[_Missing]()
-    if system is None:
-        return _Parts()
     modes = _attempt("modes", "modes", lambda: mode_view(train, system, model.labels), missing)
     shared = _attempt("sharing", "load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
     twin = None if shared is None else twin_of(train, shared)
@@ -195,20 +204,17 @@ def _live_parts(model: _Model) -> _Parts:
 
 def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
     """The frame of the live set."""
-    relative_speed = model.request.relative_speed
+    relative_speed, shown = model.request.relative_speed, _shown(model, parts)
     head: dict[str, Any] = {
         "train": train_head(model.train, model.labels, model.meshes, relative_speed=relative_speed),
-        **_answers(model, parts, full=False),
+        **_answers(model, parts, shown),
     }
     arrays: Arrays = {}
-    if parts.modes is not None:
-        head["modes"] = parts.modes.rows(model.axis, relative_speed, len(model.train.planets))
-        arrays |= {"modes/frequency": parts.modes.frequency, "modes/shape": parts.modes.shape}
     if parts.sharing is not None:
         arrays["meshes/load"] = parts.sharing.load
-    for part in (_sharing_part(model, parts), _errors_part(model, parts), _sweep_part(model, parts)):
-        head |= part[0]
-        arrays |= part[1]
+    for name, part in shown.items():
+        head[name] = part.head
+        arrays |= part.arrays(name)
     head["missing"] = {one.pane: one.text for one in parts.missing}
     head["state"] = {
         **operation_head(model.train, relative_speed=relative_speed),
@@ -220,28 +226,26 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
 def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> Iterator[PageFrame]:
     """The frames of a state at rest, after the live one."""
     system, missing = model.system, list[_Missing]()
-    if system is None:
-        return
     ready = parts.ready
     if ready is not None and parts.curves is not None:
         wanted = efforts(ready)
         curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, wanted.full, pause=pause), missing)
         if curves is not None:
             parts = replace(parts, curves=curves)
-            yield _part_frame(model, parts, "sweep", _sweep_part(model, parts))
+            yield _part_frame(model, parts, "sweep")
         if wanted.shafts is not None:
             shafts = wanted.shafts
             curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, shafts, pause=pause), missing)
             if curves is not None:
                 parts = replace(parts, curves=curves)
-                yield _part_frame(model, parts, "sweep", _sweep_part(model, parts))
+                yield _part_frame(model, parts, "sweep")
     if parts.errors is not None:
-        yield _part_frame(model, parts, "errors", _errors_part(model, parts))
+        yield _part_frame(model, parts, "errors")
     if parts.sharing is not None:
         shared = parts.sharing
         whole = _attempt("sharing", "load sharing", lambda: _whole_sharing(system, shared, pause), missing)
         parts = replace(parts, sharing=whole or shared, missing=(*parts.missing, *missing))
-        yield _part_frame(model, parts, "sharing", _sharing_part(model, parts), full=True)
+        yield _part_frame(model, parts, "sharing")
 
 
 def _whole_sharing(system: System, live: SharingView, pause: Callable[[], None]) -> SharingView:
@@ -251,11 +255,11 @@ def _whole_sharing(system: System, live: SharingView, pause: Callable[[], None])
     return full_sharing(sharing(system, method="static", progress=lambda _: pause()), live)
 
 
-def _part_frame(
-    model: _Model, parts: _Parts, kind: str, part: tuple[dict[str, Any], Arrays], *, full: bool = False
-) -> PageFrame:
+def _part_frame(model: _Model, parts: _Parts, name: str) -> PageFrame:
     """A frame of one part, with the answers as they now are."""
-    return _frame(model, kind, {**part[0], **_answers(model, parts, full=full)}, part[1])
+    shown = _shown(model, parts)
+    part = shown[name]
+    return _frame(model, name, {name: part.head, **_answers(model, parts, shown)}, part.arrays(name))
 
 
 def _frame(model: _Model, kind: str, head: Mapping[str, Any], arrays: Arrays) -> PageFrame:
@@ -265,64 +269,36 @@ def _frame(model: _Model, kind: str, head: Mapping[str, Any], arrays: Arrays) ->
     return PageFrame(rev=model.request.rev, kind=kind, head=head, arrays=small)
 
 
-def _prefixed(name: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:
-    """Arrays by their names in a frame."""
-    return {f"{name}/{key}": values for key, values in arrays.items()}
-
-
-def _sharing_part(model: _Model, parts: _Parts) -> tuple[dict[str, Any], Arrays]:
-    """Load sharing of a frame; nothing without it."""
-    if parts.sharing is None:
-        return {}, {}
-    head, arrays = sharing_head(parts.sharing, parts.twin, model.train, model.meshes)
-    return {"sharing": head}, _prefixed("sharing", arrays)
-
-
-def _errors_part(model: _Model, parts: _Parts) -> tuple[dict[str, Any], Arrays]:
-    """Errors of a frame; nothing without deviations."""
-    if parts.errors is None:
-        return {}, {}
-    head, arrays = error_head(parts.errors, model.request.overrides)
-    return {"errors": head}, _prefixed("errors", arrays)
-
-
-def _sweep_part(model: _Model, parts: _Parts) -> tuple[dict[str, Any], Arrays]:
-    """Forces over speed of a frame; nothing where there are none."""
-    if parts.curves is None or model.axis is None:
-        return {}, {}
-    head, arrays = speed_head(parts.curves, model.axis, parts.modes, list(model.meshes.values()))
-    head["operating"] = model.axis[1] * model.request.relative_speed
-    return {"sweep": head}, _prefixed("sweep", arrays)
-
-
-def _answers(model: _Model, parts: _Parts, *, full: bool) -> dict[str, Any]:
-    """Answers and checks of a frame; full : of a state at rest, the whole of which is computed."""
-    find = answers.full_answers if full else answers.live_answers
-    found = find(model.train, model.system, **_given(model, parts))
-    stated = [_table(one) for one in checks.checks_of(model.train, model.system)]
-    return {"answers": [_table(one) for one in found], "checks": [*stated, *(one.check for one in parts.missing)]}
-
-
-def _given(model: _Model, parts: _Parts) -> dict[str, Any]:
-    """What the answers are made of: heads with their arrays beside, None where there is none."""
-    modes = None
+def _shown(model: _Model, parts: _Parts) -> dict[str, _Shown]:
+    """Parts of a frame by their names; those that there are."""
+    found: dict[str, _Shown] = {}
     if parts.modes is not None:
         rows = parts.modes.rows(model.axis, model.request.relative_speed, len(model.train.planets))
-        modes = {"rows": rows, "frequency": parts.modes.frequency, "shape": parts.modes.shape}
-    twin = None if parts.twin is None else {**parts.twin.head, "coefficient": parts.twin.coefficient}
-    return {
-        "modes": modes,
-        "sharing": _with_arrays(_sharing_part(model, parts), "sharing"),
-        "twin": twin,
-        "sweep": _with_arrays(_sweep_part(model, parts), "sweep"),
-        "errors": _with_arrays(_errors_part(model, parts), "errors"),
-    }
+        found["modes"] = _Shown(rows, {"frequency": parts.modes.frequency, "shape": parts.modes.shape})
+    if parts.sharing is not None:
+        found["sharing"] = _Shown(*sharing_head(parts.sharing, parts.twin, model.train, model.meshes))
+    if parts.errors is not None:
+        found["errors"] = _Shown(*error_head(parts.errors, model.request.overrides))
+    if parts.curves is not None and model.axis is not None:
+        head, arrays = speed_head(parts.curves, model.axis, parts.modes, list(model.meshes.values()))
+        head["operating"] = model.axis[1] * model.request.relative_speed
+        found["sweep"] = _Shown(head, arrays)
+    return found
 
 
-def _with_arrays(part: tuple[dict[str, Any], Arrays], name: str) -> dict[str, Any] | None:
-    """A part of a frame as one table; None of an empty one."""
-    head, arrays = part
-    return {**head[name], **{key.partition("/")[2]: values for key, values in arrays.items()}} if head else None
+def _answers(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[str, Any]:
+    """Answers and checks of a frame."""
+    modes = shown.get("modes")
+    others = {name: {**part.head, **part.values} for name, part in shown.items() if name != "modes"}
+    found = answers.answers_of(
+        model.train,
+        model.system,
+        modes=None if modes is None else {"rows": modes.head, **modes.values},
+        twin=None if parts.twin is None else {**parts.twin.head, "coefficient": parts.twin.coefficient},
+        **others,
+    )
+    stated = [_table(one) for one in checks.checks_of(model.train, model.system)]
+    return {"answers": [_table(one) for one in found], "checks": [*stated, *(one.check for one in parts.missing)]}
 
 
 def _table(value: Any) -> dict[str, Any]:

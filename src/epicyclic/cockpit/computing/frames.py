@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...model.tables import PlainTable
 
-__all__ = ["Frame", "PageFrame", "Request", "failed_frame", "pack", "unpack"]
+__all__ = ["PageFrame", "Request", "failed_frame", "pack", "unpack"]
 
 Numbers = NDArray[np.float32]
 _LENGTH = struct.Struct("<I")
@@ -57,10 +57,6 @@ class PageFrame:
     kind: str
     head: Mapping[str, Any] = field(default_factory=dict)
     arrays: Mapping[str, Numbers] = field(default_factory=dict)
-
-
-# The name that `processes` uses
-Frame = PageFrame
 
 
 def failed_frame(rev: int, error: Exception) -> PageFrame:

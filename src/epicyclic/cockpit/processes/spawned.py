@@ -7,7 +7,6 @@ import atexit
 import multiprocessing
 import os
 import signal
-import sys
 import threading
 import warnings
 import weakref
@@ -16,10 +15,9 @@ from contextlib import suppress
 from importlib import import_module
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
-from types import ModuleType
 from typing import Any
 
-from ...analyses.parallel import BLAS_THREADS
+from ...analyses.parallel import BLAS_THREADS, die_with_parent, without_script
 
 __all__ = ["Spare", "kill_group", "spawned", "waiting"]
 
@@ -52,14 +50,12 @@ def spawned(function: Callable[..., None], *arguments: Any) -> Started:
     ours, theirs = _CONTEXT.Pipe()
     process = _CONTEXT.Process(target=_begin, args=(function, theirs, *arguments), daemon=False)
     with _STARTING:
-        main, before = sys.modules["__main__"], {name: os.environ.get(name) for name in BLAS_THREADS}
-        # a process started anew would run the script again, of which it needs nothing
-        sys.modules["__main__"] = ModuleType("__main__")
+        before = {name: os.environ.get(name) for name in BLAS_THREADS}
         os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
         try:
-            process.start()
+            with without_script():
+                process.start()
         finally:
-            sys.modules["__main__"] = main
             for name, value in before.items():
                 if value is None:
                     os.environ.pop(name, None)
@@ -155,17 +151,6 @@ def _begin(function: Callable[..., None], connection: Connection, *arguments: An
     if hasattr(os, "setpgid"):
         with suppress(OSError):
             os.setpgid(0, 0)
-    threading.Thread(target=_die_with_parent, daemon=True).start()
+    threading.Thread(target=die_with_parent, daemon=True).start()
     warnings.simplefilter("ignore")  # nobody reads the terminal; results carry their warnings
     function(connection, *arguments)
-
-
-def _die_with_parent() -> None:
-    """End this process and those it has started when the one that started it ends."""
-    parent = multiprocessing.parent_process()
-    if parent is None:
-        return
-    parent.join()
-    if hasattr(os, "killpg") and os.getpgid(0) == os.getpid():
-        os.killpg(os.getpid(), signal.SIGKILL)
-    os._exit(1)

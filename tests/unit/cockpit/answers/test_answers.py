@@ -15,7 +15,7 @@ import pytest
 
 from epicyclic.assemble.assembly import assemble
 from epicyclic.cockpit.answers import answers, checks
-from epicyclic.cockpit.answers.answers import live_answers
+from epicyclic.cockpit.answers.answers import answers_of
 from epicyclic.cockpit.answers.assumed import class_six
 from epicyclic.cockpit.answers.checks import checks_of
 from epicyclic.cockpit.answers.sharing_answers import float_answer
@@ -60,13 +60,13 @@ def frame_of(train: str) -> PageFrame:
     return last
 
 
-def answers_of(frame: PageFrame) -> dict[str, Any]:
+def by_key(frame: PageFrame) -> dict[str, Any]:
     return {one["key"]: one for one in frame.head["answers"]}
 
 
 def live(source: dict[str, Any], overrides: dict[str, object]) -> dict[str, Any]:
     (frame,) = compute(Request(rev=1, kind="live", source=source, overrides=overrides, compiled=False))
-    return answers_of(frame)
+    return by_key(frame)
 
 
 @lru_cache
@@ -82,7 +82,7 @@ def numbers(text: str) -> list[float]:
 
 @pytest.mark.parametrize("train", TRAINS)
 def test_the_planet_carries_what_sharing_says(train: str) -> None:
-    answer = answers_of(frame_of(train))["planet"]
+    answer = by_key(frame_of(train))["planet"]
     assert answer["figure"] == f"{k_gamma(train):.3f}"
     result = sharing(source_of(train), overrides=overrides_of(train), method="static")
     heaviest = str(result["load_sharing"].sel(definition="mean-load").idxmax("mesh").values)
@@ -93,7 +93,7 @@ def test_the_planet_carries_what_sharing_says(train: str) -> None:
 
 @pytest.mark.parametrize("train", TRAINS)
 def test_a_floating_sun_buys_what_sharing_says(train: str) -> None:
-    answer = answers_of(frame_of(train))["float"]
+    answer = by_key(frame_of(train))["float"]
     (now, then) = numbers(answer["figure"])
     assert now == pytest.approx(k_gamma(train), abs=5.1e-4)
     assert answer["apply"] == {"stages.main.sun.support.radial": 0}
@@ -112,7 +112,7 @@ def test_a_sun_that_floats_is_told_what_a_support_would_cost() -> None:
 @pytest.mark.parametrize("train", TRAINS)
 def test_the_worst_error_is_that_without_which_k_gamma_falls_most(train: str) -> None:
     frame = frame_of(train)
-    answer = answers_of(frame)["error"]
+    answer = by_key(frame)["error"]
     document = load(source_of(train), overrides_of(train)).document["deviations"]["main"]  # type: ignore[index]
     now = k_gamma(train)
     without = {}
@@ -135,7 +135,7 @@ def k_gamma_without(train: str, path: str, zero: object) -> float:
 
 @pytest.mark.parametrize("train", TRAINS)
 def test_halving_an_error_takes_half_of_its_share(train: str) -> None:
-    answer = answers_of(frame_of(train))["error"]
+    answer = by_key(frame_of(train))["error"]
     assert answer["apply_label"] == "Halve this deviation"
     found = numbers(answer["text"].split("is above 1,")[1])
     without, now = found[0], found[1]
@@ -147,7 +147,7 @@ def test_halving_an_error_takes_half_of_its_share(train: str) -> None:
 
 @pytest.mark.parametrize("train", TRAINS)
 def test_resonances_are_those_of_modes(train: str) -> None:
-    answer = answers_of(frame_of(train))["resonance"]
+    answer = by_key(frame_of(train))["resonance"]
     result = modes(source_of(train), overrides=overrides_of(train), band=0.2)
     speed, order = result["resonance_speed"].values, result["resonance_order"].values
     mode, frequency = result["resonance_mode"].values, result["resonance_frequency"].values
@@ -161,7 +161,7 @@ def test_resonances_are_those_of_modes(train: str) -> None:
 
 
 def test_without_a_strong_peak_the_nearest_meeting_is_named() -> None:
-    answer = answers_of(frame_of("ren2021"))["resonance"]
+    answer = by_key(frame_of("ren2021"))["resonance"]
     result = modes(source_of("ren2021"), band=0.2)
     nearest = int(np.abs(result["resonance_speed"].values - 1).argmin())
     assert answer["level"] == "good"
@@ -175,7 +175,7 @@ def test_a_strong_peak_is_named_before_a_nearer_meeting() -> None:
 
 
 def test_the_first_estimate_of_relief_is_force_over_single_stiffness() -> None:
-    answer = answers_of(frame_of("wind-stage"))["relief"]
+    answer = by_key(frame_of("wind-stage"))["relief"]
     table = check(source_of("wind-stage"))
     train = load(source_of("wind-stage"))
     torque = train.kinematics.torque
@@ -212,7 +212,7 @@ def test_without_a_sun_a_line_says_so() -> None:
 def test_what_only_turns_is_told_and_counts() -> None:
     source = source_of("encased-differential")
     (frame,) = compute(Request(rev=1, kind="live", source=source, compiled=False))
-    found = answers_of(frame)
+    found = by_key(frame)
     assert "while turning the largest part has the run-out of the encased planets" in found["error"]["text"]
     (path,) = found["error"]["apply"]
     assert path.startswith("deviations.encased.planet.run_out")
@@ -228,7 +228,7 @@ def test_branches_that_are_no_planet_are_named_so() -> None:
 
 
 def test_a_train_that_is_within_what_is_usual_is_good() -> None:
-    found = answers_of(frame_of("ren2021"))
+    found = by_key(frame_of("ren2021"))
     assert found["planet"]["level"] == found["error"]["level"] == "good"
     more = live(source_of("ren2021"), {"deviations.carrier.run_out": "120 um"})
     assert more["planet"]["level"] == "bad"
@@ -284,14 +284,14 @@ def test_answers_take_less_than_three_milliseconds(monkeypatch: pytest.MonkeyPat
 
     def record(train: Any, system: Any, **parts: Any) -> Any:
         given.append((train, system, parts))
-        return live_answers(train, system, **parts)
+        return answers_of(train, system, **parts)
 
-    monkeypatch.setattr(answers, "live_answers", record)
+    monkeypatch.setattr(answers, "answers_of", record)
     list(compute(Request(rev=1, kind="live", source=source_of("ren2021"), compiled=False)))
     train, system, parts = given[0]
     spent = []
     for _ in range(7):
         start = time.process_time()
-        live_answers(train, system, **parts)
+        answers_of(train, system, **parts)
         spent.append(time.process_time() - start)
     assert min(spent) < 3e-3
