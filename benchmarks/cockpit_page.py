@@ -2,10 +2,11 @@
 
 python benchmarks/cockpit_page.py [DRIVE ...] [--moves 50] [--long 500] [--pictures FOLDER] [--numpy]
 
-Prints a row for each drive: median and 95 % of 50 moves [ms], of them spent computing, updates a second in a drag,
-growth of the heap of the page and of the server's memory over 500 moves.  `run-outs` behind the name of a drive, say
-``xu2020+run-outs``, adds run-outs of 10 um to all gears.  With --pictures it writes one PNG for each state of the page,
-three sizes, light and dark, into a folder.
+Prints a row for each drive: median and 95 % of 50 moves [ms], of them spent computing, the rest (median of the
+differences), updates a second in a drag, from the release of a drag to the painted curve with shaft orders (median and
+95 % of 20) [ms], growth of the heap of the page and of the server's memory over 500 moves.  ``xu2020+run-outs`` adds
+the run-outs of `cockpit.py` to a drive.  With --pictures it writes one PNG for each state of the page, three sizes,
+light and dark, into a folder.
 """
 
 from __future__ import annotations
@@ -31,19 +32,39 @@ from playwright.sync_api import Browser, Page, sync_playwright
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--enable-precise-memory-info"]
 SIZES = {"laptop": (1280, 800), "screen": (1920, 1080), "narrow": (800, 1000)}
 WARM = 5  # moves before it counts: the first run through every path of the browser's own compiler
-PAUSE = 0.35  # [s] between two moves: what a release asks for has begun, as of a person who tries values
+# [s] between two moves, in turn: within a row of keys, while all of the state at rest is computed, and after it.  None
+# is near the 0.4 s after which a row of keys ends: the frame of that would be taken for one of the next key.
+PAUSES = (0.2, 0.8, 1.6)
+QUICK = (0.1,)
 DRAG = 5.0  # [s]
+RELEASES = 20
 # the time of a key, and of the first frame of a newer revision that is painted in the sweep
 WATCH = """
 () => {
-  window.benchmark = {pressed: 0, times: []};
+  window.benchmark = {pressed: 0, released: 0};
   addEventListener('keydown', () => { window.benchmark.pressed = performance.now(); }, true);
+  addEventListener('pointerup', () => { window.benchmark.released = performance.now(); }, true);
+  // what each pane painted last
+  let painted = window.cockpit.painted;
+  window.benchmark.painted = {};
+  Object.defineProperty(window.cockpit, 'painted', {
+    get: () => painted, set: (value) => { window.benchmark.painted[value.kind] = painted = value; },
+  });
 }
 """
 NEXT = """
 ([rev]) => window.cockpit?.painted && window.cockpit.painted.rev > rev && window.cockpit.painted.frame === 'live'
   ? {rev: window.cockpit.painted.rev, late: window.cockpit.painted.time - window.benchmark.pressed,
      ms: window.cockpit.painted.computed ?? null} : null
+"""
+
+# the same from the release of a slider to its curve with shaft orders
+SHAFTS = """
+([rev]) => {
+  const sweep = window.cockpit.parts.sweep, painted = window.benchmark.painted.sweep;
+  return sweep?.rev > rev && sweep.head.stage === 'with shaft orders' && painted?.time >= sweep.arrived
+    ? painted.time - window.benchmark.released : null;
+}
 """
 
 
@@ -84,16 +105,17 @@ def server(model: str | None, folder: Path, *, compiled: bool = True) -> Iterato
 
 
 def model_of(name: str, folder: Path) -> str:
-    """A drive, or a model file beside it with run-outs and one pin error."""
+    """A drive, or a model file of it with run-outs and one pin error."""
     drive, _, more = name.partition("+")
     if not more:
         return drive
+    from cockpit import RUN_OUTS
+
     from epicyclic.cockpit.state.state import opened, with_values
     from epicyclic.cockpit.state.written_text import text_of
 
-    errors = {f"deviations.{gear}.runout": "10 um" for gear in ("sun", "ring", "planet")}
     path = folder / f"{drive}-run-outs.toml"
-    path.write_text(text_of(with_values(opened(drive), errors)), encoding="utf-8")
+    path.write_text(text_of(with_values(opened(drive), RUN_OUTS)), encoding="utf-8")
     return str(path)
 
 
@@ -111,7 +133,7 @@ def slider(page: Page) -> Any:
     return page.locator("[data-lever] [role=slider]").first
 
 
-def moves(page: Page, count: int) -> list[tuple[float, float | None]]:
+def moves(page: Page, count: int, pauses: tuple[float, ...] = PAUSES) -> list[tuple[float, float | None]]:
     """Times from a key on the slider to the painted figure [ms], with the time of computing in it."""
     found = []
     place = slider(page)
@@ -123,7 +145,7 @@ def moves(page: Page, count: int) -> list[tuple[float, float | None]]:
         seen = page.wait_for_function(NEXT, arg=[rev], polling="raf", timeout=20_000).json_value()
         if index >= WARM:
             found.append((float(seen["late"]), seen["ms"]))
-        time.sleep(PAUSE)
+        time.sleep(pauses[index % len(pauses)])
     return found
 
 
@@ -148,6 +170,26 @@ def drag(page: Page) -> float:
     return (int(count) - 1) / DRAG
 
 
+def releases(page: Page) -> list[float]:
+    """Times from the release of a slider to the painted curve with shaft orders [ms]; none of a train without."""
+    if page.evaluate("window.cockpit.parts.sweep.head.stage") != "with shaft orders":
+        return []
+    box, found = slider(page).bounding_box(), []
+    assert box is not None
+    y, x0, width = box["y"] + box["height"] / 2, box["x"] + 8, box["width"] - 16
+    for index in range(RELEASES):
+        rev = page.evaluate("window.cockpit.rev")
+        page.mouse.move(x0 + width * 0.5, y)
+        page.mouse.down()
+        for step in range(4):
+            page.mouse.move(x0 + width * (0.5 + 0.02 * (step + 1) * (-1) ** index), y)
+            time.sleep(0.05)
+        page.mouse.up()
+        found.append(float(page.wait_for_function(SHAFTS, arg=[rev], polling="raf", timeout=20_000).json_value()))
+        time.sleep(1)
+    return found
+
+
 def heap(page: Page) -> float:
     """Memory of the page's scripts after a collection [MB]."""
     page.context.new_cdp_session(page).send("HeapProfiler.collectGarbage")
@@ -166,18 +208,29 @@ def measured(browser: Browser, name: str, options: argparse.Namespace) -> None:
             computing = [ms for _, ms in pairs if ms is not None]
             rate = drag(page)
             time.sleep(5)
+            whole = sorted(releases(page))
             before = heap(page), running.memory()
             if options.long:
-                moves(page, options.long)
+                moves(page, options.long, QUICK)
                 time.sleep(5)
             after = heap(page), running.memory()
-    p95 = late[int(0.95 * (len(late) - 1))]
-    inside = f"{statistics.median(computing):.0f}" if computing else "?"
+    rest = [late - ms for late, ms in pairs if ms is not None]
     print(
-        f"| {name} | {statistics.median(late):.0f} | {p95:.0f} | {inside} | {rate:.1f} "
+        f"| {name} | {middle(late)} | {late_of(late)} | {middle(computing)} | {middle(rest)} | {rate:.1f} "
+        f"| {middle(whole)} | {late_of(whole)} "
         f"| {before[0]:.0f} -> {after[0]:.0f} | {before[1]:.0f} -> {after[1]:.0f} |",
         flush=True,
     )
+
+
+def middle(times: list[float]) -> str:
+    """Median, a dash of none."""
+    return f"{statistics.median(times):.0f}" if times else "-"
+
+
+def late_of(times: list[float]) -> str:
+    """95th percentile, a dash of none."""
+    return f"{sorted(times)[int(0.95 * (len(times) - 1))]:.0f}" if times else "-"
 
 
 def main() -> None:
@@ -192,8 +245,11 @@ def main() -> None:
     with sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
         drives = options.drives or ([] if options.pictures else ["ren2021", "xu2020+run-outs"])
-        print("| drive | median ms | p95 ms | computing ms | updates a second | heap MB | server MB |")
-        print("|---|---|---|---|---|---|---|")
+        print(
+            "| drive | median ms | p95 ms | computing ms | rest ms | updates a second | shaft orders ms | p95 ms "
+            "| heap MB | server MB |"
+        )
+        print("|---" * 10 + "|")
         for name in drives:
             measured(browser, name, options)
         if options.pictures:

@@ -1,8 +1,12 @@
-"""Pictures of the cockpit: every state of the page, three sizes, light and dark, one PNG each, to be looked at."""
+"""Pictures of the cockpit: every state of the page, three sizes, light and dark, one PNG each, to be looked at.
+
+What a small drive shows for an instant only is held: its process that computes is stopped for the picture.
+"""
 
 from __future__ import annotations
 
 import re
+import signal
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -43,12 +47,21 @@ def refused(page: Page) -> None:
     page.locator("[role=alert]:visible").first.wait_for(timeout=WAITS)
 
 
-def dragged(page: Page) -> None:
-    """The old curve at 40 % while the next one is computed."""
-    computed(page)
+def loading(page: Page) -> None:
+    """The old curve at 40 % while the next one takes long."""
     page.locator("[data-lever] [role=slider]").first.focus()
-    for _ in range(6):
-        page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    page.wait_for_selector("[data-loading]", timeout=WAITS)
+
+
+def refused_text(page: Page) -> None:
+    """A model text that is wrong: a banner, the last good curves."""
+    unfolded("Model text (TOML)")(page)
+    page.locator(".cm-content").first.click()
+    page.keyboard.press("Control+Home")
+    page.keyboard.type("unknown_key = 1\n")
+    page.keyboard.press("Control+Enter")
+    page.locator("[role=alert]:visible").first.wait_for(timeout=WAITS)
 
 
 def pinned(page: Page) -> None:
@@ -86,38 +99,67 @@ def unfolded(name: str) -> Callable[[Page], None]:
     return state
 
 
-def job_of(name: str) -> Callable[[Page], None]:
-    """A job as soon as it is done, or as it stands after a while."""
+def filled(page: Page) -> None:
+    """The wizard with a gearbox."""
+    opened_by("New")(page)
+    for label, value in {"Sun": "21", "Planet": "39", "Ring": "99", "Power": "750 kW"}.items():
+        place = page.get_by_label(label, exact=True)
+        if place.count():
+            place.first.fill(value)
+    time.sleep(3 * DRAWN)
+
+
+def tab_of(words: str) -> Callable[[Page], None]:
+    def state(page: Page) -> None:
+        computed(page)
+        page.get_by_role("tab", name=words, exact=True).click()
+
+    return state
+
+
+def job_of(name: str, *, wait: bool = True) -> Callable[[Page], None]:
+    """A job when it is done, or half a second after its start."""
 
     def state(page: Page) -> None:
         computed(page)
         job = page.locator(f"[data-job={name}]")
-        page.get_by_role("tab").filter(has_text=re.compile(name.split("_")[0], re.IGNORECASE)).first.click()
+        page.get_by_role("tab").filter(has_text=re.compile(name.replace("_", " "), re.IGNORECASE)).first.click()
         job.get_by_role("button", name="Run").click()
-        time.sleep(1.0)
-        job.get_by_role("button", name="Run").wait_for(timeout=4 * WAITS)
-        time.sleep(DRAWN)
+        time.sleep(0.5)
+        if wait:
+            job.get_by_role("button", name="Run").wait_for(timeout=4 * WAITS)
 
     return state
+
+
+def older_job(page: Page) -> None:
+    """A job of an earlier state."""
+    job_of("stiffness")(page)
+    page.locator("[data-lever] [role=slider]").first.focus()
+    page.keyboard.press("ArrowRight")
+    time.sleep(SETTLED)
 
 
 STATES: dict[str, Callable[[Page], None]] = {
     "computed": computed,
     "mode": mode,
-    "dragged": dragged,
     "refused": refused,
+    "refused-text": refused_text,
     "pinned": pinned,
     "compared": compared,
+    "errors": tab_of("Errors"),
+    "jobs": tab_of("Jobs"),
     "open": opened_by("Open"),
     "new": opened_by("New"),
+    "wizard": filled,
     "save-as": opened_by("Save as"),
     "take-away": opened_by("Take away"),
     "fields": unfolded("All fields"),
     "text": unfolded("Model text (TOML)"),
-    **{name: job_of(name) for name in ("contact", "relief", "stiffness", "tolerance", "transient")},
+    "running": job_of("contact_loss", wait=False),
+    "older-job": older_job,
+    **{name: job_of(name) for name in ("contact", "relief", "stiffness", "tolerance", "transient", "sensitivity")},
 }
-# what is looked at in all sizes; dialogs and jobs in one
-EVERYWHERE = {"computed", "refused", "pinned"}
 
 
 @contextmanager
@@ -140,28 +182,48 @@ def take_pictures(browser: Browser, folder: Path, drive: str = "ren2021") -> Non
             _pictures(browser, running, folder, {"empty": empty})
         with server(drive, Path(kept)) as running:
             _pictures(browser, running, folder, STATES)
+            _pictures(browser, running, folder, {"loading": loading}, held=True)
             _gone(browser, running, folder)
 
 
-def _pictures(browser: Browser, running: Running, folder: Path, states: dict[str, Callable[[Page], None]]) -> None:
+def _pictures(
+    browser: Browser, running: Running, folder: Path, states: dict[str, Callable[[Page], None]], *, held: bool = False
+) -> None:
+    """held : the server's processes are stopped once the page is computed."""
     for name, state in states.items():
         for size, pixels in SIZES.items():
-            if size != "laptop" and name not in EVERYWHERE | {"empty"}:
-                continue
             for theme in ("light", "dark"):
                 with page_of(browser, running, pixels, theme) as page:
                     try:
+                        if held:
+                            computed(page)
+                            _signal(running, signal.SIGSTOP)
                         state(page)
                     except NotThere as error:
                         print(f"not reached: {name}, {size}, {theme}: {str(error).splitlines()[0]}", flush=True)
                     time.sleep(DRAWN)
                     page.screenshot(path=folder / f"{name}-{size}-{theme}.png")
+                    if held:
+                        _signal(running, signal.SIGCONT)
+
+
+def _signal(running: Running, number: int) -> None:
+    for process in running.process.children(recursive=True):
+        process.send_signal(number)
 
 
 def _gone(browser: Browser, running: Running, folder: Path) -> None:
     """The page when its server is gone."""
-    with page_of(browser, running, SIZES["laptop"], "light") as page:
-        computed(page)
-        running.process.send_signal(2)
-        time.sleep(SETTLED)
-        page.screenshot(path=folder / "disconnected-laptop-light.png")
+    pages = []
+    for size, pixels in SIZES.items():
+        for theme in ("light", "dark"):
+            context = browser.new_context(viewport={"width": pixels[0], "height": pixels[1]}, color_scheme=theme)
+            page = context.new_page()
+            page.goto(running.address)
+            computed(page)
+            pages.append((f"disconnected-{size}-{theme}.png", page))
+    running.process.send_signal(signal.SIGINT)
+    time.sleep(SETTLED)
+    for name, page in pages:
+        page.screenshot(path=folder / name)
+        page.context.close()

@@ -17,9 +17,10 @@ from epicyclic.errors import ModelError
 from epicyclic.results.counted import Counted
 
 LIVE, PART, PARTS = 0.02, 0.03, 4
+LONG = 100  # parts of a frame that takes long
 
 
-def compute(request: Request) -> Iterator[PageFrame]:
+def compute(request: Request, *, stop: Callable[[], bool]) -> Iterator[PageFrame]:
     """Frames that say which request they are of; a source names what goes wrong."""
     source = request.source if isinstance(request.source, dict) else {}
     if source.get("title") == "refuse":
@@ -35,7 +36,10 @@ def compute(request: Request) -> Iterator[PageFrame]:
     big = np.zeros(20_000, np.float32)
     yield PageFrame(rev=request.rev, kind="live", head={"title": source.get("title", "")}, arrays={"big": big})
     for part in range(PARTS):
-        time.sleep(PART)
+        for _ in range(LONG if source.get("title") == "long" else 1):
+            time.sleep(PART)
+            if stop():
+                return
         yield PageFrame(rev=request.rev, kind="sweep" if part < 2 else "sharing", head={"part": part})
 
 

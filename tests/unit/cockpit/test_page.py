@@ -12,7 +12,9 @@ from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import visit
 
+from epicyclic.cockpit.canvas.element import Board
 from epicyclic.cockpit.computing.frames import PageFrame, pack
+from epicyclic.cockpit.page import page
 from epicyclic.cockpit.page.job_bar import progress_text
 from epicyclic.cockpit.page.lever import LeverControl
 from epicyclic.cockpit.page.page import cockpit_page
@@ -96,6 +98,12 @@ class PageSession(FakeSession):
     def play(self, **head: Any) -> None:
         frame = PageFrame(rev=self.rev, kind="live", head=head, arrays={"modes/frequency": np.zeros(1, np.float32)})
         self.tell("frame", pack(frame), frame)
+
+
+async def played(session: PageSession, **head: Any) -> None:
+    """A frame, and the words that follow its curves."""
+    session.play(**head)
+    await asyncio.sleep(2 * page._WORDS_AFTER)
 
 
 def look(talk: Any, session: PageSession | None = None) -> PageSession:
@@ -221,8 +229,10 @@ def test_what_is_refused_stands_beside_its_lever_until_it_computes_again() -> No
 
 def test_an_answer_is_applied_and_taken_back() -> None:
     async def talk(user: User, session: PageSession) -> None:
-        assert "What tip relief should be ground?" in texts(user, data_answer="relief")
-        session.play(answers=[ANSWER], checks=[{"level": "bad", "code": "x", "text": "teeth do not meet", "path": ""}])
+        assert "What tip relief to grind?" in texts(user, data_answer="relief")
+        await played(
+            session, answers=[ANSWER], checks=[{"level": "bad", "code": "x", "text": "teeth do not meet", "path": ""}]
+        )
         assert texts(user, data_answer="float").startswith("! | 1.034 → 1.000 | K_gamma falls")
         assert "teeth do not meet" in texts(user, data_check="")
         assert "No strength rating" in texts(user, aria_label="Answers")
@@ -231,7 +241,7 @@ def test_an_answer_is_applied_and_taken_back() -> None:
         assert session.history.undo_label == "Let the sun float"
         session.undo()
         assert not session.now.overrides
-        session.play(answers=[{**ANSWER, "apply": None}], checks=[])
+        await played(session, answers=[{**ANSWER, "apply": None}], checks=[])
         assert "Let the sun float" not in texts(user, data_answer="float")
         assert texts(user, data_check="") == ""
         press(user, "Show errors")
@@ -240,10 +250,53 @@ def test_an_answer_is_applied_and_taken_back() -> None:
     look(talk)
 
 
+def test_curves_of_the_state_before_are_drawn_as_such_where_the_next_one_takes_long() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        await played(session, answers=[ANSWER])
+        panes = [one for one in user.client.elements.values() if isinstance(one, Board)]  # type: ignore[union-attr]
+        assert len(panes) == 3
+        await asyncio.sleep(2 * page._LATE)
+        assert [pane._told.get("stale") for pane in panes] == [None] * 3  # nothing is waited for
+        raise_in(levers(user)[MASS["path"]], "move", 800.0)
+        await played(session, answers=[ANSWER])
+        await asyncio.sleep(2 * page._LATE)
+        assert [pane._told.get("stale") for pane in panes] == [None] * 3
+        raise_in(levers(user)[MASS["path"]], "move", 900.0)
+        await asyncio.sleep(2 * page._LATE)
+        assert [pane._told.get("stale") for pane in panes] == [(True,)] * 3
+        await played(session, answers=[ANSWER])
+        assert [pane._told.get("stale") for pane in panes] == [(False,)] * 3
+
+    look(talk)
+
+
+def test_what_a_job_found_stands_in_the_line_until_the_state_moves_on() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        relief = {**ANSWER, "key": "relief", "apply": None, "text": "About 60 um.", "job": "relief", "figure": "≈ 60"}
+        await played(session, answers=[relief])
+        press(user, "Compute relief")
+        job = session.started[0]
+        found = {**relief, "text": "Grind 24 um.", "figure": "24 um", "level": "good", "apply": ANSWER["apply"]}
+        drawn = {"job": {"name": "relief", "text": "done"}, "answers": [{**found, "apply_label": "Draw it"}]}
+        job.frame, job.status = PageFrame(rev=job.rev, kind="job", head=drawn, arrays={}), "done"
+        session.tell("jobs")
+        assert texts(user, data_answer="relief").startswith("✓ | 24 um | Grind 24 um. | Draw it")
+        await played(session, answers=[relief])  # of the same state
+        assert "Grind 24 um." in texts(user, data_answer="relief")
+        press(user, "Draw it")
+        session.rev += 1
+        session.tell("state")
+        line = texts(user, data_answer="relief")
+        assert line.startswith("! | ≈ 60 | About 60 um. (computed for an earlier state)")
+        assert "Draw it" not in line
+
+    look(talk)
+
+
 def test_a_job_runs_in_the_line_of_its_answer_and_is_marked_when_the_state_moves_on() -> None:
     async def talk(user: User, session: PageSession) -> None:
         relief = {**ANSWER, "key": "relief", "apply": None, "text": "About 60 um.", "job": "relief", "figure": ""}
-        session.play(answers=[relief])
+        await played(session, answers=[relief])
         press(user, "Compute relief")
         assert session.calls == [("job", "relief", {})]
         job = session.started[0]
@@ -290,7 +343,8 @@ def test_before_the_browser_has_said_what_it_kept_nothing_is_offered() -> None:
 
 def test_warnings_facts_speed_and_name_stand_in_the_header() -> None:
     async def talk(user: User, session: PageSession) -> None:
-        session.play(
+        await played(
+            session,
             checks=[{"level": "warn", "code": "x", "text": "<b>bold</b>", "path": ""}],
             state={"ratio": 3.478, "speeds": [["sun", 100, "rpm"], ["ring", 0, "rpm"]], "torques": []},
         )
@@ -310,14 +364,14 @@ def test_warnings_facts_speed_and_name_stand_in_the_header() -> None:
 def test_a_mode_that_is_chosen_is_marked_and_left() -> None:
     async def talk(user: User, session: PageSession) -> None:
         rows = [{"index": i, "frequency": 86.7 + i, "label": f"mode {i}", "body": "sun", "met_by": ""} for i in (0, 1)]
-        session.play(modes=rows)
+        await played(session, modes=rows)
         assert user.client is not None
         row = next(one for one in user.client.elements.values() if one.props.get("data-mode") == "1")
         raise_in(row, "click", {})
         assert row.props["aria-pressed"] == "true"
         raise_in(row, "click", {})
         assert row.props["aria-pressed"] == "false"
-        session.play(modes=rows[:1])
+        await played(session, modes=rows[:1])
         assert "mode 1" not in texts(user, aria_label="Modes")
 
     look(talk)
@@ -328,13 +382,13 @@ def test_a_drag_sends_little_beside_its_frame(monkeypatch: pytest.MonkeyPatch) -
         lever = levers(user)[MASS["path"]]
         head = {"answers": [ANSWER], "checks": [], "modes": [], "state": {"ratio": 3.478}}
         raise_in(lever, "move", 800.0)
-        session.play(**head)
+        await played(session, **head)
         sent: list[object] = []
         assert user.client is not None
         monkeypatch.setattr(user.client.outbox, "enqueue_update", sent.append)
         for mass in range(825, 1025, 25):
             raise_in(lever, "move", float(mass))
-            session.play(**head)
+            await played(session, **head)
         assert len(sent) <= 8  # none of answers, modes, header and levers that has not changed
 
     look(talk)

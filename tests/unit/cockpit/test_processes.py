@@ -118,6 +118,31 @@ def test_a_drag_does_not_starve_the_picture() -> None:
     run(test())
 
 
+def test_what_is_newer_does_not_wait_for_a_long_frame_of_what_it_replaces() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, seen = await begun(one, "long")
+            await until(lambda: len(seen.frames) == 1)
+            await asyncio.sleep(0.1)  # its next frame takes three seconds
+            start = time.monotonic()
+            session.set("damping.modal", 0.5, released=False)
+            await until(lambda: len(seen.frames) == 2)
+            assert time.monotonic() - start < 0.3 * fake_compute.LONG * fake_compute.PART
+            assert [(frame.rev, frame.kind) for frame in seen.frames] == [(1, "live"), (2, "live")]
+            # a call that comes while a frame is computed is answered after it
+            session.set("damping.modal", 0.6, released=True)
+            await until(lambda: len(seen.frames) == 3)
+            value = asyncio.create_task(one.call(fake_compute.sleep_for, 0.01))
+            await asyncio.sleep(0.1)
+            session.set("damping.modal", 0.7, released=False)
+            assert await asyncio.wait_for(value, 2) == 0.01
+            await until(lambda: not session.busy)
+            assert (seen.frames[-1].rev, seen.frames[-1].kind) == (4, "live")
+            await session.close()
+
+    run(test())
+
+
 def test_what_is_newer_takes_the_place_of_the_rest() -> None:
     async def test() -> None:
         async with worker() as one:
@@ -127,7 +152,7 @@ def test_what_is_newer_takes_the_place_of_the_rest() -> None:
             await until(lambda: not session.busy)
             kinds = [(frame.rev, frame.kind) for frame in seen.frames]
             assert kinds[:2] == [(1, "live"), (1, "sweep")]
-            # the frame at work is finished and shown, the rest of state 1 is not
+            # the frame at work may be finished, the rest of state 1 is not
             assert kinds[-1] == (2, "live")
             assert len(kinds) <= 4
             await session.close()

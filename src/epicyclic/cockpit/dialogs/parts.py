@@ -36,6 +36,11 @@ _MOST_NAME = 100
 # [ms] a message of an error stays: time to read two lines.
 _SHOWN = 12_000
 
+# Sliders and boxes to tick are no text: undo of the page works there.
+_TEXT_FIELDS = (
+    "input:not([type=range], [type=checkbox], [type=radio], [type=button]), textarea, select, [contenteditable=true]"
+)
+
 _LARGE = """
 .cockpit-large { position: fixed; inset: 3vh 6vw; z-index: 3000; padding: 1rem; overflow: auto; border-radius: 6px;
   width: auto !important; background: var(--ck-raised, #fff); box-shadow: 0 0 0 100vmax rgb(0 0 0 / 45%); }
@@ -119,7 +124,7 @@ def show_model(session: Session, state: PageState, where: Element, *, unsaved: b
 def on_key(key: str, handler: Callable[[], Any], *, shift: bool = False, in_text: bool = False) -> None:
     """Call a handler on Ctrl (or Cmd) with a letter; in a text field only with `in_text`, which has keys of its own."""
     name = f"cockpit-key-{key}{'-shift' * shift}"
-    text = "false" if in_text else "event.target.closest?.('input, textarea, select, [contenteditable=true]')"
+    text = "false" if in_text else f"event.target.closest?.('{_TEXT_FIELDS}')"
     ui.on(name, handler)
     ui.add_head_html(
         f"""<script>document.addEventListener("keydown", (event) => {{

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from nicegui.element import Element
 
 from ...errors import ModelError
+from ..answers.answer import QUESTIONS
 from ..dialogs.parts import refused
 from ..processes.jobs import Job
 from ..processes.session import Session
@@ -17,14 +18,6 @@ from .job_bar import progress_text
 __all__ = ["AnswersPane"]
 
 _MARKS = {"good": ("✓", "passes"), "warn": ("!", "look at"), "bad": ("✗", "fails"), "none": ("·", "note")}
-# The five questions, which stand before their answers do.
-_QUESTIONS = {
-    "resonance": "Does a mesh order meet a resonance near operation?",
-    "planet": "Which planet carries most?",
-    "float": "What does a floating sun buy?",
-    "error": "Which error hurts most?",
-    "relief": "What tip relief should be ground?",
-}
 # Failing checks above the answers; the header has all of them.
 _MOST_CHECKS = 2
 
@@ -55,7 +48,7 @@ class AnswersPane:
                 self._checks = box("ck-checks")
                 self._lines = {
                     key: _Line(key, words, apply=self._apply, show=show, run=run, cancel=cancel)
-                    for key, words in _QUESTIONS.items()
+                    for key, words in QUESTIONS.items()
                 }
 
     _told: list[str] | None
@@ -67,12 +60,12 @@ class AnswersPane:
             self._follow_checks(head["checks"])
         for answer in head.get("answers") or ():
             if (line := self._lines.get(str(answer["key"]))) is not None:
-                line.follow(answer)
+                line.follow(answer, self._session.rev)
 
     def jobs(self, newest: Mapping[str, Job]) -> None:
         """Show how far the jobs are that an answer waits for."""
         for line in self._lines.values():
-            line.follow_job(newest, self._session.rev)
+            line.follow_jobs(newest, self._session.rev)
 
     def _follow_checks(self, checks: Sequence[Mapping[str, Any]]) -> None:
         bad = [str(one["text"]) for one in checks if one.get("level") == "bad"]
@@ -101,7 +94,7 @@ def _check(text: str) -> None:
 
 
 class _Line:
-    """One answer."""
+    """One answer: what a frame says, or what its job has found of the same state."""
 
     def __init__(
         self,
@@ -113,7 +106,9 @@ class _Line:
         run: Callable[[str], None],
         cancel: Callable[[str], None],
     ) -> None:
-        self._answer: dict[str, Any] = {"key": key}
+        self._answer: Mapping[str, Any] = {"key": key}  # shown
+        self._of_frame: Mapping[str, Any] = self._answer
+        self._jobs: Mapping[str, Job] = {}
         self._send = apply
         with box("ck-answer") as self._row:
             self._row.props["data-answer"] = key
@@ -129,11 +124,40 @@ class _Line:
         for part in (self._apply, self._job, self._cancel, self._evidence):
             hide(part, True)
 
-    def follow(self, answer: Mapping[str, Any]) -> None:
-        """Show an answer."""
-        if answer == self._answer:
-            return
-        self._answer = dict(answer)
+    def follow(self, answer: Mapping[str, Any], rev: int) -> None:
+        """Show the answer of a frame, where the present state has the number `rev`."""
+        if answer != self._of_frame:
+            self._of_frame = dict(answer)
+            self._show(rev)
+
+    def follow_jobs(self, newest: Mapping[str, Job], rev: int) -> None:
+        """Show what the job of this answer has found, or how far it is and how to end it."""
+        self._jobs = newest
+        self._show(rev)
+
+    def _show(self, rev: int) -> None:
+        if "text" not in self._of_frame:
+            return  # the question stands there
+        job = self._jobs.get(str(self._of_frame.get("job") or ""))
+        answer = _answer_of(job, rev, self._of_frame)
+        if answer != self._answer:
+            self._answer = answer
+            self._show_answer()
+        runs = job is not None and not job.ended
+        done = job is not None and job.status == "done"
+        hide(self._job, not answer.get("job") or runs)
+        hide(self._cancel, not runs)
+        hide(self._evidence, not answer.get("evidence") or (bool(answer.get("job")) and not done))
+        text = str(answer.get("text") or "")
+        if job is None or (done and answer is not self._of_frame):
+            self._say(text)
+        elif done:
+            self._say(f"{text} (computed for an earlier state)" if job.rev != rev else progress_text(job, rev))
+        else:
+            self._say(f"{text} ({progress_text(job, rev)})")
+
+    def _show_answer(self) -> None:
+        answer = self._answer
         level = str(answer.get("level"))
         mark, words = _MARKS.get(level, _MARKS["none"])
         self._mark.say(mark)
@@ -141,28 +165,11 @@ class _Line:
         _level(self._mark, level)
         self._figure.say(str(answer.get("figure") or ""))
         self._text.classes(remove="ck-pale")
-        self._say(str(answer.get("text") or ""))
         self._apply.say(str(answer.get("apply_label") or "Apply"))
         hide(self._apply, not answer.get("apply"))
-        hide(self._job, not answer.get("job"))
         prop(self._job, "aria-label", f"Compute {answer.get('job') or ''}")
-        hide(self._evidence, not answer.get("evidence") or bool(answer.get("job")))
         prop(self._evidence, "aria-label", f"Show {answer.get('evidence') or ''}")
         prop(self._row, "data-stale", "true" if answer.get("stale") else None)
-
-    def follow_job(self, newest: Mapping[str, Job], rev: int) -> None:
-        """Show the progress of the job of this answer in its text, and how to end it."""
-        job = newest.get(str(self._answer.get("job") or ""))
-        if job is None:
-            return
-        hide(self._job, not job.ended)
-        hide(self._cancel, job.ended)
-        text = str(self._answer.get("text") or "")
-        if job.status == "done":
-            self._say(progress_text(job, rev))
-            hide(self._evidence, not self._answer.get("evidence"))
-        else:
-            self._say(f"{text} ({progress_text(job, rev)})")
 
     def _say(self, text: str) -> None:
         self._text.say(text)
@@ -172,6 +179,14 @@ class _Line:
         values = self._answer.get("apply")
         if isinstance(values, Mapping):
             self._send(values, str(self._answer.get("apply_label") or "apply an answer"))
+
+
+def _answer_of(job: Job | None, rev: int, of_frame: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The answer that a job found of the present state; without one what a frame said."""
+    if job is None or job.frame is None or job.status != "done" or job.rev != rev:
+        return of_frame
+    found: Iterable[Mapping[str, Any]] = job.frame.head.get("answers") or ()
+    return next((one for one in found if one["key"] == of_frame["key"]), of_frame)
 
 
 def _level(mark: Element, level: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
@@ -23,6 +24,11 @@ from .levers_column import LeversColumn
 from .modes_list import ModesList
 
 __all__ = ["cockpit_page"]
+
+# [s] after which curves of the state before are drawn as such; a newer one is there sooner with nearly every train.
+_LATE = 0.4
+# [s] by which words follow the curves: the browser builds the whole page anew for a word, which keeps it from drawing.
+_WORDS_AFTER = 0.03
 
 
 def cockpit_page(session: Session) -> None:
@@ -46,6 +52,10 @@ class _Page:
     def __init__(self, session: Session, root: Element) -> None:
         self._session, self._root = session, root
         self._pinned: dict[str, bytes] = {}
+        self._shown_rev = 0
+        self._timer: asyncio.TimerHandle | None = None
+        self._late = False
+        self._head: dict[str, Any] = {}
         self._header = Header(session)
         with box("ck-banner") as self._banner:
             self._banner.props["role"] = "alert"
@@ -81,24 +91,64 @@ class _Page:
     def frame(self, packed: bytes, frame: PageFrame) -> None:
         """Show a frame; the panes first, since they are what moves under a lever."""
         send(self._train, packed)
+        self._shown_rev = max(self._shown_rev, frame.rev)
+        self._draw_late(False)
+        if not self._head:
+            asyncio.get_running_loop().call_later(_WORDS_AFTER, self._show_words)
+        self._head |= frame.head
+
+    def _show_words(self) -> None:
+        """Show what the frames say that came meanwhile."""
+        head, self._head = self._head, {}
+        if self._root.is_deleted:
+            return
         session = self._session
-        self._answers.follow(frame.head, moving=session.rev != session.released_rev)
-        self._header.frame(frame.head)
-        self._modes.follow(frame.head)
-        self._show_busy()
+        with self._root:
+            self._answers.follow(head, moving=session.rev != session.released_rev)
+            self._header.frame(head)
+            self._modes.follow(head)
+            self._show_busy()
 
     def follow(self, session: Session) -> None:
         """Show a state that has changed."""
         self._header.follow()
         self._levers.follow()
         self._show_busy()
+        if self._shown_rev and self._timer is None:
+            self._watch()
         self._show_empty(begun=session.rev > 0)
         self._show_pinned()
         self.jobs(session)
 
+    def _watch(self) -> None:
+        """Look after a while whether the present state, or a newer one, is shown."""
+        rev, session = self._session.rev, self._session
+        if self._shown_rev == rev or session.failed is not None:
+            return
+
+        def look() -> None:
+            self._timer = None
+            if self._root.is_deleted:
+                return
+            if self._shown_rev < rev:
+                with self._root:
+                    self._draw_late(True)
+            self._watch()
+
+        self._timer = asyncio.get_running_loop().call_later(_LATE, look)
+
+    def _draw_late(self, late: bool) -> None:
+        if late == self._late:
+            return
+        self._late = late
+        for pane in (self._train, self._sweep, self._evidence.pane):
+            pane.stale(late)
+        prop(self._root, "data-loading", "true" if late else None)
+
     def refuse(self, failed: Mapping[str, Any] | None) -> None:
         """Show why a state does not compute, beside its lever or above the page; the last good curves stay."""
         beside = self._levers.refuse(failed)
+        self._draw_late(False)
         for pane in (self._train, self._sweep, self._evidence.pane):
             pane.stale(failed is not None)
         prop(self._root, "data-failed", "true" if failed is not None else None)

@@ -206,18 +206,24 @@ class Session:
     def _changed(self, *, released: bool) -> None:
         """Number the state anew and have it computed."""
         self.rev += 1
-        self._tell_state()
+        failed = self._ask(released=released)
+        self._tell_state()  # while the process computes
+        if failed is not None:
+            self._fail(failed)
+
+    def _ask(self, *, released: bool) -> Mapping[str, Any] | None:
+        """Have the present state computed; the head of a failed frame where it cannot be asked for."""
         if self.state is None or self._worker is None or self.closed:
-            return
+            return None
         if released:
             self.released_rev = self.rev
         try:
             request = _request(self.state, self.rev, "full" if released else "live")
         except ModelError as error:
-            self._fail(failed_frame(self.rev, error).head)
-            return
+            return failed_frame(self.rev, error).head
         self.busy = True
         self._worker.ask(self._client, request)
+        return None
 
     def _tell_state(self) -> None:
         for function in self._listeners.state:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
@@ -27,15 +28,17 @@ _MOST_STARTS = 3
 # [s] that a frame may go on to be computed for a page that is closed, before its process is started anew.
 _GONE = 4.0
 
-Compute = Callable[[Request], Iterator[PageFrame]]
+# compute(request, stop=asked), as `computing.compute.compute`
+Compute = Callable[..., Iterator[PageFrame]]
 
 
 @dataclass(slots=True, eq=False)
 class _Task:
-    """A request that the process works at."""
+    """A request that the process works at.  hurried : it was told that somebody waits for something newer."""
 
     number: int
     request: Request
+    hurried: bool = False
 
 
 @dataclass(slots=True, eq=False)
@@ -66,8 +69,8 @@ class Client:
 class Worker:
     """Frames for all clients from one process: each frame is finished and shown; then the next client has its turn.
 
-    Of one client the newest request counts: it begins when the frame at work is done, and the rest of what ran before
-    is dropped.
+    Of one client the newest request counts: it begins when the live frame at work is done, any other is given up, and
+    the rest of what ran before is dropped.
     target : what the process runs; None: `serve`.  spare : of jobs; None: each starts a process of its own.
     """
 
@@ -114,6 +117,10 @@ class Worker:
         if self._process is None:
             self._starts = 0
             self.start()
+        task = client.task
+        if self._busy is client and task is not None and task.request.kind == "full" and not task.hurried:
+            task.hurried = True
+            self._send(("hurry", task.number))
         self._pump()
 
     async def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
@@ -296,24 +303,43 @@ def serve_with(connection: Connection, compute: Compute) -> None:
     """The same with another function that computes."""
     connection.send(("ready", 0, None))
     running: dict[int, tuple[Request, Iterator[PageFrame]]] = {}
+    later: deque[tuple[Any, ...]] = deque()
     while True:
         try:
-            kind, number, *rest = connection.recv()
+            kind, number, *rest = later.popleft() if later else connection.recv()
         except (EOFError, OSError):
             return
         if kind == "drop":
             running.pop(number, None)
-            continue
-        if kind == "call":
+        elif kind == "call":
             connection.send(("value", number, _value(*rest)))
-            continue
-        if kind == "run":
-            running[number] = (rest[0], iter(compute(rest[0])))
-        data = _next_frame(*running[number]) if number in running else None
-        last = data is None or running[number][0].kind == "live"
-        if last:
-            running.pop(number, None)
-        connection.send(("end" if last else "frame", number, data))
+        elif kind in ("run", "next"):
+            if kind == "run":
+                running[number] = (rest[0], iter(compute(rest[0], stop=_hurry(connection, number, later))))
+            data = _next_frame(*running[number]) if number in running else None
+            last = data is None or running[number][0].kind == "live"
+            if last:
+                running.pop(number, None)
+            connection.send(("end" if last else "frame", number, data))
+
+
+def _hurry(connection: Connection, number: int, later: deque[tuple[Any, ...]]) -> Callable[[], bool]:
+    """Whether the task of this number is to be given up; other messages that came are kept for later."""
+
+    def asked() -> bool:
+        try:
+            while connection.poll():
+                message = connection.recv()
+                if message[0] == "hurry":
+                    if message[1] == number:
+                        return True
+                else:
+                    later.append(message)
+        except (EOFError, OSError):
+            return True  # nobody is there
+        return False
+
+    return asked
 
 
 def _next_frame(request: Request, frames: Iterator[PageFrame]) -> bytes | None:

@@ -134,6 +134,7 @@ def _serve_application(
         Guard(outer, port=int(listening.getsockname()[1]), passes=passes),
         ws="wsproto",
         ws_max_size=_LARGEST_MESSAGE,
+        ws_per_message_deflate=False,  # nothing leaves this machine, and to compress a frame takes 10 ms
         log_level="warning",
         access_log=False,
         server_header=False,

@@ -52,7 +52,7 @@ export class EvidencePane extends Pane {
     if (reason) return reason;
     if (this.name === "sharing") return "Load sharing stands here as soon as it is computed.";
     if (this.name === "errors") return "The errors are weighed when the slider is let go.";
-    return "Not computed for this train yet: start the job to see it here.";
+    return "Not computed for this train yet: the result of the job stands here.";
   }
 
   clear() {
