@@ -102,11 +102,8 @@ class LeverControl(Element, component="lever.js"):
             number = float(text)
         except ValueError:
             number = math.nan
-        if math.isfinite(number):
-            self._value = number
-            value: object = self._written(number)
-        else:
-            value, self._value = text, math.nan
+        value: object = self._written(number) if math.isfinite(number) else text
+        self._value = math.nan  # whatever the model then has is shown, at the slider too
         self._ask(value, released=True)
         self._drags += 1
 
