@@ -4,7 +4,8 @@
 
 With --cpu the time of the processor is taken instead, which other processes change less.
 
-A lever moves: every run has another stiffness of the planets' bearings.  The targets are for an idle machine.
+A lever moves: every run has another stiffness of the planets' bearings, and is then let go, which asks for the whole
+set of the same state.  The targets are for an idle machine.
 """
 
 from __future__ import annotations

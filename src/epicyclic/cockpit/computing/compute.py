@@ -6,6 +6,7 @@ import time
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -80,6 +81,10 @@ class _Parts:
     missing: tuple[_Missing, ...] = ()
 
 
+# The newest live set, and the request that it is of without its number.
+_newest: tuple[Request, _Model, _Parts] | None = None
+
+
 class _Shown(NamedTuple):
     """One part as the page takes it: a table, of the modes rows; and arrays by their names within the part."""
 
@@ -110,8 +115,7 @@ def compute(request: Request, *, stop: Callable[[], bool] | None = None) -> Iter
     """
     start = time.perf_counter()
     try:
-        model = _model(request)
-        parts = _live_parts(model)
+        model, parts = _live_set(request)
         yield _live_frame(model, parts, start)
         if request.kind == "full":
             yield from _further_frames(model, parts, _pause_of(stop))
@@ -149,6 +153,20 @@ def _run_all(*, compiled: bool) -> None:
         pass
 
 
+def _live_set(request: Request) -> tuple[_Model, _Parts]:
+    """Train and live set of a request; those of the request before where a lever is only let go."""
+    global _newest
+    compiled = compiler_ready() if request.compiled is None else request.compiled
+    same = replace(request, rev=0, kind="live", compiled=compiled)
+    # a file may have changed meanwhile
+    if _newest is not None and _newest[0] == same and not isinstance(request.source, Path):
+        return replace(_newest[1], request=request), _newest[2]
+    model = _model(request)
+    parts = _live_parts(model, compiled=compiled)
+    _newest = same, model, parts
+    return model, parts
+
+
 def _model(request: Request) -> _Model:
     """The train of a request, assembled.
 
@@ -180,8 +198,8 @@ def _attempt(pane: str, what: str, compute_it: Callable[[], Found], missing: lis
         return None
 
 
-def _live_parts(model: _Model) -> _Parts:
-    """The live set."""
+def _live_parts(model: _Model, *, compiled: bool) -> _Parts:
+    """The live set; compiled : by numba."""
     train, system, missing = model.train, model.system, list[_Missing]()
     modes = _attempt("modes", "modes", lambda: mode_view(train, system, model.labels), missing)
     shared = _attempt("sharing", "load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
@@ -191,7 +209,6 @@ def _live_parts(model: _Model) -> _Parts:
         if shared is None
         else _attempt("errors", "share of the errors", lambda: error_view(train, system), missing)
     )
-    compiled = compiler_ready() if model.request.compiled is None else model.request.compiled
     ready = _attempt("sweep", "forces over speed", lambda: speed_model(system, compiled=compiled), missing)
     curves = None
     if ready is not None:

@@ -16,6 +16,7 @@ import epicyclic
 from epicyclic import assemble, load
 from epicyclic.analyses.samples.sample_loads import mean_loads
 from epicyclic.analyses.steady.sweep import sweep
+from epicyclic.cockpit.computing import compute as computing
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.computing.frames import PageFrame, Request, pack, unpack
 from epicyclic.cockpit.computing.sharing_view import live_sharing, twin_of
@@ -112,6 +113,35 @@ def test_a_frame_at_work_is_given_up_when_somebody_waits() -> None:
     # while a lever moves nothing is given up: what is at work is shown
     live = list(compute(replace(request, kind="live"), stop=lambda: True))
     assert [frame.kind for frame in live] == ["live"]
+
+
+def test_a_lever_that_is_let_go_is_not_computed_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    source = tomllib.loads(drive_text("ren2021"))
+    moved = {"stages.main.sun.mass": "700 kg"}
+    request = Request(rev=3, kind="live", source=source, overrides=moved, compiled=False)
+    (live,) = compute(request)
+    loads: list[object] = []
+    original = computing.load
+
+    def counted(*given: Any) -> Any:
+        loads.append(given)
+        return original(*given)
+
+    monkeypatch.setattr(computing, "load", counted)
+    released = next(iter(compute(replace(request, rev=4, kind="full"))))
+    assert loads == []
+    assert (released.rev, live.rev) == (4, 3)
+    assert all(np.array_equal(released.arrays[name], live.arrays[name], equal_nan=True) for name in live.arrays)
+    assert {**released.head, "state": None} == {**live.head, "state": None}
+    for other in (
+        replace(request, overrides={"stages.main.sun.mass": "701 kg"}),
+        replace(request, relative_speed=1.1),
+        replace(request, source=tomllib.loads(drive_text("wind-stage")), overrides={}),
+        request,
+    ):
+        loads.clear()
+        next(iter(compute(other)))
+        assert len(loads) == 1
 
 
 def test_work_pauses_often() -> None:

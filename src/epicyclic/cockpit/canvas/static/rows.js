@@ -3,6 +3,7 @@ import { loadColour, look, roundUp, translucent, written } from "./look.js";
 import { decimalsOf } from "./plot.js";
 
 export const ROW = { least: 13, most: 32 }; // [px]
+const SHADES = 255; // steps of the colours of a strip
 const HEAD = 24;
 const FOOT = 36;
 
@@ -201,10 +202,13 @@ function drawStrip(context, x0, x1, lines, { groups, period, periodHalf, cycles 
   const paint = picture.getContext("2d");
   const image = paint.createImageData(columns, rows);
   const [low, high] = [Math.max(0, 1 - periodHalf), 1 + periodHalf];
+  const palette = Array.from({ length: SHADES + 1 }, (_, i) => loadColour(i / SHADES).match(/\d+/g).map(Number));
   for (let i = 0; i < rows * columns; i++) {
-    const value = period.data[i];
-    const [r, g, b] = Number.isFinite(value) ? loadColour((value - low) / (high - low)).match(/\d+/g) : [0, 0, 0];
-    image.data.set([r, g, b, Number.isFinite(value) ? 255 : 0], 4 * i);
+    const share = (period.data[i] - low) / (high - low);
+    if (!Number.isFinite(share)) continue; // stays clear
+    const [r, g, b] = palette[Math.round(SHADES * Math.min(Math.max(share, 0), 1))];
+    const at = 4 * i;
+    [image.data[at], image.data[at + 1], image.data[at + 2], image.data[at + 3]] = [r, g, b, 255];
   }
   paint.putImageData(image, 0, 0);
   context.imageSmoothingEnabled = false;
