@@ -41,7 +41,7 @@ def mode(page: Page) -> None:
 
 def refused(page: Page) -> None:
     computed(page)
-    box = page.locator("[data-lever] input:not([role=slider])").first
+    box = page.locator("[data-lever] input:not([role=slider])").nth(2)
     box.fill("-5")
     box.press("Enter")
     page.locator("[role=alert]:visible").first.wait_for(timeout=WAITS)

@@ -93,11 +93,11 @@ def resonance_answer(
         return _answered(text, nearest, "warn", "modes")
     peaks = _peaks(sweep, met, relative)
     if not peaks:
-        text = f"{_words(nearest, sweep)}; no peak of the force stands out{_others(met)}."
+        text = f"{_words(nearest, sweep)}; no peak stands out{_others(met)}."
         return _answered(text, nearest, "good", "sweep")
     rise, one = max(peaks, key=lambda peak: (peak[0], -abs(peak[1].away)))
     if rise < _LITTLE:
-        text = f"{_words(nearest, sweep)}; no meeting raises the force by {100 * _LITTLE:g} %{_others(met)}."
+        text = f"{_words(nearest, sweep)}; no force rises by {100 * _LITTLE:g} %{_others(met)}."
         return _answered(text, nearest, "good", "sweep")
     level: Level = "bad" if rise >= _PARTS else "warn"
     text = f"{_words(one, sweep)}: the force there is {per_cent(rise)} above its least{_others(met)}."
@@ -114,14 +114,14 @@ def _others(met: list[Meeting]) -> str:
 
 
 def _words(one: Meeting, sweep: Mapping[str, Any] | None) -> str:
-    """``Mesh order 4 meets mode 9 (sun moves sideways, 812 Hz) 8 % below this speed, at 92 rpm``."""
+    """``Mesh order 4 meets mode 9 (sun moves sideways, 812 Hz) at 92 rpm, 8 % below this speed``."""
     of_stage = f" of {one.stage}" if one.stage else ""
-    at = "" if sweep is None else f", at {number(one.speed / float(sweep['to_relative']))} rpm"
+    at = "" if sweep is None else f" at {number(one.speed / float(sweep['to_relative']))} rpm,"
     side = "below" if one.away < 0 else "above"
     label = one.label or f"most motion {one.body}"
     return (
-        f"Mesh order {one.order}{of_stage} meets mode {one.mode} ({label}, {number(one.frequency)} Hz)"
-        f" {per_cent(abs(one.away))} {side} this speed{at}"
+        f"Mesh order {one.order}{of_stage} meets mode {one.mode} ({label}, {number(one.frequency)} Hz){at}"
+        f" {per_cent(abs(one.away))} {side} this speed"
     )
 
 

@@ -160,14 +160,14 @@ def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappin
     first = errors["rows"][0]
     share = float(first["share"])
     of = "while turning" if "turning" in str(errors.get("of", "")) else "mean-load"
-    more = "" if job is None else " Shares of the tolerances: compute."
+    more = "" if job is None else " Tolerances: compute."
     if not share > _WORTH:
         return _turning_error(train, errors, of, more, job)
     label, without = _capital(str(first["label"])), float(first.get("without", np.nan))
-    then = f", {without:.3f} in place of {float(errors['k_gamma']):.3f} without it" if np.isfinite(without) else ""
+    then = f": {without:.3f} without it, {float(errors['k_gamma']):.3f} with it" if np.isfinite(without) else ""
     return answer(
         "error",
-        f"{label}: {share:.0f} % of what K_gamma ({of}) is above 1{then}.{more}",
+        f"{label}: {share:.0f} % of K_gamma - 1 ({of}){then}.{more}",
         figure=f"{share:.0f} %",
         level="warn" if share >= _MOST and _level(float(errors["k_gamma"]), _planets(train)) != "good" else "good",
         apply=scaled(train, str(first["path"]), 0.5),
