@@ -167,7 +167,7 @@ def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappin
     then = f": {without:.3f} without it, {float(errors['k_gamma']):.3f} with it" if np.isfinite(without) else ""
     return answer(
         "error",
-        f"{label}: {share:.0f} % of K_gamma - 1 ({of}){then}.{more}",
+        f"{label}: {share:.0f} % of K_gamma\u00a0-\u00a01 ({of}){then}.{more}",
         figure=f"{share:.0f} %",
         level="warn" if share >= _MOST and _level(float(errors["k_gamma"]), _planets(train)) != "good" else "good",
         apply=scaled(train, str(first["path"]), 0.5),

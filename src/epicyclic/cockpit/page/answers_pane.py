@@ -145,11 +145,12 @@ class _Line:
             self._show_answer()
         runs = job is not None and not job.ended
         done = job is not None and job.status == "done"
-        hide(self._job, not answer.get("job") or runs)
+        found = answer is not self._of_frame  # by the job, of this state
+        hide(self._job, not answer.get("job") or runs or found)
         hide(self._cancel, not runs)
         hide(self._evidence, not answer.get("evidence") or (bool(answer.get("job")) and not done))
         text = str(answer.get("text") or "")
-        if job is None or (done and answer is not self._of_frame):
+        if job is None or found:
             self._say(text)
         elif done:
             self._say(f"{text} (computed for an earlier state)" if job.rev != rev else progress_text(job, rev))

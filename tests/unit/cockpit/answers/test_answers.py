@@ -137,7 +137,7 @@ def k_gamma_without(train: str, path: str, zero: object) -> float:
 def test_halving_an_error_takes_half_of_its_share(train: str) -> None:
     answer = by_key(frame_of(train))["error"]
     assert answer["apply_label"] == "Halve this deviation"
-    found = numbers(answer["text"].split("K_gamma - 1")[1])
+    found = numbers(answer["text"].split("K_gamma\u00a0-\u00a01")[1])
     without, now = found[0], found[1]
     halved = k_gamma(train, *((path, str(value)) for path, value in answer["apply"].items()))
     # a sum of several errors is linear while the same planet leads, and rounding is that of the text
