@@ -29,7 +29,7 @@ def relief_frame(result: xr.Dataset, pair: str) -> JobFrame:
     error = 1e6 * mean.values[:, 0, load]
     x = np.asarray(result["mesh_phase"].values, dtype=float)
     curves = {"after": error[1] - error[1].mean(), "before": error[0] - error[0].mean()}
-    drawn = lines("mesh cycle [1]", "TE about its mean [µm]", x, curves)
+    drawn = lines("mesh cycle [1]", "error about its mean [µm]", x, curves)
     picked = int(result.attrs["picked"])
     solution = [_rounded(str(one)) for one in result["solution_text"].values[picked]]
     names = [_NAMES.get(str(name), str(name)) for name in result["variable"].values]

@@ -110,7 +110,7 @@ def contact_frame(result: xr.Dataset, *, show: str = "error") -> JobFrame:
         share = loads / float(result.attrs["force"])
         curves = {f"{100 * share[row]:.0f} % load": error[row] - error[row].mean() for row in range(len(loads))}
         x = np.asarray(result["mesh_phase"].values, dtype=float)
-        drawn = lines("mesh cycle [1]", "TE about its mean [µm]", x, curves)
+        drawn = lines("mesh cycle [1]", "error about its mean [µm]", x, curves)
     text = (
         f"{mesh_words([str(result.attrs['mesh'])])[0]} at {number(float(loads[operating]) / 1e3, 4)} kN: "
         f"transmission error {number(float(swing[operating]))} µm peak to peak, largest load "
