@@ -102,10 +102,8 @@ def unfolded(name: str) -> Callable[[Page], None]:
 def filled(page: Page) -> None:
     """The wizard with a gearbox."""
     opened_by("New")(page)
-    for label, value in {"Sun": "21", "Planet": "39", "Ring": "99", "Power": "750 kW"}.items():
-        place = page.get_by_label(label, exact=True)
-        if place.count():
-            place.first.fill(value)
+    for label, value in {"Teeth": "21/39/99", "Speed of": "1000 rpm", "Power of": "750 kW"}.items():
+        page.get_by_label(re.compile(f"^{label}")).first.fill(value)
     time.sleep(3 * DRAWN)
 
 

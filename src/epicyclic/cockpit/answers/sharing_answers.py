@@ -160,14 +160,13 @@ def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappin
     first = errors["rows"][0]
     share = float(first["share"])
     of = "while turning" if "turning" in str(errors.get("of", "")) else "mean-load"
-    more = "" if job is None else " Tolerances: compute."
     if not share > _WORTH:
-        return _turning_error(train, errors, of, more, job)
-    label, without = _capital(str(first["label"])), float(first.get("without", np.nan))
-    then = f": {without:.3f} without it, {float(errors['k_gamma']):.3f} with it" if np.isfinite(without) else ""
+        return _turning_error(train, errors, of, job)
+    without = float(first.get("without", np.nan))
+    then = f"; {without:.3f} without it" if np.isfinite(without) else ""
     return answer(
         "error",
-        f"{label}: {share:.0f} % of K_gamma\u00a0-\u00a01 ({of}){then}.{more}",
+        f"of K_gamma\u00a0-\u00a01 ({of}): {first['label']}{then}.",
         figure=f"{share:.0f} %",
         level="warn" if share >= _MOST and _level(float(errors["k_gamma"]), _planets(train)) != "good" else "good",
         apply=scaled(train, str(first["path"]), 0.5),
@@ -177,16 +176,16 @@ def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappin
     )
 
 
-def _turning_error(train: Train, errors: Mapping[str, Any], of: str, more: str, job: str | None) -> Answer:
+def _turning_error(train: Train, errors: Mapping[str, Any], of: str, job: str | None) -> Answer:
     """The answer where no deviation parts the mean load: the one that costs most while the train turns."""
     first = max(errors["rows"], key=lambda row: float(row.get("turning", 0.0)))
     turning = float(first.get("turning", 0.0))
     text = f"No single deviation changes K_gamma ({of}) by {number(_WORTH)} % of what it is above 1"
     if not turning > _WORTH:
-        return answer("error", f"{text}.{more}", figure="0 %", level="good", evidence="errors", job=job)
+        return answer("error", f"{text}.", figure="0 %", level="good", evidence="errors", job=job)
     return answer(
         "error",
-        f"{text}; while turning the largest part has the {first['label']}, {turning:.0f} %.{more}",
+        f"{text}; while turning the largest part has the {first['label']}, {turning:.0f} %.",
         figure=f"{turning:.0f} %",
         level="good",
         apply=scaled(train, str(first["path"]), 0.5),
@@ -198,10 +197,6 @@ def _turning_error(train: Train, errors: Mapping[str, Any], of: str, more: str, 
 
 def _planets(train: Train) -> int:
     return max(train.planets.values(), default=1)
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _no_load(train: Train) -> str:

@@ -56,7 +56,12 @@ class _TextPanel:
         self.newest: PageState | None = None
         with ui.column().classes("w-full q-gutter-none cockpit-text").style("min-width: 0") as self.root:
             with ui.row().classes("w-full items-center"):
-                self.status = ui.label("").classes("col text-caption").props('role="status" aria-live="polite"')
+                self.status = (
+                    ui.label("")
+                    .classes("text-caption")
+                    .style("flex: 1 1 100%")
+                    .props('role="status" aria-live="polite"')
+                )
                 self.back = plain_button("Bring back my text", self._bring_back)
                 self.drop = plain_button("Discard my changes", self._take_theirs)
                 enlarge_button(self.root, "Model text")

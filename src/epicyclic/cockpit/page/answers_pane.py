@@ -169,6 +169,7 @@ class _Line:
         self._apply.say(str(answer.get("apply_label") or "Apply"))
         hide(self._apply, not answer.get("apply"))
         prop(self._job, "aria-label", f"Compute {answer.get('job') or ''}")
+        prop(self._job, "title", f"Compute {answer.get('job') or ''}")
         prop(self._evidence, "aria-label", f"Show {answer.get('evidence') or ''}")
         prop(self._row, "data-stale", "true" if answer.get("stale") else None)
 

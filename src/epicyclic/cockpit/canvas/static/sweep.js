@@ -4,6 +4,7 @@ import { brief, look, short, written } from "./look.js";
 import { make, Pane } from "./pane.js";
 import { axisFont, Colours, endsOf, ghostCurve, plotOf, rowsOf, steadyAxis } from "./plot.js";
 
+const NARROW = 460; // [px] of a pane below which the key is abbreviated
 const STALE = 0.4; // opacity of what is older than the state
 const LABEL = { height: 16, pad: 8, most: 210 }; // [px] of the name of a peak; longer ones are cut
 const NEAR = 11; // [px] from a peak within which a click means its mode
@@ -246,7 +247,9 @@ export class SweepPane extends Pane {
       mark.style.borderTopColor = colour;
       return make("span", {}, mark, text);
     };
-    const rows = strong.map((curve) => key(withoutStage(brief(curve.label.replace(/ and \d+ alike$/, "")), strong), this.colours.of(curve.label)));
+    const words = (curve) => withoutStage(brief(curve.label.replace(/ and \d+ alike$/, "")), strong);
+    const narrow = (text) => (this.width < NARROW ? text.replace(/planet /g, "p") : text);
+    const rows = strong.map((curve) => key(narrow(words(curve)), this.colours.of(curve.label)));
     const others = this.order.length - strong.length;
     if (others) rows.push(key(`${others} more`, look().other));
     if (this.pinned) rows.push(key("A", look().pale, true));
