@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ReportJob", "line"]
 
-_BEFORE = "all that the model allows, in one file; a minute or so"
+_BEFORE = "all that the model allows, in one file; some ten seconds"
 
 
 def line(heading: str) -> ui.row:

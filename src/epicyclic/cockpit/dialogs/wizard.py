@@ -100,7 +100,7 @@ class _Wizard:
     def _build(self) -> None:
         with window("New train", width=1000) as self.window:
             with ui.row().classes("w-full no-wrap items-start q-col-gutter-md"):
-                with ui.column().classes("q-gutter-none").style("flex: 3"):
+                with ui.column().classes("q-gutter-none").style("flex: 3; min-width: 0"):
                     self._train_fields()
                     self._load_fields()
                     self._beside_fields()
@@ -114,22 +114,22 @@ class _Wizard:
         self._ask()
 
     def _train_fields(self) -> None:
-        with ui.row().classes("w-full no-wrap items-start"):
+        with ui.row().classes("w-full items-start"):
             self._choice("kind", {kind: kind for kind in KINDS}, "planetary")
             self._text("planets", "3")
             self._choice("held", {}, None)
             self._choice("driver", {}, None)
-        with ui.row().classes("w-full no-wrap items-start"):
+        with ui.row().classes("w-full items-start"):
             self._choice("by", {"teeth": "by their teeth", "ratio": "from a ratio"}, "teeth")
-            self._text("teeth").classes("col")
-            self._text("ratio").classes("col")
+            self._text("teeth")
+            self._text("ratio")
         self.proposals = ui.row().classes("w-full items-center q-gutter-xs")
-        with ui.row().classes("w-full no-wrap items-start"):
+        with ui.row().classes("w-full items-start"):
             for name in ("module", "face_width", "helix_angle", "pressure_angle"):
                 self._text(name)
 
     def _load_fields(self) -> None:
-        with ui.row().classes("w-full no-wrap items-start"):
+        with ui.row().classes("w-full items-start"):
             self._text("speed")
             for member in MEMBERS:
                 self._text(f"speed.{member}", label=f"Speed of the {member}")
@@ -137,7 +137,7 @@ class _Wizard:
             self._choice("load_member", {member: member for member in MEMBERS}, "sun")
             self._text("power")
             self._text("torque")
-        self._text("title").classes("w-full")
+        self._text("title").classes("w-full").style("flex: none")
 
     def _beside_fields(self) -> None:
         words = "Damping, bearings, carrier: by rules unless said here"
@@ -160,6 +160,7 @@ class _Wizard:
             on_change=self._ask,
         )
         field.props("dense stack-label hide-bottom-space autocomplete=off spellcheck=false").mark(f"new-{name}")
+        field.style("flex: 1 1 5.5rem; min-width: 5.5rem")
         field.on("keydown.enter", self._create)
         self.fields[name] = field
         return field

@@ -229,7 +229,8 @@ export class EvidencePane extends Pane {
     const title = make("b", {}, head.title ?? "");
     title.style.color = "var(--ck-ink)";
     const shown = strong.length > 1 || this.ghost ? strong.slice(0, LINES) : [];
-    const rows = shown.map((curve) => key(curve.label, this.colours.of(curve.label)));
+    const words = (label) => (shown.length > 2 ? label.replace(/planet /g, "p") : label);
+    const rows = shown.map((curve) => key(words(curve.label), this.colours.of(curve.label)));
     if (this.curves.length > strong.length) rows.push(key(`${this.curves.length - strong.length} more`, look().other));
     if (this.ghost) rows.push(key("A", look().pale, "ck-dashed"));
     this.keys.replaceChildren(title, ...rows);
