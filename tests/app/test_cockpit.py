@@ -111,6 +111,9 @@ def test_undo_goes_through_everything(tab: Tab) -> None:
     assert changed(tab, second) == first
     redo.click()
     assert changed(tab, first) == second
+    lever(tab).focus()  # keys of a text field are its own, those of a slider are not
+    tab.page.keyboard.press("Control+z")
+    assert changed(tab, second) == first
 
 
 def changed(tab: Tab, before: str) -> str:
@@ -138,6 +141,16 @@ def test_a_job_runs_and_is_cancelled_while_a_slider_answers(tab: Tab) -> None:
     assert time.monotonic() - started < 3.0
     cancel.click()
     job.get_by_role("button", name="Run").wait_for()
+
+
+def test_what_a_job_finds_stands_in_its_answer_and_is_applied(tab: Tab) -> None:
+    line = tab.page.locator("[data-answer=relief]")
+    line.get_by_role("button", name="Compute").click()
+    line.get_by_role("button", name="Draw this relief").click(timeout=60_000)
+    line.get_by_text("is drawn").wait_for()
+    line.get_by_role("button", name="Draw this relief").wait_for(state="hidden")
+    tab.page.get_by_label(re.compile("^Undo")).click()
+    line.get_by_text("none is drawn").wait_for()
 
 
 def reveal(tab: Tab, name: str) -> None:
