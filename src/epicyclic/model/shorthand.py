@@ -15,13 +15,14 @@ from .schema import STAGE_KEYS
 from .schema_links import LINK_KEYS
 from .tables import REMOVE, PlainTable, leaves, nested, split_path, union
 
-__all__ = ["TOLERANCE_TABLES", "expand", "expand_path", "one_path"]
+__all__ = ["PAIRS", "TOLERANCE_TABLES", "expand", "expand_path", "one_path"]
 
 TOLERANCE_TABLES = ("cost", "correlation")
 """Tables of `[tolerance]` that are no tolerances."""
 
 _MOST_CHARACTERS = 1000  # of a path: 24 names of 60 letters at most do not all stand in one
-_PAIRS = {"radial": ("x", "y"), "tilt": ("rx", "ry")}
+PAIRS = {"radial": ("x", "y"), "tilt": ("rx", "ry")}
+"""Keys of stiffnesses that stand for two."""
 _BARE = bare_keys(MemberDeviationsTable) | bare_keys(MeshDeviationsTable)
 
 
@@ -114,7 +115,7 @@ def _pairs(table: PlainTable, path: str) -> PlainTable:
     """Replace `radial` by x and y, `tilt` by rx and ry."""
     result: PlainTable = {}
     for name, value in table.items():
-        both = _PAIRS.get(name, (name,))
+        both = PAIRS.get(name, (name,))
         if any(d in result for d in both):
             raise ModelError(f"stands beside {' or '.join(both)}", path=f"{path}.{name}", given=value, allowed="one")
         result |= dict.fromkeys(both, value)

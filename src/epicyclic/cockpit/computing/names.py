@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ...model.shorthand import PAIRS
 from ...train.bodies import Body
 from ...train.train import Train
 
@@ -106,8 +107,13 @@ def as_overridden(path: str, overrides: Mapping[str, object]) -> str:
 
 
 def override_at(path: str, overrides: Mapping[str, object]) -> str:
-    """The override that a path of a message is at or beneath, with or without the name of its stage; else the path."""
-    for one in (path, *_without_stage(path)):
+    """The override that a path of a message is at or beneath; else the path.
+
+    With or without the name of its stage, and of x the shorthand ``radial`` that sets it.
+    """
+    table, _, key = path.rpartition(".")
+    short = [f"{table}.{pair}" for pair, keys in PAIRS.items() if key in keys]
+    for one in (path, *_without_stage(path), *short, *(other for name in short for other in _without_stage(name))):
         for key in overrides:
             if _within(one, key):
                 return key

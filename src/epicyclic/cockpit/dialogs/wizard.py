@@ -160,7 +160,7 @@ class _Wizard:
             on_change=self._ask,
         )
         field.props("dense stack-label hide-bottom-space autocomplete=off spellcheck=false").mark(f"new-{name}")
-        field.style("flex: 1 1 5.5rem; min-width: 5.5rem")
+        field.style("flex: 1 1 7rem; min-width: 7rem")
         field.on("keydown.enter", self._create)
         self.fields[name] = field
         return field

@@ -144,6 +144,13 @@ def test_a_lever_that_is_let_go_is_not_computed_again(monkeypatch: pytest.Monkey
         assert len(loads) == 1
 
 
+@pytest.mark.parametrize("lever", ["stages.main.sun.support.radial", "stages.sun.support.radial"])
+def test_a_refused_value_is_told_at_the_path_that_was_set(lever: str) -> None:
+    source = tomllib.loads(drive_text("ren2021"))
+    (frame,) = compute(Request(rev=1, kind="live", source=source, overrides={lever: "-5 N/m"}, compiled=False))
+    assert (frame.kind, frame.head["path"]) == ("failed", lever)
+
+
 def test_work_pauses_often() -> None:
     request = Request(
         rev=1, kind="full", source=tomllib.loads(drive_text("xu2020")), overrides=RUN_OUTS, compiled=False

@@ -233,7 +233,8 @@ export class EvidencePane extends Pane {
     const rows = shown.map((curve) => key(words(curve.label), this.colours.of(curve.label)));
     if (this.curves.length > strong.length) rows.push(key(`${this.curves.length - strong.length} more`, look().other));
     if (this.ghost) rows.push(key("A", look().pale, "ck-dashed"));
-    this.keys.replaceChildren(title, ...rows);
+    // of many curves the tab says what they are
+    this.keys.replaceChildren(...(shown.length > 3 ? [] : [title]), ...rows);
   }
 
   drawGhost(plot) {

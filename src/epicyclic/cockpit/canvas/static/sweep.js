@@ -4,7 +4,7 @@ import { brief, look, short, written } from "./look.js";
 import { make, Pane } from "./pane.js";
 import { axisFont, Colours, endsOf, ghostCurve, plotOf, rowsOf, steadyAxis } from "./plot.js";
 
-const NARROW = 460; // [px] of a pane below which the key is abbreviated
+const NARROW = 460; // [px] of a pane below which the key has two lines
 const STALE = 0.4; // opacity of what is older than the state
 const LABEL = { height: 16, pad: 8, most: 210 }; // [px] of the name of a peak; longer ones are cut
 const NEAR = 11; // [px] from a peak within which a click means its mode
@@ -48,6 +48,7 @@ export class SweepPane extends Pane {
   }
 
   resized() {
+    if (this.plot && this.isNarrow !== this.width < NARROW) this.restyle(); // its key takes another number of lines
     if (this.plot && this.width && this.height) this.plot.setSize({ width: this.width, height: this.height });
   }
 
@@ -117,8 +118,10 @@ export class SweepPane extends Pane {
 
   build(head, count) {
     this.plot?.destroy();
+    this.isNarrow = this.width < NARROW;
+    this.keys.classList.toggle("ck-two-lines", this.isNarrow);
     this.plot = plotOf(this.body, {
-      width: this.width, height: this.height, xLabel: head.x_label, yLabel: head.y_label, count, owner: this, top: 26,
+      width: this.width, height: this.height, xLabel: head.x_label, yLabel: head.y_label, count, owner: this, top: this.isNarrow ? 42 : 26,
       hooks: { drawAxes: [(plot) => this.drawBehind(plot)], draw: [(plot) => this.drawOver(plot)], setCursor: [(plot) => this.onCursor(plot)] },
     });
     this.plot.over.addEventListener("click", (event) => this.onClick(event));
@@ -248,8 +251,7 @@ export class SweepPane extends Pane {
       return make("span", {}, mark, text);
     };
     const words = (curve) => withoutStage(brief(curve.label.replace(/ and \d+ alike$/, "")), strong);
-    const narrow = (text) => (this.width < NARROW ? text.replace(/planet /g, "p") : text);
-    const rows = strong.map((curve) => key(narrow(words(curve)), this.colours.of(curve.label)));
+    const rows = strong.map((curve) => key(words(curve), this.colours.of(curve.label)));
     const others = this.order.length - strong.length;
     if (others) rows.push(key(`${others} more`, look().other));
     if (this.pinned) rows.push(key("A", look().pale, true));
