@@ -308,7 +308,7 @@ def test_a_job_runs_in_the_line_of_its_answer_and_is_marked_when_the_state_moves
         raise_in(levers(user)[MASS["path"]], "release", 900.0)  # a lever answers meanwhile
         job.status = "done"
         session.tell("jobs")
-        assert "of state 1, now 2: run again." in texts(user, data_job="relief")
+        assert "of an earlier state: run again." in texts(user, data_job="relief")
         assert "Run again" in texts(user, data_job="relief")
         session.begin("tolerance", {})
         press(user, "Jobs")

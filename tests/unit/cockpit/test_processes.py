@@ -17,7 +17,7 @@ import psutil
 import pytest
 from tests.unit.cockpit import fake_compute
 
-from epicyclic.cockpit.computing.frames import PageFrame
+from epicyclic.cockpit.computing.frames import PageFrame, pack, unpack
 from epicyclic.cockpit.processes.levers import levers_at
 from epicyclic.cockpit.processes.session import Session
 from epicyclic.cockpit.processes.spawned import Spare
@@ -532,3 +532,24 @@ def test_a_page_that_is_opened_again_has_the_same_levers() -> None:
     moved = with_value(opened("ren2021"), "deviations.carrier.run_out", "90 um")
     again = levers_at(*request_of(with_value(moved, str(first[0]["path"]), "[0, 0, 0] um")))
     assert [one["path"] for one in again] == [one["path"] for one in first]
+
+
+def test_a_result_belongs_to_every_state_of_its_model() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, _ = await begun(one)
+            await until(lambda: not session.busy)
+            session.set("damping.modal", 0.5, released=True)
+            job = session.jobs.start("relief")
+            session.jobs.cancel(job)  # nothing is computed here
+            frame = PageFrame(rev=session.rev, kind="job", head={"job": {"name": "relief"}})
+            job.frame, job.packed = frame, pack(frame)
+            session.set("damping.modal", 0.6, released=True)
+            assert job.rev == session.rev - 1
+            session.undo()
+            assert job.rev == session.rev
+            assert job.packed is not None
+            assert unpack(job.packed).rev == session.rev
+            await session.close()
+
+    run(test())

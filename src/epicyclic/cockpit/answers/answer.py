@@ -27,7 +27,7 @@ class Answer:
     key, question : of `QUESTIONS`.  text : one sentence or two.  figure : the number to remember, "" without one.
     level : how it stands.  apply : overrides by path that act on it, None without.  apply_label : what they do.
     evidence : what shows why: sweep, sharing, errors, relief or modes.  job : that says more, None without.
-    stale : whether it belongs to an earlier state.
+    stale : whether it belongs to an earlier state.  mode : number of the mode that it is about, None without one.
     """
 
     key: str
@@ -40,6 +40,7 @@ class Answer:
     evidence: str = ""
     job: str | None = None
     stale: bool = False
+    mode: int | None = None
 
 
 def answer(
@@ -52,6 +53,7 @@ def answer(
     apply_label: str = "",
     evidence: str = "",
     job: str | None = None,
+    mode: int | None = None,
 ) -> Answer:
     """An answer to the question of a key."""
     return Answer(
@@ -64,6 +66,7 @@ def answer(
         apply_label=apply_label if apply else "",
         evidence=evidence,
         job=job,
+        mode=mode,
     )
 
 

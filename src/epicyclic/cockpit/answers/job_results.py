@@ -168,9 +168,8 @@ def tolerance_frame(train: Train, result: xr.Dataset) -> JobFrame:
     names = [str(name) for name in result["tolerance"].values]
     total = tolerance_shares(result)
     order = np.argsort(-total, kind="stable")[:_MOST]
-    drawn = bars(
-        "share of the variance of K_gamma [%]", [_entry_words(names[i], train) for i in order], 100 * total[order]
-    )
+    words = [_entry_words(names[i], train) for i in order]
+    drawn = bars("total effect in the variance of K_gamma [%]", words, 100 * total[order])
     quantile = result["system_k_gamma_quantile"].sel(definition="mean-load")
     at = float(quantile["probability"].values[-1])
     known = {float(p): float(v) for p, v in zip(quantile["probability"].values, quantile.values, strict=True)}
@@ -207,8 +206,8 @@ def _tolerance_answer(
     first = int(order[0])
     share = float(total[first])
     text = (
-        f"The tolerance of {_entry_words(names[first], train)} makes {100 * share:.0f} % of the variance of K_gamma "
-        "among the trains of this drawing."
+        f"of the variance of K_gamma among trains of this drawing involves the tolerance of "
+        f"{_entry_words(names[first], train)}, alone or with others."
     )
     return answer(
         "error",

@@ -91,5 +91,6 @@ def relief_answer(train: Train) -> Answer:
         level: Level = "warn" if largest.amount > _LITTLE else "good"
         return answer("relief", f"{text}; none is drawn.", figure=figure, level=level, evidence="relief", job="relief")
     level = "good" if abs(drawn / largest.amount - 1) <= _WITHIN else "warn"
-    text = f"{text}; {number(1e6 * drawn)} µm is drawn."
+    figure = f"{number(1e6 * drawn)} µm"
+    text = f"is drawn; a first estimate F/(c' b) at operating load is {number(um, 2)} µm at the tips of {pair}."
     return answer("relief", text, figure=figure, level=level, evidence="relief", job="relief")

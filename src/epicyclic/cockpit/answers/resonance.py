@@ -105,7 +105,8 @@ def resonance_answer(
 
 
 def _answered(text: str, one: Meeting, level: Level, evidence: str) -> Answer:
-    return answer("resonance", text, figure=per_cent(abs(one.away)), level=level, evidence=evidence)
+    figure = per_cent(abs(one.away))
+    return answer("resonance", text, figure=figure, level=level, evidence=evidence, mode=one.mode)
 
 
 def _others(met: list[Meeting]) -> str:

@@ -124,7 +124,7 @@ def float_answer(train: Train, sharing: Mapping[str, Any] | None, twin: Mapping[
     of_stage = f" of {twin['stage']}" if len(train.planets) > 1 else ""
     if twin["value"] != 0:
         text = f"The sun{of_stage} floats already: K_gamma {now:.3f}; with a rigid support it would be {then:.3f}."
-        return answer("float", text, figure=figure, level="good", evidence="sharing")
+        return answer("float", text, figure=f"{now:.3f}", level="good", evidence="sharing")
     if abs(now - then) < _NO_CHANGE:
         text = f"Nothing: K_gamma is {now:.3f} with the support of the sun{of_stage} and without it."
         return answer("float", text, figure="0 %", level="good", evidence="sharing")

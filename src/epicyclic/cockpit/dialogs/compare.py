@@ -84,6 +84,8 @@ async def _show(session: Session) -> None:
             ui.label(str(found)).classes("text-negative").props('role="alert"')
         else:
             _table(found)
+            if first.relative_speed != 1 or second.relative_speed != 1:
+                ui.label("Both at the speed of their model, whatever speed the page shows.").classes("text-caption")
 
 
 def _table(found: Mapping[str, Any]) -> None:

@@ -49,6 +49,8 @@ def take_away_button(session: Session) -> None:
             report.line()
             _words("Command line", "verb", command_line(state), state)
             _script(state)
+            if state.relative_speed != 1:
+                ui.label(f"At the speed of the model: the page shows {100 * state.relative_speed:.4g} % of it.")
         dialog.on("hide", dialog.delete)
         dialog.open()
 

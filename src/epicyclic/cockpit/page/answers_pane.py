@@ -25,14 +25,15 @@ _MOST_CHECKS = 2
 class AnswersPane:
     """Five lines, each with its figure.
 
-    show : called with the name of the evidence of an answer.  run, cancel : called with the name of a job.
+    show : called with the name of the evidence of an answer, and the mode that it is about.  run, cancel : called with
+        the name of a job.
     """
 
     def __init__(
         self,
         session: Session,
         *,
-        show: Callable[[str], None],
+        show: Callable[[str, int | None], None],
         run: Callable[[str], None],
         cancel: Callable[[str], None],
     ) -> None:
@@ -102,7 +103,7 @@ class _Line:
         question: str,
         *,
         apply: Callable[[Mapping[str, Any], str], None],
-        show: Callable[[str], None],
+        show: Callable[[str, int | None], None],
         run: Callable[[str], None],
         cancel: Callable[[str], None],
     ) -> None:
@@ -120,7 +121,7 @@ class _Line:
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
             self._job = button("Compute", lambda: run(str(self._answer["job"])))
             self._cancel = button("Cancel", lambda: cancel(str(self._answer["job"])))
-            self._evidence = button("Show", lambda: show(str(self._answer["evidence"])))
+            self._evidence = button("Show", lambda: show(str(self._answer["evidence"]), self._answer.get("mode")))
         for part in (self._apply, self._job, self._cancel, self._evidence):
             hide(part, True)
 

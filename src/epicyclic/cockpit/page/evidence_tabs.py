@@ -49,7 +49,7 @@ class EvidenceTabs:
         self.newest: dict[str, Job] = {}
         self._tabs: dict[str, Element] = {}
         self._bars: dict[str, JobBar] = {}
-        self._sent: dict[str, int] = {}
+        self._sent: dict[str, tuple[int, int]] = {}
         with box("ck-box ck-evidence", "section") as root:
             root.props["aria-label"] = "Evidence"
             with box("ck-tabs") as tabs:
@@ -102,8 +102,8 @@ class EvidenceTabs:
         """Show the jobs as they stand, mark those of an older state, and send results that have come."""
         for name, job in self.newest.items():
             self._bars[name].follow(job)
-            if job.packed is not None and self._sent.get(name) != job.id:
-                self._sent[name] = job.id
+            if job.packed is not None and self._sent.get(name) != (job.id, job.rev):
+                self._sent[name] = job.id, job.rev
                 send(self.pane, job.packed)
             busy = not job.ended
             prop(self._tabs[name], "data-busy", "true" if busy else None)

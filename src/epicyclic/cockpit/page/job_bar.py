@@ -119,7 +119,7 @@ def progress_text(job: Job, rev: int) -> str:
         return f"{100 * job.progress:.0f} %{left}"
     if job.status != "done":
         return f"failed: {job.message}" if job.status == "failed" else "cancelled"
-    old = "" if job.rev == rev else f"of state {job.rev}, now {rev}: run again. "
+    old = "" if job.rev == rev else "of an earlier state: run again. "
     return f"{old}{result_of(job).get('text') or 'done'}"
 
 

@@ -30,7 +30,7 @@ class ModesList:
         modes = head.get("modes")
         if modes is None:
             return
-        self._count.say(f"[Hz] {len(modes)} of them; a row swings in the drawing")
+        self._count.say("number, frequency [Hz]; a row swings in the drawing")
         with self._list:
             while len(self._rows) < len(modes):
                 self._rows.append(_Row(self._on_row))
@@ -57,11 +57,13 @@ class _Row:
         self._row = box("ck-mode", "button").on("click", lambda _: click(self._index))
         self._row.props["type"] = "button"
         with self._row:
+            self._number = Words("small")
             self._frequency, self._label, self._met = Words("b"), Words(), Words("i")
 
     def follow(self, mode: Mapping[str, Any], chosen: int | None) -> None:
         self._index = int(mode["index"])
         prop(self._row, "data-mode", str(self._index))
+        self._number.say(str(self._index))
         self._frequency.say(f"{float(mode['frequency']):.4g}")
         self._label.say(str(mode["label"]))
         prop(self._row, "title", f"{mode['label']}{': met by ' + str(mode['met_by']) if mode.get('met_by') else ''}")

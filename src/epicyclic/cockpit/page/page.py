@@ -65,7 +65,7 @@ class _Page:
         self._levers = LeversColumn(session)
         self._answers = AnswersPane(
             session,
-            show=lambda name: self._evidence.show(name),
+            show=self._show,
             run=lambda name: self._evidence.run(name),
             cancel=lambda name: self._evidence.cancel(name),
         )
@@ -82,6 +82,12 @@ class _Page:
         for pane in (self._train, self._sweep):
             pane.on_mode(self._chose)
         hide(self._banner, True)
+
+    def _show(self, name: str, mode: int | None) -> None:
+        """Show what an answer rests on: a mode where it is about one, with its peaks of the curve, else a tab."""
+        if mode is not None:
+            self._chose(mode)
+        self._evidence.show(name)
 
     def _chose(self, index: int | None) -> None:
         """A mode was chosen in a pane: the drawing moves, the list marks it."""

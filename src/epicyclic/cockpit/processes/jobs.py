@@ -10,7 +10,7 @@ import tempfile
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -43,8 +43,9 @@ ENDED = ("done", "cancelled", "failed")
 
 @dataclass(slots=True, eq=False)
 class Job:
-    """One job.  rev : state it belongs to.  progress : 0..1.  remaining : [s], None where it is not known yet.
+    """One job.  rev : newest state it belongs to.  model : what that is computed of.  progress : 0..1.
 
+    remaining : [s], None where it is not known yet.
     message : why it failed.  frame, packed : its result for the page.  value : another result.
     dataset_path : file of its Dataset, or the file it was asked for, in a folder that goes with the page.
     """
@@ -63,6 +64,7 @@ class Job:
     value: Any = None
     error: ModelError | None = None
     hidden: bool = False
+    model: object = None
     seconds: float = 0.0
     _task: Task | None = None
     _process: SpawnProcess | None = None
@@ -217,6 +219,7 @@ class Jobs:
         elif kind == "done":
             job.packed, job.dataset_path, job.value = content
             job.frame = None if job.packed is None else unpack(job.packed)
+            self._number(job, job.rev)
             job.progress = 1.0
             self._end(job, "done")
         elif kind == "failed":
@@ -224,6 +227,19 @@ class Jobs:
             self._end(job, "failed")
         else:
             self._end(job, "cancelled")
+
+    def _number(self, job: Job, rev: int) -> None:
+        """The state of this number is the one that a job belongs to."""
+        job.rev = rev
+        if job.frame is not None and job.frame.rev != rev:
+            job.frame = replace(job.frame, rev=rev)
+            job.packed = pack(job.frame)
+
+    def follow(self, model: object, rev: int) -> None:
+        """The page shows a state with a new number: jobs of the same model belong to it."""
+        for job in self.visible():
+            if job.model == model:
+                self._number(job, rev)
 
     def _died(self, job: Job) -> None:
         if not job.ended:

@@ -221,6 +221,7 @@ class Session:
             request = _request(self.state, self.rev, "full" if released else "live")
         except ModelError as error:
             return failed_frame(self.rev, error).head
+        self.jobs.follow((request.source, request.overrides), self.rev)
         self.busy = True
         self._worker.ask(self._client, request)
         return None
@@ -453,7 +454,9 @@ class _PageJobs(Jobs):
         source, overrides = request_of(state) if state is not None else ({}, {})
         if state is None and name != "call":
             raise ModelError("no model is open", path="model", allowed="open one, or make a new one")
-        return self.begin(name, options or {}, source=source, overrides=overrides, rev=self._session.rev, hidden=hidden)
+        job = self.begin(name, options or {}, source=source, overrides=overrides, rev=self._session.rev, hidden=hidden)
+        job.model = (source, overrides)
+        return job
 
 
 def _request(state: PageState, rev: int, kind: Literal["live", "full"]) -> Request:
