@@ -219,6 +219,29 @@ def test_a_link_followed_on_another_site_reopens_the_state(tab: Tab, cockpit: Co
     tab.said.clear()  # the frame was refused, as it should
 
 
+def test_a_link_put_into_a_tab_loses_nothing(tab: Tab) -> None:
+    from epicyclic.cockpit.state.links import fragment_of
+    from epicyclic.cockpit.state.state import opened, with_value
+
+    first = box(tab).input_value()
+    nudge(tab)
+    second = changed(tab, first)
+    tab.page.get_by_text("ren2021 *").wait_for()
+    time.sleep(KEPT)
+    tab.page.evaluate("location.hash = 'state=eNqrVspLzE1VslIqSs0zMjA0UdJRyi9LLSpLzEnNTwIAAAAA'")
+    tab.page.get_by_text("The link cannot be opened").wait_for()
+    tab.painted()
+    assert changed(tab, first) == second
+    link = fragment_of(with_value(opened("lin1999-n4"), "title", "the linked train"))
+    with tab.page.expect_navigation():
+        tab.page.evaluate(f"location.hash = {link!r}")
+    tab.page.get_by_text("lin1999-n4").first.wait_for()
+    tab.page.get_by_label(re.compile("^Undo")).click()
+    tab.page.get_by_text("ren2021 *").wait_for()
+    assert box(tab).input_value() == second
+    tab.said.clear()
+
+
 def test_two_tabs_are_apart(tab: Tab, context: Any, cockpit: Cockpit) -> None:
     other = Tab(context, cockpit.address)
     before = box(other).input_value()

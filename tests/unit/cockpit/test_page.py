@@ -182,6 +182,9 @@ def test_a_number_typed_takes_the_unit_of_the_lever_or_its_own() -> None:
         raise_in(found[STIFFNESS["path"]], "typed", "2.5e9")
         assert session.now.overrides[STIFFNESS["path"]] == "2.5e+09 N/m"
         assert found[STIFFNESS["path"]].props["shown"][1] == pytest.approx(2.5e9)  # the slider moves there
+        count = found[STIFFNESS["path"]].props["shown"][0]
+        raise_in(found[STIFFNESS["path"]], "typed", "1e999")
+        assert found[STIFFNESS["path"]].props["shown"][0] == count  # infinity is no number of JSON
         raise_in(found[MASS["path"]], "reset")
         assert MASS["path"] not in session.now.overrides
         assert found[MASS["path"]].props["shown"][1] == pytest.approx(750.0)

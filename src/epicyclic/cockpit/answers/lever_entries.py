@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from ...model.units import factor
 from ...model.written import Written, written
 
@@ -20,7 +22,7 @@ def entry_of(value: object, unit: str, entry: int) -> float | None:
         return None
     number = found.values[entry if found.many else 0]
     scale = 1.0 if found.unit == unit or not number else factor(found.unit, unit) if found.unit and unit else None
-    return None if scale is None else number * scale
+    return None if scale is None or not math.isfinite(number * scale) else number * scale
 
 
 def with_entry(value: object, unit: str, entry: int, count: int, number: float) -> object:

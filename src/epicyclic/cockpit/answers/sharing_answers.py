@@ -160,7 +160,7 @@ def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappin
     first = errors["rows"][0]
     share = float(first["share"])
     of = "while turning" if "turning" in str(errors.get("of", "")) else "mean-load"
-    if not share > _WORTH:
+    if not share > _WORTH or float(errors["k_gamma"]) - 1 < _NO_CHANGE:
         return _turning_error(train, errors, of, job)
     without = float(first.get("without", np.nan))
     then = f"; {without:.3f} without it" if np.isfinite(without) else ""

@@ -161,4 +161,4 @@ def _number(value: object, unit: str) -> float | None:
         scale = 1.0 if match[2].strip() in ("", unit) else factor(match[2].strip(), unit)
     except (ValueError, ModelError):
         return None
-    return None if scale is None else number * scale
+    return None if scale is None or not math.isfinite(number * scale) else number * scale

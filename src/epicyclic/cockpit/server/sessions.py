@@ -71,23 +71,26 @@ async def _end(live: dict[str, Session], name: str) -> None:
 
 
 async def _begin(session: Session, state: PageState | None) -> None:
-    """Open what a link brings, else what the tab had, else what the command line named."""
+    """Open what a link brings, as a step after what the tab had; else that, else what the command line named."""
     kept = await ui.run_javascript("return await cockpitRecovery.begin()", timeout=_ANSWERED)
     found = kept if isinstance(kept, Mapping) else {}
-    if link := found.get("link"):
-        try:
-            await session.start(from_fragment(str(link)))
-        except ModelError as error:
-            ui.notify(f"The link cannot be opened: {error}", type="negative", timeout=0, close_button="Close")
-        else:
-            return
-    elif snapshot := found.get("snapshot"):
+    begun = False
+    if snapshot := found.get("snapshot"):
         try:
             await session.restore(_read(snapshot))
+            begun = True
         except ModelError as error:
             ui.notify(f"What this tab had cannot be restored: {error}", type="warning", close_button="Close")
-        else:
+    if link := found.get("link"):
+        try:
+            linked = from_fragment(str(link))
+            # what the tab had is one undo away
+            await (session.open(linked, unsaved=True) if begun else session.start(linked))
             return
+        except ModelError as error:
+            ui.notify(f"The link cannot be opened: {error}", type="negative", timeout=0, close_button="Close")
+    if begun:
+        return
     await session.start(state)
     for entry in found.get("left") or []:
         _offer(session, entry)
