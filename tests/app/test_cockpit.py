@@ -13,13 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.cockpit_driver import Cockpit, Tab, start
+from tests.app.cockpit_driver import PATIENCE, Cockpit, Tab, start
 
 pytestmark = pytest.mark.browser
 
 # [s] after which nothing of a closed tab may compute any more
 STOPPED = 10.0
 KEPT = 1.0  # [s] after which the browser keeps a change
+SETTLED = 0.2  # [s] in which a number that a key moves has another value
 QUIET = 0.03  # share of a core that an idle server may take, its pings included
 
 
@@ -108,23 +109,31 @@ def test_undo_goes_through_everything(tab: Tab) -> None:
     second = changed(tab, first)
     tab.painted(0)
     undo.click()
-    assert changed(tab, second) == first
+    holds(tab, first)
     redo.click()
-    assert changed(tab, first) == second
+    holds(tab, second)
     lever(tab).focus()  # keys of a text field are its own, those of a slider are not
     tab.page.keyboard.press("Control+z")
-    assert changed(tab, second) == first
+    holds(tab, first)
 
 
 def changed(tab: Tab, before: str) -> str:
-    """Value of the first number box once it is another one."""
-    end = time.monotonic() + 10
+    """Value of the first number box once it is another one and no key moves it any more."""
+    end, last = time.monotonic() + PATIENCE / 1000, before
     while time.monotonic() < end:
         now = str(box(tab).input_value())
-        if now != before:
+        if now == last != before:
             return now
-        time.sleep(0.05)
+        last = now
+        time.sleep(SETTLED)
     raise AssertionError(f"still {before}")
+
+
+def holds(tab: Tab, value: str) -> None:
+    """Wait until the first number box holds a value."""
+    tab.page.wait_for_function(
+        "value => document.querySelector('[data-lever] input')?.value === value", arg=value, timeout=2 * PATIENCE
+    )
 
 
 def test_a_job_runs_and_is_cancelled_while_a_slider_answers(tab: Tab) -> None:
@@ -135,10 +144,9 @@ def test_a_job_runs_and_is_cancelled_while_a_slider_answers(tab: Tab) -> None:
     cancel.wait_for()
     rev = tab.rev
     lever(tab).focus()
-    started = time.monotonic()
     tab.page.keyboard.press("ArrowRight")
     tab.painted(rev)
-    assert time.monotonic() - started < 3.0
+    assert cancel.is_visible()  # the job runs still
     cancel.click()
     job.get_by_role("button", name="Run").wait_for()
 
@@ -168,7 +176,7 @@ def test_pin_and_compare(tab: Tab) -> None:
     tab.page.get_by_role("button", name="Compare", exact=True).click()
     table = tab.page.get_by_label("Differences of model and results")
     table.wait_for()
-    assert table.get_by_role("row").count() > 1
+    table.get_by_role("row").nth(1).wait_for()
 
 
 @contextmanager
@@ -231,14 +239,14 @@ def test_a_link_put_into_a_tab_loses_nothing(tab: Tab) -> None:
     tab.page.evaluate("location.hash = 'state=eNqrVspLzE1VslIqSs0zMjA0UdJRyi9LLSpLzEnNTwIAAAAA'")
     tab.page.get_by_text("The link cannot be opened").wait_for()
     tab.painted()
-    assert changed(tab, first) == second
+    holds(tab, second)
     link = fragment_of(with_value(opened("lin1999-n4"), "title", "the linked train"))
     with tab.page.expect_navigation():
         tab.page.evaluate(f"location.hash = {link!r}")
     tab.page.get_by_text("lin1999-n4").first.wait_for()
     tab.page.get_by_label(re.compile("^Undo")).click()
     tab.page.get_by_text("ren2021 *").wait_for()
-    assert box(tab).input_value() == second
+    holds(tab, second)
     tab.said.clear()
 
 
@@ -272,9 +280,7 @@ def test_a_state_is_saved_downloaded_reopened_and_outlives_a_restart(tmp_path: P
         server.stop()
     again = start(tmp_path, str(path), port=server.port)
     try:
-        tab.page.wait_for_function(
-            "value => document.querySelector('[data-lever] input')?.value === value", arg=value, timeout=40_000
-        )
+        holds(tab, value)
     finally:
         context.close()
         again.stop()
@@ -345,7 +351,7 @@ def test_the_wizard_ends_in_a_curve(tab: Tab) -> None:
     tab.page.get_by_role("dialog").get_by_role("button", name="Create").click()
     tab.painted(rev)
     assert int(tab.page.locator("[data-kind=sweep]").first.get_attribute("data-rev")) > rev
-    assert tab.page.get_by_text("5.714").first.is_visible()  # its ratio, 1 + 99/21
+    tab.page.get_by_text("5.714").first.wait_for()  # its ratio, 1 + 99/21
 
 
 def test_a_tab_that_was_closed_leaves_its_changes(context: Any, cockpit: Cockpit) -> None:
@@ -365,4 +371,4 @@ def test_a_tab_that_was_closed_leaves_its_changes(context: Any, cockpit: Cockpit
     other.page.wait_for_function(
         "place => document.querySelector(place + ' input.ck-box-number')?.value === '123'", arg=torque
     )
-    assert other.page.get_by_text("left in a closed tab").count() == 0
+    other.page.get_by_text("left in a closed tab").wait_for(state="hidden")

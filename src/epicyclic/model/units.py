@@ -136,6 +136,8 @@ COMMON: dict[str, tuple[float, str]] = {
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?|[+-]?inf"
 _QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>.*?)\s*", re.DOTALL)
 _LIST = re.compile(r"\s*\[(?P<items>[^\[\]]*)\]\s*(?P<unit>[^\[\]]*?)\s*")
+# a decimal comma, or thousands set apart
+_SET_APART = re.compile(r"\s*[+-]?[0-9.]+\s*[,'\u2019\s]\s*(?!1\s*/)[0-9]")
 # a unit text: words, powers of one digit, products and quotients; nothing pint could be made to compute for long
 _UNIT = re.compile(r"(?:[A-Za-zµμ°%²³·]+|(?:\^|\*\*)-?\d(?![\d.]|\s*(?:\^|\*\*))|1(?=\s*/)|[*/()\s])+")
 _HERTZ = re.compile(r"(?<![A-Za-z])[kMG]?(?:Hz|[hH]ertz)(?![A-Za-z])")
@@ -214,6 +216,8 @@ def _parse(text: str, kinds: tuple[str, ...], wrong: Any, *, bare: bool, listed:
     found = _QUANTITY.fullmatch(text) if len(text) <= 200 else None
     if found is None:
         raise wrong("not a number with a unit")
+    if _SET_APART.match(text):
+        raise wrong("a comma, an apostrophe or a space within the number (1.5 and 1500 are numbers)")
     number, unit = float(found["number"]), found["unit"]
     if math.isinf(number) and "inf" not in found["number"]:
         raise wrong("too large")

@@ -8,7 +8,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import AsyncIterator, Callable, Coroutine
+from collections.abc import AsyncIterator, Callable, Coroutine, Mapping
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
@@ -532,6 +532,33 @@ def test_a_page_that_is_opened_again_has_the_same_levers() -> None:
     moved = with_value(opened("ren2021"), "deviations.carrier.run_out", "90 um")
     again = levers_at(*request_of(with_value(moved, str(first[0]["path"]), "[0, 0, 0] um")))
     assert [one["path"] for one in again] == [one["path"] for one in first]
+
+
+def test_undo_shows_no_levers_of_the_other_model() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            asked: list[str] = []
+
+            async def chosen(_: object, source: Mapping[str, Any], overrides: Mapping[str, object]) -> Any:
+                asked.append(source["title"])
+                return ({"path": source["title"]},)
+
+            one.call = chosen  # type: ignore[method-assign]
+            session = Session(one)
+            await session.start(PageState(name="a", base=TEXT.format("a")))
+            await until(lambda: session.levers)
+            await session.open(PageState(name="b", base=TEXT.format("b")))
+            assert session.levers == ()
+            await until(lambda: session.levers)
+            shown: list[Any] = []
+            session.listen(state=lambda one: shown.append((one.state and one.state.name, one.levers)))
+            session.undo()
+            session.redo()
+            assert shown == [("a", ({"path": "a"},)), ("b", ({"path": "b"},))]
+            assert asked == ["a", "b"]
+            await session.close()
+
+    run(test())
 
 
 def test_a_result_belongs_to_every_state_of_its_model() -> None:

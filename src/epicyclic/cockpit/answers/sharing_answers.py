@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...train.train import Train
+from ..computing.names import listed
 from .answer import Answer, Level, answer, number
 from .assumed import class_six
 from .paths import scaled
@@ -22,10 +24,13 @@ _USUAL = {1: 1.0, 2: 1.0, 3: 1.1, 4: 1.25, 5: 1.35, 6: 1.44, 7: 1.47}
 _FAR = 0.1
 # A K_gamma this close to 1 is 1; a change of it below this is none (half a unit of the last digit shown).
 _ONE, _NO_CHANGE = 5e-7, 5e-4
+# Coefficients this close to the largest are the same: planets that symmetry loads alike differ by rounding alone.
+_TIED = 1e-6
 # Share of the excess of K_gamma that makes an error worth a word, and worth a warning [%].
 _WORTH, _MOST = 1.0, 50.0
 # Branch in the label of a mesh: "sun, planet 2 left", "sun, star1 5".
 _BRANCH = re.compile(r"\b(\w+) (\d+)\b")
+_MANY = {"planet": "planets", "branch": "branches"}
 _HALVE = "Halve this deviation"
 _ASSUME = "Assume ISO class 6 deviations"
 
@@ -37,8 +42,7 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
     value = np.asarray(sharing["coefficient"], dtype=float)
     if not np.isfinite(value).any():
         return answer("planet", "Not known: no mesh carries load.")
-    place = int(np.nanargmax(value))
-    largest, turning = float(value[place]), float(sharing.get("k_gamma_turning") or np.nan)
+    largest, turning = float(np.nanmax(value)), float(sharing.get("k_gamma_turning") or np.nan)
     planets = _planets(train)
     if largest <= 1 + _ONE and not has_deviations(train):
         text = f"No deviations are given: all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
@@ -48,12 +52,13 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
         )
     if largest <= 1 + _ONE:
         while_turning = np.asarray(sharing.get("turning", value), dtype=float)
-        row = sharing["rows"][int(np.nanargmax(while_turning))] if np.isfinite(while_turning).any() else None
-        peak = "" if row is None or not turning > 1 + _ONE else _peak(row, turning)
+        peak = ""
+        if turning > 1 + _ONE and np.isfinite(while_turning).any():
+            whom = carrying(sharing["rows"], while_turning, f"up to {turning:.3f}")
+            peak = f"; while turning {whom[:1].lower()}{whom[1:]}"
         text = f"All planets carry the same mean load: nothing that stands still parts it{peak}."
         return answer("planet", text, figure=f"{largest:.3f}", level=_level(turning, planets), evidence="sharing")
-    row = sharing["rows"][place]
-    text = f"{_whom(row)} carries {largest:.3f} of its fair share at {row['pair']}, mean-load K_gamma"
+    text = carrying(sharing["rows"], value, f"{largest:.3f}") + ", mean-load K_gamma"
     if turning > largest + _NO_CHANGE:
         text += f" ({turning:.3f} while turning)"
     mean, peak = _level(largest, planets), _level(turning - _FAR, planets)
@@ -74,21 +79,37 @@ def _worse(one: Level, other: Level) -> Level:
     return max(one, other, key=order.index)
 
 
-def _peak(row: Mapping[str, Any], turning: float) -> str:
-    whom = _whom(row)
-    return f"; while turning {whom[:1].lower()}{whom[1:]} reaches {turning:.3f} of it at {row['pair']}"
+def carrying(rows: Sequence[Mapping[str, Any]], value: NDArray[np.float64], much: str) -> str:
+    """``Planets 2, 3 carry 1.034 of their fair share at sun-planet``: the branches that carry most, and at which pair
+    of gears where they have another one."""
+    tied = [row for row, one in zip(rows, value, strict=True) if one >= np.nanmax(value) - _TIED]
+    sides: dict[tuple[str, int, str], set[str]] = {}  # by word, branch and stage
+    for row in tied:
+        word, branch, side, of = _seat(str(row["label"]))
+        sides.setdefault((word, branch, of), set()).add(side)
+    branches: dict[tuple[str, str, str], list[int]] = {}  # a branch that carries as much on both sides needs no side
+    for (word, branch, of), own in sides.items():
+        branches.setdefault((word, "".join(own) if len(own) == 1 else "", of), []).append(branch)
+    whom = " and ".join(
+        f"{word if len(own) == 1 else _MANY.get(word, word)} {listed(own) if any(own) else ''}".rstrip() + side + of
+        for (word, side, of), own in branches.items()
+    )
+    carry, their = ("carries", "its") if len(sides) == 1 else ("carry", "their")
+    pairs = dict.fromkeys(str(row["pair"]) for row in tied)
+    theirs = {str(row["pair"]) for row in rows if _seat(str(row["label"]))[::3] in {key[::2] for key in sides}}
+    at = "" if set(pairs) == theirs else f" at {' and '.join(pairs)}"
+    return f"{whom[:1].upper()}{whom[1:]} {carry} {much} of {their} fair share{at}"
 
 
-def _whom(row: Mapping[str, Any]) -> str:
-    """``Planet 1``, of a herringbone train with the side of its mesh, of several stages with the stage."""
-    label = str(row["label"])
+def _seat(label: str) -> tuple[str, int, str, str]:
+    """Of the label of a mesh: what its branch is called and its number, 0 where it has none; its side; its stage."""
     stage, colon, rest = label.partition(": ") if ": " in label else ("", "", label)
     branch = _BRANCH.search(rest)
     if branch is None:
-        return f"Mesh {label}"
+        return f"mesh {label}", 0, "", ""
     side = next((f" {word}" for word in ("left", "right") if label.endswith(word)), "")
-    word = "Planet" if branch[1] == "planet" else "Branch"
-    return f"{word} {branch[2]}{side}" + (f" of {stage}" if colon else "")
+    word = "planet" if branch[1] == "planet" else "branch"
+    return word, int(branch[2]), side, f" of {stage}" if colon else ""
 
 
 def _level(factor: float, planets: int) -> Level:

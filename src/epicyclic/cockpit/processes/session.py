@@ -53,6 +53,7 @@ class Session:
         self.packed: dict[str, bytes] = {}
         self.failed: Mapping[str, Any] | None = None
         self.levers: Levers = ()
+        self._levers_of: dict[str, Levers] = {}  # by the text of the model, so that undo brings them back at once
         self.pinned: PageState | None = None
         self._numbers_of_a = 0
         self.pinned_frames: dict[str, PageFrame] = {}
@@ -134,8 +135,15 @@ class Session:
             if state.path is not None:
                 self._digests[state.path] = _digest(state.path)
         self.levers = ()
+        self._show_levers()
         self._changed(released=True)
-        self._spawn(self.renew_levers())
+
+    def _show_levers(self) -> None:
+        """Have the levers of the present model: those chosen before, or chosen now while the last ones stand."""
+        if self.state is not None and self.state.base in self._levers_of:
+            self.levers = self._levers_of[self.state.base]
+        else:
+            self._spawn(self.renew_levers())
 
     async def renew_levers(self) -> None:
         """Choose the levers anew from the present model."""
@@ -147,8 +155,9 @@ class Session:
             levers = await self._worker.call(levers_at, source, overrides)
         except ModelError:
             return  # the failed frame says what is wrong
+        self._levers_of[state.base] = tuple(levers)
         if self.state is not None and self.state.base == state.base:
-            self.levers = tuple(levers)
+            self.levers = self._levers_of[state.base]
             self._tell_state()
 
     def set(self, path: str, value: object, *, released: bool, key: str | None = None) -> None:
@@ -172,8 +181,8 @@ class Session:
         """Take another model text. Raises ModelError where it is no TOML or names a file that it may not."""
         before = self._present()
         self._push(with_text(before, text), "edit the text")
+        self._show_levers()
         self._changed(released=True)
-        self._spawn(self.renew_levers())
 
     def undo(self) -> None:
         self._moved(self.history.undo())
@@ -192,7 +201,7 @@ class Session:
             return
         before, self.history = self.state, history
         if before is not None and self.state is not None and before.base != self.state.base:
-            self._spawn(self.renew_levers())
+            self._show_levers()
         self._changed(released=True)
 
     def _present(self) -> PageState:
