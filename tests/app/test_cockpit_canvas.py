@@ -181,6 +181,41 @@ def test_the_axis_grows_at_once_and_shrinks_only_when_let_go(page: Any) -> None:
     assert top_after(frames.live(4), frames.full(4)[0]) < grown
 
 
+INK_OF_LEVEL = """level => {
+  const canvas = document.querySelector('#sweep canvas');
+  const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  const rgb = look.look().levels[level].match(/[0-9a-f]{2}/gi).map(x => parseInt(x, 16));
+  const columns = [];
+  for (let x = 0; x < canvas.width; x++) {
+    let count = 0;
+    for (let y = 0; y < canvas.height; y++) {
+      const i = 4 * (y * canvas.width + x);
+      if (data[i + 3] > 200 && rgb.every((one, j) => Math.abs(data[i + j] - one) < 30)) count += 1;
+    }
+    if (count > 40) columns.push(panes.sweep.plot.posToVal(x / devicePixelRatio - panes.sweep.plot.bbox.left / devicePixelRatio, 'x'));
+  }
+  return columns;
+}"""
+
+
+@browsing
+def test_the_resonance_of_the_answers_stands_in_the_curve(page: Any) -> None:
+    def drawn(rev: int, level: str, **resonance: Any) -> tuple[list[float], bool]:
+        show(page, frames.live(rev, resonance={**resonance, "level": level}))
+        painted(page, "sweep", rev)
+        said = page.locator("#sweep").get_attribute("aria-label")
+        return page.evaluate(INK_OF_LEVEL, level), "resonance of the answers at 900, 10 % away" in said
+
+    columns, said = drawn(1, "bad", speed=900.0, figure="10 %")
+    assert said
+    assert columns
+    assert columns == pytest.approx([900.0] * len(columns), abs=8.0)  # two pixels
+    assert drawn(2, "warn", speed=900.0, figure="10 %")[0]
+    assert page.evaluate(INK_OF_LEVEL, "bad") == []
+    assert drawn(3, "bad", speed=2000.0, figure="100 %") == ([], False)  # beyond the axis
+    assert drawn(4, "bad") == ([], False)
+
+
 @browsing
 def test_clicks_and_keys_say_the_speed_and_the_mode(page: Any) -> None:
     show(page, frames.live(1))

@@ -68,8 +68,16 @@ def train(planets: int = 3, *, title: str = "a planetary set", herringbone: bool
     return {"title": title, "bodies": bodies, "meshes": meshes, "links": links}
 
 
-def live(rev: int, *, scale: float = 1.0, planets: int = 3, seed: int = 1, title: str = "a planetary set") -> bytes:
-    """A frame of the live set; `scale` multiplies the forces of the sweep."""
+def live(
+    rev: int,
+    *,
+    scale: float = 1.0,
+    planets: int = 3,
+    seed: int = 1,
+    title: str = "a planetary set",
+    resonance: Mapping[str, Any] | None = None,
+) -> bytes:
+    """A frame of the live set; `scale` multiplies the forces of the sweep, `resonance` is in the answer on it."""
     drawn = train(planets, title=title)
     rng = np.random.default_rng(seed)
     count, bodies = len(drawn["meshes"]), len(drawn["bodies"])
@@ -92,6 +100,7 @@ def live(rev: int, *, scale: float = 1.0, planets: int = 3, seed: int = 1, title
         "live",
         {
             "train": drawn,
+            "answers": [{"key": "resonance", **(resonance or {})}],
             "modes": modes,
             "sweep": sweep_head(drawn, 120, scale)[0],
             "sharing": sharing_head(drawn, "at rest", load),

@@ -534,16 +534,16 @@ def test_a_page_that_is_opened_again_has_the_same_levers() -> None:
     assert [one["path"] for one in again] == [one["path"] for one in first]
 
 
-def test_undo_shows_no_levers_of_the_other_model() -> None:
+def test_undo_shows_no_levers_of_the_other_model(monkeypatch: pytest.MonkeyPatch) -> None:
     async def test() -> None:
         async with worker() as one:
             asked: list[str] = []
 
-            async def chosen(_: object, source: Mapping[str, Any], overrides: Mapping[str, object]) -> Any:
+            async def chosen(_: Worker, levers: object, source: Mapping[str, Any], overrides: object) -> Any:
                 asked.append(source["title"])
                 return ({"path": source["title"]},)
 
-            one.call = chosen  # type: ignore[method-assign]
+            monkeypatch.setattr(Worker, "call", chosen)
             session = Session(one)
             await session.start(PageState(name="a", base=TEXT.format("a")))
             await until(lambda: session.levers)

@@ -28,6 +28,7 @@ class Answer:
     level : how it stands.  apply : overrides by path that act on it, None without.  apply_label : what they do.
     evidence : what shows why: sweep, sharing, errors, relief or modes.  job : that says more, None without.
     stale : whether it belongs to an earlier state.  mode : number of the mode that it is about, None without one.
+    speed : that it is about, on the axis of the sweep [rpm], None without one.
     """
 
     key: str
@@ -41,6 +42,7 @@ class Answer:
     job: str | None = None
     stale: bool = False
     mode: int | None = None
+    speed: float | None = None
 
 
 def answer(
@@ -54,6 +56,7 @@ def answer(
     evidence: str = "",
     job: str | None = None,
     mode: int | None = None,
+    speed: float | None = None,
 ) -> Answer:
     """An answer to the question of a key."""
     return Answer(
@@ -67,6 +70,7 @@ def answer(
         evidence=evidence,
         job=job,
         mode=mode,
+        speed=speed,
     )
 
 

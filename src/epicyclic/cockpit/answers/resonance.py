@@ -90,23 +90,29 @@ def resonance_answer(
     nearest = min(met, key=lambda one: abs(one.away))
     if sweep is None:
         text = f"{_words(nearest, None)}; its force is not known without torque and damping{_others(met)}."
-        return _answered(text, nearest, "warn", "modes")
+        return _answered(text, nearest, "warn", None)
     peaks = _peaks(sweep, met, relative)
     if not peaks:
         text = f"{_words(nearest, sweep)}; no peak stands out{_others(met)}."
-        return _answered(text, nearest, "good", "sweep")
+        return _answered(text, nearest, "good", sweep)
     rise, one = max(peaks, key=lambda peak: (peak[0], -abs(peak[1].away)))
     if rise < _LITTLE:
         text = f"{_words(nearest, sweep)}; no force rises by {100 * _LITTLE:g} %{_others(met)}."
-        return _answered(text, nearest, "good", "sweep")
+        return _answered(text, nearest, "good", sweep)
     level: Level = "bad" if rise >= _PARTS else "warn"
     text = f"{_words(one, sweep)}: the force there is {per_cent(rise)} above its least{_others(met)}."
-    return _answered(text, one, level, "sweep")
+    return _answered(text, one, level, sweep)
 
 
-def _answered(text: str, one: Meeting, level: Level, evidence: str) -> Answer:
-    figure = per_cent(abs(one.away))
-    return answer("resonance", text, figure=figure, level=level, evidence=evidence, mode=one.mode)
+def _answered(text: str, one: Meeting, level: Level, sweep: Mapping[str, Any] | None) -> Answer:
+    figure, evidence = per_cent(abs(one.away)), "modes" if sweep is None else "sweep"
+    speed = None if sweep is None else _rpm(one, sweep)
+    return answer("resonance", text, figure=figure, level=level, evidence=evidence, mode=one.mode, speed=speed)
+
+
+def _rpm(one: Meeting, sweep: Mapping[str, Any]) -> float:
+    """Speed of a meeting on the axis of the sweep [rpm]."""
+    return one.speed / float(sweep["to_relative"])
 
 
 def _others(met: list[Meeting]) -> str:
@@ -117,7 +123,7 @@ def _others(met: list[Meeting]) -> str:
 def _words(one: Meeting, sweep: Mapping[str, Any] | None) -> str:
     """``Mesh order 4 meets mode 9 (sun moves sideways, 812 Hz) at 92 rpm, 8 % below this speed``."""
     of_stage = f" of {one.stage}" if one.stage else ""
-    at = "" if sweep is None else f" at {number(one.speed / float(sweep['to_relative']))} rpm,"
+    at = "" if sweep is None else f" at {number(_rpm(one, sweep))} rpm,"
     side = "below" if one.away < 0 else "above"
     label = one.label or f"most motion {one.body}"
     return (

@@ -32,6 +32,7 @@ export class Hub {
     this.parts = {};
     this.pinned = {};
     this.missing = {};
+    this.resonance = null; // {speed, figure, level} of the answer on resonances, of the axis of the sweep
     this.rev = -1;
     this.mode = null;
     this.playing = true;
@@ -54,6 +55,7 @@ export class Hub {
       changed.push(name);
     }
     if (frame.rev >= this.rev && frame.kind === "live") this.missing = frame.head.missing ?? {};
+    if (frame.rev >= this.rev && frame.head.answers) this.resonance = frame.head.answers.find((one) => one.key === "resonance" && one.speed != null) ?? null;
     this.rev = Math.max(this.rev, frame.rev);
     // A job belongs to the state it was started in; it does not make what is shown of the present one older.
     const modes = this.parts.modes?.head;

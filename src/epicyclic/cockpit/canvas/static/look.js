@@ -10,6 +10,7 @@ export function look() {
   cached = {
     surface: of("surface"), raised: of("raised"), ink: of("ink"), pale: of("pale"), grid: of("grid"), edge: of("edge"),
     other: of("other"), accent: of("accent"), font: of("font"),
+    levels: { good: of("pale"), warn: of("warn"), bad: of("bad") },
     strong: [1, 2, 3, 4].map((i) => of(`strong-${i}`)),
     kinds: Object.fromEntries(["sun", "planet", "ring", "carrier", "shaft", "gear"].map((kind) => [kind, of(kind)])),
     load: [1, 2, 3, 4, 5].map((i) => rgb(of(`load-${i}`))),

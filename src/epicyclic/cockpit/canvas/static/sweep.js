@@ -142,7 +142,8 @@ export class SweepPane extends Pane {
     const { left, top, width, height } = plot.bbox;
     context.save();
     const operating = this.drawOperating(context, plot, ratio, { left, top, width, height });
-    this.placePeaks(plot, ratio, { x: left / ratio, y: top / ratio, w: width / ratio, h: height / ratio }, operating);
+    const meeting = this.drawMeeting(context, plot, ratio, { left, top, width, height });
+    this.placePeaks(plot, ratio, { x: left / ratio, y: top / ratio, w: width / ratio, h: height / ratio }, [operating, meeting].filter(Boolean));
     context.globalAlpha = this.isStale() ? STALE : 1;
     for (const peak of this.shownPeaks) {
       context.beginPath();
@@ -162,12 +163,9 @@ export class SweepPane extends Pane {
     if (!Number.isFinite(at)) return null;
     const x = plot.valToPos(at, "x", true);
     if (x < left - 1 || x > left + width + 1) return null;
-    context.beginPath();
-    context.moveTo(x, top);
-    context.lineTo(x, top + height);
     context.lineWidth = 1.5 * ratio;
     context.strokeStyle = look().accent;
-    context.stroke();
+    line(context, [x, top], [x, top + height]);
     context.font = `600 ${10.5 * ratio}px ${look().font}`;
     context.fillStyle = look().accent;
     context.textBaseline = "top";
@@ -180,8 +178,32 @@ export class SweepPane extends Pane {
     return { x: start / ratio, y: top / ratio, w: wide / ratio + 8, h: 15 };
   }
 
+  /** How far the resonance of the first answer is: a dashed line at its speed, and from there to the speed that is shown. */
+  drawMeeting(context, plot, ratio, { left, top, width, height }) {
+    const { speed, figure, level } = this.hub.resonance ?? {};
+    if (!(speed >= this.range[0] && speed <= this.range[1]) || !Number.isFinite(this.head.operating)) return null;
+    const [x, from] = [plot.valToPos(speed, "x", true), plot.valToPos(this.head.operating, "x", true)];
+    const y = top + height - 7 * ratio;
+    context.save();
+    context.strokeStyle = context.fillStyle = look().levels[level] ?? look().pale;
+    context.lineWidth = 1.5 * ratio;
+    context.setLineDash([2 * ratio, 3 * ratio]);
+    line(context, [x, top], [x, top + height]);
+    context.setLineDash([]);
+    line(context, [from, y], [x, y]);
+    context.font = `600 ${10.5 * ratio}px ${look().font}`;
+    context.textBaseline = "bottom";
+    const wide = context.measureText(figure).width;
+    const isLeft = x < from ? x - wide - 8 * ratio > left : x + wide + 8 * ratio > left + width;
+    const start = isLeft ? x - wide - 5 * ratio : x + 5 * ratio;
+    context.textAlign = "left";
+    context.fillText(figure, start, top + height - 2 * ratio);
+    context.restore();
+    return { x: start / ratio - 2, y: (top + height) / ratio - 16, w: wide / ratio + 4, h: 15 };
+  }
+
   /** Names of the peaks as buttons, the highest first; where there is no room the point alone stays. */
-  placePeaks(plot, ratio, bounds, operating) {
+  placePeaks(plot, ratio, bounds, obstacles) {
     const known = this.head.peaks.filter((peak) => peak.x >= this.range[0] && peak.x <= this.range[1]);
     const sorted = [...known].sort((a, b) => b.y - a.y);
     const items = sorted.map((peak) => {
@@ -190,7 +212,7 @@ export class SweepPane extends Pane {
     });
     const points = this.curvePoints(plot, ratio);
     const dots = items.map(({ x, y }) => ({ x: x - 4, y: y - 4, w: 8, h: 8 }));
-    const boxes = placed(items, bounds, [...(operating ? [operating] : []), ...dots], points);
+    const boxes = placed(items, bounds, [...obstacles, ...dots], points);
     this.shownPeaks = items.map((item, i) => ({ ...item, box: boxes[i] }));
     const shown = this.shownPeaks.filter((item) => item.box);
     while (this.peaks.children.length > shown.length) this.peaks.lastChild.remove();
@@ -266,7 +288,8 @@ export class SweepPane extends Pane {
 
   describe(head) {
     const peaks = head.peaks.map((peak) => `${peak.label} at ${written(peak.x)}`).slice(0, 5).join("; ");
-    this.root.setAttribute("aria-label", `${this.options.label ?? "Sweep"}: ${head.y_label} over ${head.x_label}${peaks ? `; peaks: ${peaks}` : ""}. Arrow keys move along the speeds, Enter operates there.`);
+    const near = this.hub.resonance ? `; resonance of the answers at ${written(this.hub.resonance.speed)}, ${this.hub.resonance.figure} away` : "";
+    this.root.setAttribute("aria-label", `${this.options.label ?? "Sweep"}: ${head.y_label} over ${head.x_label}${peaks ? `; peaks: ${peaks}` : ""}${near}. Arrow keys move along the speeds, Enter operates there.`);
   }
 
   alsoHears() {
@@ -349,11 +372,15 @@ function withoutStage(label, curves) {
 function leader(context, { x, y, box }, ratio) {
   const [nx, ny] = nearestOf(box, { x, y });
   if (Math.hypot(nx - x, ny - y) < 10) return;
-  context.beginPath();
-  context.moveTo(x * ratio, y * ratio);
-  context.lineTo(nx * ratio, ny * ratio);
   context.lineWidth = ratio;
   context.strokeStyle = look().pale;
+  line(context, [x * ratio, y * ratio], [nx * ratio, ny * ratio]);
+}
+
+function line(context, [x0, y0], [x1, y1]) {
+  context.beginPath();
+  context.moveTo(x0, y0);
+  context.lineTo(x1, y1);
   context.stroke();
 }
 
