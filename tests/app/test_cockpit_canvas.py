@@ -186,13 +186,14 @@ INK_OF_LEVEL = """level => {
   const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
   const rgb = look.look().levels[level].match(/[0-9a-f]{2}/gi).map(x => parseInt(x, 16));
   const columns = [];
+  const left = panes.sweep.plot.bbox.left;
   for (let x = 0; x < canvas.width; x++) {
     let count = 0;
     for (let y = 0; y < canvas.height; y++) {
       const i = 4 * (y * canvas.width + x);
       if (data[i + 3] > 200 && rgb.every((one, j) => Math.abs(data[i + j] - one) < 30)) count += 1;
     }
-    if (count > 40) columns.push(panes.sweep.plot.posToVal(x / devicePixelRatio - panes.sweep.plot.bbox.left / devicePixelRatio, 'x'));
+    if (count > 40) columns.push(panes.sweep.plot.posToVal((x - left) / devicePixelRatio, 'x'));
   }
   return columns;
 }"""
