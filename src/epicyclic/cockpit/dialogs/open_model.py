@@ -65,7 +65,7 @@ async def _open(session: Session, make: Callable[[], PageState], what: str) -> M
     if state.path is not None:
         remember(state.path)
     if before is not None:
-        ui.notify(f"{what}. Undo brings back {before.name}.", timeout=3000)
+        ui.notify(f"{what}. Undo brings back {before.name}.", timeout=3000, position="bottom-left")
     return None
 
 

@@ -40,12 +40,13 @@ _LABELS = {
     "load_member": "Load of the",
     "title": "Title",
 }
+# examples are marked as such, beside what a field holds that stays empty
 _PLACEHOLDERS = {
-    "teeth": "21/39/99",
-    "ratio": "5.7",
-    "power": "750 kW",
-    "torque": "7.2 kN m",
-    "speed": "1000 rpm",
+    "teeth": "e.g. 21/39/99",
+    "ratio": "e.g. 5.7",
+    "power": "e.g. 750 kW",
+    "torque": "e.g. 7.2 kN m",
+    "speed": "e.g. 1000 rpm",
     "module": "by load",
     "face_width": "by load",
     "helix_angle": "0 deg",
@@ -321,7 +322,11 @@ class _Wizard:
         assert self.window is not None
         self.window.close()
         show_model(self.session, state, self.slot, unsaved=True)
-        ui.notify("A new train. What its drawing does not say yet is assumed; save keeps it.", timeout=5000)
+        ui.notify(
+            "A new train. What its drawing does not say yet is assumed; save keeps it.",
+            timeout=5000,
+            position="bottom-left",
+        )
 
     def _clear(self) -> None:
         """Empty fields again."""
