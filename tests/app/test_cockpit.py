@@ -154,7 +154,7 @@ def test_a_job_runs_and_is_cancelled_while_a_slider_answers(tab: Tab) -> None:
 def test_what_a_job_finds_stands_in_its_answer_and_is_applied(tab: Tab) -> None:
     line = tab.page.locator("[data-answer=relief]")
     line.get_by_role("button", name="Compute").click()
-    line.get_by_role("button", name="Draw this relief").click(timeout=60_000)
+    line.get_by_role("button", name="Draw this relief").click(timeout=12 * PATIENCE)
     line.get_by_text("is drawn").wait_for()
     line.get_by_role("button", name="Draw this relief").wait_for(state="hidden")
     tab.page.get_by_label(re.compile("^Undo")).click()
