@@ -27,7 +27,7 @@ ARGUMENTS = [
     "--enable-precise-memory-info",
 ]
 # [ms] a step may take on a machine that runs other tests besides
-PATIENCE = 15_000
+PATIENCE = 40_000
 
 
 def absent(reason: str) -> None:

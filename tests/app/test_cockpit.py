@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import http.server
+import os
 import re
 import threading
 import time
@@ -21,7 +22,7 @@ pytestmark = pytest.mark.browser
 STOPPED = 10.0
 KEPT = 1.0  # [s] after which the browser keeps a change
 SETTLED = 0.2  # [s] in which a number that a key moves has another value
-QUIET = 0.03  # share of a core that an idle server may take, its pings included
+QUIET = 0.06  # share of a core that an idle server and its processes may take, its pings included
 
 
 @pytest.fixture
@@ -131,17 +132,12 @@ def changed(tab: Tab, before: str) -> str:
 
 def holds(tab: Tab, value: str) -> None:
     """Wait until the first number box holds a value."""
-    tab.page.wait_for_function(
-        "value => document.querySelector('[data-lever] input')?.value === value", arg=value, timeout=2 * PATIENCE
-    )
+    tab.page.wait_for_function("value => document.querySelector('[data-lever] input')?.value === value", arg=value)
 
 
 def test_a_job_runs_and_is_cancelled_while_a_slider_answers(tab: Tab) -> None:
-    job = tab.page.locator("[data-job=tolerance]")
-    reveal(tab, "tolerance")
-    job.get_by_role("button", name="Run").click()
+    job = long_job(tab)
     cancel = job.get_by_role("button", name="Cancel")
-    cancel.wait_for()
     rev = tab.rev
     lever(tab).focus()
     tab.page.keyboard.press("ArrowRight")
@@ -154,18 +150,21 @@ def test_a_job_runs_and_is_cancelled_while_a_slider_answers(tab: Tab) -> None:
 def test_what_a_job_finds_stands_in_its_answer_and_is_applied(tab: Tab) -> None:
     line = tab.page.locator("[data-answer=relief]")
     line.get_by_role("button", name="Compute").click()
-    line.get_by_role("button", name="Draw this relief").click(timeout=12 * PATIENCE)
+    line.get_by_role("button", name="Draw this relief").click(timeout=5 * PATIENCE)
     line.get_by_text("is drawn").wait_for()
     line.get_by_role("button", name="Draw this relief").wait_for(state="hidden")
     tab.page.get_by_label(re.compile("^Undo")).click()
     line.get_by_role("button", name="Draw this relief").wait_for()  # what was found of this model stands again
 
 
-def reveal(tab: Tab, name: str) -> None:
-    """Open the part of the evidence in which a job stands."""
-    part = tab.page.get_by_role("tab", name=re.compile(name, re.IGNORECASE))
-    if part.count():
-        part.first.click()
+def long_job(tab: Tab) -> Any:
+    """A job of half a minute at least, which runs."""
+    tab.page.get_by_role("tab", name="Relief").click()
+    job = tab.page.locator("[data-job=relief]")
+    job.get_by_label("Search").select_option(label="thorough")
+    job.get_by_role("button", name="Run").click()
+    job.get_by_role("button", name="Cancel").wait_for()
+    return job
 
 
 def test_pin_and_compare(tab: Tab) -> None:
@@ -321,17 +320,24 @@ def test_an_upload_that_is_too_large_is_refused(tab: Tab, tmp_path: Path) -> Non
 
 def test_a_closed_tab_stops_its_jobs(context: Any, cockpit: Cockpit) -> None:
     tab = Tab(context, cockpit.address)
-    reveal(tab, "tolerance")
-    tab.page.locator("[data-job=tolerance]").get_by_role("button", name="Run").click()
-    tab.page.locator("[data-job=tolerance]").get_by_role("button", name="Cancel").wait_for()
+    long_job(tab)
     time.sleep(1.0)
-    assert len(cockpit.processes()) > 2  # the server, the warm process, the job
+    assert cores(cockpit) > 2 * QUIET  # it computes
     tab.page.close()
-    time.sleep(STOPPED - 2.0)
+    # where more processes want to run than there are cores, all that ends takes as much longer
+    busy = max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+    closed = time.monotonic()
+    time.sleep(STOPPED - 4.0)
+    while cores(cockpit) > QUIET:
+        assert time.monotonic() - closed < busy * STOPPED
+
+
+def cores(cockpit: Cockpit) -> float:
+    """Cores that the server and its processes take, in the mean of two seconds."""
     before = cockpit.seconds()
     time.sleep(2.0)
     after = cockpit.seconds()
-    assert sum(after[pid] - before.get(pid, 0.0) for pid in after) < 2.0 * QUIET * 2
+    return sum(after[pid] - before.get(pid, 0.0) for pid in after) / 2.0
 
 
 def test_the_wizard_ends_in_a_curve(tab: Tab) -> None:
