@@ -157,11 +157,22 @@ def test_what_a_job_finds_stands_in_its_answer_and_is_applied(tab: Tab) -> None:
     line.get_by_role("button", name="Draw this relief").wait_for()  # what was found of this model stands again
 
 
+def open_link(tab: Tab, link: str) -> None:
+    """Put a link into the address of a tab."""
+    with tab.page.expect_navigation():
+        tab.page.evaluate(f"location.hash = {link!r}")
+
+
 def long_job(tab: Tab) -> Any:
-    """A job of half a minute at least, which runs."""
-    tab.page.get_by_role("tab", name="Relief").click()
-    job = tab.page.locator("[data-job=relief]")
-    job.get_by_label("Search").select_option(label="thorough")
+    """A job of minutes, which runs: contact loss of a train with two mesh frequencies."""
+    from epicyclic.cockpit.state.links import fragment_of
+    from epicyclic.cockpit.state.state import opened
+
+    open_link(tab, fragment_of(opened("encased-differential")))
+    tab.page.get_by_text("encased-differential").first.wait_for()
+    tab.painted()
+    tab.page.get_by_role("tab", name="Contact loss").click()
+    job = tab.page.locator("[data-job=contact_loss]")
     job.get_by_role("button", name="Run").click()
     job.get_by_role("button", name="Cancel").wait_for()
     return job
@@ -241,8 +252,7 @@ def test_a_link_put_into_a_tab_loses_nothing(tab: Tab) -> None:
     tab.painted()
     holds(tab, second)
     link = fragment_of(with_value(opened("lin1999-n4"), "title", "the linked train"))
-    with tab.page.expect_navigation():
-        tab.page.evaluate(f"location.hash = {link!r}")
+    open_link(tab, link)
     tab.page.get_by_text("lin1999-n4").first.wait_for()
     tab.page.get_by_label(re.compile("^Undo")).click()
     tab.page.get_by_text("ren2021 *").wait_for()
