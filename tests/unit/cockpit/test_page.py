@@ -84,7 +84,9 @@ class PageSession(FakeSession):
 
     def begin(self, name: str, options: Any) -> Job:
         self.calls.append(("job", name, dict(options)))
-        self.started.append(Job(id=len(self.started) + 1, name=name, label=name, rev=self.rev, status="runs"))
+        job = Job(id=len(self.started) + 1, name=name, label=name, rev=self.rev, status="runs")
+        job.origin = self.state.origin
+        self.started.append(job)
         return self.started[-1]
 
     def end(self, job: Job) -> None:
@@ -211,6 +213,27 @@ def test_a_value_that_the_file_does_not_state_is_taken_back() -> None:
     look(talk, session)
 
 
+def test_escape_takes_back_what_was_refused() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        lever = levers(user)[MASS["path"]]
+        raise_in(lever, "typed", "nonsense")
+        raise_in(lever, "restore")
+        assert lever.props["message"] == ""
+        raise_in(lever, "typed", "-5")
+        session.fail({"path": MASS["path"], "message": "out of range", "given": "-5 kg", "allowed": ">= 0"})
+        raise_in(lever, "restore")
+        assert lever.props["message"] == ""
+        assert MASS["path"] not in session.now.overrides
+        assert lever.props["shown"][1] == 750.0
+        raise_in(lever, "typed", "-5")
+        session.apply({"stages.main.ring.mass": "600 kg"}, "another")
+        session.fail({"path": MASS["path"], "message": "out of range", "given": "-5 kg", "allowed": ">= 0"})
+        raise_in(lever, "restore")  # of a newer step nothing is taken back
+        assert session.now.overrides["stages.main.ring.mass"] == "600 kg"
+
+    look(talk)
+
+
 def test_what_is_refused_stands_beside_its_lever_until_it_computes_again() -> None:
     async def talk(user: User, session: PageSession) -> None:
         lever = levers(user)[MASS["path"]]
@@ -291,7 +314,7 @@ def test_what_a_job_found_stands_in_the_line_until_the_state_moves_on() -> None:
         session.rev += 1
         session.tell("state")
         line = texts(user, data_answer="relief")
-        assert line.startswith("! | ≈ 60 | About 60 um. (computed for an earlier state)")
+        assert line.startswith("! | ≈ 60 | About 60 um. | Compute")
         assert "Draw it" not in line
 
     look(talk)
@@ -311,7 +334,7 @@ def test_a_job_runs_in_the_line_of_its_answer_and_is_marked_when_the_state_moves
         raise_in(levers(user)[MASS["path"]], "release", 900.0)  # a lever answers meanwhile
         job.status = "done"
         session.tell("jobs")
-        assert "of an earlier state: run again." in texts(user, data_job="relief")
+        assert "of another state: run again." in texts(user, data_job="relief")
         assert "Run again" in texts(user, data_job="relief")
         session.begin("tolerance", {})
         press(user, "Jobs")
@@ -319,6 +342,26 @@ def test_a_job_runs_in_the_line_of_its_answer_and_is_marked_when_the_state_moves
         press(user, "Cancel")
         assert session.started[1].status == "cancelled"
         assert "cancelled" in texts(user, aria_label="Evidence")
+
+    look(talk)
+
+
+def test_what_was_refused_of_another_model_is_not_told_of_this_one() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        relief = {**ANSWER, "key": "relief", "apply": None, "text": "About 60 um.", "job": "relief", "figure": ""}
+        await played(session, answers=[relief])
+        press(user, "Compute relief")
+        session.started[0].status, session.started[0].message = "failed", "no tooth is loaded"
+        session.tell("jobs")
+        assert "no tooth is loaded" in texts(user, data_answer="relief")
+        assert "no tooth is loaded" in texts(user, data_job="relief")
+        session.rev += 1
+        await session.open(opened("wind-stage"))
+        for place in ({"data_answer": "relief"}, {"data_job": "relief"}):
+            assert "no tooth is loaded" not in texts(user, **place)
+        assert "Run" in texts(user, data_job="relief")
+        press(user, "Jobs")
+        assert "ren2021, state 1 | failed: no tooth is loaded" in texts(user, aria_label="Evidence")
 
     look(talk)
 
@@ -403,6 +446,7 @@ def test_words_of_a_job() -> None:
     assert progress_text(job, 3) == "waits for another job"
     job.status, job.progress, job.remaining = "runs", 0.25, 200.0
     assert progress_text(job, 3) == "25 %, 3 min left"
+    assert progress_text(job, 4) == "25 %, 3 min left, of another state"
     job.status, job.message = "failed", "operation.speed: is missing"
     assert progress_text(job, 3) == "failed: operation.speed: is missing"
 

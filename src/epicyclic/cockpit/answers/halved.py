@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from ...gears.grades import FLANK_GRADES, SIZE_GRADES
 from ...model.written import written
 from ...train.train import Train
 from .paths import in_short
@@ -18,16 +19,18 @@ _FINER = 2
 
 
 def halved_text(text: str) -> str | None:
-    """A distribution with half its spread about the same mean, a grade two steps finer; None where there is none."""
+    """A distribution with half its spread about the same mean, a grade two steps finer; None where there is none, as
+    below the finest grade of a standard."""
     call = _CALL.fullmatch(text)
     if call is None:
         return None
     name, inside = call[1], call[2]
     if name == "grade":
         grade = _GRADE.fullmatch(inside)
-        if grade is None or int(grade[2]) <= _FINER:
+        if grade is None:
             return None
-        return f"grade({grade[1]}{int(grade[2]) - _FINER}{grade[3]})"
+        finer, known = int(grade[2]) - _FINER, SIZE_GRADES if grade[1].endswith("IT") else FLANK_GRADES
+        return f"grade({grade[1]}{finer}{grade[3]})" if finer in known else None
     parts = [part.strip() for part in inside.split(",")]
     numbers = [written(part) for part in parts]
     if not numbers or any(one is None for one in numbers):
@@ -36,6 +39,11 @@ def halved_text(text: str) -> str | None:
         return f"{name}({_scaled(parts[0], 0.5)})"
     if name == "normal":
         return f"normal({parts[0]}, {_scaled(parts[1], 0.5)})"
+    if name == "uniform" and len({one.unit for one in numbers if one is not None}) == 1:
+        low, high = (one.values[0] for one in numbers if one is not None)
+        middle, half = (low + high) / 2, (high - low) / 4
+        unit = f" {one.unit}" if (one := numbers[0]) is not None and one.unit else ""
+        return f"uniform({middle - half:.6g}{unit}, {middle + half:.6g}{unit})"
     if name == "truncated":
         return f"truncated({parts[0]}, {_scaled(parts[1], 0.5)}, {parts[2]}, {parts[3]})"
     return None

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...show.figures.series import label
 from ...train.train import Train
 from .answer import Answer, answer, number, per_cent
 from .halved import halved_tolerance
@@ -28,14 +30,16 @@ __all__ = [
 
 # Rows of bars that are read.
 _MOST = 12
-# Share of the variance of K_gamma from which one tolerance is the one to talk about.
-_HALF = 0.5
+# Share of the variance of K_gamma from which one tolerance is the one to talk about; part of the largest share from
+# which the next one is named beside it: the draws do not tell them apart.
+_HALF, _AS_LARGE = 0.5, 0.9
 
 Array = NDArray[np.float64]
 
 
 def contact_loss_frame(result: xr.Dataset) -> JobFrame:
     """Largest and least force of any mesh over speed, run-up and coast-down, and where teeth part."""
+    shafts = bool(json.loads(result.attrs["options"]).get("shaft_orders"))
     relative = np.asarray(result["speed"].values, dtype=float)
     peak = result["mesh_force_peak"].transpose("direction", "mesh", "speed").values
     least = result["mesh_force_minimum"].transpose("direction", "mesh", "speed").values
@@ -50,7 +54,11 @@ def contact_loss_frame(result: xr.Dataset) -> JobFrame:
     }
     drawn = lines("speed [% of operation]", f"mesh force [{unit}]", 100 * relative, curves)
     at = int(np.nanargmax(up)) if np.isfinite(up).any() else 0
-    text = f"Largest force {number(float(up[at]) * scale, 4)} {unit} at {per_cent(float(relative[at]))} of the speed"
+    orders = "with shaft orders" if shafts else "mesh orders alone"
+    text = (
+        f"Largest force {number(float(up[at]) * scale, 4)} {unit} at {per_cent(float(relative[at]))} of the speed "
+        f"({orders})"
+    )
     if parted.any():
         places = relative[parted.any(axis=0)]
         text += f"; teeth part from {per_cent(float(places[0]))} to {per_cent(float(places[-1]))}"
@@ -93,8 +101,11 @@ def transient_frame(result: xr.Dataset) -> JobFrame:
     return job_frame("transient", "Motion over time", text, drawn)
 
 
-def contact_frame(result: xr.Dataset, *, show: str = "error") -> JobFrame:
-    """Loaded transmission error over the mesh cycle at every load, or the largest load along the face."""
+def contact_frame(result: xr.Dataset, *, show: str = "error", stage: bool = False) -> JobFrame:
+    """Loaded transmission error over the mesh cycle at every load, or the largest load along the face.
+
+    stage : whether the stage of the mesh is named.
+    """
     loads = np.asarray(result["mesh_load"].values, dtype=float)
     operating = int(np.abs(loads - float(result.attrs["force"])).argmin())
     swing = 1e6 * result["transmission_error_peak_to_peak"].values
@@ -112,7 +123,7 @@ def contact_frame(result: xr.Dataset, *, show: str = "error") -> JobFrame:
         x = np.asarray(result["mesh_phase"].values, dtype=float)
         drawn = lines("mesh cycle [1]", "error about its mean [µm]", x, curves)
     text = (
-        f"{mesh_words([str(result.attrs['mesh'])])[0]} at {number(float(loads[operating]) / 1e3, 4)} kN: "
+        f"{label(str(result.attrs['mesh']), stage=stage)} at {number(float(loads[operating]) / 1e3, 4)} kN: "
         f"transmission error {number(float(swing[operating]))} µm peak to peak, largest load "
         f"{number(float(np.nanmax(largest)))} N/mm, face-load factor {number(float(np.nanmax(factor)))}."
     )
@@ -180,7 +191,7 @@ def tolerance_frame(train: Train, result: xr.Dataset) -> JobFrame:
     )
     text = (
         f"K_gamma stays below {known[most]:.3f} in {100 * most:g} % of {int(result.attrs['samples'])} trains; "
-        f"{per_cent(above)} are above {limit:g}."
+        f"{per_cent(above)} are above {limit:g}. What is drawn stands in place of the numbers of the model."
     )
     change = halved_tolerance(train, names[order[0]]) if len(order) else {}
     found = _tolerance_answer(train, names, total, order, change)
@@ -207,11 +218,13 @@ def _tolerance_answer(
     share = float(total[first])
     text = (
         f"of the variance of K_gamma among trains of this drawing involves the tolerance of "
-        f"{_entry_words(names[first], train)}, alone or with others."
+        f"{_entry_words(names[first], train)}, alone or with others"
     )
+    if len(order) > 1 and total[order[1]] >= _AS_LARGE * share > 0:
+        text += f"; {100 * float(total[order[1]]):.0f} % that of {_entry_words(names[int(order[1])], train)}"
     return answer(
         "error",
-        text,
+        f"{text}.",
         figure=f"{100 * share:.0f} %",
         level="warn" if share >= _HALF else "good",
         apply=change,

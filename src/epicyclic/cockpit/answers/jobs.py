@@ -42,7 +42,8 @@ _LOADS = (0.75, 1.0)
 class JobKind:
     """A kind of job.
 
-    name, label : of the page.  about : what it does by default, in a sentence.  seconds : on ren2021, about.
+    name, label : of the page.  about : what it does by default, in a sentence.  seconds : on ren2021, about; a train
+        of several stages or planets may take minutes.
     options : name -> what it means; a job refuses others.
     run : (source, overrides, options, progress) -> frame and Dataset; progress is called with the share done 0..1 or
         with (done, of), and may raise to end the job.  Raises ModelError, ConvergenceError as its verb.
@@ -124,13 +125,15 @@ def _transient(source: Source, overrides: Mapping[str, object], options: Mapping
 
 
 def _contact(source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], go: Progress) -> Result:
+    from ...resolve.resolve import load
     from ...verbs.contact import contact
 
     chosen = {"loads": (0.5, 1.0, 1.25), **_known("contact", options)}
     show = chosen.pop("show", "error")
     go(0.05)
     result = contact(source, overrides=dict(overrides), **chosen)
-    return contact_frame(result, show=str(show)), result
+    stage = len(load(source, dict(overrides)).planets) > 1
+    return contact_frame(result, show=str(show), stage=stage), result
 
 
 def _stiffness(source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], go: Progress) -> Result:

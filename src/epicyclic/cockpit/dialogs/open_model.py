@@ -198,6 +198,7 @@ def _receiver(session: Session) -> ui.upload:
     picker = ui.upload(on_upload=take, on_rejected=too_large, max_file_size=MAX_BYTES, auto_upload=True)
     picker.classes("hidden").props(f'accept="{_SUFFIXES}" aria-hidden=true')
     picker.on("failed", lambda: ui.notify("The file did not arrive: too large, or the server is gone", type="negative"))
+    ui.on("cockpit-several", lambda: ui.notify("One file at a time: only the first one is opened.", type="warning"))
     ui.add_head_html(_DROP % picker.id)
     return picker
 
@@ -217,6 +218,7 @@ _DROP = """<style>body.cockpit-drop::after { content: "Drop a model file: .toml 
     if (!files(event)) return;
     event.preventDefault();
     mark(0);
+    if (event.dataTransfer.files.length > 1) emitEvent("cockpit-several");
     getElement(%d).$refs.qRef.addFiles([...event.dataTransfer.files].slice(0, 1));
   });
 })();</script>"""

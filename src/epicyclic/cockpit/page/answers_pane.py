@@ -154,7 +154,7 @@ class _Line:
         if job is None or found:
             self._say(text)
         elif done:
-            self._say(f"{text} (computed for an earlier state)" if job.rev != rev else progress_text(job, rev))
+            self._say(text if job.rev != rev else progress_text(job, rev))  # the text is of this state, the job is not
         else:
             self._say(f"{text} ({progress_text(job, rev)})")
 

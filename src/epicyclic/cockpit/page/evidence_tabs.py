@@ -7,7 +7,7 @@ from nicegui.element import Element
 from ...errors import ModelError
 from ..canvas.element import EvidencePane, send
 from ..dialogs.parts import refused
-from ..processes.jobs import Job
+from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
 from .controls import Words, box, button, hide, prop
 from .job_bar import JobBar
@@ -42,7 +42,7 @@ _LIST = "jobs"
 
 
 class EvidenceTabs:
-    """Tabs over one pane.  newest : the job of each name that was started last."""
+    """Tabs over one pane.  newest : the job of each name that says most of the present state."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -89,7 +89,7 @@ class EvidenceTabs:
         if before is not None and not before.ended:
             return
         try:
-            self.newest[name] = self._session.jobs.start(name, self._bars[name].options)
+            self._session.jobs.start(name, self._bars[name].options)
         except ModelError as error:
             refused(error)
         self.follow()
@@ -99,12 +99,15 @@ class EvidenceTabs:
             self._session.jobs.cancel(self.newest[name])
 
     def follow(self) -> None:
-        """Show the jobs as they stand, mark those of an older state, and send results that have come."""
-        for name, job in self.newest.items():
-            self._bars[name].follow(job)
-            if job.packed is not None and self._sent.get(name) != (job.id, job.rev):
+        """Show the jobs as they stand, mark those of another state, and send results that have come."""
+        session = self._session
+        origin = None if session.state is None else session.state.origin
+        self.newest = newest_of(session.jobs.visible(), session.rev, origin)
+        for name, bar in self._bars.items():
+            job = self.newest.get(name)
+            bar.follow(job)
+            if job is not None and job.packed is not None and self._sent.get(name) != (job.id, job.rev):
                 self._sent[name] = job.id, job.rev
                 send(self.pane, job.packed)
-            busy = not job.ended
-            prop(self._tabs[name], "data-busy", "true" if busy else None)
-        self._list.follow()
+            prop(self._tabs[name], "data-busy", "true" if job is not None and not job.ended else None)
+        self._list.follow(self.newest)

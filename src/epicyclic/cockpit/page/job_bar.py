@@ -29,6 +29,7 @@ class JobBar:
     ) -> None:
         self._session, self._name, self._words = session, name, words
         self._job: Job | None = None
+        self._before = _before(name)
         with box("ck-job") as self._bar:
             self._bar.props["data-job"] = name
             self._run = button("Run", lambda: run(name), classes="ck-small ck-main")
@@ -37,8 +38,8 @@ class JobBar:
             self._choices = _choices(OPTIONS[name], self._choose) if name in OPTIONS else None
             self._progress = box("", "progress")
             self._progress.props.update({"max": 1, "aria-label": f"{words}: share done"})
-            self._text = Words(classes="ck-answer-text", text=_before(name))
-            self._text.props["title"] = self._text.text
+            self._text = Words(classes="ck-answer-text", text=self._before)
+            self._text.props["title"] = self._before
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
         for part in (self._cancel, self._progress, self._apply):
             hide(part, True)
@@ -56,16 +57,22 @@ class JobBar:
         if isinstance(event.args, int) and 0 <= event.args < len(OPTIONS[self._name].choices):
             self._chosen = event.args
 
-    def follow(self, job: Job) -> None:
-        """Show a job as it stands beside the present state."""
+    def follow(self, job: Job | None) -> None:
+        """Show a job as it stands beside the present state; None: none that says anything of it."""
+        if job is None and self._job is None:
+            return
         self._job = job
+        if job is None:
+            self._forget()
+            return
         rev = self._session.rev
         hide(self._run, not job.ended)
         hide(self._cancel, job.ended)
         hide(self._progress, job.ended)
         if self._choices is not None:
             hide(self._choices, not job.ended)
-        prop(self._progress, "value", round(job.progress * _STEPS) / _STEPS)
+        # without a number the bar runs to and fro: a first part may take long
+        prop(self._progress, "value", round(job.progress * _STEPS) / _STEPS or None)
         self._text.say(progress_text(job, rev))
         prop(self._text, "title", self._text.text)
         prop(self._text, "role", "alert" if job.status == "failed" else None)
@@ -74,6 +81,18 @@ class JobBar:
         result = result_of(job)
         self._apply.say(str(result.get("apply_label") or "Apply"))
         hide(self._apply, not result.get("apply") or job.rev != rev)
+
+    def _forget(self) -> None:
+        """Show the job as one that has not run."""
+        for part, hidden in ((self._run, False), (self._cancel, True), (self._progress, True), (self._apply, True)):
+            hide(part, hidden)
+        if self._choices is not None:
+            hide(self._choices, False)
+        self._run.say("Run")
+        self._text.say(self._before)
+        for name, value in {"title": self._before, "role": None}.items():
+            prop(self._text, name, value)
+        prop(self._bar, "data-stale", None)
 
     def _on_apply(self) -> None:
         if self._job is None:
@@ -101,7 +120,9 @@ def _before(name: str) -> str:
     """What is said of a job that has not run."""
     from ..answers.jobs import JOBS
 
-    return f"{JOBS[name].about} About {_time(JOBS[name].seconds)}." if name in JOBS else "runs beside the page"
+    if name not in JOBS:
+        return "runs beside the page"
+    return f"{JOBS[name].about} From {_time(JOBS[name].seconds)}, by the size of the train."
 
 
 def result_of(job: Job) -> Mapping[str, Any]:
@@ -114,12 +135,13 @@ def progress_text(job: Job, rev: int) -> str:
     """One sentence of a job as it stands, where the present state has the number `rev`."""
     if job.status == "waits":
         return "waits for another job"
+    other = "" if job.rev == rev else "of another state"
     if job.status == "runs":
         left = "" if job.remaining is None else f", {_time(job.remaining)} left"
-        return f"{100 * job.progress:.0f} %{left}"
+        return f"{100 * job.progress:.0f} %{left}{other and f', {other}'}"
     if job.status != "done":
         return f"failed: {job.message}" if job.status == "failed" else "cancelled"
-    old = "" if job.rev == rev else "of an earlier state: run again. "
+    old = f"{other}: run again. " if other else ""
     return f"{old}{result_of(job).get('text') or 'done'}"
 
 

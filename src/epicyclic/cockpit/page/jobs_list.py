@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from ..processes.jobs import Job
 from ..processes.session import Session
@@ -19,6 +19,7 @@ class JobsList:
         self._session, self._show = session, show
         self._rows: list[_Row] = []
         self._hidden = True
+        self._newest: Mapping[str, Job] = {}
         with box("ck-grow ck-jobs") as self._root:
             self._none = Words("div", "No job has been started. A job runs beside the page.", classes="ck-nothing")
         hide(self._root, True)
@@ -26,10 +27,11 @@ class JobsList:
     def hide(self, hidden: bool) -> None:
         hide(self._root, hidden)
         self._hidden = hidden
-        self.follow()
+        self.follow(self._newest)
 
-    def follow(self) -> None:
-        """Show the jobs as they stand, where the list is seen."""
+    def follow(self, newest: Mapping[str, Job]) -> None:
+        """Show the jobs as they stand, where the list is seen.  newest : those whose results are shown."""
+        self._newest = newest
         if self._hidden:
             return
         jobs = list(reversed(self._session.jobs.visible()))
@@ -38,7 +40,7 @@ class JobsList:
             while len(self._rows) < len(jobs):
                 self._rows.append(_Row(self._session, self._show))
         for row, job in zip(self._rows, jobs, strict=False):
-            row.follow(job, self._session.rev)
+            row.follow(job, self._session.rev, shown=newest.get(job.name) is job)
         for row in self._rows[len(jobs) :]:
             row.end()
 
@@ -57,14 +59,16 @@ class _Row:
 
     _job: Job | None
 
-    def follow(self, job: Job, rev: int) -> None:
+    def follow(self, job: Job, rev: int, *, shown: bool) -> None:
         self._job = job
+        state = self._session.state
+        other = job.origin is not None and (state is None or state.origin != job.origin)
         self._name.say(job.label or job.name)
-        self._state.say(f"state {job.rev}")
+        self._state.say(f"{job.origin[2]}, state {job.rev}" if other and job.origin else f"state {job.rev}")
         self._text.say(progress_text(job, rev))
         prop(self._text, "title", self._text.text)
         hide(self._cancel, job.ended)
-        hide(self._open, job.frame is None)
+        hide(self._open, job.frame is None or not shown)
         hide(self._row, False)
 
     def end(self) -> None:

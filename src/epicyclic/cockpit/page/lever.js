@@ -14,7 +14,7 @@ export default {
     // [count, value]: a new count shows the value, even one that was shown before
     shown: Array,
   },
-  emits: ["move", "release", "typed", "reset"],
+  emits: ["move", "release", "typed", "reset", "restore"],
   template: `
     <div class="ck-lever" :data-lever="path" :data-refused="message ? 'true' : null">
       <div class="ck-lever-line">
@@ -138,6 +138,7 @@ export default {
     },
     restore() {
       this.write(true);
+      if (this.message) this.$emit("restore");
     },
   },
 };

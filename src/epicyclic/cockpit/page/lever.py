@@ -15,6 +15,7 @@ from ...model.units import factor
 from ..answers.lever_entries import entry_of, with_entry
 from ..dialogs.field_list import file_value
 from ..processes.session import Session
+from ..state.state import PageState
 from ..state.written_text import value_at
 from .controls import prop
 
@@ -38,6 +39,7 @@ class LeverControl(Element, component="lever.js"):
         self._session, self.path = session, str(lever["path"])
         self._unit, self._integer = str(lever.get("unit") or ""), bool(lever.get("integer"))
         self._value, self._drags, self._shows = float(lever["value"]), 0, 0
+        self._asked: PageState | None = None  # the state that this lever has made last
         self._entry, self._count = lever.get("entry"), int(lever.get("count") or 0)
         self._seen: object = None
         least, most = float(lever["least"]), float(lever["most"])
@@ -63,6 +65,7 @@ class LeverControl(Element, component="lever.js"):
         self.on("release", lambda event: self._moved(event, released=True))
         self.on("typed", lambda event: self._typed(str(event.args)))
         self.on("reset", lambda _: self._to_file())
+        self.on("restore", lambda _: self._take_back())
 
     def follow(self) -> None:
         """Show the value of the present state, unless it is the one that this lever has asked for."""
@@ -126,8 +129,16 @@ class LeverControl(Element, component="lever.js"):
         except ModelError as error:
             self._tell(_sentence(error.problem, error.allowed))
         else:
+            self._asked = self._session.state
             if self._session.failed is None:
                 self._tell("")
+
+    def _take_back(self) -> None:
+        """Undo a value that was refused, where nothing has changed since; what was no value is forgotten."""
+        state = self._session.state
+        if self._session.failed is not None and state is not None and state is self._asked:
+            self._session.undo()
+        self._tell("")
 
     def _to_file(self) -> None:
         state = self._session.state

@@ -8,7 +8,7 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
@@ -22,7 +22,7 @@ from .channel import Channel
 from .spawned import Spare, kill_group, spawned, waiting
 from .tasks import Task, task_of
 
-__all__ = ["Job", "Jobs"]
+__all__ = ["Job", "Jobs", "newest_of"]
 
 # Jobs that run at once: the machine has live work too.
 _MOST_AT_ONCE = 2
@@ -45,6 +45,7 @@ ENDED = ("done", "cancelled", "failed")
 class Job:
     """One job.  rev : newest state it belongs to.  model : what that is computed of.  progress : 0..1.
 
+    origin : model file of the state, as of `PageState`; None where it is of none.
     remaining : [s], None where it is not known yet.
     message : why it failed.  frame, packed : its result for the page.  value : another result.
     dataset_path : file of its Dataset, or the file it was asked for, in a folder that goes with the page.
@@ -65,6 +66,7 @@ class Job:
     error: ModelError | None = None
     hidden: bool = False
     model: object = None
+    origin: tuple[Path | None, str | None, str] | None = None
     seconds: float = 0.0
     _task: Task | None = None
     _process: SpawnProcess | None = None
@@ -79,6 +81,20 @@ class Job:
     async def wait(self) -> None:
         """Wait until it has ended."""
         await self._over.wait()
+
+
+def newest_of(jobs: Sequence[Job], rev: int, origin: object) -> dict[str, Job]:
+    """Name -> the job that says most of the state with this number: one that runs or has ended for it; else one of
+    another state of the same model file that runs, or the newest that was done.  What was refused or cancelled of
+    another state says nothing of this one."""
+    found: dict[str, tuple[bool, bool, Job]] = {}
+    for job in jobs:
+        if job.rev != rev and (job.origin != origin or job.status in ("failed", "cancelled")):
+            continue
+        new = (not job.ended, job.rev == rev, job)
+        if job.name not in found or new[:2] >= found[job.name][:2]:
+            found[job.name] = new
+    return {name: job for name, (_, _, job) in found.items()}
 
 
 class Jobs:

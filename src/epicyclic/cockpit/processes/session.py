@@ -26,8 +26,6 @@ from .worker import Client, Worker, start_worker
 __all__ = ["Session"]
 
 Levers = tuple[Mapping[str, Any], ...]
-# Model file by what it is of: path, ready drive and name.
-_Origin = tuple[Path | None, str | None, str]
 
 
 @dataclass(slots=True, eq=False)
@@ -65,7 +63,7 @@ class Session:
         self._client = Client(deliver=self._deliver, idle=self._idle)
         self._client_of_a = Client(deliver=self._deliver_a, idle=self._tell_state)
         self._listeners = _Listeners()
-        self._kept: dict[_Origin, PageState | None] = {}
+        self._kept: dict[tuple[Path | None, str | None, str], PageState | None] = {}
         self._digests: dict[Path, str] = {}
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -106,7 +104,7 @@ class Session:
         now = self.state
         if now is None:
             return False
-        kept = self._kept.get(_origin(now))
+        kept = self._kept.get(now.origin)
         return kept is None or (now.base, now.overrides) != (kept.base, kept.overrides)
 
     async def start(self, state: PageState | None) -> None:
@@ -131,7 +129,7 @@ class Session:
 
     def _begun(self, state: PageState | None, kept: PageState | None) -> None:
         if state is not None:
-            self._kept[_origin(state)] = kept
+            self._kept[state.origin] = kept
             if state.path is not None:
                 self._digests[state.path] = _digest(state.path)
         self.levers = ()
@@ -376,7 +374,7 @@ class Session:
         await asyncio.to_thread(write_text, target, text)
         self._digests[target] = await asyncio.to_thread(_digest, target)
         saved = replace(state, base=text, overrides={}, path=target, name=target.name, drive=None, trusted=True)
-        self._kept[_origin(saved)] = saved
+        self._kept[saved.origin] = saved
         self.history = self.history.with_file(state, saved)
         self._tell_state()
         return target
@@ -388,7 +386,7 @@ class Session:
         state, pinned = self.state, self.pinned
         if state is None:
             return {"state": None}
-        kept = self._kept.get(_origin(state))
+        kept = self._kept.get(state.origin)
         found: dict[str, object] = {
             "state": snapshot_text(state),
             "pinned": None if pinned is None else snapshot_text(pinned),
@@ -465,16 +463,13 @@ class _PageJobs(Jobs):
             raise ModelError("no model is open", path="model", allowed="open one, or make a new one")
         job = self.begin(name, options or {}, source=source, overrides=overrides, rev=self._session.rev, hidden=hidden)
         job.model = (source, overrides)
+        job.origin = None if state is None else state.origin
         return job
 
 
 def _request(state: PageState, rev: int, kind: Literal["live", "full"]) -> Request:
     source, overrides = request_of(state)
     return Request(rev=rev, kind=kind, source=source, overrides=overrides, relative_speed=state.relative_speed)
-
-
-def _origin(state: PageState) -> _Origin:
-    return state.path, state.drive, state.name
 
 
 def _label(path: str, value: object) -> str:

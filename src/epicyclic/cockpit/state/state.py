@@ -60,6 +60,11 @@ class PageState:
     trusted: bool = False
     relative_speed: float = 1.0
 
+    @property
+    def origin(self) -> tuple[Path | None, str | None, str]:
+        """Model file that it is of: path, ready drive and name."""
+        return self.path, self.drive, self.name
+
 
 def opened(source: str | Path) -> PageState:
     """The state of a ready drive, a model file or a REXS file of this machine.

@@ -154,8 +154,11 @@ def test_relief_is_drawn_by_its_apply() -> None:
         ("disc(70 um)", "disc(35 um)"),
         ("truncated(1.9 MN m, 0.2 MN m, 1.4 MN m, 2.5 MN m)", "truncated(1.9 MN m, 0.1 MN m, 1.4 MN m, 2.5 MN m)"),
         ("grade(ISO 1328-1:2013 5, 3 sigma)", "grade(ISO 1328-1:2013 3, 3 sigma)"),
-        ("grade(IT6, 3 sigma)", "grade(IT4, 3 sigma)"),
-        ("uniform(-5 um, 5 um)", None),
+        ("grade(IT8, 3 sigma)", "grade(IT6, 3 sigma)"),
+        ("grade(IT6, 3 sigma)", None),  # ISO 286-1 as it is used here begins at IT5
+        ("grade(ISO 1328-1:2013 2, 3 sigma)", None),
+        ("uniform(-5 um, 5 um)", "uniform(-2.5 um, 2.5 um)"),
+        ("uniform(10 um, 20 um)", "uniform(12.5 um, 17.5 um)"),
         ("grade(IT2, 3 sigma)", None),
         ("nonsense", None),
     ],
