@@ -190,6 +190,15 @@ def test_pin_and_compare(tab: Tab) -> None:
         table.get_by_role("row").filter(has_text=differs).wait_for()
 
 
+def test_a_button_that_goes_hands_on_the_focus(tab: Tab) -> None:
+    for name, place in (("Let the sun float", "[data-answer=float]"), ("Pin A", ".ck-head")):
+        button = tab.page.get_by_role("button", name=name, exact=True)
+        button.focus()
+        tab.page.keyboard.press("Enter")
+        button.wait_for(state="hidden")
+        tab.page.wait_for_function("place => document.activeElement.closest(place) !== null", arg=place)
+
+
 @contextmanager
 def another_site(link: str) -> Iterator[str]:
     """A page of another origin with a link, a frame and a picture of the cockpit."""

@@ -138,6 +138,7 @@ _QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>.*?)\s*", re.DOTAL
 _LIST = re.compile(r"\s*\[(?P<items>[^\[\]]*)\]\s*(?P<unit>[^\[\]]*?)\s*")
 # a decimal comma, or thousands set apart
 _SET_APART = re.compile(r"\s*[+-]?[0-9.]+\s*[,'\u2019\s]\s*(?!1\s*/)[0-9]")
+_BLANKS = re.compile(r"[\s*·]+")
 # a unit text: words, powers of one digit, products and quotients; nothing pint could be made to compute for long
 _UNIT = re.compile(r"(?:[A-Za-zµμ°%²³·]+|(?:\^|\*\*)-?\d(?![\d.]|\s*(?:\^|\*\*))|1(?=\s*/)|[*/()\s])+")
 _HERTZ = re.compile(r"(?<![A-Za-z])[kMG]?(?:Hz|[hH]ertz)(?![A-Za-z])")
@@ -233,7 +234,17 @@ def _parse(text: str, kinds: tuple[str, ...], wrong: Any, *, bare: bool, listed:
                 continue
             if (scale := convert(unit, KINDS[kind].unit)) is not None:
                 return _scaled(found["number"], scale), KINDS[kind].unit
-    raise wrong(UNKNOWN_UNIT)
+    near = _meant(unit, kinds)
+    raise wrong(f"{UNKNOWN_UNIT}; did you mean {near!r}?" if near else UNKNOWN_UNIT)
+
+
+def _meant(unit: str, kinds: tuple[str, ...]) -> str:
+    """A unit of these kinds that differs in spaces and capitals alone: ``kN m`` of ``kNm``; "" without one."""
+    plain = _BLANKS.sub("", unit).casefold()
+    targets = {KINDS[kind].unit for kind in kinds}
+    return next(
+        (one for one, (_, si) in COMMON.items() if si in targets and _BLANKS.sub("", one).casefold() == plain), ""
+    )
 
 
 def _scaled(text: str, scale: float) -> float:

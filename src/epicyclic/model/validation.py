@@ -60,7 +60,7 @@ def unlisted_paths(data: PlainTable, names: Names) -> list[str]:
     """Return the paths of the texts whose unit is none of `unit_patterns`."""
     faults = _faults(data, names, None, Reading(listed=True))
     errors = ((path_of(detail["loc"]), detail.get("ctx", {}).get("error")) for detail in faults)
-    return [path for path, error in errors if isinstance(error, ModelError) and error.problem == UNKNOWN_UNIT]
+    return [path for path, error in errors if isinstance(error, ModelError) and error.problem.startswith(UNKNOWN_UNIT)]
 
 
 def quantity_at(data: PlainTable, path: str, names: Names, folder: Path | None) -> Probe:

@@ -46,6 +46,16 @@ def test_the_fields_give_the_train_of_the_command() -> None:
     assert "centre distance 302.589 mm" in told.facts[0]
 
 
+def test_a_decimal_comma_is_a_point_and_thousands_are_refused() -> None:
+    fields = {"by": "teeth", "planets": "3", **OWN}
+    for module in ("7,5", "7,5 mm"):
+        assert tables_of(preview_of({**fields, "module": module}).text)["stages"]["main"]["module"] == "7.5 mm"
+    for field, text in (("speed", "1,000"), ("speed", "1,000 rpm"), ("speed", "1 000 rpm"), ("face_width", "1,200 mm")):
+        with pytest.raises(ModelError, match="within the number") as error:
+            preview_of({**fields, field: text})
+        assert error.value.path == field
+
+
 def test_what_a_rule_chose_gives_way_to_what_is_said() -> None:
     said = {"damping.modal": "0.05", "stages.main.sun.support.radial": "0", "stages.main.carrier.mass": "480"}
     document = tables_of(preview_of({"by": "teeth", "planets": "3", **OWN, **said}).text)

@@ -44,6 +44,8 @@ BESIDE: Mapping[str, str] = {
 }
 """Path -> label of what a running model needs beside teeth and load; empty, it follows a rule."""
 
+# one decimal comma; of three digits behind it nobody knows whether they are thousands
+_COMMA = re.compile(r"([+-]?\d+),(\d{1,2}|\d{4,})(?!\d)")
 _BARE = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _SET = re.compile(r"\b\d{2,4}/\d{2,4}/\d{2,4}\b")
 
@@ -120,23 +122,24 @@ def sets_in(text: str) -> tuple[str, ...]:
 
 
 def _typed(fields: Mapping[str, Any], name: str) -> str:
-    return str(fields.get(name) or "").strip()
+    """What stands in a field, a decimal comma as a point."""
+    text = str(fields.get(name) or "").strip()
+    return text if name == "title" else _COMMA.sub(r"\1.\2", text, count=1) if _COMMA.match(text) else text
 
 
 def _with_unit(name: str, text: str) -> str | float:
     """A text as the model file has it: a bare number with the unit of its field, a ratio as a number."""
     unit = UNITS.get(name)
-    number = text.replace(",", ".")
-    if not _BARE.fullmatch(number):
+    if not _BARE.fullmatch(text):
         return text
     if unit is None:
-        return float(number)
-    return number if unit == "N/m" and float(number) == 0 else f"{number} {unit}"
+        return float(text)
+    return text if unit == "N/m" and float(text) == 0 else f"{text} {unit}"
 
 
 def _number(name: str, text: str) -> float:
     try:
-        return float(text.replace(",", "."))
+        return float(text)
     except ValueError:
         raise ModelError("not a number", path=name, given=text, allowed="a number, 5.7") from None
 

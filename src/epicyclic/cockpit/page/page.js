@@ -26,3 +26,21 @@
     for (const button of within(list)) button.tabIndex = button === event.target ? 0 : -1;
   });
 })();
+
+// A button that goes while it has the focus hands it to what stands in its place: the next control of its row.
+(() => {
+  const isSeen = (element) => element.isConnected && element.checkVisibility();
+  const CONTROLS = "button, input, select, [tabindex='0']";
+  document.addEventListener("click", (event) => {
+    const button = event.target.closest?.("button");
+    const row = button?.parentElement;
+    if (!row) return;
+    // the server takes it away a moment later
+    for (const wait of [100, 400, 1500]) {
+      setTimeout(() => {
+        if (document.activeElement !== document.body || isSeen(button)) return;
+        [...row.querySelectorAll(CONTROLS)].find((one) => isSeen(one) && !one.disabled)?.focus();
+      }, wait);
+    }
+  }, true);
+})();
