@@ -76,6 +76,22 @@ def test_six_with_three_planets_has_no_coprime_solution_and_is_answered_all_the_
     assert math.gcd(best.sun, best.planet) > 1 or math.gcd(best.planet, best.ring) > 1
 
 
+@pytest.mark.parametrize(
+    ("ratio", "held", "teeth"),
+    [
+        (4.0, "ring", "18/18/54"),  # 101/100/301 has no common factors
+        (8.0, "ring", "18/54/126"),
+        (3.0, "carrier", "18/18/54"),
+        (1.5, "sun", "34/17/68"),
+        (5.0, "ring", "41/61/163"),  # without common factors, and no larger than rings are
+        (5.7, "ring", "19/35/89"),
+    ],
+)
+def test_large_rings_are_no_price_for_teeth_without_common_factors(ratio: float, held: Any, teeth: str) -> None:
+    best, *_ = counts_of_ratio(ratio, 3, held)
+    assert str(best) == teeth
+
+
 def test_module_by_hand() -> None:
     """T = 7162 N m: d^3 = 2 1.15 T (u + 1)/u / (N 0.8 4e6), u = 39/21, d = 140 mm, m = 6.7 -> 8 mm, b = 135 mm."""
     main = planetary(teeth="21/39/99", **LOAD)["stages"]["main"]

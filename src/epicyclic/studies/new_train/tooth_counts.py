@@ -34,6 +34,7 @@ Held = Literal["ring", "sun", "carrier"]
 FEWEST = 17  # teeth without profile shift and without undercut, 2/sin^2(20 deg) = 17.1
 RATIO_BAND = 0.005  # ratio errors within one band count as equal: half a per cent of speed decides nothing
 RATIO_LIMIT = 0.02  # largest ratio error: beyond, another ratio is answered than asked for
+_LARGE = 180  # teeth of a ring above which fewer are worth more than the absence of common factors
 _MOST_SUN, _MOST_RING = 150, 400  # a search ends somewhere; larger gears have a smaller module than load allows
 _NEAR = 6  # teeth that nearest counts may differ by, on each of sun and planet
 
@@ -107,18 +108,23 @@ def counts_of_ratio(
     """Best tooth counts of a ratio, the best first, at most `several`.
 
     ratio : as of `ratio_of`; of a star of either sign.  planets : number, equally spaced.  helix_angle : [rad].
-    Preferred in this order: ratio error in bands of 0.5 %; no common factor of sun and planet, and of planet and ring
-    (every tooth then meets every tooth); z_s/N not whole (the sun's meshes then do not all strike at once, which
-    smooths the torque and pulls at the sun sideways); the smallest ring.
+    Preferred in this order: ratio error in bands of 0.5 %; a ring of at most 180 teeth, or twice those of the smallest
+    one of its band (about a ratio of 4 only rings of some 300 teeth have no common factors, with teeth far finer than
+    the load asks for); no common factor of sun and planet, and of planet and ring (every tooth then meets every tooth);
+    z_s/N not whole (the sun's meshes then do not all strike at once, which smooths the torque and pulls at the sun
+    sideways); the smallest ring.
 
     Raises
     ------
     ModelError : nothing within 2 %.
     """
     found = [counts for counts in _candidates(abs(ratio), held)]
-    fitting = (c for c in found if neighbour_gap(c, planets, helix_angle) >= least_gap(module))
-    ordered = sorted(fitting, key=lambda counts: _rank(counts, abs(ratio), planets, held))
-    best = tuple(islice((counts for counts in ordered if assembles(counts, planets)), several))
+    fitting = [c for c in found if neighbour_gap(c, planets, helix_angle) >= least_gap(module)]
+    bands: dict[int, list[ToothCounts]] = {}
+    for counts in sorted(fitting, key=lambda counts: counts.ring):
+        bands.setdefault(_band(counts, abs(ratio), held), []).append(counts)
+    # every band in its order is asked only as far as sets are wanted
+    best = tuple(islice((c for _, band in sorted(bands.items()) for c in _ordered(band, planets)), several))
     if not best:
         raise ModelError(
             f"no teeth give this ratio with {planets} planets",
@@ -156,11 +162,20 @@ def _candidates(ratio: float, held: Held) -> Iterable[ToothCounts]:
                 yield counts
 
 
-def _rank(counts: ToothCounts, ratio: float, planets: int, held: Held) -> tuple[int, bool, bool, int, int]:
-    """Key by which sets are sorted; the order is that of `counts_of_ratio`."""
-    error = abs(abs(ratio_of(counts, held)) / ratio - 1)
-    common = math.gcd(counts.sun, counts.planet) > 1 or math.gcd(counts.planet, counts.ring) > 1
-    return int(error / RATIO_BAND), common, counts.sun % planets == 0, counts.ring, counts.sun
+def _band(counts: ToothCounts, ratio: float, held: Held) -> int:
+    """Error of the ratio in steps of `RATIO_BAND`."""
+    return int(abs(abs(ratio_of(counts, held)) / ratio - 1) / RATIO_BAND)
+
+
+def _ordered(band: list[ToothCounts], planets: int) -> Iterable[ToothCounts]:
+    """Sets of a band that assemble, rings rising there, in the order of `counts_of_ratio`."""
+    smallest = next((counts.ring for counts in band if assembles(counts, planets)), 0)
+
+    def rank(counts: ToothCounts) -> tuple[bool, bool, bool, int, int]:
+        common = math.gcd(counts.sun, counts.planet) > 1 or math.gcd(counts.planet, counts.ring) > 1
+        return counts.ring > max(_LARGE, 2 * smallest), common, counts.sun % planets == 0, counts.ring, counts.sun
+
+    return (counts for counts in sorted(band, key=rank) if assembles(counts, planets))
 
 
 def _ratio_range(planets: int, held: Held, helix_angle: float, module: float | None) -> str:

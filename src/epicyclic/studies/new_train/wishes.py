@@ -304,7 +304,8 @@ def _differential_load(
     moment = value
     if power is not None:
         if member not in speeds or speeds[member][0] == 0:
-            allowed = f"that of {' or '.join(m for m, (omega, _) in speeds.items() if omega)}, whose speed is given"
+            turning = " or ".join(m for m, (omega, _) in speeds.items() if omega)
+            allowed = f"that of {turning}, whose speed is given" if turning else "speeds of which one is not zero"
             raise ModelError("of a member without speed", path="power", given=member, allowed=allowed)
         moment = value / speeds[member][0]
     return DrivenLoad(
