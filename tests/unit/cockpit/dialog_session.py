@@ -41,7 +41,8 @@ class FakeSession:
         self.others = False  # another program has written the file
         self.unsaved = False
         self.job = FakeJob()
-        self.jobs = SimpleNamespace(start=self._start, cancel=lambda job: job.cancel())
+        self.rev = 1
+        self.jobs = SimpleNamespace(start=self._start, cancel=lambda job: job.cancel(), visible=lambda: [])
 
     def _start(self, name: str, options: Mapping[str, Any]) -> FakeJob:
         self.calls.append(("job", name, dict(options)))

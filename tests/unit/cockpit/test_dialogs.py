@@ -18,10 +18,12 @@ from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import seen, until, visit
 
+import epicyclic
 from epicyclic.cockpit.dialogs.compare import compare_controls
 from epicyclic.cockpit.dialogs.compared_states import compared_states
 from epicyclic.cockpit.dialogs.fields_panel import fields_panel
 from epicyclic.cockpit.dialogs.figure_of import VERBS, figure_of, figures
+from epicyclic.cockpit.dialogs.job_file import jobs_done
 from epicyclic.cockpit.dialogs.link import link_button
 from epicyclic.cockpit.dialogs.open_model import open_button
 from epicyclic.cockpit.dialogs.parts import safe_name
@@ -30,6 +32,7 @@ from epicyclic.cockpit.dialogs.save import save_buttons
 from epicyclic.cockpit.dialogs.take_away import bytes_of_picture, take_away_button
 from epicyclic.cockpit.dialogs.text_panel import text_panel
 from epicyclic.cockpit.dialogs.undo import undo_buttons
+from epicyclic.cockpit.processes.jobs import Job
 from epicyclic.cockpit.state.links import from_fragment
 from epicyclic.cockpit.state.state import PageState, from_text, opened, request_of, with_value
 from epicyclic.errors import ModelError
@@ -273,6 +276,35 @@ def test_the_model_and_results_are_downloaded() -> None:
         assert response.text == "nc of sharing"
         await user.should_see("epicyclic report ren2021 --set damping.modal=0.05")
         await user.should_see("import epicyclic")
+
+    visit(take_away_button, talk)
+
+
+def test_what_a_job_has_found_is_downloaded_while_its_state_stands(tmp_path: Path) -> None:
+    result = epicyclic.stiffness("ren2021", samples=16)
+    place = epicyclic.save_result(result, tmp_path / "job.nc")
+    jobs = [
+        Job(id=1, name="stiffness", label="Stiffness and phases", rev=1, status="done", dataset_path=place),
+        Job(id=2, name="relief", label="Relief", rev=0, status="done", dataset_path=place),
+        Job(id=3, name="transient", label="Transient", rev=1, status="failed"),
+    ]
+    assert list(jobs_done(jobs, 1)) == ["stiffness"]
+
+    async def talk(user: User, session: FakeSession) -> None:
+        session.jobs.visible = lambda: jobs
+        user.find("Take away").click()
+        choice = next(one for one in user.find(ui.select).elements if "job stiffness" in one.options)
+        choice.set_value("job stiffness")
+        for kind in ("nc", "csv", "xlsx"):
+            user.find(f".{kind}").click()
+            response = await user.download.next(timeout=10)
+            taken = tmp_path / f"taken.{kind}"
+            taken.write_bytes(response.content)
+            if kind == "nc":
+                assert epicyclic.load_result(taken).equals(result)
+        assert "mesh_stiffness" in taken.with_suffix(".csv").read_text("utf-8")
+        assert taken.read_bytes()[:2] == b"PK"
+        assert not place.with_suffix(".xlsx").exists()
 
     visit(take_away_button, talk)
 

@@ -18,7 +18,6 @@ import pytest
 from tests.unit.cockpit import fake_compute
 
 from epicyclic.cockpit.computing.frames import PageFrame, pack, unpack
-from epicyclic.cockpit.processes.jobs import Job, newest_of
 from epicyclic.cockpit.processes.levers import levers_at
 from epicyclic.cockpit.processes.session import Session
 from epicyclic.cockpit.processes.spawned import Spare
@@ -581,21 +580,3 @@ def test_a_result_belongs_to_every_state_of_its_model() -> None:
             await session.close()
 
     run(test())
-
-
-def test_of_the_jobs_of_a_name_that_of_the_present_state_is_shown() -> None:
-    def job(number: int, rev: int, status: Any, origin: str = "a") -> Job:
-        return Job(id=number, name="relief", label="", rev=rev, status=status, origin=(None, None, origin))
-
-    def shown(*jobs: Job) -> int | None:
-        found = newest_of(jobs, 7, (None, None, "a"))
-        return found["relief"].id if found else None
-
-    assert shown(job(1, 7, "done"), job(2, 5, "done")) == 1  # after undo
-    assert shown(job(1, 7, "done"), job(2, 7, "cancelled")) == 2
-    assert shown(job(1, 7, "done"), job(2, 5, "runs")) == 2
-    assert shown(job(1, 3, "done"), job(2, 5, "done")) == 2
-    assert shown(job(1, 3, "done"), job(2, 5, "failed")) == 1
-    assert shown(job(1, 5, "failed"), job(2, 5, "cancelled")) is None
-    assert shown(job(1, 5, "runs", "b"), job(2, 5, "done", "b")) is None
-    assert shown(job(1, 7, "done", "b")) == 1  # the same model under another name

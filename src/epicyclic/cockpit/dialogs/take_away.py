@@ -14,6 +14,7 @@ from ..state.replay import command_line, file_name_of, script
 from ..state.state import request_of
 from ..state.written_text import text_of
 from .figure_of import VERBS, figure_of, figures
+from .job_file import job_file, jobs_done
 from .parts import copy, give, icon_button, plain_button, present, refused, safe_name, window
 from .report_job import ReportJob, line
 
@@ -71,19 +72,25 @@ def _model(state: PageState) -> None:
 
 
 def _results(session: Session, state: PageState) -> None:
-    """Dataset of a verb in three formats."""
+    """Dataset of a verb, or of a job that was run of this state, in three formats."""
+    done = jobs_done(session.jobs.visible(), session.rev)
+    options = {verb: verb for verb in VERBS} | {f"job {name}": f"{job.label} (job)" for name, job in done.items()}
     with line("Results"):
-        verb = ui.select(list(VERBS), value="sharing", label="of").props("dense options-dense").style("width: 9rem")
+        verb = ui.select(options, value="sharing", label="of").props("dense options-dense").style("width: 9rem")
         for kind in _TYPES:
 
             async def save(kind: str = kind) -> None:
-                name = str(verb.value)
-                content = await _computed(session.take(kind, name))
+                name = str(verb.value).removeprefix("job ")
+                job = done.get(name) if str(verb.value).startswith("job ") else None
+                if job is None:
+                    content = await _computed(session.take(kind, name))
+                else:
+                    content = await _computed(session.call(job_file, job.dataset_path, kind))
                 if content is not None:
                     give(content, safe_name(f"{_stem(state)}-{name}", f".{kind}"), _TYPES[kind])
 
             _busy(f".{kind}", save)
-        ui.label("with units and the whole model").classes("text-caption")
+        ui.label("with units and the whole model; of a job once it has run").classes("text-caption")
 
 
 def _figures(session: Session, state: PageState) -> None:
