@@ -104,6 +104,18 @@ def test_curves_close_together_are_told_apart_and_bars_begin_at_zero(page: Any) 
     assert page.evaluate("plot.steadyAxis([0, 400], 20, 150, true)")[1] < 250
 
 
+@browsing
+def test_a_curve_has_its_colour_again(page: Any) -> None:
+    found = page.evaluate(
+        """() => {
+        const colours = new plot.Colours();
+        const slots = (names) => { colours.take(names); return names.map((name) => colours.slots.get(name)); };
+        return ['abcd', 'acde', 'abcd', 'bf'].map((names) => slots([...names]));
+        }"""
+    )
+    assert found == [[0, 1, 2, 3], [0, 2, 3, 1], [0, 1, 2, 3], [1, 0]]
+
+
 APART = """() => {
   const boxes = [...document.querySelectorAll('.ck-peak')].map(e => e.getBoundingClientRect());
   const meet = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;

@@ -34,6 +34,13 @@ _WATCH = """(() => {
   };
   new MutationObserver(tell).observe(document.body, { attributes: true, attributeFilter: ["class"] });
   tell();
+  // the tab key indents there, which a reader of the page has to be told
+  const name = (left) => {
+    const text = document.querySelector(".cockpit-editor .cm-content");
+    if (text) text.setAttribute("aria-label", "Model as TOML. Escape, then Tab leaves the editor");
+    else if (left) setTimeout(name, 200, left - 1);
+  };
+  name(50);
 })()"""
 
 
@@ -75,7 +82,7 @@ class _TextPanel:
                 language="TOML", on_change=self._typed, keymap={"Mod-Enter": self._apply}, line_wrapping=False
             )
             self.editor.classes("w-full cockpit-editor").style("height: 60vh; flex: 1 1 auto").props(
-                'aria-label="Model as TOML"'
+                'aria-label="Model as TOML" title="Tab indents; Escape, then Tab leaves the editor"'
             )
         ui.on("cockpit-dark", lambda event: self.editor.set_theme("vscodeDark" if event.args else "basicLight"))
         ui.add_css(_LOOK)

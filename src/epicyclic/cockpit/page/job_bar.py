@@ -71,7 +71,7 @@ class JobBar:
         hide(self._progress, job.ended)
         if self._choices is not None:
             hide(self._choices, not job.ended)
-        # without a number the bar runs to and fro: a first part may take long
+        # without a number the bar only moves: a first part may take long
         prop(self._progress, "value", round(job.progress * _STEPS) / _STEPS or None)
         self._text.say(progress_text(job, rev))
         prop(self._text, "title", self._text.text)

@@ -87,18 +87,25 @@ export function endsOf(rows) {
   return [least, most];
 }
 
-/** Colours of the strong curves: a curve keeps its colour from frame to frame as long as it stays strong. */
+/** Colours of the strong curves: a curve keeps its colour as long as it stays strong, and has it again where it is free. */
 export class Colours {
   constructor() {
     this.slots = new Map();
+    this.past = new Map();
   }
 
   take(names) {
-    for (const name of [...this.slots.keys()]) if (!names.includes(name)) this.slots.delete(name);
-    for (const name of names) {
+    for (const [name, slot] of [...this.slots]) {
+      this.past.set(name, slot);
+      if (!names.includes(name)) this.slots.delete(name);
+    }
+    // those that had a colour choose before those that never had one
+    for (const name of [...names].sort((a, b) => Number(this.past.has(b)) - Number(this.past.has(a)))) {
       if (this.slots.has(name)) continue;
       const used = new Set(this.slots.values());
-      this.slots.set(name, [0, 1, 2, 3].find((slot) => !used.has(slot)) ?? 3);
+      const free = [0, 1, 2, 3].filter((slot) => !used.has(slot));
+      const before = this.past.get(name);
+      this.slots.set(name, free.includes(before) ? before : free[0] ?? 3);
     }
   }
 

@@ -164,10 +164,10 @@ export class SweepPane extends Pane {
     const x = plot.valToPos(at, "x", true);
     if (x < left - 1 || x > left + width + 1) return null;
     context.lineWidth = 1.5 * ratio;
-    context.strokeStyle = look().accent;
+    context.strokeStyle = look().ink;
     line(context, [x, top], [x, top + height]);
     context.font = `600 ${10.5 * ratio}px ${look().font}`;
-    context.fillStyle = look().accent;
+    context.fillStyle = look().ink;
     context.textBaseline = "top";
     const text = `operating, ${short(at, 4)}`;
     const wide = context.measureText(text).width;
