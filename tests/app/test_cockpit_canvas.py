@@ -94,6 +94,13 @@ def test_another_train_forgets_what_was_computed_for_the_one_before(page: Any) -
 
 
 @browsing
+def test_a_result_of_the_state_that_comes_back_stays(page: Any) -> None:
+    show(page, frames.live(1), frames.live(2, title="another"))
+    show(page, frames.job(3, "relief"), frames.live(3))  # undo: the result is sent before the frame is computed
+    assert page.evaluate("'job:relief' in cockpit.parts") is True
+
+
+@browsing
 def test_curves_close_together_are_told_apart_and_bars_begin_at_zero(page: Any) -> None:
     axes = page.evaluate("[plot.axisFor(49.6, 53.4), plot.axisFor(133.0, 133.001), plot.axisFor(70, 300)]")
     assert axes[0][0] > 45

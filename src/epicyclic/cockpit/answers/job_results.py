@@ -28,8 +28,8 @@ __all__ = [
     "transient_frame",
 ]
 
-# Rows of bars that are read.
-_MOST = 12
+# Rows of bars that are read, and seen without scrolling.
+_MOST = 10
 # Share of the variance of K_gamma from which one tolerance is the one to talk about; part of the largest share from
 # which the next one is named beside it: the draws do not tell them apart.
 _HALF, _AS_LARGE = 0.5, 0.9

@@ -123,11 +123,11 @@ def _others(met: list[Meeting]) -> str:
 def _words(one: Meeting, sweep: Mapping[str, Any] | None) -> str:
     """``Mesh order 4 meets mode 9 (sun moves sideways, 812 Hz) at 92 rpm, 8 % below this speed``."""
     of_stage = f" of {one.stage}" if one.stage else ""
-    at = "" if sweep is None else f" at {number(_rpm(one, sweep))} rpm,"
+    at = "" if sweep is None else f" at {number(_rpm(one, sweep), 4)} rpm,"
     side = "below" if one.away < 0 else "above"
     label = one.label or f"most motion {one.body}"
     return (
-        f"Mesh order {one.order}{of_stage} meets mode {one.mode} ({label}, {number(one.frequency)} Hz){at}"
+        f"Mesh order {one.order}{of_stage} meets mode {one.mode} ({label}, {number(one.frequency, 4)} Hz){at}"
         f" {per_cent(abs(one.away))} {side} this speed"
     )
 

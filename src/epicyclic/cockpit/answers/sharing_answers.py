@@ -121,7 +121,9 @@ def _because(errors: Mapping[str, Any] | None) -> str:
     """The error with the largest share, where it is known."""
     if errors is None or not errors["rows"] or not float(errors["rows"][0]["share"]) > _WORTH:
         return ""
-    return f"; most of it from {errors['rows'][0]['label']}"
+    first = errors["rows"][0]
+    share = float(first["share"])
+    return f"; most of it from {first['label']}" if share >= _MOST else f"; {share:.0f} % of it from {first['label']}"
 
 
 def has_deviations(train: Train) -> bool:

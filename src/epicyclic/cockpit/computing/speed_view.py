@@ -248,7 +248,7 @@ def _met(speed: float, modes: ModeView | None) -> dict[str, Any]:
         return {"label": "", "mode": None, "text": ""}
     number = int(found.mode[best]) + 1
     place = modes.of_number.get(number)
-    hertz = f"{rounded(float(modes.frequency[place]))} Hz" if place is not None else ""
+    hertz = f"{rounded(float(modes.frequency[place]), 4)} Hz" if place is not None else ""
     order = f"{ordinal(int(found.order[best]))} order"
     text = f"{order} meets mode {number}" + (f": {modes.label[place]}" if place is not None else "")
     return {"label": ", ".join(filter(None, [hertz, order])), "mode": number, "text": text}

@@ -195,7 +195,7 @@ def test_resonances_are_those_of_modes(train: str) -> None:
     (place,) = np.flatnonzero((order == said_order) & (mode == said_mode))
     away = abs(float(speed[place]) - 1)
     assert numbers(answer["figure"])[0] == pytest.approx(100 * away, abs=0.51 if away >= 0.1 else 0.051)
-    assert f"{frequency[place]:.3g} Hz" in answer["text"]
+    assert f"{frequency[place]:.4g} Hz" in answer["text"]
     if len(speed) > 1:
         assert f"({len(speed)} within 20 %)" in answer["text"]
 

@@ -15,7 +15,7 @@ export class EvidencePane extends Pane {
     this.scroll = make("div", { class: "ck-scroll" });
     this.body = make("div", { class: "ck-fill" });
     this.keys = make("div", { class: "ck-keys" });
-    this.old = make("div", { class: "ck-note", hidden: "" }, "of another state: run it again");
+    this.old = make("div", { class: "ck-note ck-raised", hidden: "" }, "of another state: run it again");
     this.root.prepend(this.scroll, this.body, this.keys, this.old);
     this.sheet = new Sheet(this.scroll);
     this.colours = new Colours();
@@ -145,7 +145,7 @@ export class EvidencePane extends Pane {
       rows,
       values: Array.from(arrays.share?.data ?? []),
       ghost: pinned && byLabel(rows, pinned.head.rows.map((row) => row.label), pinned.arrays.share.data),
-      title: `share of the ${head.of} [%]`,
+      title: `share of the ${head.of} − 1 [%]`,
       note: "What each error costs",
       strong: 0,
       more: head.rows.map((row) => (Number.isFinite(row.without) ? [["K_gamma without it", written(row.without, 4)]] : [])),

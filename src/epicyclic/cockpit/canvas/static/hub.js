@@ -77,8 +77,9 @@ export class Hub {
     const isFirst = this.title === undefined;
     this.title = title;
     if (isFirst) return [];
-    const names = Object.keys(this.parts);
-    this.parts = {};
+    // what a job has found of this very state may be here before its first frame
+    const names = Object.keys(this.parts).filter((name) => this.parts[name].rev < frame.rev);
+    for (const name of names) delete this.parts[name];
     this.mode = null;
     return names;
   }

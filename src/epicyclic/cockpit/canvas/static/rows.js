@@ -242,9 +242,9 @@ function drawScale(context, x0, x1, y, low, high) {
   context.font = `10px ${look().font}`;
   context.fillStyle = look().pale;
   context.textAlign = "right";
-  context.fillText(written(low, 2), middle - width / 2 - 4, y);
+  context.fillText(written(low, 3), middle - width / 2 - 4, y);
   context.textAlign = "left";
-  context.fillText(written(high, 2), middle + width / 2 + 5, y);
+  context.fillText(written(high, 3), middle + width / 2 + 5, y);
 }
 
 /** Bars from zero, named: `data` {rows, values, ghost, title, note, line, format}. */

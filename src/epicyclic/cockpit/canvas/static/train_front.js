@@ -337,9 +337,9 @@ export function drawLoadKey(context, x, y, loads) {
   context.font = `10.5px ${look().font}`;
   context.fillStyle = look().pale;
   context.textAlign = "right";
-  context.fillText(written(loads.low, 2), x - 5, y + 0.5);
+  context.fillText(written(loads.low, 3), x - 5, y + 0.5);
   context.textAlign = "left";
-  context.fillText(`${written(loads.high, 2)}  force over the fair share`, x + width + 6, y + 0.5);
+  context.fillText(`${written(loads.high, 3)}  force over the fair share`, x + width + 6, y + 0.5);
   return width;
 }
 
