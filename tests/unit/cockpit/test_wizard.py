@@ -54,6 +54,11 @@ def test_a_decimal_comma_is_a_point_and_thousands_are_refused() -> None:
         with pytest.raises(ModelError, match="within the number") as error:
             preview_of({**fields, field: text})
         assert error.value.path == field
+    with pytest.raises(ModelError) as error:
+        preview_of({**fields, "teeth": "21,39,99"})
+    assert error.value.given == "21,39,99"
+    for title in ("3,5 MW", "2026"):
+        assert preview_of({**fields, "title": title}).title == title
 
 
 def test_what_a_rule_chose_gives_way_to_what_is_said() -> None:

@@ -32,18 +32,17 @@ def halved_text(text: str) -> str | None:
         finer, known = int(grade[2]) - _FINER, SIZE_GRADES if grade[1].endswith("IT") else FLANK_GRADES
         return f"grade({grade[1]}{finer}{grade[3]})" if finer in known else None
     parts = [part.strip() for part in inside.split(",")]
-    numbers = [written(part) for part in parts]
-    if not numbers or any(one is None for one in numbers):
+    numbers = [one for one in map(written, parts) if one is not None]
+    if not numbers or len(numbers) < len(parts):
         return None
     if name in ("disc", "rayleigh"):
         return f"{name}({_scaled(parts[0], 0.5)})"
     if name == "normal":
         return f"normal({parts[0]}, {_scaled(parts[1], 0.5)})"
-    if name == "uniform" and len({one.unit for one in numbers if one is not None}) == 1:
-        low, high = (one.values[0] for one in numbers if one is not None)
-        middle, half = (low + high) / 2, (high - low) / 4
-        unit = f" {one.unit}" if (one := numbers[0]) is not None and one.unit else ""
-        return f"uniform({middle - half:.6g}{unit}, {middle + half:.6g}{unit})"
+    if name == "uniform" and numbers[0].unit == numbers[-1].unit:
+        low, high = numbers[0].values[0], numbers[-1].values[0]
+        inner = ((3 * low + high) / 4, (low + 3 * high) / 4)
+        return f"uniform({', '.join(f'{end:.6g} {numbers[0].unit}'.rstrip() for end in inner)})"
     if name == "truncated":
         return f"truncated({parts[0]}, {_scaled(parts[1], 0.5)}, {parts[2]}, {parts[3]})"
     return None

@@ -123,7 +123,8 @@ def _because(errors: Mapping[str, Any] | None) -> str:
         return ""
     first = errors["rows"][0]
     share = float(first["share"])
-    return f"; most of it from {first['label']}" if share >= _MOST else f"; {share:.0f} % of it from {first['label']}"
+    much = "most" if share >= _MOST else f"{share:.0f} %"
+    return f"; {much} of what is above 1 from {first['label']}"
 
 
 def has_deviations(train: Train) -> bool:

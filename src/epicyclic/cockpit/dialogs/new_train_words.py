@@ -45,7 +45,7 @@ BESIDE: Mapping[str, str] = {
 """Path -> label of what a running model needs beside teeth and load; empty, it follows a rule."""
 
 # one decimal comma; of three digits behind it nobody knows whether they are thousands
-_COMMA = re.compile(r"([+-]?\d+),(\d{1,2}|\d{4,})(?!\d)")
+_COMMA = re.compile(r"^([+-]?\d+),(\d{1,2}|\d{4,})(?!\d)")
 _BARE = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _SET = re.compile(r"\b\d{2,4}/\d{2,4}/\d{2,4}\b")
 
@@ -122,14 +122,17 @@ def sets_in(text: str) -> tuple[str, ...]:
 
 
 def _typed(fields: Mapping[str, Any], name: str) -> str:
-    """What stands in a field, a decimal comma as a point."""
-    text = str(fields.get(name) or "").strip()
-    return text if name == "title" else _COMMA.sub(r"\1.\2", text, count=1) if _COMMA.match(text) else text
+    return str(fields.get(name) or "").strip()
+
+
+def _pointed(text: str) -> str:
+    """A quantity with its decimal comma as a point."""
+    return _COMMA.sub(r"\1.\2", text)
 
 
 def _with_unit(name: str, text: str) -> str | float:
     """A text as the model file has it: a bare number with the unit of its field, a ratio as a number."""
-    unit = UNITS.get(name)
+    unit, text = UNITS.get(name), _pointed(text)
     if not _BARE.fullmatch(text):
         return text
     if unit is None:
@@ -139,7 +142,7 @@ def _with_unit(name: str, text: str) -> str | float:
 
 def _number(name: str, text: str) -> float:
     try:
-        return float(text)
+        return float(_pointed(text))
     except ValueError:
         raise ModelError("not a number", path=name, given=text, allowed="a number, 5.7") from None
 
@@ -155,9 +158,11 @@ def _keywords(fields: Mapping[str, Any]) -> dict[str, Any]:
         said["teeth"] = text
     if text := _typed(fields, "planets"):
         said["planets"] = int(text) if text.isdecimal() else text
-    for name in ("module", "face_width", "helix_angle", "pressure_angle", "title"):
+    for name in ("module", "face_width", "helix_angle", "pressure_angle"):
         if text := _typed(fields, name):
             said[name] = _with_unit(name, text)
+    if text := _typed(fields, "title"):
+        said["title"] = text
     load_ = "torque" if fields.get("load") == "torque" else "power"
     text = _typed(fields, load_)
     if kind == "differential":

@@ -18,6 +18,7 @@ from typing import Any, Literal
 
 from ...errors import ModelError
 from ..computing.frames import PageFrame, pack, unpack
+from ..state.state import Origin
 from .channel import Channel
 from .spawned import Spare, kill_group, spawned, waiting
 from .tasks import Task, task_of
@@ -66,7 +67,7 @@ class Job:
     error: ModelError | None = None
     hidden: bool = False
     model: object = None
-    origin: tuple[Path | None, str | None, str] | None = None
+    origin: Origin | None = None
     seconds: float = 0.0
     _task: Task | None = None
     _process: SpawnProcess | None = None
@@ -87,14 +88,17 @@ def newest_of(jobs: Sequence[Job], rev: int, origin: object) -> dict[str, Job]:
     """Name -> the job that says most of the state with this number: one that runs or has ended for it; else one of
     another state of the same model file that runs, or the newest that was done.  What was refused or cancelled of
     another state says nothing of this one."""
-    found: dict[str, tuple[bool, bool, Job]] = {}
+    found: dict[str, Job] = {}
+
+    def says(job: Job) -> tuple[bool, bool]:
+        return not job.ended, job.rev == rev
+
     for job in jobs:
         if job.rev != rev and (job.origin != origin or job.status in ("failed", "cancelled")):
             continue
-        new = (not job.ended, job.rev == rev, job)
-        if job.name not in found or new[:2] >= found[job.name][:2]:
-            found[job.name] = new
-    return {name: job for name, (_, _, job) in found.items()}
+        if job.name not in found or says(job) >= says(found[job.name]):
+            found[job.name] = job
+    return found
 
 
 class Jobs:

@@ -16,7 +16,7 @@ from ..computing.frames import PageFrame, Request, failed_frame, unpack
 from ..state.history import StateHistory, Step
 from ..state.links import from_fragment, snapshot_text
 from ..state.replay import command_line, script
-from ..state.state import PageState, at_speed, request_of, with_text, with_value, with_values
+from ..state.state import Origin, PageState, at_speed, request_of, with_text, with_value, with_values
 from ..state.written_text import text_of
 from .jobs import Job, Jobs
 from .levers import levers_at
@@ -63,7 +63,7 @@ class Session:
         self._client = Client(deliver=self._deliver, idle=self._idle)
         self._client_of_a = Client(deliver=self._deliver_a, idle=self._tell_state)
         self._listeners = _Listeners()
-        self._kept: dict[tuple[Path | None, str | None, str], PageState | None] = {}
+        self._kept: dict[Origin, PageState | None] = {}
         self._digests: dict[Path, str] = {}
         self._tasks: set[asyncio.Task[None]] = set()
 

@@ -17,6 +17,7 @@ from ...studies.drives import drive_text
 from .spellings import Keys, Spelling, at_path, spelling_of
 
 __all__ = [
+    "Origin",
     "PageState",
     "at_speed",
     "from_text",
@@ -40,6 +41,10 @@ _SPEEDS = (1e-3, 100.0)
 _WITH_FORCES = ("stages", "bodies", "couplings")
 
 
+Origin = tuple[Path | None, str | None, str]
+"""Model file by what it is of: path, ready drive and name."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageState:
     """What a page shows.
@@ -61,7 +66,7 @@ class PageState:
     relative_speed: float = 1.0
 
     @property
-    def origin(self) -> tuple[Path | None, str | None, str]:
+    def origin(self) -> Origin:
         """Model file that it is of: path, ready drive and name."""
         return self.path, self.drive, self.name
 

@@ -15,7 +15,7 @@ export class EvidencePane extends Pane {
     this.scroll = make("div", { class: "ck-scroll" });
     this.body = make("div", { class: "ck-fill" });
     this.keys = make("div", { class: "ck-keys" });
-    this.old = make("div", { class: "ck-note ck-raised", hidden: "" }, "of another state: run it again");
+    this.old = make("div", { class: "ck-note ck-at-left", hidden: "" }, "of another state: run it again");
     this.root.prepend(this.scroll, this.body, this.keys, this.old);
     this.sheet = new Sheet(this.scroll);
     this.colours = new Colours();

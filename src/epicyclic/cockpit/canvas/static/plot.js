@@ -14,7 +14,7 @@ function axis(label, side) {
     labelGap: 0,
     labelFont: `12px ${look().font}`,
     font: axisFont(),
-    size: side === 3 ? 40 : 24,
+    size: side === 3 ? 44 : 24,
     gap: 3,
     stroke: () => look().ink,
     grid: { stroke: () => look().grid, width: 1 },

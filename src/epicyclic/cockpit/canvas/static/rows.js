@@ -1,5 +1,5 @@
 // Plots whose rows have names: dots about the fair share with a strip over the hunting period, and bars from zero.
-import { loadColour, look, roundUp, translucent, written } from "./look.js";
+import { loadColour, look, roundUp, short, translucent } from "./look.js";
 import { decimalsOf } from "./plot.js";
 
 export const ROW = { least: 13, most: 32 }; // [px]
@@ -242,9 +242,9 @@ function drawScale(context, x0, x1, y, low, high) {
   context.font = `10px ${look().font}`;
   context.fillStyle = look().pale;
   context.textAlign = "right";
-  context.fillText(written(low, 3), middle - width / 2 - 4, y);
+  context.fillText(short(low, 3), middle - width / 2 - 4, y);
   context.textAlign = "left";
-  context.fillText(written(high, 3), middle + width / 2 + 5, y);
+  context.fillText(short(high, 3), middle + width / 2 + 5, y);
 }
 
 /** Bars from zero, named: `data` {rows, values, ghost, title, note, line, format}. */

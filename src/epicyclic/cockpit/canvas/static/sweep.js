@@ -16,7 +16,7 @@ export class SweepPane extends Pane {
     this.keys = make("div", { class: "ck-keys" });
     this.peaks = make("div", { class: "ck-peaks" });
     this.note = make("div", { class: "ck-note" });
-    this.raised = make("div", { class: "ck-note ck-raised", hidden: "" }, "axis not from 0");
+    this.raised = make("div", { class: "ck-note ck-at-left", hidden: "" }, "axis not from 0");
     this.root.prepend(this.body, this.keys, this.note, this.raised, this.peaks);
     this.colours = new Colours();
     this.styles = [];

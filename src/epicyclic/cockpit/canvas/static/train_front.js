@@ -1,5 +1,5 @@
 // Front view: gears with their teeth, meshes in the colour of their load, the float of a body, what is held; or a mode.
-import { faded, loadColour, look, translucent, written } from "./look.js";
+import { faded, loadColour, look, short, translucent, written } from "./look.js";
 import { isGear, isInternal, meshAt, placeAt } from "./train_geometry.js";
 
 const TURN = 2 * Math.PI;
@@ -337,9 +337,9 @@ export function drawLoadKey(context, x, y, loads) {
   context.font = `10.5px ${look().font}`;
   context.fillStyle = look().pale;
   context.textAlign = "right";
-  context.fillText(written(loads.low, 3), x - 5, y + 0.5);
+  context.fillText(short(loads.low, 3), x - 5, y + 0.5);
   context.textAlign = "left";
-  context.fillText(`${written(loads.high, 3)}  force over the fair share`, x + width + 6, y + 0.5);
+  context.fillText(`${short(loads.high, 3)}  force over the fair share`, x + width + 6, y + 0.5);
   return width;
 }
 
