@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
 import sys
 import threading
 import webbrowser
 from collections.abc import Callable
 from pathlib import Path
+from types import FrameType
 
 from ...errors import ModelError
 from ..processes.seals import set_seal_key
@@ -112,6 +114,12 @@ def _serve_application(
     from .sessions import mount
 
     class Announcing(Server):
+        interrupted = False
+
+        def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+            self.interrupted |= sig == signal.SIGINT
+            super().handle_exit(sig, frame)
+
         async def startup(self, sockets: list[socket.socket] | None = None) -> None:
             await super().startup(sockets=sockets)
             if self.started:
@@ -142,7 +150,11 @@ def _serve_application(
         timeout_graceful_shutdown=_LAST_WORDS,
     )
     sys.stdout.flush()
-    Announcing(config).run(sockets=[listening])
+    server = Announcing(config)
+    server.run(sockets=[listening])
+    # it raises the signal again at its end, where a finalizer may swallow what that raises
+    if server.interrupted:
+        raise KeyboardInterrupt
 
 
 # three planets about a sun

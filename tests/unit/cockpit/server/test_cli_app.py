@@ -63,12 +63,19 @@ def free_port() -> int:
         return int(found.getsockname()[1])
 
 
+# what raises the signal again at the end of the server, swallowed
+SWALLOWED = (
+    "import runpy, signal; signal.raise_signal = lambda _: None; runpy.run_module('epicyclic', None, '__main__')"
+)
+
+
 @pytest.mark.skipif(os.name != "posix", reason="process groups of POSIX")
-def test_ctrl_c_leaves_no_process(tmp_path: Path) -> None:
+@pytest.mark.parametrize("start", [("-m", "epicyclic"), ("-c", SWALLOWED)], ids=["plain", "swallowed"])
+def test_ctrl_c_leaves_no_process(start: tuple[str, str], tmp_path: Path) -> None:
     pytest.importorskip("nicegui")
     psutil = pytest.importorskip("psutil")
     port = free_port()
-    command = [sys.executable, "-m", "epicyclic", "app", "lin1999-n3", "--no-browser", "--port", str(port)]
+    command = [sys.executable, *start, "app", "lin1999-n3", "--no-browser", "--port", str(port)]
     environment = {**os.environ, "XDG_STATE_HOME": str(tmp_path)}
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment, start_new_session=True) as run:
         assert run.stderr is not None
