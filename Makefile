@@ -11,12 +11,20 @@ REPORT := epicyclic-report.html
 
 OLDEST := $(addprefix tests/unit/,test_results.py test_cli_help.py show/test_terminal.py verbs/test_help.py model system)
 
-.PHONY: demo test lint types pytest oldest bench figures docs clean help
+# Numbers of every room; what a kernel's rounding once moved comes first.
+KERNEL       := Prescott
+KERNEL_TESTS := $(addprefix tests/,papers/test_dong2019.py papers/test_yue2014.py $(addprefix unit/, \
+                  analyses/test_static.py analyses/test_static_flanks.py analyses/test_modal.py \
+                  analyses/test_resonances.py studies/tolerance/test_columns.py studies/test_compare_trains.py \
+                  studies/test_contact_resolution.py studies/test_stability.py test_ties.py) \
+                  physics/test_star_drive.py physics/test_three_routes.py physics/test_floating.py)
+
+.PHONY: demo test lint types pytest kernel oldest bench figures docs clean help
 .DEFAULT_GOAL := help
 
 help:
 	@sed -n '1,/^$$/s/^# \{0,1\}//p' Makefile
-	@echo "also: make oldest, make docs, make bench, make figures, make clean"
+	@echo "also: make kernel KERNEL=Haswell, make oldest, make docs, make bench, make figures, make clean"
 
 demo: $(VENV)/.installed
 	$(BIN)/epicyclic report ren2021 -o $(REPORT)
@@ -33,6 +41,10 @@ types: $(VENV)/.installed-dev
 
 pytest: $(VENV)/.installed-dev
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -rs -n auto --maxprocesses 4
+
+# Numerical tests under one BLAS kernel; NoAVX2 : of NumPy 2.4 without its wide vectors too.
+kernel: $(VENV)/.installed-dev
+	$(BIN)/python tests/under_kernel.py $(KERNEL) -q -n auto --maxprocesses 4 $(KERNEL_TESTS)
 
 bench: $(VENV)/.installed-dev
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/bench.py

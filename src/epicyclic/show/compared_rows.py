@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..ties import largest
 from .figures.series import engineering, texts
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ def _variables(result: xr.Dataset) -> Iterator[ComparedRow]:
     for i, name in enumerate(texts(result, "variable")):
         first, other = result["first_value"].values[i], result["other_value"].values[i]
         places = tuple(map(str, result["difference_place"].values[i]))
-        worst = int(np.nanargmax(result["largest_difference"].values[i]))
+        worst = largest(result["largest_difference"].values[i])
         value = (float(first[worst]), *(float(one) for one in other[1:]))
         against = (float(first[worst]), *(float(one) for one in first[1:]))
         unit = str(result["variable_unit"].values[i])

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..ties import largest
 from .elements import Table, number, shown_columns
 from .wrapped import glued, longest_word, wrapped
 
@@ -110,7 +111,7 @@ def _largest(values: Sequence[object]) -> int | None:
     known = sizes[np.isfinite(sizes)]
     if not known.size or known.min() == known.max():
         return None
-    return int(np.where(np.isfinite(sizes), sizes, -1.0).argmax())
+    return largest(np.where(np.isfinite(sizes), sizes, -1.0))
 
 
 def _size(value: object) -> float:

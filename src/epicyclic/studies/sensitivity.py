@@ -25,6 +25,7 @@ from ..model.names import nearest
 from ..results.dataset import dataset
 from ..system.faces import faces
 from ..system.system import System
+from ..ties import descending, largest
 from ..train.train import Train
 from .check import train_provenance
 from .parameters import Parameter, all_parameters, parameter_at
@@ -218,7 +219,7 @@ def _forces(
         )
     forces = force_derivatives(system, changes, relative_speed=speed, harmonic=harmonic)
     value = forces.value[:, 0]
-    first = names.index(mesh) if mesh is not None else int(np.argmax(np.nan_to_num(value)))
+    first = names.index(mesh) if mesh is not None else largest(value)
     hertz = speed * float(system.tones[system.meshes.tone[0]])
     words = "the RMS of the dynamic mesh force" if harmonic is None else f"mesh order {harmonic} of the mesh force"
     held = "takes hold of a motion that is free (radii that fit no one centre distance do this)"
@@ -259,7 +260,7 @@ def _labelled(
     relative, derivative = (np.where(negligible, 0.0, values) for values in (relative, quantity.derivative))
     with np.errstate(invalid="ignore"):
         size = np.nanmax(np.where(quantity.target, np.abs(relative), -1.0), axis=1, initial=-1.0)
-    rank = np.argsort(-size, kind="stable").tolist()
+    rank = descending(size).tolist()
     if only_effective:
         ineffective = np.all(derivative == 0, axis=1)
         left_out = left_out | {parameters[i].path: "moves nothing" for i in np.flatnonzero(ineffective).tolist()}

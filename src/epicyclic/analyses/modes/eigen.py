@@ -18,7 +18,8 @@ from .basis import mean_modes
 
 __all__ = ["Modes", "Whirl", "damping_ratios", "eigen", "neutral_basis", "whirl"]
 
-# An eigenvalue of the state matrix is rounding below this part of the largest; 20 Hz beside 20 kHz is 1e-3.
+# An eigenvalue of the state matrix, or its imaginary part, is rounding below this part of the largest; 20 Hz beside
+# 20 kHz is 1e-3.
 _ZERO = 1e-9
 
 
@@ -179,6 +180,7 @@ def _state_modes(C: Array, K: Array, r: int) -> tuple[ComplexArray, ComplexArray
     p[:, slow] = np.eye(n)[:, :r]
     mu = mu.astype(complex)
     mu[slow] = 0.0
+    mu.imag[np.abs(mu.imag) <= _ZERO * np.max(np.abs(mu), initial=0.0)] = 0.0
     return mu[chosen], p[:, chosen]
 
 
@@ -191,8 +193,10 @@ def _one_of_each_pair(mu: ComplexArray, r: int) -> tuple[np.ndarray, np.ndarray]
     ----------
     mu : (2n - r,) eigenvalues of the state matrix.
     """
-    oscillating = np.flatnonzero(mu.imag > 0)
-    real = np.flatnonzero(mu.imag == 0)
+    # equal real eigenvalues come as a pair whose imaginary part is rounding
+    turning = np.abs(mu.imag) > _ZERO * np.max(np.abs(mu), initial=0.0)
+    oscillating = np.flatnonzero(turning & (mu.imag > 0))
+    real = np.flatnonzero(~turning)
     real = real[np.argsort(np.abs(mu[real]), kind="stable")]
     slow, rest = real[:r], real[r:]
     pairs = rest[: len(rest) // 2 * 2].reshape(-1, 2)

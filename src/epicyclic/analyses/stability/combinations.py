@@ -22,7 +22,9 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray, System
+from ...ties import largest
 from ..modes.basis import Modal, modal_weights
+from ..modes.classification import repeated_roots
 
 __all__ = ["Combination", "Resonance", "combinations", "growth", "half_width", "resonances"]
 
@@ -183,7 +185,7 @@ def combinations(
     ]
     found: list[Combination] = []
     for one in near:
-        found += _unstable_ranges(_averaged_equations(modal, one, tones[0], turning))
+        found += _unstable_ranges(_averaged_equations(modal, one, tones[0], turning), modal.squared)
     return sorted((part for part in found if part.high >= low and part.low <= high), key=lambda part: part.centre)
 
 
@@ -313,7 +315,7 @@ def _group_terms(modal: Modal, group: Index) -> tuple[ComplexArray, ComplexArray
     )
 
 
-def _unstable_ranges(averaged: _Averaged) -> list[Combination]:
+def _unstable_ranges(averaged: _Averaged, squared: Array) -> list[Combination]:
     """The ranges of mesh frequency in which a resonance grows."""
     mesh = averaged.centre + averaged.reach * np.linspace(-1, 1, averaged.points)
     mesh = mesh[mesh > 0]
@@ -322,7 +324,7 @@ def _unstable_ranges(averaged: _Averaged) -> list[Combination]:
     edge = 1e-9 * averaged.resonance.strength
     grows = np.concatenate([[False], rates > edge, [False]])
     starts, ends = np.flatnonzero(~grows[:-1] & grows[1:]), np.flatnonzero(grows[:-1] & ~grows[1:]) - 1
-    first, second = _strongest_pair(averaged.resonance)
+    first, second = _strongest_pair(averaged.resonance, squared)
     found = []
     for start, end in zip(starts, ends, strict=True):
         low = mesh[start] if start == 0 else _boundary(averaged, mesh[start - 1], mesh[start], edge)
@@ -346,10 +348,19 @@ def _unstable_ranges(averaged: _Averaged) -> list[Combination]:
     return found
 
 
-def _strongest_pair(one: Resonance) -> tuple[int, int]:
-    """Indices of the modes that couple most, one of each group."""
-    p, q = np.unravel_index(np.argmax(np.abs(one.coupling)), one.coupling.shape)
-    return int(one.first[p]), int(one.second[q])
+def _strongest_pair(one: Resonance, squared: Array) -> tuple[int, int]:
+    """Indices of the modes that couple most, one of each group; of modes of one frequency the first stands for all.
+
+    The norm over modes of one frequency does not hang on their basis.
+
+    Parameters
+    ----------
+    squared : (n,) omega^2 of all modes [rad^2/s^2].
+    """
+    rows, columns = (repeated_roots(squared[group]) for group in (one.first, one.second))
+    size = [[np.linalg.norm(one.coupling[row, column]) for column in columns] for row in rows]
+    p, q = divmod(largest(size), len(columns))
+    return int(one.first[rows[p].start]), int(one.second[columns[q].start])
 
 
 def _boundary(averaged: _Averaged, one: float, other: float, edge: float) -> float:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
+from ...ties import largest
 from ..modes.mesh_crossings import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 
 if TYPE_CHECKING:
@@ -121,7 +122,7 @@ def _largest_share(result: xr.Dataset, name: str, dim: str, found: MeshCrossings
     total = np.array(of_mode).reshape(len(of_mode), len(keys)) @ member.T
     if not groups:
         return np.full(len(of_mode), "", dtype=object), np.full(len(of_mode), np.nan)
-    most = np.nan_to_num(total).argmax(axis=1)
+    most = np.array([largest(row) for row in total], dtype=int)
     share = total[np.arange(len(most)), most]
     return np.where(np.isfinite(share), np.array(groups, dtype=object)[most], ""), share
 
@@ -162,8 +163,7 @@ def _enter_forces(
         known = np.isfinite(factor[:, column])
         if known.any():
             values = np.where(known, factor[:, column], -np.inf)
-            # of equal branches the first: rounding does not choose
-            most = int(np.argmax(values >= (1 - _EQUAL) * values.max()))
+            most = largest(values, _EQUAL)
             forces.factor[place], forces.mesh[place] = values.max(), str(swept["mesh"].values[most])
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...show.figures.series import label
+from ...ties import descending, largest
 from ...train.train import Train
 from .answer import Answer, answer, number, per_cent
 from .halved import halved_tolerance
@@ -53,7 +54,7 @@ def contact_loss_frame(result: xr.Dataset) -> JobFrame:
         "least, run-up": low * scale,
     }
     drawn = lines("speed [% of operation]", f"mesh force [{unit}]", 100 * relative, curves)
-    at = int(np.nanargmax(up)) if np.isfinite(up).any() else 0
+    at = largest(up)
     orders = "with shaft orders" if shafts else "mesh orders alone"
     text = (
         f"Largest force {number(float(up[at]) * scale, 4)} {unit} at {per_cent(float(relative[at]))} of the speed "
@@ -91,7 +92,7 @@ def transient_frame(result: xr.Dataset) -> JobFrame:
     curves = {words[row]: scale * force[row] for row in range(len(names))}
     drawn = lines(f"time [{word}]", f"mesh force [{unit}]", ms * time, curves)
     peak = result["mesh_force_peak"].values
-    at = int(np.nanargmax(peak))
+    at = largest(peak)
     lost = int((result["open_share"].values > 0).sum())
     text = (
         f"Largest force {number(float(peak[at]) * scale, 4)} {unit} in {words[at]} after "
@@ -139,7 +140,7 @@ def stiffness_frame(result: xr.Dataset) -> JobFrame:
     x = np.asarray(result["mesh_phase"].values, dtype=float)
     drawn = lines("mesh cycle [1]", "mesh stiffness [N/nm]", x, curves)
     swing = np.ptp(history, axis=1) / history.mean(axis=1)
-    most = int(swing.argmax())
+    most = largest(swing)
     leads = sorted({f"{float(one):.3g}" for one in result["phase_lead"].values}, key=float)
     phases = ", ".join(leads[:6]) + (" ..." if len(leads) > 6 else "")
     text = (
@@ -156,7 +157,7 @@ def sensitivity_frame(result: xr.Dataset) -> JobFrame:
     values = result["sensitivity"].transpose("path", dim).values[:, ranked]
     size = np.nan_to_num(np.abs(values)).argmax(axis=1)
     value = np.nan_to_num(values[np.arange(len(values)), size])
-    order = np.argsort(-np.abs(value), kind="stable")[:_MOST]
+    order = descending(np.abs(value))[:_MOST]
     paths = [str(path) for path in result["path"].values]
     drawn = bars("per cent per per cent", [_short_path(paths[i]) for i in order], value[order])
     subject = str(result.attrs.get("subject", ""))

@@ -12,6 +12,7 @@ from ...analyses.samples.sample_loads import mean_loads
 from ...analyses.static.tangent import linear
 from ...assemble.assembly import assemble
 from ...errors import ConvergenceError, ModelError
+from ...ties import largest
 from ...train.train import Train
 from .answer import per_cent
 
@@ -90,7 +91,7 @@ def effect_of(now: Figures, then: Figures, where: str) -> Effect:
     count = min(len(now.frequency), len(then.frequency))
     if count:
         moved = then.frequency[:count] / now.frequency[:count] - 1
-        most = int(np.abs(moved).argmax())
+        most = largest(np.abs(moved))
         if abs(moved[most]) > _NONE:
             words.append(f"moves a mode of {now.frequency[most]:.0f} Hz by {per_cent(float(moved[most]))}")
             size = max(size, _FREQUENCY * abs(float(moved[most])))

@@ -16,6 +16,7 @@ from ...analyses.modes.mesh_crossings import MeshCrossings, mesh_crossings, tone
 from ...analyses.static.tangent import linear
 from ...analyses.steady.resonances import BAND
 from ...system.system import Array, System
+from ...ties import descending, largest
 from ...train.train import Train
 from .names import SpeedAxis, member_words, ordinal, rounded
 
@@ -173,7 +174,7 @@ def _labels(
     pairs, of_body = _member_pairs(train), energy.sum(axis=2)
     words = [_sentence(_Movement(train, members, central, motions[i], of_body[i]), pairs) for i in range(len(full))]
     names = [labels[body.name] for body in train.bodies]
-    return tuple(words), tuple(names[int(one.argmax())] for one in of_body)
+    return tuple(words), tuple(names[largest(one)] for one in of_body)
 
 
 def _member_pairs(train: Train) -> set[frozenset[str]]:
@@ -197,7 +198,7 @@ class _Movement:
 
     def motion(self, member: int) -> int:
         """The motion with most of the energy of a member."""
-        return int(self.shares[member].argmax())
+        return largest(self.shares[member])
 
     def verb(self, member: int) -> str:
         """That motion in words."""
@@ -220,7 +221,7 @@ class _Movement:
 def _sentence(moved: _Movement, meshing: set[frozenset[str]]) -> str:
     """What moves in one mode: the member with most kinetic energy, and one beside it with a quarter or more."""
     shares = moved.shares.sum(axis=1)
-    first, *others = (int(i) for i in np.argsort(-shares, kind="stable")[:2])
+    first, *others = (int(i) for i in descending(shares)[:2])
     text = f"{moved.subject(first)[0]} {moved.verb(first)}"
     for other in others:
         if shares[other] < _NAMED:

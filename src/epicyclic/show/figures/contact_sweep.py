@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...ties import largest
 from .series import Array, compact, texts
 from .style import INK, PALE, PALETTE, WARNING, panels
 from .summaries import of_first_stage
@@ -58,7 +59,7 @@ def contact_sweep(sweep: xr.Dataset, *, mesh: str | None = None) -> go.Figure:
 
 def _loudest(sweep: xr.Dataset) -> str:
     level = np.nan_to_num(sweep["mesh_force_rms"].max(("direction", "speed")).values)
-    return str(sweep["mesh"].values[int(np.argmax(level))])
+    return str(sweep["mesh"].values[largest(level)])
 
 
 def _branches(drawn: go.Figure, sweep: xr.Dataset, name: str) -> None:

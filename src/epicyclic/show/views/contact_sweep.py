@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...ties import largest
 from ..elements import Company, Drawing, Section, Table
 from ..figures.summaries import of_first_stage
 from ..rows import extent, named_columns, status_table
@@ -43,14 +44,14 @@ def _forces(result: xr.Dataset, title: str) -> Table:
         for direction in result.direction.values:
             series = result.mesh_force_rms.sel(mesh=mesh, direction=direction).values
             found = np.isfinite(series).any()
-            at = int(np.nanargmax(series)) if found else 0
+            at = largest(series)
             row += [float(series[at]), float(result.mesh_frequency.values[at]) if found else np.nan]
         # a mesh that rests on its far flank has negative forces alone: the largest in size counts
         ends = np.stack([result[name].sel(mesh=mesh).values for name in ("mesh_force_peak", "mesh_force_minimum")])
         known = ends[np.isfinite(ends)]
-        largest = float(known[np.abs(known).argmax()]) if known.size else np.nan
+        force = float(known[np.abs(known).argmax()]) if known.size else np.nan
         apart = float(np.nanmax(result.contact_open.sel(mesh=mesh).values, initial=0.0)) if known.size else np.nan
-        rows.append((*row, largest, round(100 * apart, 1)))
+        rows.append((*row, force, round(100 * apart, 1)))
     of = of_first_stage(result)
     where = f"at mesh frequency{of} [Hz]" if of else "at [Hz]"
     headings = (

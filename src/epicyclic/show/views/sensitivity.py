@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...ties import largest
 from ..elements import Company, Drawing, Section, Table, number
 
 if TYPE_CHECKING:
@@ -65,5 +66,5 @@ def _most(row: np.ndarray, names: np.ndarray) -> str:
     """Name of the largest of a row (k,) [%], and how much it is."""
     if not np.isfinite(row).any() or not np.nanmax(np.abs(row)) > 0:
         return ""
-    at = int(np.nanargmax(np.abs(row)))
+    at = largest(np.abs(row))
     return f"{names[at]}: {number(float(row[at]))} %"

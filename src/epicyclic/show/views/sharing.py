@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...ties import largest
 from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ..figures.series import engineering, short_names, stage_count, texts, unbroken
 from ..figures.summaries import largest_coefficients, readable
@@ -87,7 +88,7 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
             words = f"load sharing, {name}: {unbroken(mesh, stages=stages)}"
             found.append((_UNDEFINED if np.isinf(value) else f"{value:.3f}", words))
     if "mesh_force_bound" in result.variables and np.isfinite(result.mesh_force_bound.values).any():
-        at = int(np.nanargmax(result.mesh_force_bound.values))
+        at = largest(result.mesh_force_bound.values)
         mesh = unbroken(str(result.mesh.values[at]), stages=stages)
         words = f"largest mesh force at the operating point, any shaft phases: {mesh}"
         found.append((f"{engineering(float(result.mesh_force_bound.values[at]) / 1e3)} kN", words))
@@ -114,7 +115,7 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     if "mean-load" in texts(result, "definition"):
         values = result.load_sharing.sel(definition="mean-load").values
         if np.isfinite(values).any():
-            at = int(np.nanargmax(values))
+            at = largest(values)
             found.append(_k_gamma(float(values[at]), unbroken(texts(result, "mesh")[at], stages=stages)))
     return found
 

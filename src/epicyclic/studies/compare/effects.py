@@ -18,6 +18,7 @@ from ...analyses.static.tangent import linear
 from ...assemble import assemble
 from ...errors import ConvergenceError, ModelError
 from ...system.system import System
+from ...ties import largest
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from .mode_pairs import TrainModes
@@ -125,7 +126,7 @@ def _load_values(result: Any, method: str) -> dict[str, Any]:
     rows = zip(coefficient, result.mesh_force_mean.values, result.mesh_force_peak.values, strict=True)
     known = coefficient[np.isfinite(coefficient)]
     alike = not known.size or np.ptp(known) <= _ALIKE
-    worst = "" if alike else names[int(np.nanargmax(coefficient))]
+    worst = "" if alike else names[largest(coefficient)]
     return {
         "k_gamma": float(result.system_load_sharing.sel(definition="mean-load")),
         "worst_mesh": worst,

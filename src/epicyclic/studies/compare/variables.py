@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from ...ties import largest
+
 __all__ = ["VariableDifference", "variable_differences"]
 
 
@@ -65,7 +67,7 @@ def _differences(name: str, variables: Sequence[xr.DataArray]) -> VariableDiffer
             size = np.abs(second - first)
         if not np.isfinite(size).any():
             return None
-        place = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(size), size, np.nan))), size.shape)
+        place = np.unravel_index(largest(np.where(np.isfinite(size), size, np.nan)), size.shape)
         columns.append((float(size[place]), _shown(first[place]), _shown(second[place]), _label(a, place)))
         points = int(np.isfinite(size).sum())
     difference, own, others, places = zip(*columns, strict=True)

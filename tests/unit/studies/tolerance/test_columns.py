@@ -479,7 +479,8 @@ def test_every_kind_of_deviation() -> None:
     bare = {name: value for name, value in model.items() if name not in ("tolerance", "assumed")}
     for sample in range(len(u)):
         alone = mean_loads(assemble(load(bare, overrides=given.overrides(u[sample]))))
-        np.testing.assert_allclose(found.load[sample], alone, rtol=1e-12)
+        # a mesh that is open carries 0 by rounding of the mean load, which is 1
+        np.testing.assert_allclose(found.load[sample], alone, rtol=1e-12, atol=1e-12)
     # each entry has a part in it but these two and the phase of what turns alone at its frequency
     idle = ("profile", "unbalance", "bearing_run_out.phase")
     middle = np.full((1, u.shape[1]), 0.3)
