@@ -241,15 +241,16 @@ def _check_assembly(plan: Plan, phases: StagePhases, log: ResolutionLog) -> None
     if phases.assembles:
         return
     given, nearest = (
-        ", ".join(f"{float(turn) * 360:.6g}" for turn in turns) for turns in (plan.angles, phases.nearest_angles)
+        ", ".join("none" if turn is None else f"{float(turn) * 360:.6g}" for turn in turns)
+        for turns in (plan.angles, phases.nearest_angles)
     )
-    log.warn(
-        coded(
-            "not-assembled",
-            f"{plan.path}: planets at {given} deg cannot be assembled, the teeth do not meet; nearest angles "
-            f"{nearest} deg",
-        )
+    problem = (
+        f"planets at {given} deg cannot be assembled, the teeth do not meet; nearest angles {nearest} deg"
+        if phases.closes
+        else f"a branch cannot be assembled at any angle, the meshes around a loop within it miss each other by "
+        f"{abs(float(phases.mismatch[0])):.3g} pitch; other teeth, or pin radii, close it"
     )
+    log.warn(coded("not-assembled", f"{plan.path}: {problem}"))
 
 
 def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh], log: ResolutionLog) -> None:

@@ -1,8 +1,11 @@
 """Mesh phases of a stage: leads, assembly condition, nearest buildable angles, hunting period, clearance of neighbours.
 
 A stage is given by its gears and, in the order of the power path, its meshes.  At time zero the first mesh of branch 1
-is in contact at its pitch point.  Branch 1 determines the tooth phases of the central gears; in the other branches
-every mesh with a central gear follows that gear, and so has its own phase even where the branch cannot be assembled.
+is in contact at its pitch point.  Two gears mesh where a whole combination of their angles, teeth by teeth, is a phase
+modulo one pitch: the positions at which all meshes of a branch meet form a lattice, and the loops of meshes (whole
+combinations of the rows in which no gear is left) decide whether there is one.  Branch 1 turns every gear, the central
+ones too; in the other branches every mesh with a central gear follows that gear, and so has its own phase even where
+the branch cannot be assembled.  Whatever tooth of a stepped shaft branch 1 takes, the others can take the like.
 Leads agree with the published relations [parker2004] up to the sign of docs/conventions.md, Phases.
 
     gears = (ToothedGear(name="sun", teeth=23, central=True), ToothedGear(name="planet", teeth=17),
@@ -17,7 +20,7 @@ Leads agree with the published relations [parker2004] up to the sign of docs/con
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -25,7 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..gears.phasing import Angle, Phase, contact_of_mate, contact_place, driver_tooth, mate_tooth, shift_term
+from ..gears.phasing import Angle, Phase, driver_tooth, mate_tooth, shift_term
+from .rational import whole_solution
 
 __all__ = [
     "StagePhases",
@@ -91,10 +95,12 @@ class StagePhases:
 
     lead : gamma of every pair, one per branch, in [0, 1) [mesh cycles], Fraction where rational.
     sense : D of every pair; place of the contact sigma(t) = D (f t + gamma).
-    mismatch : of the teeth of each branch, in [-1/2, 1/2) [pitches], the largest of its loops; exact where rational.
-    assembles : no mismatch exceeds the tolerance.
+    mismatch : of the teeth of each branch [pitches], the largest of its loops; exact where rational.  Of branch 1 in
+        itself, of the others against the central gears that branch 1 sets.
+    assembles : no mismatch exceeds the tolerance.  closes : nor does that of branch 1 in itself.
     step : buildable angles from branch 1 are its multiples [turns]; None = any angle can be built.
-    nearest_angles : buildable angle of each branch (of its first mesh) nearest to the given one, branch 1 kept [turns].
+    nearest_angles : buildable angle of each branch (of its first mesh) nearest to the given one, branch 1 kept
+        [turns]; None where the clocking of its shafts fits at no angle.
     hunting_period : cycles of the first mesh after which every gear repeats its position relative to the carrier.
     clocking : of every planet gear on the shaft of another, least angle between tooth centres of the two [turns].
     """
@@ -103,8 +109,9 @@ class StagePhases:
     sense: Mapping[str, int]
     mismatch: tuple[Number, ...]
     assembles: bool
+    closes: bool
     step: Fraction | None
-    nearest_angles: tuple[Number, ...]
+    nearest_angles: tuple[Number | None, ...]
     hunting_period: int
     clocking: Mapping[str, tuple[Number, ...]]
 
@@ -143,24 +150,27 @@ def stage_leads(
     count = len(meshes[0].directions)
     senses = _senses(gears, [(m.a, m.b) for m in meshes], sense)
     drives = {m.pair: m.flank * s for m, s in zip(meshes, senses, strict=True)}
-    branches = [_branch_phases(table, meshes, 0, {})]
-    anchors = {m.pair: branches[0].place[m.pair] for m in meshes if table[m.a].central or table[m.b].central}
-    branches += [_branch_phases(table, meshes, i, anchors) for i in range(1, count)]
-    mismatch = tuple(_largest_mismatch(phases.mismatches) for phases in branches)
-    step = _buildable_step(
-        _branch_phases(table, meshes, 0, anchors).mismatches,
-        _branch_phases(table, meshes, 0, anchors, turns=1).mismatches,
-    )
+    points = [{m.pair: _pitch_point(table, m, i) for m in meshes} for i in range(count)]
+    first = _first_branch(table, meshes, points[0])
+    lattice = _Lattice.of(*_rows(table, meshes, [g.name for g in gears if not g.central]))
+    pairs = [(points[0], points[i]) for i in range(count)]
+    branches = [first]
+    branches += [_other_branch(table, meshes, lattice, first, pairs[i], i) for i in range(1, count)]
+    mismatch = tuple(_largest_mismatch(meshes, branch.gaps) for branch in branches)
+    _, centrals = _rows(table, meshes, [g.name for g in gears if g.central])
+    rights = [_moved(meshes, lattice, pairs[i], _turn(meshes, i)) for i in range(count)]
+    step, nearest = _buildable_angles(meshes, lattice, [sum(row) for row in centrals], rights)
     return StagePhases(
-        lead={m.pair: tuple((drives[m.pair] * w.place[m.pair] % 1).value for w in branches) for m in meshes},
+        lead={m.pair: tuple((drives[m.pair] * b.place[m.pair] % 1).value for b in branches) for m in meshes},
         sense=drives,
         mismatch=mismatch,
         assembles=all(abs(float(miss)) <= tolerance for miss in mismatch),
+        closes=abs(float(mismatch[0])) <= tolerance,
         step=step,
-        nearest_angles=tuple(_nearest_buildable(meshes[0], i, step) for i in range(count)),
+        nearest_angles=nearest,
         hunting_period=_hunting_period(table, meshes),
         clocking={
-            g.name: tuple(_fitted_clocking(table, g, w) for w in branches) for g in gears if g.on and not g.central
+            g.name: tuple(_fitted_clocking(table, g, b) for b in branches) for g in gears if g.on and not g.central
         },
     )
 
@@ -184,121 +194,193 @@ def disc_gaps(centres: NDArray[np.float64], tips: NDArray[np.float64]) -> NDArra
 
 
 @dataclass(frozen=True, slots=True)
-class _BranchPhases:
-    """Phases of one branch: places of contact [base pitches], mismatch of each closed loop with its period [pitches],
-    and tooth phases of the gears."""
+class _Lattice:
+    """Where teeth meet: rows of whole teeth, one a mesh, times angles of solids [turns] = phases, modulo 1.
 
-    place: dict[str, Phase]
-    mismatches: list[tuple[Phase, Fraction]]
-    teeth: dict[str, _ToothPhase]
+    solids : what turns as one, by the gear at its root.  inverse, kernel : see `whole_solution`.
+    """
+
+    solids: Sequence[str]
+    rows: Sequence[Sequence[int]]
+    inverse: Sequence[Sequence[Fraction]]
+    kernel: Sequence[Sequence[int]]
+
+    @classmethod
+    def of(cls, solids: Sequence[str], rows: Sequence[Sequence[int]]) -> _Lattice:
+        """The lattice of some rows."""
+        return cls(solids, rows, *whole_solution(rows, len(solids)))
+
+    def gaps(self, right: Sequence[Phase]) -> tuple[Phase, ...]:
+        """What misses in every row [pitches]: 0 but in the last row of each loop, the least there."""
+        gap = [Phase()] * len(self.rows)
+        for loop in reversed(self.kernel):
+            last = max(k for k, times in enumerate(loop) if times)
+            miss = _total(loop, [a - b for a, b in zip(right, gap, strict=True)]).nearest()
+            gap[last] = Fraction(1, loop[last]) * miss
+        return tuple(gap)
+
+    def tooth(self, solid: str, teeth: int, met: Sequence[Phase]) -> Phase:
+        """teeth x angle of a solid where the rows are met [pitches]."""
+        return _total([teeth * weight for weight in self.inverse[self.solids.index(solid)]], met)
 
 
 @dataclass(frozen=True, slots=True)
-class _ToothPhase:
-    """Tooth phase of a gear modulo `period` [pitches] (below 1 where any tooth of the other gear of a shaft fits)."""
+class _PitchPoint:
+    """teeth x angle of the solids of both gears of a mesh with its contact at the pitch point [pitches].
 
-    phase: Phase
-    period: Fraction = Fraction(1)
+    sum : what the row of the mesh must be, tau_A + tau_B of external gears and tau_A - tau_B with a ring.
+    """
+
+    a: Phase
+    b: Phase
+    sum: Phase
 
 
-def _branch_phases(
+@dataclass(frozen=True, slots=True)
+class _Branch:
+    """Places of contact of every pair [base pitches], gaps of every mesh [pitches], tooth centres of gears [turns]."""
+
+    place: Mapping[str, Phase]
+    gaps: Sequence[Phase]
+    angle: Mapping[str, Phase]
+
+
+def _total(weights: Iterable[int | Fraction], phases: Iterable[Phase]) -> Phase:
+    return sum((weight * phase for weight, phase in zip(weights, phases, strict=True) if weight), Phase())
+
+
+def _solid(table: Mapping[str, ToothedGear], name: str, branch: int = 0) -> tuple[str, Phase]:
+    """Gear at the root of what a gear turns with as one, and its angle from there [turns]; fitted shafts part here."""
+    gear, angle = table[name], Phase()
+    while gear.on is not None and gear.clocking is not None:
+        angle += Phase.of(gear.clocking[0 if gear.central else branch])
+        gear = table[gear.on]
+    return gear.name, angle
+
+
+def _sign(table: Mapping[str, ToothedGear], mesh: ToothMesh) -> int:
+    return -1 if table[mesh.b].internal else 1
+
+
+def _pitch_point(table: Mapping[str, ToothedGear], mesh: ToothMesh, branch: int) -> _PitchPoint:
+    a, b = table[mesh.a], table[mesh.b]
+    direction = Phase.of(mesh.directions[branch])
+    driver = driver_tooth(Phase(), direction, teeth=a.teeth, flank=mesh.flank, shift=_shift(mesh, a))
+    mate = mate_tooth(Phase(), direction, teeth=b.teeth, flank=mesh.flank, shift=_shift(mesh, b), internal=b.internal)
+    driver -= a.teeth * _solid(table, a.name, branch)[1]
+    mate -= b.teeth * _solid(table, b.name, branch)[1]
+    return _PitchPoint(driver, mate, driver + _sign(table, mesh) * mate)
+
+
+def _rows(
+    table: Mapping[str, ToothedGear], meshes: Sequence[ToothMesh], names: Sequence[str]
+) -> tuple[list[str], list[list[int]]]:
+    """The solids of some gears, and the teeth by which they stand in the row of every mesh."""
+    solids = list(dict.fromkeys(_solid(table, name)[0] for name in names))
+    rows = [[0] * len(solids) for _ in meshes]
+    for row, mesh in zip(rows, meshes, strict=True):
+        for name, sign in ((mesh.a, 1), (mesh.b, _sign(table, mesh))):
+            if (solid := _solid(table, name)[0]) in solids:
+                row[solids.index(solid)] += sign * table[name].teeth
+    return solids, rows
+
+
+def _starts(table: Mapping[str, ToothedGear], meshes: Sequence[ToothMesh]) -> list[ToothMesh]:
+    """The first mesh of each set of solids that meshes tie together."""
+    group = {name: name for mesh in meshes for name in (_solid(table, mesh.a)[0], _solid(table, mesh.b)[0])}
+    for mesh in meshes:
+        old, new = group[_solid(table, mesh.b)[0]], group[_solid(table, mesh.a)[0]]
+        group = {name: new if of == old else of for name, of in group.items()}
+    first: dict[str, ToothMesh] = {}
+    for mesh in meshes:
+        first.setdefault(group[_solid(table, mesh.a)[0]], mesh)
+    return list(first.values())
+
+
+def _first_branch(
+    table: Mapping[str, ToothedGear], meshes: Sequence[ToothMesh], points: Mapping[str, _PitchPoint]
+) -> _Branch:
+    """Branch 1 and the central gears, turned until all meshes meet, the first one at its pitch point.
+
+    Each further set of solids that only fitted shafts tie to the others has its first mesh at its pitch point too.
+    """
+    solids, rows = _rows(table, meshes, list(table))
+    starts = _starts(table, meshes)
+    begin = [[table[mesh.a].teeth if solid == _solid(table, mesh.a)[0] else 0 for solid in solids] for mesh in starts]
+    lattice = _Lattice.of(solids, [*begin, *rows])
+    right = [*(points[mesh.pair].a for mesh in starts), *(points[mesh.pair].sum for mesh in meshes)]
+    gaps = lattice.gaps(right)
+    met = [a - b for a, b in zip(right, gaps, strict=True)]
+    place = {
+        m.pair: m.flank * (lattice.tooth(_solid(table, m.a)[0], table[m.a].teeth, met) - points[m.pair].a)
+        for m in meshes
+    }
+    angle = {}
+    for name in table:
+        solid, ahead = _solid(table, name)
+        angle[name] = lattice.tooth(solid, 1, met) + ahead
+    return _Branch(place, gaps[len(starts) :], angle)
+
+
+def _other_branch(
     table: Mapping[str, ToothedGear],
     meshes: Sequence[ToothMesh],
+    lattice: _Lattice,
+    first: _Branch,
+    points: tuple[Mapping[str, _PitchPoint], Mapping[str, _PitchPoint]],
     branch: int,
-    anchors: Mapping[str, Phase],
-    turns: int = 0,
-) -> _BranchPhases:
-    """Phases along the meshes of one branch, rotated by whole `turns` (unreduced, which yields their slope).
+) -> _Branch:
+    """A branch (1 ..) as its planet gears fit the central gears that branch 1 has set.
 
-    anchors : place of the contact in branch 1 of the pairs with a central gear; empty in branch 1 itself.
+    A mesh with a central gear follows that gear, where the branch cannot be assembled too.
+    lattice : of the planet gears.  points : of branch 1 and of this one.
     """
-    phases = _BranchPhases({}, [], {})
-    teeth = phases.teeth
-    for mesh in meshes:
-        direction = Phase.of(mesh.directions[branch]) + turns
-        reached = _known_places(table, mesh, direction, teeth)
-        if mesh.pair in anchors:
-            offset = direction - Phase.of(mesh.directions[0])
-            reached.insert(0, _ToothPhase(anchors[mesh.pair] + _place_per_turn(table, mesh) * offset))
-        place = reached[0] if reached else _ToothPhase(Phase())
-        phases.mismatches.extend((r.phase - place.phase, _common(r.period, place.period)) for r in reached[1:])
-        phases.place[mesh.pair] = place.phase
-        _set_tooth_phases(table, mesh, direction, place, teeth, centrals=not anchors)
-        _carry_along_shafts(table, branch, teeth)
-    return phases
-
-
-def _place_per_turn(table: Mapping[str, ToothedGear], mesh: ToothMesh) -> int:
-    """Change of the place per turn of the direction while the central gear stands."""
-    if table[mesh.a].central:
-        return -mesh.flank * table[mesh.a].teeth
-    return mesh.flank * table[mesh.b].teeth * (-1 if table[mesh.b].internal else 1)
-
-
-def _known_places(
-    table: Mapping[str, ToothedGear], mesh: ToothMesh, direction: Phase, teeth: Mapping[str, _ToothPhase]
-) -> list[_ToothPhase]:
-    """Places of the contact that follow from known tooth phases [base pitches], that of a central gear first."""
-    found: list[_ToothPhase] = []
-    for gear in sorted((table[mesh.a], table[mesh.b]), key=lambda g: not g.central):
-        if gear.name not in teeth:
-            continue
-        tooth, shift = teeth[gear.name], _shift(mesh, gear)
-        if gear.name == mesh.a:
-            place = contact_place(tooth.phase, direction, teeth=gear.teeth, flank=mesh.flank, shift=shift)
+    turn = _turn(meshes, branch)
+    right = _moved(meshes, lattice, points, turn)
+    gaps = lattice.gaps(right)
+    met = [a - b for a, b in zip(right, gaps, strict=True)]
+    place = {}
+    for m in meshes:
+        start, now = points[0][m.pair], points[1][m.pair]
+        if table[m.a].central:
+            move = m.flank * (start.a - now.a)
+        elif table[m.b].central:
+            move = m.flank * _sign(table, m) * (now.b - start.b)
         else:
-            place = contact_of_mate(
-                tooth.phase, direction, teeth=gear.teeth, flank=mesh.flank, shift=shift, internal=gear.internal
-            )
-        found.append(_ToothPhase(place, tooth.period))
-    return found
+            teeth, solid = table[m.a].teeth, _solid(table, m.a)[0]
+            move = m.flank * (lattice.tooth(solid, teeth, met) + teeth * turn - (now.a - start.a))
+        place[m.pair] = first.place[m.pair] + move
+    angle = {}
+    for name in first.angle:
+        solid, ahead = _solid(table, name, branch)
+        if solid in lattice.solids:
+            angle[name] = first.angle[solid] + turn + lattice.tooth(solid, 1, met) + ahead
+    return _Branch(place, gaps, angle)
 
 
-def _set_tooth_phases(
-    table: Mapping[str, ToothedGear],
-    mesh: ToothMesh,
-    direction: Phase,
-    place: _ToothPhase,
-    teeth: dict[str, _ToothPhase],
-    *,
-    centrals: bool,
-) -> None:
-    """Set the tooth phases of both gears of a mesh where they are not known (central gears: in branch 1 only)."""
-    a, b = table[mesh.a], table[mesh.b]
-    if a.name not in teeth and (centrals or not a.central):
-        phase = driver_tooth(place.phase, direction, teeth=a.teeth, flank=mesh.flank, shift=_shift(mesh, a))
-        teeth[a.name] = _ToothPhase(phase, place.period)
-    if b.name not in teeth and (centrals or not b.central):
-        phase = mate_tooth(
-            place.phase, direction, teeth=b.teeth, flank=mesh.flank, shift=_shift(mesh, b), internal=b.internal
-        )
-        teeth[b.name] = _ToothPhase(phase, place.period)
+def _turn(meshes: Sequence[ToothMesh], branch: int) -> Phase:
+    """Angle of a branch from branch 1 [turns]."""
+    return Phase.of(meshes[0].directions[branch]) - Phase.of(meshes[0].directions[0])
 
 
-def _carry_along_shafts(table: Mapping[str, ToothedGear], branch: int, teeth: dict[str, _ToothPhase]) -> None:
-    """Set the tooth phases of gears on shafts whose clocking is given."""
-    for gear in table.values():
-        if gear.on is None or gear.clocking is None:
-            continue
-        other, angle = table[gear.on], Phase.of(gear.clocking[branch])
-        if other.name in teeth and gear.name not in teeth:
-            known, scale = teeth[other.name], Fraction(gear.teeth, other.teeth)
-            teeth[gear.name] = _ToothPhase(
-                scale * known.phase + gear.teeth * angle, _common(scale * known.period, Fraction(1))
-            )
-        elif gear.name in teeth and other.name not in teeth:
-            known, scale = teeth[gear.name], Fraction(other.teeth, gear.teeth)
-            teeth[other.name] = _ToothPhase(
-                scale * known.phase - other.teeth * angle, _common(scale * known.period, Fraction(1))
-            )
+def _moved(
+    meshes: Sequence[ToothMesh],
+    lattice: _Lattice,
+    points: tuple[Mapping[str, _PitchPoint], Mapping[str, _PitchPoint]],
+    turn: Phase,
+) -> list[Phase]:
+    """What every mesh of a branch misses when its planet gears stand in it as those of branch 1 in theirs [pitches]."""
+    return [
+        points[1][mesh.pair].sum - points[0][mesh.pair].sum - sum(row) * turn
+        for mesh, row in zip(meshes, lattice.rows, strict=True)
+    ]
 
 
-def _fitted_clocking(table: Mapping[str, ToothedGear], gear: ToothedGear, phases: _BranchPhases) -> Number:
+def _fitted_clocking(table: Mapping[str, ToothedGear], gear: ToothedGear, branch: _Branch) -> Number:
     """Least angle between tooth centres of a gear and of the gear on whose shaft it sits [turns]."""
     other = table[gear.on or ""]
     per_tooth = Fraction(1, gear.teeth), Fraction(1, other.teeth)
-    angle = per_tooth[0] * phases.teeth[gear.name].phase - per_tooth[1] * phases.teeth[other.name].phase
-    return (angle % _common(*per_tooth)).value
+    return ((branch.angle[gear.name] - branch.angle[other.name]) % _common(*per_tooth)).value
 
 
 def _shift(mesh: ToothMesh, gear: ToothedGear) -> float:
@@ -312,31 +394,31 @@ def _shift(mesh: ToothMesh, gear: ToothedGear) -> float:
     )
 
 
-def _largest_mismatch(mismatches: Sequence[tuple[Phase, Fraction]]) -> Number:
-    values: list[Number] = [miss.nearest(period).value for miss, period in mismatches]
-    return max(values, key=lambda value: abs(float(value)), default=Fraction(0))
+def _largest_mismatch(meshes: Sequence[ToothMesh], gaps: Sequence[Phase]) -> Number:
+    """Largest gap of a branch, as the place from a less the place from b [pitches]."""
+    values = [(-mesh.flank * gap).nearest().value for mesh, gap in zip(meshes, gaps, strict=True)]
+    return max(values, key=lambda value: abs(float(value)))
 
 
-def _buildable_step(
-    here: Sequence[tuple[Phase, Fraction]], turned: Sequence[tuple[Phase, Fraction]]
-) -> Fraction | None:
-    """Least angle by which a branch that assembles can be moved and assembled again [turns], None = any."""
-    step: Fraction | None = None
-    for (miss, period), (moved, _) in zip(here, turned, strict=True):
-        slope = abs((moved - miss).exact)
-        if slope:
-            one = period / slope
-            step = one if step is None else _multiple(step, one)
-    return step
+def _buildable_angles(
+    meshes: Sequence[ToothMesh], lattice: _Lattice, slopes: Sequence[int], rights: Sequence[Sequence[Phase]]
+) -> tuple[Fraction | None, tuple[Number | None, ...]]:
+    """Step of the buildable angles, and for every branch the one nearest to its own [turns]; see `StagePhases`.
 
-
-def _nearest_buildable(mesh: ToothMesh, branch: int, step: Fraction | None) -> Number:
-    """Buildable angle nearest to the given one [turns]; of two equally near the smaller: opposite planets stay so."""
-    first, given = Phase.of(mesh.directions[0]), Phase.of(mesh.directions[branch])
-    if step is None:
-        return given.value
-    between = (given - first).value
-    return (first + math.ceil(between / step - Fraction(1, 2)) * step).value
+    Moving a branch by t adds slopes x t to its rows: kernel @ (right + slopes t) must be whole.
+    slopes : whole numbers, one per mesh.  rights : of every branch.
+    """
+    per_turn = [[sum(y * slope for y, slope in zip(loop, slopes, strict=True))] for loop in lattice.kernel]
+    inverse, fixed = whole_solution(per_turn, 1)
+    step = Fraction(1, math.gcd(*(row[0] for row in per_turn))) if any(row[0] for row in per_turn) else None
+    found: list[Number | None] = []
+    for given, right in zip(meshes[0].directions, rights, strict=True):
+        miss = [_total(loop, right) for loop in lattice.kernel]
+        stuck = any(abs(float(_total(loop, miss).nearest().value)) > ASSEMBLY_TOLERANCE for loop in fixed)
+        # Of two equally near the smaller: opposite planets stay so.
+        move = Phase() if step is None else (-_total(inverse[0], miss)).nearest(step)
+        found.append(None if stuck else (Phase.of(given) + move).value)
+    return step, tuple(found)
 
 
 def _hunting_period(table: Mapping[str, ToothedGear], meshes: Sequence[ToothMesh]) -> int:
@@ -394,8 +476,3 @@ def _checked(gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh]) -> dict[
 def _common(a: Fraction, b: Fraction) -> Fraction:
     """Greatest number of which both are multiples."""
     return Fraction(math.gcd(a.numerator * b.denominator, b.numerator * a.denominator), a.denominator * b.denominator)
-
-
-def _multiple(a: Fraction, b: Fraction) -> Fraction:
-    """Least common multiple of two positive fractions."""
-    return a * b / _common(a, b)

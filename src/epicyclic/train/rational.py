@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-__all__ = ["least_norm", "null_space"]
+__all__ = ["least_norm", "null_space", "whole_solution"]
 
 Row = list[Fraction]
 
@@ -47,6 +47,42 @@ def least_norm(rows: Sequence[Sequence[Fraction]], right: Sequence[Fraction]) ->
         value - sum((w * v[j] for w, v in zip(weights, idle, strict=True)), Fraction(0))
         for j, value in enumerate(solution)
     ]
+
+
+def whole_solution(rows: Sequence[Sequence[int]], count: int) -> tuple[list[Row], list[list[int]]]:
+    """Solutions of rows @ x = right + whole numbers: (inverse, kernel) of rows (m, count), both exact.
+
+    It has a solution exactly where every number of kernel @ right is whole; inverse @ right is one then, unknowns that
+    may have any value being 0.  kernel (r, m) is a basis of all vectors y of whole numbers with y @ rows = 0, each with
+    its last entry, positive, at a row of its own, later rows first.  It decides because such a basis maps whole numbers
+    onto all whole numbers (Hermite normal form, by the algorithm of Euclid on the rows).
+    """
+    size = len(rows)
+    tagged = [[*row, *(int(i == j) for j in range(size))] for i, row in enumerate(rows)]
+    done, left = _whole_echelon(tagged, count)
+    reduced, pivots = _reduce([[Fraction(value) for value in row] for row in done], count)
+    inverse = [[Fraction(0)] * size for _ in range(count)]
+    for row, pivot in zip(reduced, pivots, strict=True):
+        inverse[pivot] = row[count:]
+    backwards, _ = _whole_echelon([row[count:][::-1] for row in left], size)
+    return inverse, [row[::-1] for row in backwards]
+
+
+def _whole_echelon(rows: Sequence[list[int]], columns: int) -> tuple[list[list[int]], list[list[int]]]:
+    """Row echelon form in the first columns by whole combinations that can be undone, and the rows that are 0 there."""
+    left, done = list(rows), list[list[int]]()
+    for column in range(columns):
+        while some := [row for row in left if row[column]]:
+            least = min(some, key=lambda row: abs(row[column]))
+            left = [row if row is least else _less(row, least, row[column] // least[column]) for row in left]
+            if len(some) == 1:
+                done.append(least if least[column] > 0 else [-value for value in least])
+                left = [row for row in left if row is not least]
+    return done, left
+
+
+def _less(row: list[int], other: list[int], times: int) -> list[int]:
+    return [a - times * b for a, b in zip(row, other, strict=True)] if times else row
 
 
 def _reduce(rows: Sequence[Row], columns: int) -> tuple[list[Row], list[int]]:
