@@ -341,8 +341,8 @@ A search ended before it was through: the answer is the best so far.
 Continue it (--resume), or allow more generations or combinations.
 
 tolerance-without-effect tolerance.md
-A tolerance moves nothing in this analysis.
-Nothing if it is meant for others; else correct its path or state the support that it displaces.
+A tolerance moves K_gamma by nothing: its spread is zero, or nothing that it moves loads a mesh in the mean.
+Nothing if it is meant; else correct its path (tangential: position.y) or state the support that it displaces.
 
 points-rounded tolerance.md
 The number of samples is rounded up to what the sampler needs.

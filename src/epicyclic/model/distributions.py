@@ -186,16 +186,16 @@ def read_distribution(
     value : SI number of the text of one value; raises ModelError.  vector : that of a vector across the axis.
     where : path of the text.  Raises ModelError.
     """
-    allowed = _allowed(vector=vector)
     found = _CALL.fullmatch(text) if isinstance(text, str) and len(text) <= _MOST_CHARACTERS else None
     if found is None or not isinstance(text, str):
-        raise ModelError("not a distribution", path=where, given=text, allowed=allowed)
+        raise ModelError("not a distribution", path=where, given=text, allowed=_ANY)
     kind, parts = found[1], [part.strip() for part in found[2].split(",")]
     if kind == "grade":
         return _grade(text, parts, where)
     names = FORMS.get(kind)
     if names is None:
-        raise ModelError(f"not a distribution: no '{kind[:40]}'", path=where, given=text, allowed=allowed)
+        raise ModelError(f"not a distribution: no '{kind[:40]}'", path=where, given=text, allowed=_ANY)
+    allowed = f"{_of(vector=vector)}, {_GRADES}"
     if vector != (kind in VECTORS):
         problem = "the distribution of a number, where a vector stands" if vector else "the distribution of a vector"
         more = "" if vector else "; a vector is the table of x and y: run_out, bearing_run_out, position, tilt"
@@ -222,10 +222,12 @@ def distribution_pattern() -> str:
     return rf"^\s*(?:{'|'.join([*calls, grade])})\s*$"
 
 
-def _allowed(*, vector: bool) -> str:
-    """Return the distributions that may stand at a number or vector, in words."""
-    forms = [f'"{text}"' for kind, text in zip(FORMS, form_texts(), strict=True) if (kind in VECTORS) == vector]
-    return f"{', '.join(forms)}, {_GRADES}"
+def _of(*, vector: bool) -> str:
+    """Return the forms of a number or of a vector, in words."""
+    return ", ".join(f'"{kind}({", ".join(names)})"' for kind, names in FORMS.items() if (kind in VECTORS) == vector)
+
+
+_ANY = f"of a number {_of(vector=False)}; of a vector {_of(vector=True)}; of a length {_GRADES}"
 
 
 def _grade(text: str, parts: list[str], where: str) -> StandardGrade:

@@ -263,6 +263,13 @@ class _Reading:
         if len(stated) > 1:
             allowed = " or ".join(KINDS[kind].unit for kind in probe.kinds)
             raise ModelError("mixes kinds of quantity", path=where, given=str(value), allowed=f"all in {allowed}")
+        if not vector and self._is_pin(path):
+            # a number is the amplitude, whose phase is 0: along the radius, where a pin hardly loads its meshes
+            problem = "a pin position as a number is drawn along the radius, where it loads hardly any mesh"
+            allowed = (
+                f'"disc(diameter)" for a zone round the pin, or {path}.y for a tangential number, .x for a radial one'
+            )
+            raise ModelError(problem, path=where, given=_shown(value), allowed=allowed)
         count = _count(path, probe, self.names, self.data)
         if "common" in read and count == 1:
             problem, allowed = (
@@ -283,6 +290,15 @@ class _Reading:
             probe=probe,
             vector=vector,
         )
+
+    def _is_pin(self, path: str) -> bool:
+        """Whether a path is the position of a planet on a pin; that of one on a shaft turns with it."""
+        segments = path.split(".")
+        if segments[0] != "deviations" or segments[-1] != "position" or segments[1] not in self.names.stages:
+            return False
+        stage, member = segments[1:3]
+        turns = "on" in self.data["stages"][stage].get(member, {})
+        return self.names.stages[stage].get(member) == "planet" and not turns
 
     def _probe(self, path: str, value: object, probe: Probe | ModelError) -> Probe:
         """Return what may stand at the path of an entry. Raises ModelError where it is no number of the model."""

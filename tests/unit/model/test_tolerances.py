@@ -195,6 +195,31 @@ def test_wrong_own_and_common(value: dict[str, object], at: str, problem: str, a
     assert allowed in error.value.allowed
 
 
+PIN = "deviations.main.planet.position"
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["uniform(-20 um, 20 um)", "normal(0, 7 um)", {"own": "normal(0, 7 um)"}, {"common": "triangular(0, 1 um, 2 um)"}],
+)
+def test_a_pin_takes_no_distribution_of_a_number(value: object) -> None:
+    with pytest.raises(ModelError, match="along the radius") as error:
+        toleranced(PIN, value)
+    assert error.value.path == f"tolerance.{PIN}"
+    assert '"disc(diameter)"' in error.value.allowed
+    assert f"{PIN}.y" in error.value.allowed
+    fixed = read(PLAIN, {PIN: "20 um"})  # one number keeps its meaning, along the radius
+    assert fixed.data["deviations"]["main"]["planet"]["position"] == {"amplitude": "20 um"}
+
+
+@pytest.mark.parametrize("path", [PIN, RUN_OUT])
+def test_a_wrong_distribution_names_all_kinds(path: str) -> None:
+    with pytest.raises(ModelError) as error:
+        toleranced(path, "triangel(1 um)")
+    for kind in ("normal(", "uniform(", "truncated(", "triangular(", "rayleigh(", "disc(", "grade("):
+        assert f'"{kind}' in error.value.allowed
+
+
 @pytest.mark.parametrize("path", ["deviations.main.sun.run_out", "deviations.main.planet.position"])
 def test_only_teeth_of_planets_are_marked(path: str) -> None:
     with pytest.raises(ModelError, match="no tooth to mark"):

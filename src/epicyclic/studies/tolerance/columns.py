@@ -98,6 +98,11 @@ class ToleranceMap:
     laws: LawMap | None
     tables: LawMap | None
 
+    @property
+    def unmoved(self) -> frozenset[str]:
+        """Paths of entries that move no column; `warnings` say why."""
+        return frozenset(self.entries[i].path for one in self.sources if not one.effect for i in one.entry.values())
+
     def evaluate(
         self, u: ArrayLike, *, scale: ArrayLike | None = None, torque: float = 1.0, method: ContactMethod = "auto"
     ) -> SampleValues:

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...analyses.samples.mean_load import MEAN_LOADS
 from ...analyses.samples.sample_loads import ContactMethod
 from ...errors import ConvergenceError, ModelError
 from ...resolve import load
 from ...train.train import Train
+from ...warning_codes import CodedText, coded
 from .columns import tolerance_map
 from .curves import (
     PLANETS,
@@ -28,10 +30,10 @@ from .curves import (
     torque_curve,
 )
 from .sample_map import SampleMap
-from .sampling import PIECE, SamplingPlan
+from .sampling import PIECE, SamplingPlan, scramble_uniforms
 from .shares import variance_shares
 
-__all__ = ["EffectColumns", "effects_of"]
+__all__ = ["EffectColumns", "effects_of", "without_effect"]
 
 Array = NDArray[np.float64]
 
@@ -39,6 +41,9 @@ Array = NDArray[np.float64]
 _LEAST = 2**10
 # share of the samples of the study that variance shares, and that curves may take together
 _SHARE = 0.25
+# samples that tell whether an entry moves K_gamma, and the change that is none: six decimals of a load ratio are far
+# below what any test rig or drawing tells apart, and far above the rounding of stiff trains
+_TOLD, _NO_CHANGE = 2**5, 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -105,6 +110,44 @@ def effects_of(
     else:
         left_out |= dict.fromkeys(("k_gamma_by_support", "k_gamma_by_planets"), "by default from 65536 samples")
     return EffectColumns(columns=columns, coords=coords, left_out=left_out, samples=few.rows)
+
+
+def without_effect(drawn: SampleMap, plan: SamplingPlan, *, method: ContactMethod) -> list[CodedText]:
+    """Warnings of entries whose spread moves K_gamma by nothing: the same samples, once with that entry at its mean.
+
+    Entries that move the largest load while turning, but not its mean, are told apart.  Those of which the map has told
+    are left out.
+
+    Raises
+    ------
+    ModelError : the map refuses an evaluation.
+    """
+    few = SamplingPlan(samples=_TOLD, scrambles=1, rows=_TOLD, seed=plan.seed, sampler=plan.sampler)
+    u = scramble_uniforms(few, 0, drawn.dimension_entry.size)
+    whole = drawn.evaluate(u, method=method).k
+    still: list[str] = []
+    averaged: list[str] = []
+    for place, entry in enumerate(drawn.entries):
+        if entry.path in drawn.unmoved:
+            continue
+        scale = np.ones(len(drawn.entries))
+        scale[place] = 0.0
+        at_mean = drawn.evaluate(u, scale=scale, method=method).k
+        same = np.isclose(at_mean, whole, rtol=0, atol=_NO_CHANGE, equal_nan=True).all(axis=(0, 2))
+        if same.all():
+            still.append(entry.path)
+        elif same[MEAN_LOADS.index("mean-load")]:
+            averaged.append(entry.path)
+    by_nothing = f"K_gamma by less than {_NO_CHANGE:g} in each of {_TOLD} trains"
+    words = {
+        f"has no effect: moves {by_nothing}": still,
+        f"moves {by_nothing}, what turns averages out; the largest load while turning follows": averaged,
+    }
+    return [
+        coded("tolerance-without-effect", f"tolerance of {', '.join(paths)} {text}")
+        for text, paths in words.items()
+        if paths
+    ]
 
 
 def _few(plan: SamplingPlan, evaluations: int) -> SamplingPlan:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -66,6 +66,10 @@ class SampleMap(Protocol):
     @property
     def correlations(self) -> tuple[Correlations, ...]:
         """Groups of entries whose draws are correlated."""
+
+    @property
+    def unmoved(self) -> Collection[str]:
+        """Paths of entries that move no column; `warnings` say why."""
 
     @property
     def warnings(self) -> tuple[CodedText, ...]:

@@ -62,8 +62,8 @@ class Source:
 
     @property
     def effect(self) -> bool:
-        """Whether any column follows it."""
-        return bool((self.across >= 0).any() or (self.along >= 0).any())
+        """Whether any column follows it that a mesh-cycle mean keeps."""
+        return self.kind != "nothing" and bool((self.across >= 0).any() or (self.along >= 0).any())
 
     def sizes(self, drawn: Drawn) -> NDArray[np.complex128]:
         """Complex size z (S, n) across the axis, or of a mesh [m, rad]."""

@@ -23,7 +23,7 @@ from ..blocks.versions import machine
 from ..check import train_provenance
 from ..source import Overrides, Source, train_of
 from .columns import tolerance_map
-from .effects import effects_of
+from .effects import effects_of, without_effect
 from .histogram import WIDTH
 from .sample_map import SampleMap
 from .sampling import PIECE, Sampler, SamplingPlan, piece_uniforms, sampling_plan
@@ -131,6 +131,7 @@ def tolerance(
             probability=probabilities_of(plan.samples),
             progress=_part(progress, share, 1.0),
         )
+        idle = without_effect(drawn, plan, method=method)
     value, number = tally.worst()
     u = worst_uniforms(drawn, plan, number)
     found = [drawn.overrides(row) for row in u]
@@ -150,7 +151,7 @@ def tolerance(
         verb="tolerance",
         options={"samples": plan.samples, "seed": seed, "method": method, "sampler": sampler, "effects": chosen},
         provenance=train_provenance(train),
-        warnings=[*drawn.warnings, *_warnings(tally, samples, plan)],
+        warnings=[*drawn.warnings, *idle, *_warnings(tally, samples, plan)],
     )
     return result.assign_attrs(
         samples=plan.samples,

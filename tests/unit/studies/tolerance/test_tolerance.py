@@ -73,6 +73,37 @@ def test_check_case() -> None:
     assert found.worst_k_gamma.values == pytest.approx(expected, abs=1e-9)
 
 
+RADIAL, TORQUES = POSITION[:-1] + "x", "operation.torque.sun"
+
+
+@pytest.mark.parametrize(
+    ("entries", "idle"),
+    [
+        ({RADIAL: "uniform(-20 um, 20 um)"}, [RADIAL]),  # equal working angles: a planet shifts and turns
+        ({TORQUES: "normal(800 N m, 40 N m)"}, ["operation.torque.main.sun"]),  # in proportion, without any error
+        ({POSITION: "uniform(20 um, 20 um)"}, [POSITION]),  # no spread
+        # pins off: X = k e / F0 follows the torque
+        ({POSITION: "normal(0, 10 um)", TORQUES: "normal(800 N m, 40 N m)"}, []),
+        ({POSITION: "normal(0, 10 um)", RADIAL: "normal(0, 10 um)"}, [RADIAL]),
+        ({"stages.main.planet.bearing.radial": "normal(4e8 N/m, 1e7 N/m)"}, []),  # paths of unequal stiffness
+        ({"deviations.main.meshes.sun-planet.profile": "normal(0, 4 um)"}, ["main.meshes.sun-planet.profile"]),
+    ],
+)
+def test_what_moves_k_gamma_by_nothing_is_named(entries: dict[str, str], idle: list[str]) -> None:
+    found = epicyclic.tolerance(floating(tolerance=entries), samples=256, effects="none")
+    warned = [text for text in json.loads(found.attrs["warnings"]) if "tolerance-without-effect" in text]
+    assert len(warned) == len(idle)
+    assert all(path in text for path, text in zip(idle, warned, strict=True))
+
+
+def test_run_out_that_averages_out_is_told_apart() -> None:
+    model = floating(tolerance={"deviations.main.planet.run_out": "rayleigh(5 um)"})
+    model["operation"]["speed"] = {"carrier": "60 rpm"}
+    (text,) = json.loads(epicyclic.tolerance(model, samples=256, effects="none").attrs["warnings"])
+    assert "deviations.main.planet.run_out moves K_gamma" in text
+    assert "the largest load while turning follows" in text
+
+
 @pytest.mark.parametrize(
     ("planets", "saturated"), [(3, (1.0, 1.0)), (4, (2.0, 2.0)), (5, (1.809, 2.236)), (6, (1.667, 3.0))]
 )
