@@ -257,7 +257,7 @@ The periodic motion is not stable (Floquet): no train stays on it.
 Look for what takes its place with sweep --contact-loss or transient; more damping stabilises.
 
 stability-unknown stability.md
-The Floquet multipliers of a motion or speed are not known.
+The Floquet multipliers of a motion or speed are not known, or the largest one is within its error of 1.
 Read the reason in status; a neighbouring speed, or more steps.
 
 no-motion-found contact-loss.md

@@ -75,7 +75,7 @@ def test_arrays_keep_bits_and_layout(tmp_path: Path) -> None:
 def test_dataclasses_are_one_where_they_were_one(tmp_path: Path) -> None:
     level = np.arange(3.0)
     one = Measures(rms=level, highest=level, lowest=level, open=level, amplitude=level, flank=level)
-    stability = Stability(multiplier=0.5 + 0.1j, kind="fold", steps=64)
+    stability = Stability(multiplier=0.5 + 0.1j, kind="fold", steps=64, error=1e-3)
     found = again(tmp_path, [one, (one, stability)])
     assert found[0] is found[1][0]
     assert found[1][1] == stability

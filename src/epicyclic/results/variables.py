@@ -215,6 +215,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     # stability
     "floquet_multiplier": ("1", "complex Floquet multiplier, largest magnitude first, those of free rotation last"),
     "largest_multiplier": ("1", "largest magnitude of a Floquet multiplier, free rotation apart"),
+    "multiplier_error": ("1", "error of `largest_multiplier`, as finer steps and the residual of the motion show it"),
     "growth_rate": ("1/s", "growth rate of a small disturbance, negative where it decays"),
     "stable": ("", "whether no small disturbance grows"),
     "instability": (

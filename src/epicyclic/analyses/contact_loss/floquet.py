@@ -16,6 +16,7 @@ from ...system.system import Array, ComplexArray
 from ..modes.basis import Modal
 from ..stability.floquet import (
     BREAKING,
+    CIRCLE,
     DIVERGENCE,
     FOLD,
     STABLE,
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from .refinement import Refinement
 
 __all__ = [
-    "GROWTH_LIMIT",
     "Stability",
     "contact_tangents",
     "floquet_multipliers",
@@ -41,18 +41,17 @@ __all__ = [
 ]
 
 
-# Steps of a mesh cycle in which contact changes; so many times as many where a multiplier is nearer to the circle.
-_STEPS, _TIMES, _NEAR = 48, 3, 0.03
+# Steps of a mesh cycle in which contact changes; so many times as many, as often, while the circle is within the error.
+_STEPS, _TIMES, _FINER = 48, 3, 3
+# Error of a multiplier with the first steps: with contact that stays; with teeth that part 0.08 at a fold where they
+# meet sharply, 0.06 elsewhere.
+_NEAR_CLOSED, _NEAR = 0.03, 0.15
 # Steps of a mesh cycle that are too many: beyond, one stability takes minutes and gigabytes.
 _MOST_STEPS = 1_000_000
 # Steps come in multiples of this, so that the grids of their samples are few.
 _STEP = 24
 # Samples of the contact in each step: its tangent is their mean.
 _SAMPLES = 8
-# A multiplier this much above 1 is growth: near 1, 144 steps of a cycle with contact loss have it right to 1e-3.  Far
-# from 1 the 48 steps have it right to 1.5e-2 at |mu| = 1.8 and to 6e-2 at worst, which changes no verdict (against 768
-# and 3072 steps, 189 points of the branches of ren2021 and xu2020).
-GROWTH_LIMIT = 2e-3
 # A multiplier is real when its angle from the real axis is below this; a pair that meets there does so as a root.
 _REAL = 1e-2
 
@@ -63,6 +62,7 @@ class Stability:
 
     multiplier : the largest of the period, free motions apart; with two mesh tones the growth a cycle of the first.
     steps : of a period, or of a cycle of the first tone.
+    error : of the size of the multiplier, as finer steps and the residual of the motion show it.
     kind : empty where stable, or how the motion is left, as of `stability.floquet`, a divergence as one of its two
         forms; ``growth`` with two mesh tones.
     """
@@ -70,11 +70,17 @@ class Stability:
     multiplier: complex
     kind: str
     steps: int
+    error: float
 
     @property
     def stable(self) -> bool:
-        """Whether every disturbance dies out."""
+        """Whether every disturbance dies out, by the best estimate of the multiplier."""
         return not self.kind
+
+    @property
+    def decided(self) -> bool:
+        """Whether the multiplier is further from the circle than its error."""
+        return abs(abs(self.multiplier) - 1) > self.error
 
 
 def require_fast_enough(ready: Response, speed: float, path: str) -> None:
@@ -100,13 +106,17 @@ def require_fast_enough(ready: Response, speed: float, path: str) -> None:
 
 
 def floquet_stability(
-    refinement: Refinement, given: Problem, harmonics: int, state: State, *, backward: bool = False
+    refinement: Refinement, given: Problem, harmonics: int, state: State, *, residual: float, backward: bool = False
 ) -> Stability:
     """Largest Floquet multiplier of a motion with the tangents of the contact, and its kind.
 
+    Near 1 the steps are made three times finer up to thrice, until the circle is further away than the error: the last
+    change, of which methods of first order leave half and those of second order an eighth, and the residual of the
+    motion where its contact changes, by which its tangents are late.
+
     Parameters
     ----------
-    harmonics : of the problem.
+    harmonics : of the problem.  residual : of the motion.
     backward : whether the branch goes back in speed there, between two folds: a real multiplier above 1 is the fold's.
         Elsewhere another branch with less symmetry leaves this one.
 
@@ -116,10 +126,14 @@ def floquet_stability(
     """
     steps = _steps(refinement, given, state)
     largest = _largest(_floquet(refinement, given, harmonics, state, steps))
-    if abs(abs(largest) - 1) < _NEAR:
-        steps *= _TIMES
+    error = _NEAR_CLOSED if state.unchanging else _NEAR
+    for _ in range(_FINER):
+        if abs(abs(largest) - 1) > error:
+            break
+        coarse, steps = largest, _TIMES * steps
         largest = _largest(_floquet(refinement, given, harmonics, state, steps))
-    return Stability(multiplier=largest, kind=_kind(largest, backward), steps=steps)
+        error = abs(abs(largest) - abs(coarse)) + (CIRCLE if state.unchanging else residual)
+    return Stability(multiplier=largest, kind=_kind(largest, backward), steps=steps, error=error)
 
 
 def floquet_multipliers(
@@ -246,7 +260,7 @@ def _largest(found: Floquet) -> complex:
 
 def _kind(largest: complex, backward: bool) -> str:
     """How a motion with this largest multiplier is left, empty where it is stable."""
-    kind = multiplier_kind(largest, circle=GROWTH_LIMIT, real=_REAL)
+    kind = multiplier_kind(largest, real=_REAL)
     if kind == DIVERGENCE:
         return FOLD if backward else BREAKING
     return "" if kind == STABLE else kind

@@ -32,7 +32,7 @@ _STEPS, _SAMPLES = 48, 4
 # Disturbances side by side: the slowest pairs of a train that decay alike.
 _BLOCK = 8
 # Windows run: at least one to leave the transient; at most, for states near to 1.  A growth within `_NEAR` of 1 is run
-# until its error is below `_ERROR`: a quarter of the 2e-3 a cycle that count as growth.
+# until its error is below `_ERROR` and below its distance from 1.
 _WINDOWS, _NEAR, _ERROR = 12, 0.03, 5e-4
 # Doubles of a matrix over the samples of some cycles and all rows, of which ten are alive at a time.
 _VALUES = 4_000_000
@@ -102,7 +102,8 @@ def quasi_periodic_growth(given: Problem, state: State, tones: tuple[Fraction, .
         found, left = _rate(flow, block, after, window)
         rates.append(found)
         rate, error = _summed(rates, left, period=period)
-        if whole or len(rates) == _WINDOWS or (len(rates) > 1 and (error < _ERROR or abs(rate - 1) > _NEAR + error)):
+        least = min(_ERROR, abs(rate - 1))
+        if whole or len(rates) == _WINDOWS or (len(rates) > 1 and (error < least or abs(rate - 1) > _NEAR + error)):
             return Growth(rate=rate, error=error, steps=steps, cycles=len(rates) * window)
         block = np.linalg.qr(after)[0]
 

@@ -13,9 +13,10 @@ from typing import Literal
 import numpy as np
 
 from ...system.system import Array
+from ..stability.floquet import CIRCLE
 from ..steady.response import Response
 from .corrector import NewtonResult, linear_start, solve
-from .floquet import GROWTH_LIMIT, Stability, floquet_stability
+from .floquet import Stability, floquet_stability
 from .problem import Problem, State, dynamic_size, evaluate, mesh_problem, prolonged
 from .quasi_periodic import quasi_periodic_growth
 
@@ -188,8 +189,8 @@ def growth_stability(given: Problem, state: State, tones: tuple[Fraction, ...]) 
     numpy.linalg.LinAlgError : numbers that are not finite.
     """
     found = quasi_periodic_growth(given, state, tones)
-    kind = GROWTH if found.rate > 1 + GROWTH_LIMIT else ""
-    return Stability(multiplier=complex(found.rate), kind=kind, steps=found.steps)
+    kind = GROWTH if found.rate > 1 + CIRCLE else ""
+    return Stability(multiplier=complex(found.rate), kind=kind, steps=found.steps, error=found.error)
 
 
 def with_stability(refinement: Refinement, at: Solution) -> Solution:
@@ -199,7 +200,7 @@ def with_stability(refinement: Refinement, at: Solution) -> Solution:
     key = at.state, at.backward
     if key not in refinement.stability:
         refinement.stability[key] = (
-            floquet_stability(refinement, at.given, at.harmonics, at.state, backward=at.backward)
+            floquet_stability(refinement, at.given, at.harmonics, at.state, residual=at.residual, backward=at.backward)
             if len(refinement.ready.lines.tones) == 1
             else growth_stability(at.given, at.state, refinement.ready.lines.tones)
         )

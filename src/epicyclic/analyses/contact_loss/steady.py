@@ -15,6 +15,7 @@ from ...errors import ConvergenceError, ModelError
 from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array
 from ...warning_codes import CodedText, coded
+from ..steady.mean_stability import require_stable_mean
 from ..steady.response import Response, response
 from .branch_set import branch_set
 from .floquet import Stability, require_fast_enough
@@ -22,7 +23,7 @@ from .linear_motion import LinearMotion, linear_error, linear_motion, unchanging
 from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
 from .problem import embedded, gap_forces
 from .refinement import Refinement, Solution, solution, with_stability
-from .rows import largest_link_forces, law_warnings
+from .rows import gap_rows_of, largest_link_forces, law_warnings
 from .shaft_orders import (
     NEGLIGIBLE,
     SuperposedLine,
@@ -77,7 +78,7 @@ def contact_steady(
     Raises
     ------
     ModelError : no damping, no mesh frequency, torques out of balance, or an option out of range.
-    ConvergenceError : no solution was found.
+    ConvergenceError : no solution was found, or a vibration of the mean system grows.
     """
     if not (math.isfinite(relative_speed) and relative_speed > 0):
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
@@ -85,6 +86,8 @@ def contact_steady(
         raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
     given = torus(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones)
     require_fast_enough(given.ready, float(relative_speed), "relative_speed")
+    if gap_rows_of(given.ready).links is None:  # a body that the mean system loses may be held by the stop of its link
+        require_stable_mean(given.ready, float(relative_speed))
     linear = linear_motion(given, float(relative_speed))
     lines = None if linear is None else unchanging_lines(given, linear)
     rms = None
@@ -224,6 +227,7 @@ def _labelled(
             "status": ((), point.status if stability is None or stability.stable else "unstable"),
             "instability": ((), "" if stability is None else stability.kind or "stable"),
             "largest_multiplier": ((), np.nan if stability is None else abs(stability.multiplier)),
+            "multiplier_error": ((), np.nan if stability is None else stability.error),
             "residual": ((), point.residual),
             "residual_dropped": ((), point.truncation_residual),
         },
@@ -329,15 +333,24 @@ def _instability(stability: Stability | None) -> list[CodedText]:
     """A warning of a motion that is not stable, or whose stability is not known."""
     if stability is None:
         return [coded("stability-unknown", "the stability of this motion is not known")]
-    if stability.stable:
-        return []
-    return [
-        coded(
-            "motion-unstable",
-            f"this motion is not stable ({stability.kind}, multiplier {abs(stability.multiplier):.3g} a cycle): no "
-            "train stays on it, and what takes its place may be larger; sweep --contact-loss or transient finds that",
+    size, notes = abs(stability.multiplier), list[CodedText]()
+    if not stability.decided:
+        doubt = f"growth is not told from none: the multiplier is {size:.8g} a cycle, right to {stability.error:.2g}"
+        notes.append(coded("stability-unknown", doubt))
+    if not stability.stable:
+        notes.append(
+            coded(
+                "motion-unstable",
+                f"this motion is not stable ({stability.kind}, multiplier {_above_one(size)} a cycle): no train stays "
+                "on it, and what takes its place may be larger; sweep --contact-loss or transient finds that",
+            )
         )
-    ]
+    return notes
+
+
+def _above_one(size: float) -> str:
+    """A multiplier above 1 with three figures of what it is above, where that is little."""
+    return f"{size:.3g}" if size > 1.1 else f"1 + {size - 1:.3g}"
 
 
 def _coarse(given: Torus, point: TorusPoint, linear: LinearMotion | None) -> list[CodedText]:

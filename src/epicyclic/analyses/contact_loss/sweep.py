@@ -331,6 +331,7 @@ def _empty_curves(system: System, count: int, shaft: bool) -> dict[str, NDArray[
         "stable": np.zeros(count, bool),
         "jumped": np.zeros(count, bool),
         "largest_multiplier": np.full(count, np.nan),
+        "multiplier_error": np.full(count, np.nan),
         "harmonics": np.zeros(count, np.int64),
         "residual": np.full(count, np.nan),
         **({"residual_dropped": np.full(count, np.nan), "superposed_error": np.full(count, np.nan)} if shaft else {}),
@@ -364,6 +365,7 @@ def _fill(
         values["stable"][0] = found.stable
         if found.stability is not None:
             values["largest_multiplier"][0] = abs(found.stability.multiplier)
+            values["multiplier_error"][0] = found.stability.error
         if shaft:
             return None, mesh_orders(found)
         measures = periodic_measures(system, found.given, found.state)
@@ -485,6 +487,11 @@ def _warnings(
     if parted:
         listed = ", ".join(parted[:4]) + (f" and {len(parted) - 4} more" if len(parted) > 4 else "")
         notes.append(coded("contact-lost", f"contact is lost for a part of the mesh cycle: {listed}"))
+    size, error = (np.array([values[name] for values in curves]) for name in ("largest_multiplier", "multiplier_error"))
+    doubtful = int(np.count_nonzero(np.abs(size - 1) <= error))
+    if doubtful:
+        text = f"growth is not told from none at {doubtful} points: the largest multiplier is within its error of 1"
+        notes.append(coded("stability-unknown", text))
     lost = int(sum(np.count_nonzero(values["status"] == "not converged") for values in curves))
     if lost:
         notes.append(coded("no-motion-found", f"no motion was found at {lost} points"))

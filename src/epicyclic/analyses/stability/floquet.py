@@ -28,6 +28,7 @@ from .monodromy import independent_parts, kick_maps, monodromy
 
 __all__ = [
     "BREAKING",
+    "CIRCLE",
     "DIVERGENCE",
     "DOUBLING",
     "FOLD",
@@ -50,6 +51,9 @@ DIVERGENCE, DOUBLING, QUASI_PERIODIC = "divergence", "period doubling", "quasi-p
 FOLD, BREAKING = "fold", "symmetry breaking"
 KINDS = (STABLE, DIVERGENCE, DOUBLING, QUASI_PERIODIC)
 
+# A multiplier this much above 1 is growth.  Without damping multipliers lie on the circle; two that coincide separate
+# by the root of the rounding.  With constant contact more steps change them by no more than 1e-12.
+CIRCLE = 1e-7
 # Least steps of a mesh cycle, and of a cycle of the highest mode.
 _STEPS_PER_CYCLE, _STEPS_PER_MODE_CYCLE = 24.0, 4.0
 # Doubles of the matrices of steps multiplied side by side: they and their products stay in the second cache.
@@ -361,15 +365,15 @@ def _conserved(K: Array, C: Array, rigid: int, neutral: int) -> int:
     return rigid - int(np.sum(changed > _CONSERVED))
 
 
-def multiplier_kind(multiplier: complex, *, circle: float, real: float) -> str:
+def multiplier_kind(multiplier: complex, *, real: float) -> str:
     """Kind of loss of stability of the largest multiplier [1].
 
-    Stable within 1 + `circle`, real within `real` of its size.
+    Stable within 1 + `CIRCLE`, real within `real` of its size.
 
     Near +1 ``divergence``, growth at mesh orders; near -1 ``period doubling``, at half orders; else
     ``quasi-periodic``, two modes together.
     """
-    if abs(multiplier) <= 1 + circle:
+    if abs(multiplier) <= 1 + CIRCLE:
         return STABLE
     if abs(multiplier.imag) > real * abs(multiplier):
         return QUASI_PERIODIC

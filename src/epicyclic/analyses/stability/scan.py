@@ -38,8 +38,6 @@ __all__ = [
 
 Progress = Callable[[int, int], None] | None
 
-# Without damping multipliers lie on the circle; two that coincide separate by the root of the rounding.
-_CIRCLE = 1e-7
 # A multiplier is real within this part of its magnitude: those of equal modes scatter by the root of the rounding.
 _REAL = 1e-6
 # Factor of a variation or of damping: beyond it nothing is a gear, and powers of 1e300 are no numbers.
@@ -264,7 +262,7 @@ def instability_kind(multipliers: ComplexArray) -> str:
     """One of `floquet.KINDS`, of multipliers (k,) without those of free motions."""
     if not multipliers.size:
         return STABLE
-    return multiplier_kind(complex(multipliers[np.argmax(np.abs(multipliers))]), circle=_CIRCLE, real=_REAL)
+    return multiplier_kind(complex(multipliers[np.argmax(np.abs(multipliers))]), real=_REAL)
 
 
 def predicted_combinations(ready: ParametricSystem, mesh_frequency: Array) -> list[Combination]:

@@ -13,12 +13,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import ConvergenceError
 from ...system.system import Array
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import eigen, whirl
 from .response import Response
 
-__all__ = ["MEAN_UNSTABLE", "critical_speed", "instability_warnings", "unstable_speeds"]
+__all__ = ["MEAN_UNSTABLE", "critical_speed", "instability_warnings", "require_stable_mean", "unstable_speeds"]
 
 MEAN_UNSTABLE = "mean system unstable"
 """Status of a speed without a steady motion."""
@@ -79,6 +80,21 @@ def unstable_speeds(ready: Response, speed: Array) -> NDArray[np.bool_]:
         mu = whirl(ready.system, relative_speed=float(value), damped=True, modes=modes).mu
         found[frame == value] = np.max(mu.real, initial=0.0) > _GROWTH * np.max(np.abs(mu), initial=0.0)
     return found
+
+
+def require_stable_mean(ready: Response, speed: float) -> None:
+    """Refuse a relative speed at which a vibration of the mean system grows.
+
+    Raises
+    ------
+    ConvergenceError : no steady motion.
+    """
+    if unstable_speeds(ready, np.array([speed]))[0]:
+        tone, (critical, name) = float(ready.lines.tone), critical_speed(ready)
+        raise ConvergenceError(
+            f"no steady motion at {tone * speed:.6g} Hz mesh frequency: the mean system is unstable, since above "
+            f"{tone * critical:.6g} Hz the centripetal terms exceed the stiffness (first of {name})"
+        )
 
 
 def instability_warnings(ready: Response, unstable: Array) -> list[CodedText]:

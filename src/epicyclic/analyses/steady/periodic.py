@@ -13,7 +13,7 @@ from ...errors import ConvergenceError, ModelError
 from ...system.faces import faces
 from ...system.system import Array, ComplexArray, System
 from ..static.record import samples_per_cycle
-from .mean_stability import critical_speed, unstable_speeds
+from .mean_stability import require_stable_mean
 from .measures import force_extremes
 from .response import Block, Response, respond, response
 from .waveform import (
@@ -205,12 +205,7 @@ def solve_speed(system: System, relative_speed: float, tolerance: float) -> tupl
     if not 0 < tolerance < 1:
         raise ModelError("out of range", path="tolerance", given=tolerance, allowed="between 0 and 1")
     ready = response(system)
-    if unstable_speeds(ready, np.array([speed]))[0]:
-        tone, (critical, name) = float(ready.lines.tone), critical_speed(ready)
-        raise ConvergenceError(
-            f"no steady motion at {tone * speed:.6g} Hz mesh frequency: the mean system is unstable, since above "
-            f"{tone * critical:.6g} Hz the centripetal terms exceed the stiffness (first of {name})"
-        )
+    require_stable_mean(ready, speed)
     block = next(respond(ready, np.array([speed]), tolerance=tolerance))
     if not block.residual[0] <= max(_ACCEPTED, 100 * tolerance):
         frequency = float(ready.lines.tone) * relative_speed

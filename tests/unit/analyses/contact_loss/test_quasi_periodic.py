@@ -41,7 +41,7 @@ def growth(system: System, speed: float, *, harmonics: int = 12) -> tuple[Growth
 def multiplier(system: System, speed: float, *, harmonics: int) -> tuple[float, State]:
     """Size of the largest Floquet multiplier of a motion of one tone."""
     refinement, state = moved(system, speed, harmonics=harmonics)
-    found = floquet_stability(refinement, refinement.problem(harmonics), harmonics, state)
+    found = floquet_stability(refinement, refinement.problem(harmonics), harmonics, state, residual=3e-4)
     return abs(found.multiplier), state
 
 

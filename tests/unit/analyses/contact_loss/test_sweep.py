@@ -140,9 +140,9 @@ def test_unstable_motions_are_reported() -> None:
 def test_stability_of_a_point_is_computed_once(made: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def counted(refinement: Refinement, given: Any, harmonics: int, state: State, *, backward: bool) -> Stability:
+    def counted(refinement: Refinement, given: Any, harmonics: int, state: State, **rest: Any) -> Stability:
         asked.append(state)
-        return floquet_stability(refinement, given, harmonics, state, backward=backward)
+        return floquet_stability(refinement, given, harmonics, state, **rest)
 
     monkeypatch.setattr(refinement_module, "floquet_stability", counted)
     contact_sweep(spur_like(made), relative_speed=SPEEDS, unstable="report")
