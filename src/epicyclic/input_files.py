@@ -1,16 +1,67 @@
-"""Files of the user, read whole: regular files up to a size, never a device, a pipe or a folder."""
+"""Files of the user, read whole: regular files up to a size, never a device, a pipe or a folder, nor the output."""
 
 from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from .errors import ModelError
 
-__all__ = ["read_bytes", "read_text"]
+__all__ = ["as_input", "as_output", "outputs_apart", "read_bytes", "read_text"]
 
 _TOO_LARGE = "too large"
+# files that the block of `outputs_apart` has read and will write; None outside of one
+_USED: ContextVar[tuple[list[Path], list[Path]] | None] = ContextVar("used", default=None)
+
+
+@contextmanager
+def outputs_apart() -> Iterator[None]:
+    """In the block no file is source and output, whatever it is called: the second use of it is refused."""
+    token = _USED.set(([], []))
+    try:
+        yield
+    finally:
+        _USED.reset(token)
+
+
+def as_input(file: str | Path) -> None:
+    """Count a file among the sources.
+
+    Raises
+    ------
+    ModelError : it is an output of the same block of `outputs_apart`.
+    """
+    if used := _USED.get():
+        used[0].append(Path(file))
+        for output in used[1]:
+            _require_apart(Path(file), output)
+
+
+def as_output(file: Path) -> None:
+    """Count a file among the outputs, before the work.
+
+    Raises
+    ------
+    ModelError : it has been read in the same block of `outputs_apart`.
+    """
+    if used := _USED.get():
+        used[1].append(file)
+        for source in used[0]:
+            _require_apart(source, file)
+
+
+def _require_apart(source: Path, output: Path) -> None:
+    try:
+        same = os.path.samefile(source, output)  # links are followed, and two names of one file are the same
+    except (OSError, ValueError):  # one is not there, or a zero byte in the name
+        return
+    if same:
+        problem = f"is {source}, which this command reads"
+        raise ModelError(problem, path="--output", given=str(output), allowed="another file")
 
 
 def read_bytes(file: str | Path, *, most: int, path: str = "", given: str = "", allowed: str = "") -> bytes:
@@ -24,9 +75,11 @@ def read_bytes(file: str | Path, *, most: int, path: str = "", given: str = "", 
 
     Raises
     ------
-    ModelError : no such file, no regular file (a device or a pipe may never end), too large, or it cannot be read.
+    ModelError : no such file, no regular file (a device or a pipe may never end), too large, it cannot be read, or it
+        is the output (`outputs_apart`).
     """
 
+    as_input(file)
     raw, problem = b"", ""
     try:
         # asked before it is opened: opening a pipe waits, opening a device may do something

@@ -10,6 +10,7 @@ import os
 import random
 import re
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -34,6 +35,7 @@ from epicyclic.results.locked_folder import locked_folder
 from epicyclic.results.run_folder import remove_folder
 from epicyclic.results.sealed_file import seal
 from epicyclic.results.whole_file import require_writable, write_text
+from epicyclic.verbs.record import verbs
 
 DRIVES = Path(epicyclic.__file__).parent / "systems"
 TEXT = (DRIVES / "lin1999-n3.toml").read_text(encoding="utf-8")
@@ -143,6 +145,73 @@ def test_targets_that_are_no_files_are_refused_before_the_work(kind: str, tmp_pa
         require_writable(target)
     assert "--output" in refused("modes", "no-such-model", "-o", str(target))
     assert not Path("/dev/null").is_file()
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of files that commands have written."""
+    folder = tmp_path_factory.mktemp("written")
+    epicyclic.write_rexs("industrial-stage", folder / "x.rexs")
+    for name in ("x.nc", "y.json"):
+        save_result(epicyclic.check("lin1999-n3"), folder / name)
+    return folder
+
+
+@pytest.fixture
+def sources(written: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder, the current one, of files that commands read and of further names of them."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(written, tmp_path, dirs_exist_ok=True)
+    Path("in.toml").write_text(TEXT, encoding="utf-8")
+    Path("table.csv").write_text("deflection [um], force [kN]\n0, 0\n4, 1\n")
+    Path("torques.csv").write_text("time [s], sun [N m]\n0, 1\n1, 1\n")
+    Path("job.toml").write_text('verb = "check"\nmodel = "in.toml"\n[grid]\n"stages.main.sun.mass" = ["1 kg"]\n')
+    Path("hard.rexs").hardlink_to("x.rexs")
+    Path("in.json").symlink_to("in.toml")
+    Path("job.json").symlink_to("job.toml")
+    return tmp_path
+
+
+OF_VERBS = {
+    "allocate": "--target 1.1",
+    "relief": "--vary tip_relief.amount=1..2",
+    "track": "--over stages.main.sun.mass",
+}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        *(f"{name} in.toml {OF_VERBS.get(name, '')} -o in.json".replace("_", "-") for name in verbs()),
+        "allocate in.toml --target 1.1 -o in.toml",
+        "check in.toml --resolved -o in.toml",
+        'check in.toml --set stages.main.sun.support.radial={file="table.csv"} -o table.csv',
+        "transient in.toml --torque torques.csv -o torques.csv",
+        "compare lin1999-n4 in.toml -o in.json",
+        "compare x.nc y.json -o y.json",
+        "show x.nc -o x.nc",
+        "show x.nc -o sub/../x.nc",
+        "study job.toml -o job.json",
+        "study job.toml -o in.json",
+        "import x.rexs -o x.toml",
+        "export x.rexs -o x.rexs",
+        "export x.rexs -o hard.rexs",
+    ],
+)
+def test_an_output_that_is_a_source_is_refused(arguments: str, sources: Path) -> None:
+    (sources / "sub").mkdir()
+    (sources / "x.toml").symlink_to("x.rexs")
+    before = {path: path.read_bytes() for path in sources.glob("*.*")}
+    assert "which this command reads" in refused(*arguments.split())
+    assert {path: path.read_bytes() for path in sources.glob("*.*")} == before
+
+
+def test_an_output_of_before_is_replaced(tmp_path: Path) -> None:
+    model, output = tmp_path / "in.toml", tmp_path / "out.nc"
+    model.write_text(TEXT, encoding="utf-8")
+    for verb in ("check", "modes"):
+        assert run(verb, str(model), "-o", str(output)).exit_code == 0
+        assert load_result(output).attrs["verb"] == verb
 
 
 def test_a_long_name_keeps_room_for_the_temporary_one(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from typing import Any
 import typer
 
 from ..errors import ConvergenceError, ModelError
+from ..input_files import as_output, outputs_apart
 from ..results.counted import Counted
 from ..results.whole_file import require_writable
 
@@ -118,10 +119,10 @@ def _drop(stream: Any) -> None:
 def reported() -> Iterator[None]:
     """Turn errors into a message on stderr and an exit status; a traceback only with EPICYCLIC_DEBUG set.
 
-    Old spellings, which warn, are told on stderr too.
+    Old spellings, which warn, are told on stderr too.  No file is source and output.
     """
     try:
-        with warnings.catch_warnings():
+        with outputs_apart(), warnings.catch_warnings():
             warnings.filterwarnings("always", category=DeprecationWarning, module=r"epicyclic\.(cli|audits)")
             warnings.showwarning = lambda message, *_, **__: complain(f"warning: {message}")
             yield
@@ -159,18 +160,19 @@ def parsed_overrides(sets: list[str] | None) -> dict[str, object]:
 
 
 def target_of(path: Path, suffixes: tuple[str, ...]) -> None:
-    """Make sure, before the work, that a result can be written there.
+    """Make sure, before the work, that a result can be written there, and let the work not read from there.
 
     Raises
     ------
-    ModelError : another suffix, or as of `require_writable`.
+    ModelError : another suffix, a file that has been read, or as of `require_writable`.
     """
-    if path.suffix.lower() not in suffixes:
+    if not path.suffix or not path.name.lower().endswith(suffixes):
         raise ModelError("no such kind of output", path="--output", given=str(path), allowed=" or ".join(suffixes))
     try:
         require_writable(path)
     except ModelError as error:
         raise ModelError(error.problem, path="--output", given=str(path), allowed=error.allowed) from None
+    as_output(path)
 
 
 def write_result(result: Any, path: Path) -> None:

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from ..errors import ModelError
+from ..input_files import as_input
 
 __all__ = ["require_contained", "seal", "sealed_file"]
 
@@ -40,8 +41,10 @@ def sealed_file(path: str | Path) -> Iterator[BinaryIO]:
 
     Raises
     ------
-    ModelError : no such file, no regular file, no HDF5; bytes are missing, or others than were written.
+    ModelError : no such file, no regular file, no HDF5; bytes are missing, or others than were written; the
+        output (`outputs_apart`).
     """
+    as_input(path)
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
             raise ModelError("not a result file: no regular file", path=str(path))
