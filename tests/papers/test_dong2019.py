@@ -375,6 +375,33 @@ def test_random_places_of_the_errors_of_the_stars() -> None:
     assert 1.02 < worst[1000] < 1.07
 
 
+def test_bearings_even_out_run_outs_that_point_anywhere() -> None:
+    """Sixty draws of the directions of five run-outs: 2.24 on rigid stars, 1.006 to 1.031 on bearings of 3e7 N/m."""
+    found: dict[str, list[float]] = {"inf": [], "3e7 N/m": []}
+    rng = np.random.default_rng(2019)
+    for _ in range(60):
+        errors = {"star1.run_out": amplitude(phase=rng.uniform(0, 360, N).round(3))}
+        for bearing, values in found.items():
+            system = drive(errors, stages__main__star1__bearing__radial=bearing)
+            values.append(float(shares(static(system, turns=11, of="main/sun", samples=24))[0].max()))
+    assert all(f"{value:.2f}" in ("2.24", "2.25") for value in found["inf"])
+    soft = found["3e7 N/m"]
+    assert (round(min(soft), 3), round(max(soft), 3)) == (1.006, 1.031)
+
+
+def test_fig_16_by_the_errors_of_the_sun() -> None:
+    """Three errors of 6 um that add up to 18 um, supports as printed: 1.023 as k1 has it; the ring rigid 1.065."""
+    errors = {"sun.position": amplitude(phase=0.25), "sun.run_out": amplitude(phase=0.25)}
+    errors["sun.bearing_run_out"] = amplitude(phase=180.25)
+    for ring, printed in ((K_R, 1.023), (math.inf, 1.065)):
+        system = drive(errors, **supports(ring="inf" if math.isinf(ring) else ring))
+        found = float(shares(static(system, turns=1, of="main/sun", samples=80))[0].max())
+        # a standing error of 6 um and a turning one of 12: the star nearest the standing one is at most 36 deg off
+        most, least = (1 + share(size * UM, k1(ring=ring)) for size in (18, 12 + 6 * math.cos(math.pi / N)))
+        assert least < found < most
+        assert round(found, 3) == printed
+
+
 # spline --------------------------------------------------------------------------------------------------------------
 
 PRINTED_SIGN: Table = {
