@@ -168,7 +168,7 @@ def fig10() -> go.Figure:
 
 def fig11() -> go.Figure:
     """Ratio of each planet in each mesh cycle, one error at a time."""
-    title = "One error of 20 um at a time: the planet does less than the sun with the printed signs alone"
+    title = "One error of 20 um at a time: only with the printed signs does the planet less than the sun"
     names = ["eccentric sun, right helix", "eccentric planet 1, right helix"]
     drawn = panels(title, names, height=500, vertical_spacing=0.14)
     for row, (case, value) in enumerate((("sun", "1.10"), ("planet", "1.043")), start=1):
@@ -230,7 +230,7 @@ def errors() -> go.Figure:
         "all": ("all", {}),
     }
     published = {"sun": 1.10, "planet 1": 1.043, "all": 1.15}
-    title = "20 um of each error: two of three published values come out with the printed signs alone"
+    title = "20 um of each error: two of three published values take the printed signs and Table 2 exchanged"
     drawn = figure(title, y=LSC)
     exchanged = {**ON_CARRIER, **EXCHANGED}
     bars = {
