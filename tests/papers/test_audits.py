@@ -103,20 +103,23 @@ def test_verdicts_of_ren2021() -> None:
 
 
 def test_verdicts_of_encased_differential() -> None:
-    """One coefficient follows without a fitted number; B_p over the mesh error by another definition, fitted."""
+    """One coefficient follows without a fitted number; B_m over the run-out by another definition, fitted."""
     result = audited("encased-differential")
     verdict, fitted = result.verdict.values, result.fitted.values
     coefficients = [at for at, name in enumerate(result.quantity.values.tolist()) if name[:4] in ("B_p,", "B_m,")]
     source = [at for at in coefficients if result.origin.values[at] == "source"]
     assert len(source) == len({float(result.published.values[at]) for at in source}) == 18
     held = {float(result.published.values[at]): bool(fitted[at]) for at in source if verdict[at] == "under a reading"}
-    line = (1.1452, 1.2918, 1.4376, 1.582)
-    assert held == {1.0233: False, 1.1457: True, 1.2905: True, 1.0072: True, **dict.fromkeys(line, True)}
-    # least squares of a line through 1, by hand: the four printed numbers over 4 to 16 um
-    slope = sum(4 * k * (b - 1) for k, b in enumerate(line, start=1)) / sum((4 * k) ** 2 for k in range(1, 5))
-    ours = [float(result.ours.values[at]) for b in line for at in source if result.published.values[at] == b]
-    np.testing.assert_allclose(ours, 1 + slope * np.array([4, 8, 12, 16]), atol=1e-4)
-    assert max(abs(1 + slope * 4 * k - b) for k, b in enumerate(line, start=1)) > 0.0006
+    bent = (1.0802, 1.1442, 1.198, 1.2455)
+    assert held == {1.0233: False, **dict.fromkeys(bent, True)}
+    # what is printed to 1e-4 is claimed to half of it, but where damping, which is not printed, decides
+    tolerance = {float(result.published.values[at]): float(result.tolerance.values[at]) for at in source}
+    assert {value for b, value in tolerance.items() if b not in held} == {5e-5}
+    # peaks that are linear in the run-out E give c E / (1 + a E): no a and c come nearer to the four printed numbers
+    excess, E = np.array(bent) - 1, np.arange(1, 5)
+    a, c = np.meshgrid(np.linspace(0.1, 0.12, 401), np.linspace(0.087, 0.09, 601))
+    nearest = np.abs(c[..., None] * E / (1 + a[..., None] * E) - excess).max(axis=-1).min()
+    assert 0.0007 < nearest < max(tolerance[b] for b in bent) <= 0.0008
 
 
 @pytest.mark.parametrize("drive", SEARCHED)
