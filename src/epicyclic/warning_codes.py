@@ -201,7 +201,7 @@ A mesh rests on its far flank, where its force is negative: the load there has t
 Less deviation or float, more load, or more backlash.
 
 mesh-without-load sharing.md
-A mesh carries no load in the mean: no load sharing is defined there.
+A mesh carries no load in the mean: no load sharing and no dynamic factor K_v is defined there.
 Nothing if it idles by design; else check operation.torque and operation.held.
 
 load-sharing-undefined sharing.md

@@ -15,6 +15,7 @@ from ...system.system import Array, System
 from ...warning_codes import CodedText, coded
 from ..samples.mean_load import MEAN_LOADS
 from ..samples.sample_loads import mean_loads
+from ..static.loaded import idle_warnings, loaded_meshes
 from ..static.record import MeshGroup, parallel_meshes
 from .definitions import DEFINITIONS
 
@@ -27,7 +28,7 @@ __all__ = [
     "force_columns",
     "known_mean_loads",
     "labelled",
-    "loaded_meshes",
+    "meshes_with_load",
     "require_speed",
     "sharing_warnings",
     "train_coefficient",
@@ -54,22 +55,9 @@ def require_speed(relative_speed: float) -> None:
         raise ModelError("must be above zero", path="relative_speed", given=relative_speed, allowed="> 0")
 
 
-def loaded_meshes(mean: Array, members: Sequence[MeshGroup], *, most: Array, rounding: float) -> NDArray[np.bool_]:
-    """Meshes of groups that carry load in the mean, (m,), from mean forces (m,) [N].
-
-    Parameters
-    ----------
-    most : (m,) largest forces [N].  rounding : a force that is none [N].
-
-    Raises
-    ------
-    ModelError : none does.
-    """
-    # an idle group beside loaded ones, or one that only swings, carries rounding
-    least = max(1e-9 * float(np.max(np.abs([mean, np.nan_to_num(most)]), initial=0.0)), rounding)
-    loaded = np.zeros(len(mean), dtype=bool)
-    for group in members:
-        loaded[group] = mean[group].sum() > least
+def meshes_with_load(mean: Array, members: Sequence[MeshGroup], *, most: Array, rounding: float) -> NDArray[np.bool_]:
+    """Meshes (m,) that carry load; arguments as of `loaded_meshes`.  ModelError where none does."""
+    loaded = loaded_meshes(mean, members, most=most, rounding=rounding)
     if not loaded.any():
         raise ModelError(
             "load sharing needs a load, and no mesh carries any", path="operation.torque", allowed="a torque"
@@ -85,9 +73,7 @@ def sharing_warnings(meshes: tuple[str, ...], open_: NDArray[np.bool_], loaded: 
         return ", ".join(name for name, yes in zip(meshes, chosen, strict=True) if yes)
 
     notes = [coded("contact-lost", f"meshes open: {names(open_)}")] if open_.any() else []
-    if not loaded.all():
-        notes.append(coded("mesh-without-load", f"no load, hence no load sharing, in {names(~loaded)}"))
-    return notes
+    return notes + idle_warnings(meshes, loaded, "load sharing")
 
 
 def far_warnings(meshes: tuple[str, ...], far: NDArray[np.bool_]) -> list[CodedText]:

@@ -24,7 +24,7 @@ from .outputs import (
     force_columns,
     known_mean_loads,
     labelled,
-    loaded_meshes,
+    meshes_with_load,
     require_speed,
     sharing_warnings,
 )
@@ -112,7 +112,7 @@ def sharing(
     mean, largest = np.empty(len(names)), np.empty(len(names))
     for part in by_tone:
         mean[part.meshes], largest[part.meshes] = part.mean, part.bound
-    loaded = loaded_meshes(mean, parallel_meshes(system.meshes), most=largest, rounding=rounding_of(system))
+    loaded = meshes_with_load(mean, parallel_meshes(system.meshes), most=largest, rounding=rounding_of(system))
     given = None if cycles is None else positive_count("cycles", cycles, 1)
     share = max(1, reference.affordable // len(by_tone)) if len(by_tone) > 1 else reference.affordable
     cycles = min(reference.period, share) if given is None else given

@@ -22,7 +22,7 @@ from ..static.quasi_static import quasi_static
 from ..static.record import MeshGroup, Record, excitation, parallel_meshes, record_of
 from ..static.static import flank_contact, rounding_of
 from .definitions import cycle_peak_ratio
-from .outputs import known_mean_loads, loaded_meshes
+from .outputs import known_mean_loads, meshes_with_load
 from .sharing import record_samples, solved_by_tone
 from .static_record import cycle_starts
 from .tone_forces import ToneForces, tone_forces
@@ -108,7 +108,7 @@ def spread_sharing(system: System, *, cycles: int = 1024, patience: float = 0.1)
         mean, peak, place, ratio, period = _by_tones(system, face, cycles, patience)
     else:
         mean, peak, place, ratio, period = _by_record(system, face, members, patience)
-    loaded = loaded_meshes(mean, members, most=np.abs(peak), rounding=rounding_of(system))
+    loaded = meshes_with_load(mean, members, most=np.abs(peak), rounding=rounding_of(system))
     ratio = np.where(loaded[:, None], ratio, np.nan)
     with np.errstate(invalid="ignore"):
         most = 1.0 + np.max(np.abs(ratio - 1.0), axis=1)

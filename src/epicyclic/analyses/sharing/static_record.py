@@ -31,7 +31,7 @@ from .outputs import (
     force_columns,
     known_mean_loads,
     labelled,
-    loaded_meshes,
+    meshes_with_load,
     sharing_warnings,
 )
 
@@ -85,7 +85,7 @@ def sharing_of_record(
     turned = _turned(net.mean(axis=0), members)
     force = net * turned
     mean, most = force.mean(axis=0), np.abs(force).max(axis=0)
-    loaded = loaded_meshes(mean, members, most=most, rounding=rounding_of(system))
+    loaded = meshes_with_load(mean, members, most=most, rounding=rounding_of(system))
     over = record_extremes(force, members, [cycle_starts(system, group, record) for group in members])
     whole = record.count >= record.period
     worst = over.cycle_peak if whole else np.full(len(face.name), np.nan)

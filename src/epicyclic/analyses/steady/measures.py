@@ -8,7 +8,8 @@ With F(t) the force of a mesh and F_m its mean over time, the transmitted force,
 
     K_v = max F / F_m        RMS^2 = mean of (F - F_m)^2 = sum |A_f|^2 / 2        peak to peak = max F - min F
 
-K_v is (F_m + dynamic increment) / F_m as in [iso6336, 6], for each mesh of a train.
+K_v is (F_m + dynamic increment) / F_m as in [iso6336, 6], for each mesh of a train; where the meshes of a pair carry
+nothing together it is not defined.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
+from ..static.loaded import least_load, loaded_meshes
+from ..static.record import MeshGroup
 from .lattice import LineFrequencies, on_axis
 from .waveform import Signal, Spectrum, peak, tone_waveform, torus_waveform, valley
 
@@ -52,6 +55,7 @@ class Layout:
     translation : (nb, 3, n) displacement of the centre of every body per coordinate.
     pairs : (k, 2) link rows that are the two lateral directions of one link.
     orders : highest mesh order reported.  frequencies : of the other lines reported, exact [Hz at the operating speed].
+    groups : whole meshes of one pair and side.  rounding : a mesh force that is none [N].
     """
 
     axis: Index
@@ -60,6 +64,8 @@ class Layout:
     pairs: Index
     orders: int
     frequencies: tuple[Fraction, ...]
+    groups: Sequence[MeshGroup]
+    rounding: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -98,7 +104,7 @@ def _mesh_measures(force: Signal, layout: Layout) -> dict[str, Array]:
         "mesh_force_peak": high,
         "mesh_force_minimum": low,
         "mesh_force_peak_to_peak": high - low,
-        "dynamic_factor": dynamic_factor(high, average),
+        "dynamic_factor": dynamic_factor(high, average, layout.groups, layout.rounding),
         "mesh_force_order": order_amplitudes(force, layout.axis, layout.orders),
         "mesh_force_line": line_amplitudes(force, layout.frequencies),
     }
@@ -132,13 +138,17 @@ def link_measures(links: Signal, pairs: Index) -> dict[str, Array]:
     }
 
 
-def dynamic_factor(largest: Array, transmitted: Array) -> Array:
-    """K_v = largest / mean force of a mesh [1] [iso6336, 6]; nan where it transmits none, or pulls.
+def dynamic_factor(largest: Array, transmitted: Array, groups: Sequence[MeshGroup], rounding: float) -> Array:
+    """K_v = largest / mean force of a mesh [1] [iso6336, 6]; nan where it carries none, or pulls in the mean.
 
-    largest, transmitted : arrays of one shape [N].
+    Parameters
+    ----------
+    largest, transmitted : (m, P) [N].  groups : meshes of one pair and side.  rounding : a force that is none [N].
     """
-    loaded = transmitted > 0
-    factor: Array = np.where(loaded, largest, np.nan) / np.where(loaded, transmitted, 1.0)
+    carried = loaded_meshes(transmitted, groups, most=largest, rounding=rounding)
+    # of a loaded pair one branch may still carry nothing
+    carried &= transmitted > least_load(transmitted, most=largest, rounding=rounding)
+    factor: Array = np.where(carried, largest, np.nan) / np.where(carried, transmitted, 1.0)
     return factor
 
 

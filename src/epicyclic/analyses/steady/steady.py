@@ -13,6 +13,9 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, ComplexArray, System
 from ...warning_codes import CodedText, coded
+from ..static.loaded import idle_warnings
+from ..static.record import parallel_meshes
+from ..static.static import rounding_of
 from ..static.tangent import linear
 from .lattice import on_axis
 from .measures import dynamic_factor, force_extremes, link_measures, mean, mean_square
@@ -36,7 +39,7 @@ from .waveform import (
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["steady", "tension_warnings"]
+__all__ = ["factor_warnings", "steady", "tension_warnings"]
 
 
 def steady(
@@ -80,6 +83,7 @@ def steady(
     force, shafts = every.orders, every.lines
     low, high = force_extremes(every, axis=axis)
     lowest = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else low
+    factor = dynamic_factor(high, mean(every), parallel_meshes(system.meshes), rounding_of(system))
     radius = system.dofs.radius[:, None]
     combined, labels = _combinations(ready, force, motion, relative_speed)
     result = dataset(
@@ -95,7 +99,7 @@ def steady(
             "mesh_force_rms": ("mesh", np.sqrt(mean_square(every)[:, 0])),
             "mesh_force_bound": ("mesh", high[:, 0]),
             "mesh_force_minimum": ("mesh", low[:, 0]),
-            "dynamic_factor": ("mesh", dynamic_factor(high, mean(every))[:, 0]),
+            "dynamic_factor": ("mesh", factor[:, 0]),
             **_link_variables(ready, block, theta),
             **_line_variables(ready, block, shafts, theta),
             "residual": ((), block.residual[0]),
@@ -113,7 +117,7 @@ def steady(
         verb="steady",
         options={"method": method, "relative_speed": relative_speed, "samples": samples, "harmonics": block.harmonics},
         provenance=system.provenance,
-        warnings=[*system.warnings, *tension_warnings(system, lowest)],
+        warnings=[*system.warnings, *tension_warnings(system, lowest), *factor_warnings(system, factor)],
     )
     return with_bounds_named(result, len(ready.lines.tones))
 
@@ -164,6 +168,15 @@ def tension_warnings(system: System, lowest: Array) -> list[CodedText]:
             "tension-in-teeth", f"tensile mesh force in the linear model{where}: the teeth of {listed} would separate"
         )
     ]
+
+
+def factor_warnings(system: System, factor: Array) -> list[CodedText]:
+    """A warning of the pairs of gears without a K_v (m, P) at any speed, where another pair has one."""
+    known = np.isfinite(factor).any(axis=1)
+    loaded = np.zeros_like(known)
+    for group in parallel_meshes(system.meshes):
+        loaded[group] = known[group].any()
+    return idle_warnings(faces(system.meshes).name, loaded, "dynamic factor K_v") if known.any() else []
 
 
 def _stiffness_harmonics(ready: Response) -> int:

@@ -19,7 +19,7 @@ from .mean_stability import MEAN_UNSTABLE, instability_warnings, unstable_speeds
 from .measures import Layout, Signals, force_extremes, sweep_measures
 from .response import Block, FrameSpeed, Response, Truncation, respond_part, response, response_parts
 from .speed_range import SpeedRange, speeds_of
-from .steady import tension_warnings
+from .steady import factor_warnings, tension_warnings
 from .table import SweepTable, empty_table, sweep_dataset
 from .waveform import force_signal, link_signal, motion_signal, whole_mesh_signal
 
@@ -135,6 +135,7 @@ def sweep(
             *ready.system.warnings,
             *instability_warnings(ready, speed[unstable]),
             *tension_warnings(system, table.minimum_force),
+            *factor_warnings(system, table.values["dynamic_factor"]),
         ],
         further={"cross_order": ("speed", cross)} if len(ready.lines.tones) > 1 else None,
     )

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from ...system.faces import faces
 from ...system.system import Array, System
 from ...warning_codes import CodedText
+from ..static.record import parallel_meshes
+from ..static.static import rounding_of
 from .excitation import LineExcitation
 from .lattice import Point
 from .measures import Layout
@@ -105,6 +107,8 @@ def layout_of(system: System, lines: LineExcitation, *, orders: int, shafts: boo
         pairs=lateral_pairs(system),
         orders=orders,
         frequencies=reported.frequency,
+        groups=parallel_meshes(system.meshes),
+        rounding=rounding_of(system),
     )
     return layout, reported
 

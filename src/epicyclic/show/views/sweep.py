@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...results.ties import first_largest
 from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
-from ..figures.series import engineering, stage_count, texts, unbroken
+from ..figures.series import engineering, split_name, stage_count, texts, unbroken
 from ..figures.summaries import own_tones
 from ..rows import extent, largest_heading, largest_over_speed, loaded, relative_speed, speed_range_of, status_table
 
@@ -86,19 +87,19 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     if at_operation.size and "dynamic_factor" in result.variables:
         factor = result["dynamic_factor"].transpose("mesh", "speed").values[:, at_operation[0]]
         if np.isfinite(factor).any():
-            mesh = _mesh(result, int(np.nanargmax(factor)))
+            mesh = _mesh(result, *first_largest(factor))
             found.append((f"{np.nanmax(factor):.3f}", f"largest K_v at the operating speed: {mesh}"))
     rms = result["mesh_force_rms"].transpose("mesh", "speed").values
     shown = inside if np.isfinite(rms[:, inside]).any() else np.ones_like(inside)
     rms = np.where(shown, rms, np.nan)
     if not np.isfinite(rms).any():
         return found
-    place, at = np.unravel_index(int(np.nanargmax(rms)), rms.shape)
+    place, at = _first_most(rms)
     hertz = float(np.ravel(result["mesh_frequency"].values)[at]) if "mesh_frequency" in result.variables else np.nan
     hertz *= float(own_tones(result)[place])
     where = f"{engineering(hertz)} Hz, {engineering(100 * float(speed[at]))} % of the operating speed"
     outside = "" if inside[at] or not np.isfinite(speed[at]) else ", outside the operating range"
-    words = f"largest RMS mesh force: {_mesh(result, int(place))}, {where}{outside}"
+    words = f"largest RMS mesh force: {_mesh(result, place)}, {where}{outside}"
     return [*found, (f"{engineering(float(rms[place, at]) / 1e3)} kN", words)]
 
 
@@ -110,11 +111,13 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     factor = result["dynamic_factor"].transpose("mesh", "speed").values
     if not np.isfinite(factor).any() or not np.isfinite(speed).all():
         return []
-    mesh, at = np.unravel_index(int(np.nanargmax(factor)), factor.shape)
+    mesh, at = _first_most(factor)
     extent_shown = f"from {engineering(speed.min())} to {engineering(speed.max())} % of the operating speed"
-    most = f"largest K_v {factor[mesh, at]:.3f} at {engineering(float(speed[at]))} %, {_mesh(result, int(mesh))}"
+    most = f"largest K_v {factor[mesh, at]:.3f} at {engineering(float(speed[at]))} %, {_mesh(result, mesh)}"
     found: list[Finding] = []
-    apart = np.asarray((result["mesh_force_minimum"].transpose("mesh", "speed").values < 0).any(axis=0))
+    idle = _idle(result, factor)
+    least = result["mesh_force_minimum"].transpose("mesh", "speed").values
+    apart = np.asarray((least[~idle] < 0).any(axis=0))  # teeth without load always part and meet again
     parted = _ranges(speed, apart)
     if parted:
         shown = ", ".join(
@@ -129,7 +132,25 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     else:
         text = f"Teeth stay in contact {extent_shown}; {most}."
         found.append(Finding(tone="good", text=text, anchor="sweep"))
+    if idle.any():
+        names = ", ".join(name for name, none in zip(texts(result, "mesh"), idle, strict=True) if none)
+        text = f"K_v is not defined in {names}: no load. Such teeth may rattle within their backlash."
+        found.append(Finding(tone="caution", text=text, anchor="sweep"))
     return found
+
+
+def _first_most(values: np.ndarray) -> tuple[int, int]:
+    """Mesh and speed of the largest of values (m, P); of meshes equal there the first."""
+    at = int(np.nanmax(np.where(np.isfinite(values), values, -np.inf), axis=0).argmax())
+    (mesh,) = first_largest(values[:, at])
+    return mesh, at
+
+
+def _idle(result: xr.Dataset, factor: np.ndarray) -> np.ndarray:
+    """Meshes (m,) of pairs and sides that have no K_v (m, P) at any speed: they carry nothing."""
+    pairs = [(stage, pair, side) for stage, pair, _, side in map(split_name, texts(result, "mesh"))]
+    loaded = {pair for pair, known in zip(pairs, np.isfinite(factor).any(axis=1), strict=True) if known}
+    return np.array([pair not in loaded for pair in pairs])
 
 
 def _ranges(speed: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:

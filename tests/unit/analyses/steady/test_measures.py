@@ -298,7 +298,8 @@ def test_no_excitation_no_dynamic_factor(case: Any) -> None:
 
 
 def test_a_mesh_that_transmits_nothing_has_no_dynamic_factor() -> None:
-    factor = dynamic_factor(np.array([3.0, 3.0, 3.0, np.nan]), np.array([2.0, 0.0, -1.0, 1.0]))
+    mean, groups = np.array([2.0, 0.0, -1.0, 1.0]), [np.array([i]) for i in range(4)]
+    factor = dynamic_factor(np.array([3.0, 3.0, 3.0, np.nan]), mean, groups, 0.0)
     np.testing.assert_array_equal(factor, [1.5, np.nan, np.nan, np.nan])
 
 

@@ -1,0 +1,119 @@
+"""Meshes of a gear without torque: no load, hence no dynamic factor, in any result and in no headline."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import epicyclic
+from epicyclic.analyses.static.loaded import loaded_meshes
+from epicyclic.analyses.steady.measures import dynamic_factor
+from epicyclic.show.views import sweep as sweep_view
+
+# Two suns; the torque goes from the small one to the ring, and the large one turns idle.
+TWO_SUNS = """
+format = 2
+title = "Two suns, one idle"
+damping.modal = 0.03
+[stages.main]
+planets = 3
+module = "1.75 mm"
+face_width = "25 mm"
+[stages.main.meshes]
+small-short = {}
+short-long = {}
+large-long = {}
+long-ring = {}
+[stages.main.small]
+kind = "sun"
+teeth = 30
+support.radial = 0
+[stages.main.large]
+kind = "sun"
+teeth = 36
+support.radial = 0
+[stages.main.short]
+kind = "planet"
+teeth = 20
+bearing.radial = "2e8 N/m"
+[stages.main.long]
+kind = "planet"
+teeth = 18
+bearing.radial = "2e8 N/m"
+[stages.main.ring]
+teeth = 72
+addendum = 0.9
+rim = "8 mm"
+[stages.main.carrier]
+mass = "2.5 kg"
+inertia = "0.004 kg m^2"
+[operation]
+held = ["carrier"]
+speed.small = "3000 rpm"
+torque.small = "300 N m"
+torque.ring = "balance"
+"""
+IDLE = slice(3, 6)
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path: Path = tmp_path_factory.mktemp("idle") / "two-suns.toml"
+    path.write_text(TWO_SUNS)
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def swept(model: str) -> xr.Dataset:
+    return epicyclic.sweep(model, start="900 Hz", stop="1500 Hz", points=3)
+
+
+def test_the_idle_pair_alone_has_no_dynamic_factor(model: str, swept: xr.Dataset) -> None:
+    one = epicyclic.steady(model, samples=512)
+    # by the torques on the gears: 300 N m over three meshes at the base radius of the small sun, none on the large one
+    mean = one.mesh_force.mean("mesh_phase").values
+    assert mean[0] == pytest.approx(300 / (3 * 0.5 * 1.75e-3 * 30 * np.cos(np.deg2rad(20))), rel=1e-6)
+    assert np.abs(mean[IDLE]).max() < 1e-9 * mean[0] < np.ptp(one.mesh_force.values[IDLE])
+    expected = one.mesh_force_bound / np.where(np.abs(mean) > 1e-6 * mean[0], mean, np.nan)
+    np.testing.assert_allclose(one.dynamic_factor, expected, rtol=1e-6)
+    assert np.isnan(swept.dynamic_factor.transpose("mesh", "speed").values[IDLE]).all()
+    assert np.isfinite(np.delete(swept.dynamic_factor.transpose("mesh", "speed").values, IDLE, axis=0)).all()
+    for result in (one, swept):
+        assert "main/large-long/1, main/large-long/2, main/large-long/3 [mesh-without-load]" in str(result.attrs)
+
+
+def test_no_resonance_and_no_headline_counts_it(model: str, swept: xr.Dataset) -> None:
+    found = epicyclic.modes(model)
+    factor = found.resonance_dynamic_factor.values
+    assert 1 < np.nanmax(factor) < 3
+    assert not any("large-long" in name for name in found.resonance_mesh.values)
+    words = " ".join(value for value, _ in sweep_view.key_figures(swept))
+    assert "e+" not in words
+    lines = [one.text for one in sweep_view.findings(swept, {})]
+    assert any(line.startswith("K_v is not defined in main/large-long/1") for line in lines)
+    # teeth without load rattle at every speed; that is no range in which the loaded ones part
+    assert not any("would part" in line for line in lines)
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1e-9, -1e-9, 0.0])
+def test_what_is_left_of_a_balance_is_no_load(scale: float) -> None:
+    groups = [np.array([0, 1]), np.array([2, 3])]
+    mean = np.array([100.0, 100.0, 100 * scale, 100 * scale])[:, None]
+    most = np.array([110.0, 110.0, 40.0, 40.0])[:, None]
+    np.testing.assert_allclose(dynamic_factor(most, mean, groups, 0.0)[:, 0], [1.1, 1.1, np.nan, np.nan])
+
+
+def test_teeth_pressed_against_each_other_in_an_idle_gear_carry_no_load() -> None:
+    groups = [np.array([0, 1]), np.array([2, 3])]
+    mean, most = np.array([100.0, 100.0, 5.0, -5.0])[:, None], np.full((4, 1), 120.0)
+    np.testing.assert_allclose(dynamic_factor(most, mean, groups, 0.0)[:, 0], [1.2, 1.2, np.nan, np.nan])
+
+
+def test_a_tenth_of_the_load_or_a_ten_thousandth_is_a_load() -> None:
+    groups = [np.array([i]) for i in range(4)]
+    mean = np.array([1.0, 1e-1, 1e-4, 1e-5])
+    loaded = loaded_meshes(mean, groups, most=mean, rounding=0.0)
+    assert loaded.all()
