@@ -21,7 +21,7 @@ from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.sharing.tone_forces import Method, mean_force
 from epicyclic.analyses.sharing.waves import cycle_forces, line_phases, periodic_waves
 from epicyclic.analyses.sharing.worst_case import independent_blocks, worst_case
-from epicyclic.analyses.static.equilibrium import compliance, equilibrium
+from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
 from epicyclic.analyses.static.record import excitation, parallel_meshes
 from epicyclic.analyses.static.static import static
 from epicyclic.analyses.steady.periodic import Periodic, ShaftLine, periodic
@@ -273,7 +273,7 @@ def loaded(build: Any, *, zeta: float | None = None, seed: int = 0, torque: floa
     """A planar set with errors at three shaft lines and a varying stiffness."""
     system: System = build.planar(N=N).system()
     m, rng = 2 * N, np.random.default_rng(seed)
-    free = compliance(system.K, system.meshes.B, system.meshes.stiffness).free[:, 0]
+    free = compliance_of(system).free[:, 0]
     force = np.zeros(len(system.force))
     force[2], force[8] = torque, -torque * free[2] / free[8]
     lines = tuple(
@@ -417,7 +417,7 @@ def test_each_mesh_counts_in_cycles_of_its_own_frequency(build: Any, method: Met
     def static_force(times: Array) -> Array:
         index = np.rint(times * float(TONE) * 64 * 3).astype(np.int64)
         here = excitation(system, TONE, index, 64 * 3)
-        flexible = compliance(system.K, system.meshes.B, system.meshes.stiffness)
+        flexible = compliance_of(system)
         return equilibrium(flexible, stiffness=here.stiffness, gap=here.gap, force=here.force).mesh_force.T
 
     force = steady_force if method == "steady" else static_force

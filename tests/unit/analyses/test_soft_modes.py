@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.analyses.modes.basis import mean_modes
 from epicyclic.analyses.modes.eigen import damping_ratios, eigen, whirl
-from epicyclic.analyses.modes.free_motions import free_motions, stiffness_rows
 from epicyclic.analyses.modes.modal import modal
+from epicyclic.system.stiffness_rows import free_motions, stiffness_rows
 from epicyclic.system.system import System
 from epicyclic.train.train import Train
 

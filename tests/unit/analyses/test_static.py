@@ -13,7 +13,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from epicyclic.analyses.static.equilibrium import compliance, equilibrium
+from epicyclic.analyses.static.equilibrium import compliance, compliance_of, equilibrium
 from epicyclic.analyses.static.record import hunting_cycles, turn_fraction
 from epicyclic.analyses.static.static import static
 from epicyclic.errors import ConvergenceError, ModelError
@@ -72,7 +72,7 @@ def star(build: Any, support: float = 1e2, torque: float = 1000.0, gap: float = 
     small: System = build.reduced(system, T, names, system.dofs.radius[columns])
     force = np.zeros(len(columns))
     force[2] = torque
-    free = compliance(small.K, small.meshes.B, small.meshes.stiffness).free[:, 0]
+    free = compliance_of(small).free[:, 0]
     force[5] = -force[2] * free[2] / free[5]
     return replace(small, force=force, lines=(constant(small, gap * (np.arange(10) == 3)),))
 
@@ -93,7 +93,7 @@ def _random_case(build: Any, rng: np.random.Generator) -> tuple[System, Array, A
     soft = 10 ** rng.uniform(6, 9, size=4)
     soft[0] *= rng.integers(0, 2)
     system: System = build.planar(N=N, lateral=tuple(soft)).system()
-    free = compliance(system.K, system.meshes.B, system.meshes.stiffness).free[:, 0]
+    free = compliance_of(system).free[:, 0]
     force = np.zeros(len(system.M))
     force[2] = TORQUE
     force[8] = -TORQUE * free[2] / free[8]
@@ -107,7 +107,7 @@ def test_least_energy_from_any_start(build: Any) -> None:
     worst = 0
     for _ in range(150):
         system, force, gap = _random_case(build, rng)
-        flexible = compliance(system.K, system.meshes.B, system.meshes.stiffness)
+        flexible = compliance_of(system)
         k = system.meshes.stiffness * rng.uniform(0.7, 1.3, size=gap.shape)
         start = rng.normal(size=gap.shape) * 10 ** rng.uniform(-6, -4)
         plain = equilibrium(flexible, stiffness=k, gap=gap, force=force)
@@ -129,7 +129,7 @@ def test_some_random_cases_open(build: Any) -> None:
     opened = 0
     for _ in range(30):
         system, force, gap = _random_case(build, rng)
-        flexible = compliance(system.K, system.meshes.B, system.meshes.stiffness)
+        flexible = compliance_of(system)
         state = equilibrium(flexible, stiffness=np.tile(system.meshes.stiffness, (4, 1)), gap=gap, force=force)
         opened += int(np.any(state.mesh_force == 0))
     assert 5 <= opened <= 25  # the test above covers both
@@ -170,7 +170,7 @@ def test_supports_carry_the_load(build: Any) -> None:
     push = np.zeros((3, len(system.force)), complex)
     push[0, 1] = -500.0
     force = np.zeros(len(system.force))
-    free = compliance(system.K, system.meshes.B, system.meshes.stiffness).free[:, 0]
+    free = compliance_of(system).free[:, 0]
     force[2], force[8] = TORQUE, -TORQUE * free[2] / free[8]
     push[2, 0] = 1e6  # grows with speed squared: inertia, does not count here
     line = replace(constant(system, np.zeros(6)), force=push)
@@ -187,7 +187,7 @@ def test_link_error_is_taken_off_the_link_force(build: Any) -> None:
     e = 1e-5
     gap = np.zeros(len(system.links.name), complex)
     gap[system.links.name.index("main/sun/support/x")] = e
-    free = compliance(system.K, system.meshes.B, system.meshes.stiffness).free[:, 0]
+    free = compliance_of(system).free[:, 0]
     force = np.zeros(len(system.force))
     force[2], force[8] = 3000.0, -3000.0 * free[2] / free[8]
     push = np.zeros((3, len(force)), complex)
@@ -228,7 +228,7 @@ def test_bad_loads_are_refused(build: Any) -> None:
 
 def test_giving_up_is_an_error(build: Any) -> None:
     system = star(build)
-    flexible = compliance(system.K, system.meshes.B, system.meshes.stiffness)
+    flexible = compliance_of(system)
     gap = system.lines[0].gap.real[None]
     with pytest.raises(ConvergenceError, match="1 of 1 instants"):
         equilibrium(
@@ -262,16 +262,15 @@ def test_hunting_period_of_three_tooth_numbers() -> None:
     assert hunting_cycles([]) == 1
 
 
-@pytest.mark.parametrize(("support", "accuracy"), [(1e3, 1e-9), (1.0, 1e-6), (0.01, 1e-4)])
-def test_a_soft_support_beside_stiff_meshes_takes_the_load(support: float, accuracy: float) -> None:
+@pytest.mark.parametrize("support", [1e3, 1.0, 1e-3, 1e-9])
+def test_a_soft_support_beside_stiff_meshes_takes_the_load(support: float) -> None:
     """Two bodies with a mesh of 1e9 N/m, one of them held; its deflection is that of the whole load."""
-    found = compliance(np.diag([support, 0.0]), np.array([[1.0], [-1.0]]), np.array([1e9]))
+    found = compliance(np.array([[np.sqrt(support)], [0.0]]), np.array([[1.0], [-1.0]]), np.array([1e9]))
     assert found.free.shape[1] == 0
-    assert (found.inverse @ [3.0, 2.0])[0] * support == pytest.approx(5.0, rel=accuracy)
+    assert (found.inverse @ [3.0, 2.0])[0] * support == pytest.approx(5.0, rel=1e-13)
 
 
-@pytest.mark.parametrize("support", [0.0, 1e-4])
-def test_what_the_sum_does_not_hold_is_no_support(support: float) -> None:
-    found = compliance(np.diag([support, 0.0]), np.array([[1.0], [-1.0]]), np.array([1e9]))
+def test_no_support_leaves_a_motion_free() -> None:
+    found = compliance(np.zeros((2, 0)), np.array([[1.0], [-1.0]]), np.array([1e9]))
     assert found.free.shape[1] == 1
     assert np.abs(found.free[:, 0]) == pytest.approx([0.5**0.5] * 2, rel=1e-12)

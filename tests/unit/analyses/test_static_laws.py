@@ -34,12 +34,11 @@ TORQUE = 300.0
 
 def with_laws(system: System, laws: dict[str, Law]) -> System:
     """The system with the x and y rows of some links taken out of K and put into groups."""
-    links, K, groups = system.links, system.K.copy(), []
+    links, groups = system.links, []
     kept = np.ones(len(links.name), dtype=bool)
     for name, one in laws.items():
         rows = [i for i, row in enumerate(links.name) if row in (f"{name}/x", f"{name}/y")]
         B = links.B[:, rows]
-        K -= (B * links.stiffness[rows]) @ B.T
         kept[rows] = False
         named = tuple(links.name[i] for i in rows)
         groups.append(LawGroup(name=name, kind="support", rows=named, B=B, law=one, damping=np.zeros(2)))
@@ -50,6 +49,7 @@ def with_laws(system: System, laws: dict[str, Law]) -> System:
         stiffness=links.stiffness[kept],
         damping=links.damping[kept],
     )
+    K = (left.B * left.stiffness) @ left.B.T
     return replace(system, K=K, links=left, groups=tuple(groups))
 
 

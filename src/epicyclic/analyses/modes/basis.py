@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dsygvd
 
 from ...errors import ModelError
+from ...system.stiffness_rows import free_motions, stiffness_rows
 from ...system.system import Array, System
-from .free_motions import NOISE, SOFT, all_free, free_motions, soft_modes, stiffness_rows
+from .free_motions import NOISE, SOFT, all_free, soft_modes
 
 __all__ = ["Modal", "mean_modes", "modal_form", "modal_weights"]
 

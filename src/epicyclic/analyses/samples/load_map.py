@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.faces import Faces, faces
+from ...system.stiffness_rows import elastic_rows
 from ...system.system import Array, ComplexArray, Line, System
 from ..static.both_flanks import held_train
 from ..static.equilibrium import Compliance, Values, compliance, require_balance
@@ -186,10 +187,10 @@ def _flexible(system: System, links: NDArray[np.int64]) -> Compliance:
     """The train seen from its flanks and the links that vary, which are then rows and no part of K."""
     meshes, far = system.meshes, system.far_flanks
     L, k = system.links.B[:, links], system.links.stiffness[links]
-    K = system.K - (L * k) @ L.T
     train = held_train(system)
     behind = (train.both or train.loaded).stiffness[len(meshes.name) : len(meshes.name) + far.mesh.size]
-    return compliance(K, np.hstack([meshes.B, far.B, L]), np.concatenate([meshes.stiffness, behind, k]))
+    rows = np.hstack([meshes.B, far.B, L])
+    return compliance(elastic_rows(system, links), rows, np.concatenate([meshes.stiffness, behind, k]))
 
 
 def _stretch(system: System, flexible: Compliance, links: NDArray[np.int64], line: Line) -> ComplexArray:

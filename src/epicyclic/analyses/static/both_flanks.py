@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...system.laws.groups import Laws
+from ...system.stiffness_rows import elastic_rows
 from ...system.system import Array, FarFlanks, System
 from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance
 from .record import RecordExcitation
@@ -48,7 +49,7 @@ def held_train(system: System) -> HeldTrain:
     k0 = np.where(stops, system.meshes.stiffness[far.mesh], 0.0)
     B = np.hstack([system.meshes.B, far.B, system.group_rows])
     stiffness = np.concatenate([system.meshes.stiffness, k0, system.laws.row_stiffness])
-    return HeldTrain(loaded=loaded, both=compliance(system.K, B, stiffness), far=far, names=names)
+    return HeldTrain(loaded=loaded, both=compliance(elastic_rows(system), B, stiffness), far=far, names=names)
 
 
 def balanced(train: HeldTrain, force: Array) -> None:

@@ -6,8 +6,17 @@ with Phi_f the energy of a flank and phi_g that of a bearing with play or a spli
 problem is condensed to the rows B of flanks and groups; derived here.  With H = K + B diag(k0) B' (all meshes closed,
 all groups at their nominal stiffness), A = H^+ B, S = B'A and the pull p = k0 w - f of each row, q = H^+ F + A p,
 w = B'q, and the residual in row forces is r = p - k0 w + f(w - e).  This holds for any k0 >= 0: far flanks, which are
-open in the mean, have k0 = 0 and p = -f.  Motions that strain no link and close no row (rigid rotation, an unsupported
-float) drop out with the pseudo-inverse.
+open in the mean, have k0 = 0 and p = -f.
+
+H is never formed.  Its rows W' = [sqrt(k) b'] (`system.stiffness_rows`), columns scaled and motions that strain no row
+left out, are factorised as W' = Q R with q = T c, T = R^-1 and strains sqrt(k) b'q = Q c.  With the rows sorted by
+length and columns pivoted, the error of Householder's method is small beside each row, not only beside the largest
+[higham2002, sec. 19.4]: forces of meshes are right beside the softest support.
+
+The iteration ends.  A full Newton step stands only where the residual falls to a tenth of the least one of any full
+step before, so there are finitely many; all others go to the least energy along a Newton direction, and E is convex
+with bounded curvature, so these converge to its minimum [nocedal2006, sec. 3.2].  The balance of every body is checked
+at the end with the forces of the rows.
 """
 
 from __future__ import annotations
@@ -17,12 +26,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...system.gaps import FlanksAt
 from ...system.laws.groups import Laws, stacked
 from ...system.laws.linear import LinearAt
+from ...system.stiffness_rows import elastic_rows, free_motions
 from ...system.system import Array, System
 from .line_search import line_minimum
 from .unheld import unheld, unheld_error
@@ -41,11 +52,6 @@ __all__ = [
     "require_balance",
 ]
 
-# Eigenvalues of the matrix scaled to a unit diagonal: rounding is 1e-15, the softest support is 1e-7 of a mesh.  Other
-# than in `modes.free_motions` size decides, not the rank of the rows: the forces are of the sum K, in which 1 N/m
-# beside 1e9 N/m is right to 1e-7 and 1e-3 N/m to 1e-4.  A support below that has a row of its own, but no reaction that
-# the sum could give; that it counts as none, and its load as one that nothing takes, is what can be said.
-_RIGID = 1e-12
 # Part of a unit motion that is rounding of the null space; 1e-14 is seen.
 _NULL_ROUNDING = 1e-10
 # Load along a free motion, per the sum of the sizes of its terms; torques that balance do so to rounding.
@@ -53,17 +59,21 @@ _BALANCE = 1e-9
 # Rounding of a free motion, per the largest load.
 _NOISE = 1e-12
 # Stiffness an open mesh keeps in the Newton matrix (not in the forces), so that a body whose meshes are all open does
-# not make it singular; 1e-9 of a mesh is below any support, so the steps stay Newton steps.
-_OPEN = 1e-9
+# not make it singular; 1e-12 of a mesh is below any support, so the steps stay Newton steps.
+_OPEN = 1e-12
 # The same of a group in its clearance.  Less leaves an unloaded body that just touches swinging round its clearance
 # with steps so long that the touch itself is not resolved; 1e-3 costs two steps more.
 _FLOATING = 1e-6
 # Rounding of the residual, per row and per its largest term.
 _ROUNDING = 1e-15
-# Drop of the residual that lets a full Newton step stand without a line search.
+# Drop of the residual below the least of any full step before that lets one stand without a line search.
 _DROP = 0.1
-# Energy slope that counts as none; rounding of the difference it comes from is 1e-15.
+# Stiffness of flanks along a direction, per that of all closed ones, that is rounding.
 _FLAT = 1e-12
+# Strain of links, per motion, that is rounding: what a direction leaves of flanks in it is `_OPEN` of the motion.
+_UNSTRAINED = 1e-9
+# Force on a body that may be left, per load.
+_LEFT = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,16 +82,27 @@ class Compliance:
 
     The flanks are the loaded ones of the m meshes, and behind them the far ones where those are asked for.
 
-    stiffness : (M,) k0 [N/m].  inverse : (n, n) H^+ [m/N].  to_body : (n, M) A [m/N].  to_mesh : (M, M) S [m/N].
-    gap_of_force : (M, n) B'H^+ [m/N].  free : (n, r) unit motions without any stiffness.
+    stiffness : (M,) k0 [N/m].  rows : (n, M) B.  elastic : (n, R) sqrt(k) b of what K holds [sqrt(N/m)].
+    motion : (n, h) T with q = T c, c [sqrt(N m)] of the h motions that are held.  gap : (M, h) B'T.
+    strain : (R, h) Q of what K holds.  free : (n, r) unit motions that strain no row.
+    scale : (n,) that gives H a unit diagonal [m/sqrt(N m)].
+    inverse : (n, n) H^+ [m/N].  to_body : (n, M) A [m/N].  to_mesh : (M, M) S [m/N].  gap_of_force : (M, n) B'H^+
+        [m/N].  elastic_pull : (M, M) S - S diag(k0) S, twice the energy of K per pulls [m/N].
     """
 
     stiffness: Array
+    rows: Array
+    elastic: Array
+    motion: Array
+    gap: Array
+    strain: Array
+    free: Array
+    scale: Array
     inverse: Array
     to_body: Array
     to_mesh: Array
     gap_of_force: Array
-    free: Array
+    elastic_pull: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -165,35 +186,68 @@ class _Rows:
         return lengths.reshape(len(lengths), -1)
 
 
-def compliance(K: Array, B: Array, stiffness: Array) -> Compliance:
-    """Compliance of the train with all meshes closed; K (n, n), B (n, m), stiffness (m,) mean [N/m].
+def compliance(elastic: Array, B: Array, stiffness: Array) -> Compliance:
+    """Compliance of the train with all meshes closed; rows that strain nothing decide what is free, not their size.
 
-    Eigenvalues of the matrix scaled to a unit diagonal below `_RIGID` of the largest belong to free motions.
+    Parameters
+    ----------
+    elastic : (n, R) rows sqrt(k) b of what K holds [sqrt(N/m)].  B : (n, M).  stiffness : (M,) mean [N/m].
     """
-    H = K + (B * stiffness) @ B.T
-    diagonal = np.diag(H)
+    closed = stiffness > 0
+    rows = np.hstack([elastic, B[:, closed] * np.sqrt(stiffness[closed])])
+    diagonal = np.sum(rows**2, axis=1)
     scale: Array = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    values, vectors = np.linalg.eigh(scale[:, None] * ((H + H.T) / 2) * scale)
-    stiff = values > _RIGID * max(float(np.max(values, initial=0.0)), 1.0)
-    held = scale[:, None] * vectors[:, stiff]
-    inverse = (held / values[stiff]) @ held.T
-    free = scale[:, None] * vectors[:, ~stiff]
-    free /= np.maximum(np.linalg.norm(free, axis=0), np.finfo(float).tiny)
+    free = _free(rows)
+    basis, _ = np.linalg.qr(free / scale[:, None], mode="complete")
+    held = scale[:, None] * basis[:, free.shape[1] :]
+    strain, motion = _factorised(rows.T @ held, held)
+    gap = B.T @ motion
+    gap[closed] = strain[elastic.shape[1] :] / np.sqrt(stiffness[closed])[:, None]
+    strain = strain[: elastic.shape[1]]
+    pulled = strain @ gap.T
     return Compliance(
         stiffness=stiffness,
-        inverse=inverse,
-        to_body=inverse @ B,
-        to_mesh=B.T @ inverse @ B,
-        gap_of_force=B.T @ inverse,
+        rows=B,
+        elastic=elastic,
+        motion=motion,
+        gap=gap,
+        strain=strain,
         # a line may load nothing but what does not move here: against rounding it would not balance
         free=np.where(np.abs(free) > _NULL_ROUNDING, free, 0.0),
+        scale=scale,
+        inverse=motion @ motion.T,
+        to_body=motion @ gap.T,
+        to_mesh=gap @ gap.T,
+        gap_of_force=gap @ motion.T,
+        elastic_pull=pulled.T @ pulled,
     )
+
+
+def _free(rows: Array) -> Array:
+    """Unit motions (n, r) that strain no row (n, R), by their geometry alone."""
+    length = np.linalg.norm(rows, axis=0)
+    unit = rows[:, length > 0] / length[length > 0]
+    size = np.linalg.norm(unit, axis=1)
+    scale = 1.0 / np.where(size > 0, size, 1.0)
+    free = scale[:, None] * free_motions(scale[:, None] * unit)[0]
+    unit_motions: Array = free / np.maximum(np.linalg.norm(free, axis=0), np.finfo(float).tiny)
+    return unit_motions
+
+
+def _factorised(weighted: Array, held: Array) -> tuple[Array, Array]:
+    """Q (R, h) of W' = Q R and T = basis R^-1 (n, h), of rows W' (R, h) in the basis of held motions (n, h)."""
+    order = np.argsort(-np.linalg.norm(weighted, axis=1), kind="stable")
+    ordered, triangle, pivot = scipy.linalg.qr(weighted[order], mode="economic", pivoting=True)
+    strain = np.empty_like(ordered)
+    strain[order] = ordered
+    motion = scipy.linalg.solve_triangular(triangle, held[:, pivot].T, trans="T").T
+    return strain, np.ascontiguousarray(motion)
 
 
 def compliance_of(system: System) -> Compliance:
     """Compliance of a train seen from the loaded flanks of its meshes and the rows of its groups."""
     B = np.hstack([system.meshes.B, system.group_rows])
-    return compliance(system.K, B, np.concatenate([system.meshes.stiffness, system.laws.row_stiffness]))
+    return compliance(elastic_rows(system), B, np.concatenate([system.meshes.stiffness, system.laws.row_stiffness]))
 
 
 def require_balance(free: Array, force: Array, names: Sequence[str]) -> None:
@@ -279,7 +333,7 @@ def equilibrium(
     Raises
     ------
     ModelError : the load drives bodies apart and nothing holds them.
-    ConvergenceError : not converged in `max_iterations`.
+    ConvergenceError : not converged in `max_iterations`, or forces on a body that do not balance.
     """
     k0, S = flexible.stiffness, flexible.to_mesh
     laws = stacked(()) if laws is None else laws
@@ -298,6 +352,7 @@ def equilibrium(
     else:
         pull = k0 * start - rows.force(start)
     iterations = np.zeros(len(gap), dtype=np.int64)
+    least = np.full(len(gap), np.inf)
     todo = np.arange(len(gap))
     for _ in range(max_iterations + 1):
         here = rows.at(todo)
@@ -308,7 +363,10 @@ def equilibrium(
             return _result(flexible, pull, free_gap, rows, force, iterations, m)
         if iterations[todo[0]] >= max_iterations:
             break
-        pull[todo] += _newton_step(S, k0, residual[unfinished], pull[todo], free_gap[todo], here.at(unfinished))
+        step, least[todo] = _newton_step(
+            flexible, residual[unfinished], least[todo], pull[todo], free_gap[todo], here.at(unfinished)
+        )
+        pull[todo] += step
         iterations[todo] += 1
     raise ConvergenceError(
         f"no static equilibrium after {max_iterations} steps at {todo.size} of {len(gap)} instants; "
@@ -336,37 +394,45 @@ def _residual(
     return pull - k0 * w + contact, limit
 
 
-def _newton_step(S: Array, k0: Array, residual: Array, pull: Array, free_gap: Array, rows: _Rows) -> Array:
-    """Newton step of the pull times its length, (T, M) [N].
+def _newton_step(
+    flexible: Compliance, residual: Array, least: Array, pull: Array, free_gap: Array, rows: _Rows
+) -> tuple[Array, Array]:
+    """Newton step of the pull times its length, (T, M) [N], and the least residual of any full step (T,) [N].
 
-    Full where it reduces the residual, else of least energy.
+    Full where it brings the residual to a part of that of all full steps before (T,), else of least energy.
     """
+    k0, S = flexible.stiffness, flexible.to_mesh
     approach = free_gap + pull @ S
     direction = -np.linalg.solve(rows.newton(approach, k0, S), residual[:, :, None])[:, :, 0]
-    after, _ = _residual(S, k0, pull + direction, free_gap, rows)
-    far = np.max(np.abs(after), axis=1) > _DROP * np.max(np.abs(residual), axis=1)
+    after = np.max(np.abs(_residual(S, k0, pull + direction, free_gap, rows)[0]), axis=1)
+    before = np.minimum(least, np.max(np.abs(residual), axis=1))
+    far = ~(after <= _DROP * before)
     length = np.ones(len(pull))
     if far.any():
-        length[far] = _step_length(S, k0, residual[far], direction[far], approach[far], rows.at(far))
-    return length[:, None] * direction
+        length[far] = _step_length(flexible, pull[far], direction[far], free_gap[far], rows.at(far))
+    return length[:, None] * direction, np.where(far, least, after)
 
 
-def _step_length(S: Array, k0: Array, residual: Array, direction: Array, approach: Array, rows: _Rows) -> Array:
+def _step_length(flexible: Compliance, pull: Array, direction: Array, free_gap: Array, rows: _Rows) -> Array:
     """Length (T,) [1] of least energy along a direction (T, M) of the pull [N].
 
     The energy is convex along it with slope(a) = rest + curvature a + d . f(w + a d), d = S direction, so that the
-    best length is safe in flat directions, where a full step would be far too long.
+    best length is safe in flat directions, where a full step would be far too long.  Rest and curvature are those of
+    K and the load alone, from the strains of K: no difference of large numbers.
 
     Raises
     ------
     ModelError : the energy falls without end.
     """
-    closing = direction @ S
-    rest = np.sum(closing * (residual - rows.force(approach)), axis=1)
-    curvature = np.sum(closing * (direction - k0 * closing), axis=1)
-    start = np.sum(closing * residual, axis=1)
-    final, slope_there = _behind_the_kinks(rest, curvature, closing, k0, approach, rows)
-    if np.any((final <= _FLAT * np.sum(k0 * closing**2, axis=1)) & (slope_there < 0)):
+    k0 = flexible.stiffness
+    approach, closing = free_gap + pull @ flexible.to_mesh, direction @ flexible.to_mesh
+    resisting = direction @ flexible.elastic_pull
+    rest = np.sum(resisting * pull, axis=1) - np.sum(closing * k0 * free_gap, axis=1)
+    curvature = np.sum(resisting * direction, axis=1)
+    start = rest + np.sum(closing * rows.force(approach), axis=1)
+    flat, slope_there = _behind_the_kinks(rest, closing, k0, approach, rows)
+    endless = np.flatnonzero(flat & (slope_there < 0))
+    if np.any(_unstrained(flexible, direction[endless])):
         raise ModelError(
             "the load drives meshing bodies apart and nothing holds them",
             path="operation.torque",
@@ -391,20 +457,56 @@ def _step_length(S: Array, k0: Array, residual: Array, direction: Array, approac
 
 
 def _behind_the_kinks(
-    rest: Array, curvature: Array, closing: Array, k0: Array, approach: Array, rows: _Rows
-) -> tuple[Array, Array]:
-    """Stiffness (T,) [N m] along a direction behind the last kink of the flanks, and there the slope (T,) [N m].
+    rest: Array, closing: Array, k0: Array, approach: Array, rows: _Rows
+) -> tuple[NDArray[np.bool_], Array]:
+    """Whether no flank or group resists a direction behind the last kink (T,), and there the slope (T,) [N m].
 
-    The slope leaves out what grows with the curvature: it is that of the energy where the stiffness is zero.
+    The slope leaves out what grows with the stiffness of K: it is that of the energy where that is zero.
     """
     F = rows.F
     kinks = rows.flank_kinks(approach - rows.gap, closing)
     last = np.max(np.where(np.isfinite(kinks), kinks, 0.0), axis=1, initial=0.0)
     # a tangent may begin at zero: well behind the kink, and at least a Newton length away, it does not
     force, tangent = rows.force_and_tangent(approach + (2.0 * last + 1.0)[:, None] * closing)
-    final = curvature + np.sum(tangent * closing[:, :F] ** 2, axis=1) + np.sum(k0[F:] * closing[:, F:] ** 2, axis=1)
+    final = np.sum(tangent * closing[:, :F] ** 2, axis=1) + np.sum(k0[F:] * closing[:, F:] ** 2, axis=1)
     slope: Array = rest + np.sum(closing * force, axis=1)
-    return final, slope
+    return final <= _FLAT * np.sum(k0 * closing**2, axis=1), slope
+
+
+def _unstrained(flexible: Compliance, direction: Array) -> NDArray[np.bool_]:
+    """Whether motions by pulls (T, M) [N] strain no link, however soft; lengths of rows do not count (T,)."""
+    motion = direction @ flexible.to_body.T
+    unit = flexible.elastic / np.max(np.abs(flexible.elastic), axis=0, initial=np.finfo(float).tiny)
+    strain = np.max(np.abs(motion @ unit), axis=1, initial=0.0)
+    still: NDArray[np.bool_] = strain <= _UNSTRAINED * np.max(np.abs(motion), axis=1, initial=0.0)
+    return still
+
+
+def _require_forces(flexible: Compliance, load: Array, pull: Array, contact: Array) -> None:
+    """Check K q + B f - F (T, n) of the forces of all rows, without what works on free motions.
+
+    Parameters
+    ----------
+    load : (T, n) F [N, N m].  pull, contact : (T, M) p, f [N].
+
+    Raises
+    ------
+    ConvergenceError : what is left is above a part of the load; moments count by the largest arm of a row.
+    """
+    elastic = (load @ flexible.motion + pull @ flexible.gap) @ flexible.strain.T
+    left = elastic @ flexible.elastic.T + contact @ flexible.rows.T - load
+    if flexible.free.size:
+        across, _ = np.linalg.qr(flexible.free / flexible.scale[:, None])
+        left -= ((left * flexible.scale) @ across) @ across.T / flexible.scale
+    arm = np.max(np.abs(flexible.rows), axis=1, initial=0.0)
+    arm[arm == 0] = 1.0
+    size = np.maximum(np.max(np.abs(load) / arm, axis=1, initial=0.0), np.max(np.abs(contact), axis=1, initial=0.0))
+    wrong = ~(np.max(np.abs(left) / arm, axis=1, initial=0.0) <= _LEFT * size)
+    if wrong.any():
+        raise ConvergenceError(
+            f"forces on a body do not balance to {_LEFT:g} of the load at {np.count_nonzero(wrong)} of {len(load)} "
+            "instants: stiffnesses or errors too far apart for double precision"
+        )
 
 
 def _result(
@@ -413,6 +515,7 @@ def _result(
     """The state at pulls (T, M) [N] that solve the condensed problem, expanded to all coordinates; m loaded flanks."""
     approach, F = free_gap + pull @ flexible.to_mesh, rows.F
     contact = rows.force(approach)
+    _require_forces(flexible, force, pull, contact)
     return Equilibrium(
         displacement=force @ flexible.inverse + pull @ flexible.to_body.T,
         mesh_force=contact[:, :m],

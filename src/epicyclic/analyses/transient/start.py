@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import ConvergenceError, ModelError
+from ...system.stiffness_rows import elastic_rows
 from ...system.system import Array
 from ..static.equilibrium import compliance, equilibrium
 from .motion import Motion, from_modal, phases_at, to_modal
@@ -91,7 +92,7 @@ def _first_guess(moving: Motion, at: InstantTerms, start: float, slider: Array) 
     stiffness = np.concatenate([moving.flanks.linear, moving.laws.row_stiffness])
     try:
         found = equilibrium(
-            compliance(moving.system.K, moving.rows, stiffness),
+            compliance(elastic_rows(moving.system), moving.rows, stiffness),
             stiffness=moving.flanks.tangent.at(phases).stiffness[:, :m],
             gap=at.error[None],
             force=load[None],
