@@ -23,6 +23,8 @@ _NEWTON, _STEPS = 12, 120
 _OPEN = 1e-9
 # Stretch that is neither open nor closed, per the largest of the sample: rounding.
 _ROUNDING = 1e-12
+# Part of the closed stretches that a solution of a singular set may miss.
+_CONSISTENT = 1e-9
 # Numbers of one batch of matrices.
 _BATCH = 4_000_000
 
@@ -126,7 +128,17 @@ def _solved(matrix: Array, right: Array) -> tuple[Array, NDArray[np.bool_]]:
         return np.asarray(found[..., 0] if vector else found), np.ones(len(matrix), bool)
     except np.linalg.LinAlgError:
         if len(matrix) == 1:
-            return np.full_like(right, np.nan), np.zeros(1, bool)
+            return _of_least_size(matrix, right)
         halves = [_solved(*each) for each in zip(np.array_split(matrix, 2), np.array_split(right, 2), strict=True)]
         solution: Array = np.concatenate([half[0] for half in halves])
         return solution, np.concatenate([half[1] for half in halves])
+
+
+def _of_least_size(matrix: Array, right: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """The solution of least size of one singular equation (1, n, n), and whether it is one.
+
+    A branch that is open on both sides turns freely: the gaps of its rows are not unique, all forces are.
+    """
+    found = np.linalg.lstsq(matrix[0], right[0], rcond=None)[0]
+    missed = np.max(np.abs(matrix[0] @ found - right[0]), initial=0.0)
+    return found[None], np.array([missed <= _CONSISTENT * np.max(np.abs(right[0]), initial=0.0)])
