@@ -5,7 +5,9 @@ order; sums are added in the order of the pieces; worst samples are ordered by v
 with the number of samples.
 
 Bands (95 %) of scrambles: Student's t over batches of scrambles, of the share of samples below the quantile, read back
-through the distribution [woodruff1952].  Bands of independent samples: order statistics (derived here).
+through the distribution [woodruff1952].  Contact that opens gathers samples at the largest load there can be, which
+a bin would spread over its width: of the highest bin the mean and the largest value say where its samples lie.
+Bands of independent samples: order statistics (derived here).
 """
 
 from __future__ import annotations
@@ -82,7 +84,8 @@ def piece_statistics(values: SampledValues, plan: SamplingPlan, piece: int) -> d
 
     Returns
     -------
-    bins : (s, D, Q, rows) int32, packed histograms.  sum, square : (s, D, g + 1) of K - 1 and its square.
+    bins : (s, D, Q, rows) int32, packed histograms.  top : (D Q, 3) number of the highest bin that holds any, the sum
+    of x - 1 in it and the largest x - 1.  sum, square : (s, D, g + 1) of K - 1 and its square.
     apart : (s, w + 1) int64, samples with an open mesh, and with any.  open, failed : (s,) int64.
     worst, worst_sample : (10,) largest K of the first definition, and the numbers of their samples.
     """
@@ -93,13 +96,17 @@ def piece_statistics(values: SampledValues, plan: SamplingPlan, piece: int) -> d
     factor = np.concatenate([k, system_value(k)[..., None]], axis=2)
     factor = np.where(failed[:, None, None], np.nan, factor)
     load = np.where(failed[:, None, None], np.nan, values.load[:count])
-    index = bin_index(np.concatenate([factor, load], axis=2)).reshape(*scrambled, *factor.shape[1:2], -1)
+    quantity = np.concatenate([factor, load], axis=2).reshape(count, -1)
+    index = bin_index(quantity)
+    top = _top(index, quantity)
+    index = index.reshape(*scrambled, *factor.shape[1:2], -1)
     excess = np.where(np.isnan(factor), 0.0, factor - 1.0).reshape(*scrambled, *factor.shape[1:])
     apart = (values.least[:count] <= 0) & ~failed[:, None]
     apart = np.concatenate([apart, apart.any(axis=1, keepdims=True)], axis=1)
     worst, number = _worst(factor[:, 0, -1], sample_number(plan, piece))
     return {
         "bins": packed(np.ascontiguousarray(index.transpose(0, 2, 3, 1))),
+        "top": top,
         "sum": excess.sum(axis=1),
         "square": np.square(excess).sum(axis=1),
         "apart": apart.reshape(*scrambled, -1).sum(axis=1, dtype=np.int64),
@@ -108,6 +115,16 @@ def piece_statistics(values: SampledValues, plan: SamplingPlan, piece: int) -> d
         "worst": worst,
         "worst_sample": number,
     }
+
+
+def _top(index: NDArray[np.int32], values: Array) -> Array:
+    """Highest bin that holds any of the values (S, Q), the sum of x - 1 in it and the largest, (Q, 3); -1 of none."""
+    known = np.where(index < BINS, index, -1)
+    highest = known.max(axis=0, initial=-1)
+    inside = (known == highest) & (highest >= 0)
+    excess = np.where(inside, values - 1.0, 0.0)
+    largest = np.where(inside, values - 1.0, -np.inf).max(axis=0, initial=-np.inf)
+    return np.stack([highest.astype(float), excess.sum(axis=0), largest], axis=1)
 
 
 def _worst(value: Array, number: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
@@ -133,6 +150,7 @@ class SampleTally:
     done: int = 0
     _fine: NDArray[np.signedinteger[Any]] = field(init=False)
     _coarse: NDArray[np.signedinteger[Any]] = field(init=False)
+    _top: Array = field(init=False)
     _size: Counts = field(init=False)
     _apart: Counts = field(init=False)
     _open: int = 0
@@ -147,6 +165,7 @@ class SampleTally:
         number = np.int32 if self.plan.samples < 2**31 else np.int64
         self._fine = np.zeros((quantities, BINS), number)
         self._coarse = np.zeros((batches, quantities, COARSE_BINS), number)
+        self._top = np.tile([-1.0, 0.0, -np.inf], (quantities, 1))
         self._size = np.zeros(batches, np.int64)
         self._apart = np.zeros((batches, self.meshes + 1), np.int64)
         self._worst = np.full(_WORST, -np.inf), np.full(_WORST, -1, np.int64)
@@ -164,6 +183,11 @@ class SampleTally:
             self._open += int(found["open"][place])
             self._failed += failed
             self.done += self.plan.rows
+        bin_before, bin_new = self._top[:, 0], found["top"][:, 0]
+        both = np.array([self._top[:, 1] + found["top"][:, 1], np.maximum(self._top[:, 2], found["top"][:, 2])]).T
+        of_one = np.where((bin_new > bin_before)[:, None], found["top"], self._top)
+        of_one[bin_new == bin_before, 1:] = both[bin_new == bin_before]
+        self._top = of_one
         # one by one: a sum of numpy depends on how its array lies in memory
         self._sums += list(np.stack([found["sum"], found["square"]], axis=1))
         if len(self._sums) >= _HELD:
@@ -208,13 +232,24 @@ class SampleTally:
         edges, coarse = bin_edges(), coarse_edges()
         found = np.empty((3, len(self._fine), probability.size))
         for place, counts in enumerate(self._fine):
-            bins = occupied(counts, edges)
+            bins = self._with_top(place, occupied(counts, edges))
             value = quantiles(bins, probability)
             below = fraction_below(self._coarse[:, place], coarse, value)
             low, high = self._probability_band(probability, below)
             found[:, place] = value, quantiles(bins, low), quantiles(bins, high)
         value, low, high = found.reshape(3, self.definitions, -1, probability.size)
         return Band(value=value, low=np.minimum(low, value), high=np.maximum(high, value))
+
+    def _with_top(self, place: int, bins: tuple[Counts, Array, Array]) -> tuple[Counts, Array, Array]:
+        """Occupied bins of a quantity, the highest only as wide as its mean and its largest value have it."""
+        counts, lower, upper = bins
+        if not counts.size or not np.isfinite(upper[-1]):
+            return bins
+        _, total, largest = self._top[place]
+        lower, upper = lower.copy(), upper.copy()
+        lower[-1] = max(lower[-1], 1.0 + min(2 * total / counts[-1] - largest, largest))
+        upper[-1] = 1.0 + largest
+        return counts, lower, upper
 
     def _probability_band(self, probability: Array, below: Array) -> tuple[Array, Array]:
         """Probabilities whose quantiles are the ends of a band, (P,) each.
@@ -243,8 +278,10 @@ class SampleTally:
         for definition in range(self.definitions):
             for quantity in range(wanted):
                 place = definition * each + quantity
-                values.append(1.0 - fraction_below(self._fine[place][None], edges, limits)[0])
-                batches.append(1.0 - fraction_below(self._coarse[:, place], coarse, limits))
+                # as many as gather at the largest value do not exceed a limit that stands there
+                read = np.where(limits >= 1.0 + self._top[place, 2] - LEAST_EXCESS, np.inf, limits)
+                values.append(1.0 - fraction_below(self._fine[place][None], edges, read)[0])
+                batches.append(1.0 - fraction_below(self._coarse[:, place], coarse, read))
         value, batch = np.array(values), np.array(batches).transpose(1, 0, 2)
         return self._share_band(
             value.reshape(self.definitions, wanted, -1),

@@ -109,7 +109,7 @@ def tolerance(
             "seed": seed,
             "sampler": sampler,
             "method": method,
-            "bin_width": WIDTH,
+            "bins": [WIDTH, "top"],
             "raw": raw,
         },
         count=plan.blocks,

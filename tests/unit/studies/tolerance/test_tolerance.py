@@ -73,6 +73,26 @@ def test_check_case() -> None:
     assert found.worst_k_gamma.values == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.parametrize(("planets", "more"), [(3, 0), (5, 3)])
+def test_one_planet_that_carries_all_is_the_end_of_k_gamma(planets: int, more: int) -> None:
+    """A fixed sun at low torque: most trains are at K = N, which no quantile exceeds and no limit below misses."""
+    model = floating(tolerance={POSITION: "normal(0, 200 um)"})
+    stage = model["stages"]["main"]
+    del stage["sun"]["support"]
+    stage |= {"planets": planets}
+    for name, teeth in (("planet", 18 + more), ("ring", 60 + 2 * more)):
+        stage[name]["teeth"] = teeth
+    model["operation"]["torque"]["sun"] = "20 N m"
+    found = epicyclic.tolerance(model, samples=4096, effects="none", limit=(planets * 0.99, planets))
+    assert found.system_k_gamma_quantile.sel(probability=0.99).values == pytest.approx(planets, abs=1e-9)
+    assert found.system_k_gamma_quantile_high.max() <= planets + 1e-9
+    assert found.load_sharing_quantile_high.max() <= planets + 1e-9
+    assert found.k_gamma_quantile.max() <= planets + 1e-9
+    below, at = found.system_exceedance.sel(definition="mean-load").values
+    assert below > 0.3
+    assert at == 0
+
+
 RADIAL, TORQUES = POSITION[:-1] + "x", "operation.torque.sun"
 
 
