@@ -25,6 +25,7 @@ from .branch_switching import (
 )
 from .corrector import linear_start
 from .refinement import Refinement, Solution, distance, distinct, solution, with_stability
+from .symmetry import with_kind
 
 if TYPE_CHECKING:
     from .branch_set import BranchSet, Crossing
@@ -73,6 +74,8 @@ def sweep_direction(
     for place in rising if upward else reversed(rising):
         speed, choices = float(branches.speeds[place]), branches.crossings[place]
         reached = _reached_at(refinement, speed, reached, choices if upward else choices[::-1], unstable)
+        if isinstance(reached.motion, Solution):
+            reached = replace(reached, motion=with_kind(refinement, reached.motion))
         yield place, reached
 
 
