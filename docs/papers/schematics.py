@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
@@ -14,7 +15,7 @@ from epicyclic.show.figures.train_section import train_section
 
 __all__ = ["schematics_of"]
 
-TURNING: Mapping[str, Any] = {"operation.speed.sun": "1000 rpm"}  # no speed is printed: one that shows the senses
+TURNING: Mapping[str, Any] = {"operation.speed.sun": "1000 rpm"}  # no speed is printed: the senses are shown, no number
 # page -> figure -> drawing, drive, overrides
 SCHEMATICS: Mapping[str, Mapping[str, tuple[Callable[[Any], go.Figure], str, Mapping[str, Any]]]] = {
     "dong2019": {"front": (train_front, "dong2019", {}), "section": (train_section, "dong2019", {})},
@@ -41,4 +42,9 @@ def schematics_of(page: str) -> dict[str, Callable[[], go.Figure]]:
 
 
 def _draw(drawing: Callable[[Any], go.Figure], drive: str, overrides: Mapping[str, Any]) -> go.Figure:
-    return drawing(epicyclic.check(drive, overrides=dict(overrides)))
+    drawn = drawing(epicyclic.check(drive, overrides=dict(overrides)))
+    if overrides is TURNING:
+        for trace in drawn.data:
+            if trace.mode == "text":
+                trace.text = tuple(re.sub(r", [\d. ]+ rpm(?= [↺↻])", "", words) for words in trace.text)
+    return drawn

@@ -172,6 +172,45 @@ def table5() -> go.Figure:
     return drawn.update_layout(coloraxis={"colorscale": SCALE, "cmin": 0, "cmax": 100, "colorbar": bar})
 
 
+def _bars(title: str, names: Sequence[str], values: Array, y: str) -> go.Figure:
+    """A panel for each natural frequency of case I, a bar for each name; values (names, 6)."""
+    omega = modes("i").angular_frequency.values[distinct("i")]
+    kinds = modes("i").mode_kind.values[distinct("i")]
+    words = [
+        f"order {order + 1}, {value:.0f} rad/s, {'double' if kind == 'translational' else 'simple'}"
+        for order, (value, kind) in enumerate(zip(omega, kinds, strict=True))
+    ]
+    drawn = panels(title, words, height=480, columns=3, shared_yaxes=True, vertical_spacing=0.16)
+    for order in range(6):
+        where = {"row": order // 3 + 1, "col": order % 3 + 1}
+        bar = {"x": list(names), "y": values[:, order].round(4), "marker": {"color": mode_colour(str(kinds[order]))}}
+        drawn.add_bar(**bar, showlegend=False, **where)
+    drawn.update_yaxes(range=[0, 1.05])
+    return drawn.update_yaxes(title_text=y, col=1)
+
+
+def fig6() -> go.Figure:
+    """Power of the dampers of the meshes at each natural frequency: c of every mesh is 1/21000 s of its k."""
+    strain = shares("i")[0]
+    title = "Fig. 6 in kind: power of the mesh dampers, case I, three branches together; the source has no scale"
+    return _bars(title, MESHES, strain / strain.sum(axis=0), "share of the power")
+
+
+def fig7() -> go.Figure:
+    """Amplitude of every member at each natural frequency, root mean square over branches and over a double mode."""
+    found = modes("i").full_shape
+    kinds = modes("i").mode_kind.values
+    values = np.zeros((len(BODIES), 6))
+    for order, mode in enumerate(distinct("i")):
+        both = [mode, mode + 1] if kinds[mode] == "translational" else [mode]
+        for place, name in enumerate(BODIES):
+            own = [f"main/{name}/{i}" for i in (1, 2, 3)] if name in ("p", "d") else [f"main/{name}"]
+            turning = found.isel(mode=both).sel(body=own, direction="rz").values
+            values[place, order] = np.sqrt(np.mean(turning**2))
+    title = "Fig. 7 in kind: amplitude of the rotations at the base circle, case I; the largest of each mode is 1"
+    return _bars(title, BODIES, values / values.max(axis=0), "amplitude")
+
+
 def _panel(case: str, mode: int) -> str:
     found = modes(case)
     kind = "double" if found.mode_kind.values[mode] == "translational" else "simple"
@@ -276,6 +315,8 @@ FIGURES: dict[str, Callable[[], go.Figure]] = {
     "table2": table2,
     "bounds": bounds,
     "table5": table5,
+    "fig6": fig6,
+    "fig7": fig7,
     "shapes-double": shapes(
         "i", "translational", "Double modes, the same in all cases: the sun floats, no central member turns"
     ),
