@@ -17,11 +17,10 @@ MODULES = {
 }
 PYTHON = sorted([*PACKAGE.rglob("*.py"), *(ROOT / "tests").rglob("*.py"), *(ROOT / "examples").glob("*.py")])
 # room -> the rooms it may import, at the top of a file or inside a function; those of COMMON may be imported by all
-COMMON = {"errors", "input_files", "ties", "warning_codes"}
+COMMON = {"errors", "input_files", "warning_codes"}
 ALLOWED: dict[str, set[str]] = {
     "errors": set(),
     "input_files": {"errors"},
-    "ties": set(),
     "warning_codes": set(),
     "gears": set(),
     "tooth_contact": {"gears"},

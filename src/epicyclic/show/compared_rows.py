@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..ties import largest
+from ..results.ties import largest
 from .figures.series import engineering, texts
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..ties import largest
+from ..results.ties import largest
 from .elements import Table, number, shown_columns
 from .wrapped import glued, longest_word, wrapped
 

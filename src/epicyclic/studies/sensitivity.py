@@ -23,9 +23,9 @@ from ..analyses.steady.response import response
 from ..errors import ModelError
 from ..model.names import nearest
 from ..results.dataset import dataset
+from ..results.ties import largest, ranked
 from ..system.faces import faces
 from ..system.system import System
-from ..ties import descending, largest
 from ..train.train import Train
 from .check import train_provenance
 from .parameters import Parameter, all_parameters, parameter_at
@@ -260,7 +260,7 @@ def _labelled(
     relative, derivative = (np.where(negligible, 0.0, values) for values in (relative, quantity.derivative))
     with np.errstate(invalid="ignore"):
         size = np.nanmax(np.where(quantity.target, np.abs(relative), -1.0), axis=1, initial=-1.0)
-    rank = descending(size).tolist()
+    rank = ranked(size).tolist()
     if only_effective:
         ineffective = np.all(derivative == 0, axis=1)
         left_out = left_out | {parameters[i].path: "moves nothing" for i in np.flatnonzero(ineffective).tolist()}

@@ -21,8 +21,8 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
+from ...results.ties import largest
 from ...system.system import Array, ComplexArray, System
-from ...ties import largest
 from ..modes.basis import Modal, modal_weights
 from ..modes.classification import repeated_roots
 

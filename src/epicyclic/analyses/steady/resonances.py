@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...results.ties import largest
 from ...system.faces import faces
 from ...system.system import Array, System
-from ...ties import largest
 from ..modes.mesh_crossings import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 
 if TYPE_CHECKING:
@@ -163,7 +163,7 @@ def _enter_forces(
         known = np.isfinite(factor[:, column])
         if known.any():
             values = np.where(known, factor[:, column], -np.inf)
-            most = largest(values, _EQUAL)
+            most = largest(values, equal=_EQUAL)
             forces.factor[place], forces.mesh[place] = values.max(), str(swept["mesh"].values[most])
 
 

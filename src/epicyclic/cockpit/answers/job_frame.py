@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...results.ties import ranked
 from ...show.figures.series import label
-from ...ties import descending
 from .answer import Answer
 
 __all__ = ["Drawn", "JobFrame", "bars", "job_frame", "lines", "mesh_words"]
@@ -52,7 +52,7 @@ def lines(
     every = max(1, -(-len(x) // _POINTS))
     with np.errstate(all="ignore"):
         most = np.nanmax(np.where(np.isfinite(y), y, -np.inf), axis=1, initial=-np.inf)
-    first = set(descending(most)[: min(strong, _STRONG)].tolist())
+    first = set(ranked(most)[: min(strong, _STRONG)].tolist())
     found = [{"label": label, "strong": row in first} for row, label in enumerate(labels)]
     return Drawn(
         head={"lines": {"x_label": x_label, "y_label": y_label, "curves": found}},

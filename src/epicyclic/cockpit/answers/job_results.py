@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...results.ties import largest
 from ...show.figures.series import label
-from ...ties import descending, largest
 from ...train.train import Train
 from .answer import Answer, answer, number, per_cent
 from .halved import halved_tolerance
@@ -157,7 +157,7 @@ def sensitivity_frame(result: xr.Dataset) -> JobFrame:
     values = result["sensitivity"].transpose("path", dim).values[:, ranked]
     size = np.nan_to_num(np.abs(values)).argmax(axis=1)
     value = np.nan_to_num(values[np.arange(len(values)), size])
-    order = descending(np.abs(value))[:_MOST]
+    order = ranked(np.abs(value))[:_MOST]
     paths = [str(path) for path in result["path"].values]
     drawn = bars("per cent per per cent", [_short_path(paths[i]) for i in order], value[order])
     subject = str(result.attrs.get("subject", ""))

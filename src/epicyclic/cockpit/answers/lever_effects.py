@@ -12,7 +12,7 @@ from ...analyses.samples.sample_loads import mean_loads
 from ...analyses.static.tangent import linear
 from ...assemble.assembly import assemble
 from ...errors import ConvergenceError, ModelError
-from ...ties import largest
+from ...results.ties import largest
 from ...train.train import Train
 from .answer import per_cent
 

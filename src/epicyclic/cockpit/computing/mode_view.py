@@ -15,8 +15,8 @@ from ...analyses.modes.classification import classify_modes, normalisation
 from ...analyses.modes.mesh_crossings import MeshCrossings, mesh_crossings, tones_of_meshes
 from ...analyses.static.tangent import linear
 from ...analyses.steady.resonances import BAND
+from ...results.ties import largest, ranked
 from ...system.system import Array, System
-from ...ties import descending, largest
 from ...train.train import Train
 from .names import SpeedAxis, member_words, ordinal, rounded
 
@@ -221,7 +221,7 @@ class _Movement:
 def _sentence(moved: _Movement, meshing: set[frozenset[str]]) -> str:
     """What moves in one mode: the member with most kinetic energy, and one beside it with a quarter or more."""
     shares = moved.shares.sum(axis=1)
-    first, *others = (int(i) for i in descending(shares)[:2])
+    first, *others = (int(i) for i in ranked(shares)[:2])
     text = f"{moved.subject(first)[0]} {moved.verb(first)}"
     for other in others:
         if shares[other] < _NAMED:

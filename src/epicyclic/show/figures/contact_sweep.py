@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...ties import largest
+from ...results.ties import largest
 from .series import Array, compact, texts
 from .style import INK, PALE, PALETTE, WARNING, panels
 from .summaries import of_first_stage

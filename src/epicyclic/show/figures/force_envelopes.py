@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ...ties import descending
+from ...results.ties import ranked
 from .series import compact, numbers, texts
 from .style import PALETTE, WARNING, figure, translucent
 
@@ -67,6 +67,6 @@ def force_envelopes(result: xr.Dataset) -> go.Figure:
 def _worst(names: list[str], most: np.ndarray) -> list[int]:
     """Row of the largest force (m, phases) of each pair: names without branch and side."""
     found: dict[str, int] = {}
-    for row in descending(np.nanmax(most, axis=1)):
+    for row in ranked(np.nanmax(most, axis=1)):
         found.setdefault("/".join(names[int(row)].split("/")[:2]), int(row))
     return list(found.values())[:_MOST]

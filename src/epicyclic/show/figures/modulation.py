@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...ties import descending
+from ...results.ties import ranked
 from .series import Array, compact, engineering, texts, thinned
 from .style import INK, PALE, PALETTE, branch_colour, note, panels
 
@@ -68,7 +68,7 @@ def _turning(result: xr.Dataset) -> bool:
 def _colours(result: xr.Dataset) -> dict[str, str]:
     """A colour for each family, the loudest first."""
     family = texts(result, "family", "line")
-    rank = descending(np.abs(result["signal_amplitude"].values))
+    rank = ranked(np.abs(result["signal_amplitude"].values))
     names = list(dict.fromkeys(family[i] for i in rank))
     others = [name for name in names if name not in _FAULT_FREE]
     return {name: _FAULT_FREE.get(name) or _OTHERS[others.index(name) % len(_OTHERS)] for name in names}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...ties import largest
+from ...results.ties import largest
 from ..elements import Company, Drawing, Section, Table
 from ..figures.summaries import of_first_stage
 from ..rows import extent, named_columns, status_table

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...ties import descending
+from ...results.ties import ranked
 from ..elements import Company, Drawing, Section, Table, number
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     """The strongest lines, then every family with its largest line and its part of the mean square."""
     size = np.abs(result.signal_amplitude.values)
     unit = str(result.signal_amplitude.attrs["units"])
-    rank = descending(size)
+    rank = ranked(size)
     carrier = float(result.attrs["carrier_frequency"])
     passing = f"planets pass at {number(result.sizes['planet'] * carrier)} Hz" if carrier else "no planet passes"
     where = f"Signal beside {result.attrs['sensor_body']}, {passing}"

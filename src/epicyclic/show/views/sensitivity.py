@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...ties import largest
+from ...results.ties import largest
 from ..elements import Company, Drawing, Section, Table, number
 
 if TYPE_CHECKING:

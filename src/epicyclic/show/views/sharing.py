@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...ties import largest
+from ...results.ties import largest
 from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ..figures.series import engineering, short_names, stage_count, texts, unbroken
 from ..figures.summaries import largest_coefficients, readable

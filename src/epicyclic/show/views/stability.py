@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...ties import descending
+from ...results.ties import ranked
 from ..elements import Company, Drawing, Section, Table, number
 from ..figures.summaries import stability_verdict
 from ..rows import named_columns, status_table
@@ -75,7 +75,7 @@ def _ranges(result: xr.Dataset) -> list[tuple[Any, ...]]:
 def _predicted(result: xr.Dataset) -> list[Table]:
     """Boundaries by averaging, the fastest first."""
     rate = result.resonance_growth.values
-    order = descending(rate)[:_SHOWN]
+    order = ranked(rate)[:_SHOWN]
     columns = {
         "combination": [str(name) for name in result.resonance.values[order]],
         "from [Hz]": list(result.resonance_low.values[order]),

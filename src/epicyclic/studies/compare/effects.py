@@ -17,8 +17,8 @@ from ...analyses.sharing.sharing import sharing
 from ...analyses.static.tangent import linear
 from ...assemble import assemble
 from ...errors import ConvergenceError, ModelError
+from ...results.ties import largest
 from ...system.system import System
-from ...ties import largest
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from .mode_pairs import TrainModes

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from ...ties import largest
+from ...results.ties import largest
 
 __all__ = ["VariableDifference", "variable_differences"]
 
