@@ -153,8 +153,8 @@ def stiffness_frame(result: xr.Dataset) -> JobFrame:
 def sensitivity_frame(result: xr.Dataset) -> JobFrame:
     """Per cent per per cent of the ranked mode or mesh, the largest first."""
     dim = "mode" if "mode" in result["sensitivity"].dims else "mesh"
-    ranked = result["ranked_by"].values.astype(bool)
-    values = result["sensitivity"].transpose("path", dim).values[:, ranked]
+    targets = result["ranked_by"].values.astype(bool)
+    values = result["sensitivity"].transpose("path", dim).values[:, targets]
     size = np.nan_to_num(np.abs(values)).argmax(axis=1)
     value = np.nan_to_num(values[np.arange(len(values)), size])
     order = ranked(np.abs(value))[:_MOST]
