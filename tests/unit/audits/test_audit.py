@@ -402,6 +402,23 @@ def test_a_hand_calculation_is_counted_apart(run: Auditor) -> None:
     assert tally(run(hand, wrong, head=HEAD_2))["lin1999-n3"].endswith("1 contradicted, 1 hand calculations")
 
 
+def test_what_agrees_is_told_before_it_is_summed_up(run: Auditor) -> None:
+    """Of eight rows six agree: one by hand, one zero, one count, one inequality, two values."""
+    hand = row("reproduced", extra='tolerance = 0.05\norigin = "hand calculation"')
+    zero = row("reproduced", 0.0, ours='ours = { run = "modes", take = "frequency", reduce = "min" }')
+    count = row(
+        "reproduced", 18, ours='ours = { run = "modes", take = "frequency", reduce = "count" }', extra="tolerance = 0"
+    ).replace('unit = "Hz"', 'unit = "1"')
+    others = [row("under a reading"), row("reproduced", 5.0)]
+    values = [row("reproduced"), row("reproduced")]
+    result = run(hand, zero, count, row("reproduced", "> 11000", extra=""), *values, *others, head=HEAD_2)
+    assert result.outcome.values.tolist() == ["holds"] * 7 + ["contradicted"]
+    assert tables(result)[-1].lead == (
+        "6 of 8 rows agree without a reading: 1 hand calculations of ours, 1 zeros, 1 counts, 1 inequalities, "
+        "2 other numbers, inputs among them."
+    )
+
+
 def test_several_drives_keep_their_attempts_apart(tmp_path: Path) -> None:
     for name in ("a", "b"):
         text = HEAD_2 + row("reproduced") + bare("not reproducible", 5.0) + read(f"of {name}", run='"heavy"')

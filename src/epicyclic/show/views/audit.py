@@ -25,6 +25,7 @@ _CONTRADICTED, _BY_HAND, _HAND_CALCULATIONS = "contradicted", "hand calculation"
 _SHOWN = {"under a reading": "only under a stated reading"}
 _NOT_COMPUTED, _WRONG = "not computed", "wrong"
 _REMARKS = {"reading": "reading", "reason": "reason", "because": "tolerance", "nothing_to_try": "nothing to try"}
+_KINDS = ("hand calculations of ours", "zeros", "counts", "inequalities", "other numbers, inputs among them")
 _ATTEMPT = "attempt_"  # start of the names of what was tried for the rows
 
 
@@ -36,7 +37,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     columns: dict[str, Any] = {"drive": [drive for drive, _ in counts]}
     kinds = dict.fromkeys(kind for _, count in counts for kind in count)
     columns |= {kind: [count.get(kind, 0) for _, count in counts] for kind in kinds}
-    return [*found, Table(title="Verdicts", columns=columns)]
+    return [*found, Table(title="Verdicts", columns=columns, lead=_what_agrees(result))]
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -53,6 +54,29 @@ def tally(result: xr.Dataset) -> dict[str, str]:
         drive: ", ".join(f"{count} {verdict}" for verdict, count in _counts(part).items())
         for drive, part in _drives(result)
     }
+
+
+def _what_agrees(result: xr.Dataset) -> str:
+    """Of what kind the rows are that agree: a zero, a count or an inequality says less than a value.
+
+    A row is a zero by what is published, a count by a tolerance of 0.
+    """
+    rows = _records(result, "row")
+    agree = [row for row in rows if row["outcome"] == "holds" and row["verdict"] == "reproduced"]
+    kinds = Counter(
+        "hand calculations of ours"
+        if row.get("origin") == _BY_HAND
+        else "inequalities"
+        if np.isnan(row["published"])
+        else "zeros"
+        if row["published"] == 0
+        else "counts"
+        if row["tolerance"] == 0
+        else "other numbers, inputs among them"
+        for row in agree
+    )
+    words = ", ".join(f"{kinds[kind]} {kind}" for kind in _KINDS)
+    return f"{len(agree)} of {len(rows)} rows agree without a reading: {words}." if agree else ""
 
 
 def _drives(result: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
