@@ -120,21 +120,42 @@ def fig5() -> go.Figure:
 
 
 def fig6() -> go.Figure:
+    """Stiffness of a left and of a right mesh over a cycle, the sun in its place and slid by 1 mm."""
+    title = "A slide of 1 mm leaves the mesh stiffness as it is: the planet's face stays inside the sun's"
+    drawn = panels(title, [f"{side} sun mesh 1" for side in SIDES], height=440, columns=2, horizontal_spacing=0.1)
+    for column, (side, change) in enumerate(zip(SIDES, (-6.3e7, 1.11e8), strict=True), start=1):
+        for value, dash, width in ((0.0, "solid", 4.0), (1.0, "dash", 1.8)):
+            result = epicyclic.stiffness("xu2020", overrides={**HELD, **slid(value)}, samples=128)
+            x, y = result.mesh_phase.values, result.mesh_stiffness.sel(mesh=f"main/sun-planet/1/{side}").values * 1e-9
+            line = {"color": PALETTE[round(value)], "dash": dash, "width": width}
+            name = {"name": f"slide of {value:g} mm, sun and planets held axially", "showlegend": column == 1}
+            drawn.add_scatter(x=x, y=y.round(5), mode="lines", line=line, **name, row=1, col=column)
+        mark = {"x": [float(x[y.argmax()])], "y": [float(y.max() + change * 1e-9)], "marker": PUBLISHED}
+        name = {"name": "published change of the largest, -0.063 and +0.111, from ours", "showlegend": column == 1}
+        drawn.add_scatter(**mark, **name, mode="markers", row=1, col=column)
+    drawn.update_xaxes(title_text="mesh cycle [-]")
+    drawn.update_yaxes(range=[2.1, 4.5]).update_yaxes(title_text="mesh stiffness [1e9 N/m]", col=1)
+    return drawn.update_layout(legend={"orientation": "h", "x": 0, "y": -0.2, "yanchor": "top"}, margin={"b": 110})
+
+
+def slide() -> go.Figure:
     """Load of the halves over the slide of the sun."""
-    slide = np.linspace(-0.5, 1.0, 61)
+    places = np.linspace(-0.5, 1.0, 61)
     drawn = figure(
-        "What a slide does hangs on the axial support: all, nothing, or with 7.2e6 N/m a half what is printed",
+        "Load over the slide, by axial support: 7.2e6 N/m a half is fitted to the printed change of load",
         x="slide of the sun to the right [mm]",
         y="mean force of a mesh [kN]",
     )
     for (name, case), colour in zip(CASES.items(), PALETTE[2:], strict=False):
-        values = np.array([loads(case, {"deviations.sun.position.z": float(value) * 1e-3}) for value in slide]) * 1e-3
+        values = np.array([loads(case, {"deviations.sun.position.z": float(value) * 1e-3}) for value in places]) * 1e-3
         for at, (side, dash) in enumerate(zip(SIDES, DASHES, strict=False)):
             line = {"color": colour, "dash": dash, "width": 2.2}
-            drawn.add_scatter(x=slide, y=values[:, at].round(3), name=f"{name}: {side}", mode="lines", line=line)
+            drawn.add_scatter(x=places, y=values[:, at].round(3), name=f"{name}: {side}", mode="lines", line=line)
     left, right = loads(FITTED)
     printed = {"x": [1.0, 1.0], "y": [left * 790 / 880 * 1e-3, right * 940 / 850 * 1e-3]}
-    drawn.add_scatter(**printed, mode="markers", marker=PUBLISHED, name="published, largest unit load at 1 mm")
+    drawn.add_scatter(
+        **printed, mode="markers", marker=PUBLISHED, name="Figure 8: largest unit loads at 1 mm per those at 0"
+    )
     legend = {"orientation": "h", "x": 0, "y": -0.2, "yanchor": "top"}
     return drawn.update_layout(legend=legend, margin={"b": 150}, height=500)
 
@@ -159,19 +180,28 @@ def neck() -> go.Figure:
     return drawn.update_layout(legend={"x": 0.98, "xanchor": "right", "y": 0.98})
 
 
-def factor(changes: Changes, frequency: float, side: str) -> tuple[Array, Array]:
-    """Load factor of eq. (24) of sun mesh 1 over one mesh cycle: phase and 4 F / sum F."""
+def factor(changes: Changes, frequency: float, side: str) -> tuple[Array, Array, float]:
+    """Load factor of eq. (24) of sun mesh 1 over one mesh cycle: phase, 4 F / sum F, and the least force [N]."""
     speed = frequency / (95 * 17.3 / 60)
     result = epicyclic.sharing("xu2020", overrides=changes, relative_speed=speed, stored_cycles=1, samples=128)
-    history: Array = result.load_sharing_history.sel(mesh=f"main/sun-planet/1/{side}").values
-    return np.arange(history.size) / history.size, history
+    names = [f"main/sun-planet/{planet}/{side}" for planet in range(1, 5)]
+    history: Array = result.load_sharing_history.sel(mesh=names[0]).values
+    return np.arange(history.size) / history.size, history, float(result.mesh_force.sel(mesh=names).min())
+
+
+def parted_factor() -> tuple[Array, Array]:
+    """The same at 1440 Hz with teeth that part, sun floating: a motion that is not stable."""
+    result = epicyclic.steady("xu2020", relative_speed=1440.0 / (95 * 17.3 / 60), contact_loss=True)
+    force = result.mesh_force.sel(mesh=[f"main/sun-planet/{planet}/left" for planet in range(1, 5)])
+    share = 4 * force.isel(mesh=0) / force.sum("mesh")
+    return result.mesh_phase.values, share.values
 
 
 def fig7() -> go.Figure:
     """Load factor among the planets over a mesh cycle."""
     panel = {"27 Hz, where the rotor turns at 17.3 rpm": 27.4, "1440 Hz, carrier at 909 rpm": 1440.0}
-    title = "Load factor of sun mesh 1: near 1 at running speed, far from it at the resonance of the source's Figure 7"
-    drawn = panels(title, list(panel), height=460, columns=2, horizontal_spacing=0.1)
+    title = "Load factor of sun mesh 1: near 1 at running speed; at 1440 Hz the linear teeth pull"
+    drawn = panels(title, list(panel), height=500, columns=2, horizontal_spacing=0.1)
     cases: tuple[tuple[str, Changes, str], ...] = (
         ("left, floating", {}, "left"),
         ("left, held axially", HELD, "left"),
@@ -179,24 +209,34 @@ def fig7() -> go.Figure:
         ("planar model (rigid necks)", RIGID, "left"),
     )
     for column, frequency in enumerate(panel.values(), start=1):
+        pull = 0.0
         for place, (name, changes, side) in enumerate(cases):
-            phase, history = factor(changes, frequency, side)
+            phase, history, least = factor(changes, frequency, side)
+            pull = min(pull, least)
             line = {"color": PALETTE[place], "dash": DASHES[place % 4], "width": 2}
             curve = {"x": phase, "y": history.round(5), "name": name, "line": line, "showlegend": column == 1}
             drawn.add_scatter(**curve, mode="lines", row=1, col=column)
         for value in (1.04, 1.03, 1.09):
             drawn.add_hline(y=value, line={"color": INK, "width": 1, "dash": "dash"}, row=1, col=column)
-    note(
-        drawn,
-        "dashed: published largest<br>1.03, 1.04, planar 1.09",
-        x=0.55,
-        y=0.03,
-        xref="x2 domain",
-        yref="y2 domain",
+    phase, history = parted_factor()
+    line = {"color": WARNING, "dash": "dot", "width": 2}
+    drawn.add_scatter(
+        x=phase,
+        y=history.round(5),
+        name="left, floating, teeth part: not stable",
+        mode="lines",
+        line=line,
+        row=1,
+        col=2,
     )
+    text = f"lines: linear teeth, pulling with<br>up to {-pull * 1e-3:.0f} kN, which none can"
+    note(drawn, text, x=0.98, y=0.97, xref="x2 domain", yref="y2 domain", xanchor="right", yanchor="top")
+    drawn.layout.annotations[-1].font.color = WARNING
+    text = "dashed: published largest<br>1.03, 1.04, planar 1.09"
+    note(drawn, text, x=0.02, y=0.03, xref="x2 domain", yref="y2 domain", xanchor="left")
     drawn.update_xaxes(title_text="mesh cycle [-]")
     drawn.update_yaxes(title_text="4 F / sum F [-]", col=1)
-    return drawn.update_layout(legend={"orientation": "h", "x": 0, "y": -0.2, "yanchor": "top"}, margin={"b": 100})
+    return drawn.update_layout(legend={"orientation": "h", "x": 0, "y": -0.2, "yanchor": "top"}, margin={"b": 120})
 
 
 @cache
@@ -400,6 +440,7 @@ def sidebands() -> go.Figure:
 FIGURES: dict[str, Callable[[], go.Figure]] = {
     "fig5": fig5,
     "fig6": fig6,
+    "slide": slide,
     "neck": neck,
     "fig7": fig7,
     "fig8": fig8,

@@ -122,6 +122,38 @@ def test_verdicts_of_encased_differential() -> None:
     assert 0.0007 < nearest < max(tolerance[b] for b in bent) <= 0.0008
 
 
+@pytest.mark.parametrize("drive", ["encased-differential", "xu2020"])
+def test_what_is_lost_is_not_shown_as_fitted(drive: str) -> None:
+    """A row that holds under no reading shows a number without a fitted value; one that is fitted, only a reading."""
+    result = audited(drive)
+    assert set(result.verdict.values[result.fitted.values].tolist()) == {"under a reading"}
+
+
+@pytest.mark.parametrize("drive", ["encased-differential", "xu2020"])
+def test_printed_digits_are_claimed_to_half_of_the_last(drive: str) -> None:
+    rows = [one for row in read_audit(drive).audit.rows for one in attempts(row)]
+    printed = [
+        (float(m[1]), one.tolerance) for one in rows if (m := re.match(r"printed to (\S+?)[:;]?(?: |$)", one.because))
+    ]
+    assert len(printed) > 20
+    assert all(tolerance == pytest.approx(step / 2) for step, tolerance in printed)
+
+
+def test_verdicts_of_xu2020() -> None:
+    """No effect, a seventh of it, half of a pair, or another state of the set is no number of the source."""
+    result = audited("xu2020")
+    verdict = dict(zip(result.quantity.values.tolist(), result.verdict.values.tolist(), strict=True))
+    for side in ("left", "right"):
+        assert verdict[f"change of the smallest unit load, {side}, slide of 1 mm"] == "not reproducible"
+        assert verdict[f"largest load factor at 1440 Hz, {side}"] == "not reproducible"
+        assert verdict[f"shift of the main peak, {side}, K_1 to K_5"] == "not reproducible"
+    assert verdict["change of the main peak, the larger of left and right, K_1 to K_5"] == "not reproducible"
+    # no effect of a change of load would lie outside
+    changes = [at for at, name in enumerate(result.quantity.values.tolist()) if "change of the smallest" in name]
+    assert len(changes) == 4
+    assert all(result.tolerance.values[changes] < np.abs(result.published.values[changes]))
+
+
 @pytest.mark.parametrize("drive", SEARCHED)
 def test_what_is_worked_out_by_hand_is_not_of_the_source(drive: str) -> None:
     result = audited(drive)
