@@ -200,6 +200,10 @@ far-flank-loaded sharing.md
 A mesh rests on its far flank, where its force is negative: the load there has the other sense.
 Less deviation or float, more load, or more backlash.
 
+zero-at-loaded-flank sharing.md
+Displacements count from first touch of the flanks that this sense of the torque loads, not from the middle of the play.
+To compare both senses, add half of the play at the member to each, or turn the load alone: see the page.
+
 mesh-without-load sharing.md
 A mesh carries no load in the mean: no load sharing and no dynamic factor K_v is defined there.
 Nothing if it idles by design; else check operation.torque and operation.held.

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import epicyclic
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.sharing.static_record import sharing_of_record
 from epicyclic.analyses.static.both_flanks import held_train, settled
@@ -493,3 +494,27 @@ def test_laws_of_links_and_far_flanks_together(build: Any) -> None:
         state.group_force, stacked((group,)).force(state.displacement @ B), atol=1e-6 * np.abs(state.group_force).max()
     )
     assert state.approach.shape == (21, 10)
+
+
+@pytest.mark.parametrize("backlash", ["9.2 um", None])
+def test_the_zero_of_each_sense_is_half_the_documented_play_away(backlash: str | None) -> None:
+    """A set turned back by a small torque: its sun moves by the backlash of both meshes over its base radius."""
+    data = epicyclic.planetary(teeth="18/27/72", planets=3, module="0.5 mm", torque=4.0, speed="500 rpm")
+    mesh = {} if backlash is None else {"backlash": backlash}
+    data["stages"]["main"]["meshes"] = {"sun-planet": mesh, "planet-ring": mesh}
+    system = epicyclic.assemble(epicyclic.load(data))
+    warnings = json.loads(static(system, samples=1).attrs["warnings"])
+    said = [text for text in warnings if "zero-at-loaded-flank" in text]
+    assert len(said) == (backlash is not None)
+    if backlash is None:
+        return
+    assert "main.meshes.sun-planet 9.2 µm, main.meshes.planet-ring 9.2 µm" in said[0]
+    turned = [
+        static(replace(system, lines=(), force=factor * system.force), samples=1).displacement.values[:, 0]
+        for factor in (1e-6, -1e-6)
+    ]
+    moved = (turned[0] - turned[1]) / system.dofs.radius
+    sun, carrier = (system.dofs.names.index(f"main/{member}/rz") for member in ("sun", "carrier"))
+    free = compliance_of(system).free[:, 0]
+    beside_carrier = moved[sun] - moved[carrier] * free[sun] / free[carrier]
+    assert beside_carrier == pytest.approx(2 * 9.2e-6 / (4.5e-3 * np.cos(np.radians(20))), rel=1e-3)

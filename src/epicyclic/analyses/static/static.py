@@ -86,7 +86,8 @@ def static(
     train = held_train(system)
     pieces = list(quasi_static(system, train, record, progress))
     contact = flank_contact(system, [(piece.state.mesh_force, piece.state.far_force) for piece in pieces])
-    warnings = [*system.warnings, *free_position_warnings(system, train.loaded.free), *record.warnings]
+    warnings = [*system.warnings, *free_position_warnings(system, train.loaded.free), *_zero_warnings(system)]
+    warnings += record.warnings
     return _dataset(system, record, pieces, contact, [*warnings, *contact_warnings(system, contact)])
 
 
@@ -146,6 +147,22 @@ def contact_warnings(system: System, contact: FlankContact) -> list[CodedText]:
             )
         )
     return notes + past_the_end(system, flanks(system), contact.largest)
+
+
+def _zero_warnings(system: System) -> list[CodedText]:
+    """A warning where backlash is finite: the other sense of the torque has another zero, that far away."""
+    meshes = system.meshes
+    play = {meshes.pair[i]: 1e6 * float(meshes.backlash[i]) for i in system.far_flanks.mesh.tolist()}
+    if not play:
+        return []
+    listed = ", ".join(f"{pair.removeprefix('stages.')} {size:.4g} µm" for pair, size in play.items())
+    return [
+        coded(
+            "zero-at-loaded-flank",
+            "displacements count from first touch of the loaded flanks; a reversed torque starts at the far ones, "
+            f"behind the backlash: {listed}",
+        )
+    ]
 
 
 def law_attributes(system: System, record: Record) -> dict[str, str]:
