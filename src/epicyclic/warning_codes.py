@@ -85,8 +85,12 @@ Stated or derived centre distances of the meshes of one stage fit no single plac
 Correct centre distance, profile shifts or base radii, so that all meshes of the planet give one distance.
 
 base-radius-far model-file.md
-A stated base radius is far from the one that teeth, module and angles give.
+A stated base radius is far from that of teeth, module and angles; it is kept, and a torque may not balance on it.
 Correct base_radius, module or teeth; without base_radius it follows from the teeth.
+
+base-radius-scaled model-file.md
+Under a torque, stated base radii within 0.5 % of the ratios of the teeth, as rounded print is, give way to exact ones.
+State base_radius in the ratio of the teeth, or leave it out; without a torque radii stay as stated.
 
 not-assembled model-file.md
 At the planet angles given the teeth do not meet: the stage cannot be assembled.

@@ -20,9 +20,12 @@ from numpy.typing import NDArray
 
 from epicyclic.analyses.modes.eigen import eigen
 from epicyclic.analyses.modes.modal import modal
+from epicyclic.analyses.steady.steady import steady
 from epicyclic.assemble import assemble
+from epicyclic.errors import ModelError
 from epicyclic.resolve import load
 from epicyclic.system.system import System
+from epicyclic.warning_codes import code_of
 
 Array = NDArray[np.float64]
 Changes = dict[str, Any]
@@ -394,3 +397,50 @@ def test_any_parameters_fall_into_chains(seed: int, planets: int) -> None:
     for held in ("ring", "sun"):
         others = omega(system_of("i", changes | {"operation.held": [held]}))
         assert all(np.isclose(others, value, rtol=ROOTS).any() for value in other)
+
+
+# under load ----------------------------------------------------------------------------------------------------------
+
+
+LOADED: Changes = {
+    "operation.torque.sun": "100 N m",
+    "operation.speed.sun": "1000 rpm",
+    "damping": {"modal": 0.03},
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_load_balances_on_the_radii_of_the_teeth(case: str) -> None:
+    """Every free motion stretches no tooth, and the torque through d and the ring is that of the teeth."""
+    operation: Changes = {"operation.torque.carrier" if case == "iii" else "operation.torque.sun": "100 N m"}
+    loaded, bare = load(f"yue2014-{case}", operation), load(f"yue2014-{case}")
+    assert [code for text in loaded.warnings if "base" in (code := code_of(text) or "")] == ["base-radius-scaled"]
+    assert not any("base" in (code_of(text) or "") for text in bare.warnings)
+    told = next(text for text in loaded.warnings if code_of(text) == "base-radius-scaled")
+    assert "p 34.5 to 34.4397 mm" in told
+    for name, z in (("sun", 32), ("p", 19), ("d", 20), ("ring", 77)):
+        bodies = [body for body in loaded.bodies if body.member == f"main.{name}"]
+        assert all(body.gear is not None for body in bodies)
+        radius = z * 2e-3 * math.cos(math.radians(25))
+        assert [b.gear.base_radius for b in bodies if b.gear] == pytest.approx([radius] * len(bodies), rel=1e-15)
+    system = assemble(loaded)
+    ratio = {member: float(next(iter(turns.values()))) for member, turns in loaded.kinematics.ratio.items()}
+    member = {body.name: body.member for body in loaded.bodies}
+    turning = [name.rpartition("/") for name in system.dofs.names]
+    motion = np.array([ratio[member[body] or ""] if axis == "rz" else 0.0 for body, _, axis in turning])
+    rows = system.meshes.B
+    assert np.max(np.abs(motion @ rows)) < 1e-14 * np.max(np.abs(motion) @ np.abs(rows))  # rounding
+    stated = assemble(load(f"yue2014-{case}"))
+    assert np.max(np.abs(motion @ stated.meshes.B)) > 1e-4 * np.max(np.abs(motion) @ np.abs(rows))
+
+
+def test_radii_further_off_than_rounding_are_kept_and_named() -> None:
+    """Lin and Parker's radii fit no teeth: kept, and a load that they do not balance is refused by their names."""
+    train = load("lin1999-n4", {**LOADED, "operation.held": ["ring"]})
+    named = [str(text) for text in train.warnings if code_of(text) == "base-radius-far"]
+    assert [text.split(".base_radius")[0] for text in named] == [
+        f"stages.main.{gear}" for gear in ("sun", "planet", "ring")
+    ]
+    assert [b.gear.base_radius for b in train.bodies if b.gear and b.member == "main.sun"] == [0.03871]
+    with pytest.raises(ModelError, match=r"do not balance .* stages.main.sun.base_radius = 38.71 mm is far"):
+        steady(assemble(train))

@@ -20,6 +20,8 @@ DEFAULTS = {"pressure_angle": math.radians(20.0), "helix_angle": 0.0}
 HANDS = {"right": 1, "left": -1}
 _HELIX = math.radians(1e-3)  # below it a face is as long as 50 000 modules before a tooth overlaps the next
 FAR_RADIUS = 0.01  # given base radii of rounded print agree with teeth and module to a few per mille
+# Three printed digits are off by up to half of the last one: 0.005 of the 1.00 where that weighs most.
+ROUNDED_RADIUS = 0.005
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,24 +81,16 @@ def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict
     normal = _shared(plan, chain, "pressure_angle", log)
     module, from_module = _module(plan, chain, (normal, helix), log)
     hands = _hands(plan, chain, helix, log)
+    by_teeth = {n: geometry.base_radius(plan.gears[n].teeth or 0, module, normal, helix) for n in chain}
+    scaled = _scaled_to_teeth(plan, by_teeth, from_module, log)
     result = {}
-    for name in chain:
+    for name, nominal in by_teeth.items():
         member = plan.gears[name]
-        teeth = member.teeth or 0
-        nominal = geometry.base_radius(teeth, module, normal, helix)
-        base = member.base_radius if member.base_radius is not None else nominal
-        if from_module and abs(base - nominal) > FAR_RADIUS * nominal:
-            log.warn(
-                coded(
-                    "base-radius-far",
-                    f"{plan.member_path(name)}.base_radius = {base * 1e3:.4g} mm is far from teeth and module, "
-                    f"which give {nominal * 1e3:.4g} mm",
-                )
-            )
-        origin = "geometry" if member.base_radius is None else "given"
+        base = member.base_radius if member.base_radius is not None and name not in scaled else nominal
+        origin = "geometry" if member.base_radius is None or name in scaled else "given"
         log.note(f"{plan.member_path(name)}.base_radius", base, "m", origin)
         result[name] = Teeth(
-            teeth=teeth,
+            teeth=member.teeth or 0,
             internal=member.kind == "ring",
             module=module,
             pressure_angle=normal,
@@ -107,6 +101,40 @@ def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict
             from_module=from_module,
         )
     return result
+
+
+def _scaled_to_teeth(plan: Plan, by_teeth: Mapping[str, float], from_module: bool, log: ResolutionLog) -> set[str]:
+    """Gears of a chain under load whose stated base radii give way to those by the teeth, with a warning.
+
+    Speeds and torques follow from teeth: on radii in another ratio a train that turns as it must stresses its teeth,
+    and no torque balances.  Without a load nothing needs that balance, and radii stay as stated; so do radii that are
+    further off than rounding in print: they are another drawing than the teeth.
+    by_teeth : base radii by teeth and module [m].  from_module : the module is stated.
+    """
+    stated = {name: radius for name in by_teeth if (radius := plan.gears[name].base_radius) is not None}
+    missed = {name: radius for name, radius in stated.items() if not same(radius, by_teeth[name])}
+    share = {name: abs(radius / by_teeth[name] - 1) for name, radius in missed.items()}
+    rounded = all(value <= ROUNDED_RADIUS for value in share.values())
+    for name, radius in missed.items():
+        if (from_module and share[name] > FAR_RADIUS) or (plan.loaded and not rounded):
+            log.warn(
+                coded(
+                    "base-radius-far",
+                    f"{plan.member_path(name)}.base_radius = {radius * 1e3:.4g} mm is far from teeth and module, "
+                    f"which give {by_teeth[name] * 1e3:.4g} mm",
+                )
+            )
+    if not plan.loaded or not missed or not rounded:
+        return set()
+    texts = [f"{name} {radius * 1e3:.6g} to {by_teeth[name] * 1e3:.6g} mm" for name, radius in missed.items()]
+    log.warn(
+        coded(
+            "base-radius-scaled",
+            f"{plan.path}: base radii are scaled to the ratios of the teeth, without which no torque balances: "
+            f"{', '.join(texts)}",
+        )
+    )
+    return set(missed)
 
 
 def _stated_in_chain(plan: Plan, chain: tuple[str, ...], key: str) -> dict[str, float]:

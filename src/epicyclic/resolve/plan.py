@@ -47,7 +47,7 @@ class Plan:
     gears : toothed members in file order; carrier : its name, None where the axes stand in the housing.
     pairs : in the order of the power path.  chains : number of the chain of meshing gears each gear belongs to.
     axis : gear -> first gear on the same shaft.  branches : 0 without planets.
-    angles : polar angle of every branch [turns], one entry (0) without planets.
+    angles : polar angle of every branch [turns], one entry (0) without planets.  loaded : torque or power is given.
     """
 
     name: str
@@ -59,6 +59,7 @@ class Plan:
     axis: Mapping[str, str]
     branches: int
     angles: tuple[Number, ...]
+    loaded: bool
 
     @property
     def path(self) -> str:
@@ -119,10 +120,11 @@ def plan_stages(model: ModelFile, log: ResolutionLog) -> tuple[Plan, ...]:
     ------
     ModelError : two carriers, shafts in a circle, meshes to be named, a gear that meshes with nothing.
     """
-    return tuple(_plan(name, stage, log) for name, stage in model.stages.items())
+    loaded = any(value != 0 for value in (*model.operation.torque.values(), *model.operation.power.values()))
+    return tuple(_plan(name, stage, loaded, log) for name, stage in model.stages.items())
 
 
-def _plan(name: str, stage: StageTable, log: ResolutionLog) -> Plan:
+def _plan(name: str, stage: StageTable, loaded: bool, log: ResolutionLog) -> Plan:
     """Plan of one stage. Raises ModelError for what `plan_stages` names."""
     path = f"stages.{name}"
     carriers = [m for m, member in stage.members.items() if member.kind == "carrier"]
@@ -147,6 +149,7 @@ def _plan(name: str, stage: StageTable, log: ResolutionLog) -> Plan:
         axis=axis,
         branches=branches,
         angles=angles,
+        loaded=loaded,
     )
 
 

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, System
-from ...warning_codes import CodedText, coded
+from ...warning_codes import CodedText, code_of, coded
 
-__all__ = ["Unheld", "unheld", "unheld_error", "unheld_warnings"]
+__all__ = ["Unheld", "contradicting_radii", "unheld", "unheld_error", "unheld_warnings"]
 
 # Part of the load that reactions may leave: the null space has an error of 1e-10, radii that are printed one of 1e-4.
 _LEFT = 1e-6
@@ -87,6 +87,11 @@ def unheld_error(found: Sequence[Unheld]) -> ModelError:
         given=0,
         allowed=f"a stiffness in {', '.join(keys)}, or no such key: a direction that is not named is rigid",
     )
+
+
+def contradicting_radii(system: System) -> str:
+    """What the train says of base radii that miss the teeth, "" where they do not: no torque balances on such radii."""
+    return "; ".join(text for text in system.warnings if code_of(text) == "base-radius-far")
 
 
 def unheld_warnings(system: System, free: Array) -> list[CodedText]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import Modal
-from ..static.unheld import unheld, unheld_error
+from ..static.unheld import contradicting_radii, unheld, unheld_error
 from .lattice import Lattice, Point
 
 __all__ = [
@@ -167,9 +167,9 @@ def _balanced(system: System, modal: Modal) -> None:
         name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
         raise ModelError(
             f"the external torques and forces do not balance on the free motion of {name}: "
-            f"{work[worst] / size[worst]:.3g} of them is left over "
-            "(given radii that fit no one centre distance do this too)",
+            f"{work[worst] / size[worst]:.3g} of them is left over",
             path="operation.torque",
+            allowed="; ".join(filter(None, ("loads in equilibrium", contradicting_radii(system)))),
         )
 
 

@@ -29,7 +29,7 @@ from ...warning_codes import CodedText, coded
 from ..modes.basis import mean_modes
 from ..static.record import group_gap
 from ..static.tangent import linear
-from ..static.unheld import unheld, unheld_error
+from ..static.unheld import contradicting_radii, unheld, unheld_error
 from .lowered import FlankNumbers, LawNumbers, flank_numbers, law_numbers
 from .products import per_instant
 from .program import Program, constant
@@ -304,7 +304,11 @@ def _balanced_modal_force(force: Array, shapes: Array, rigid: NDArray[np.bool_],
             f"the loads do not balance on the free motion of {name}",
             path="torque",
             given=float(modal[worst] / size[worst]),
-            allowed="loads in equilibrium, or one member left to take the balance",
+            allowed="; ".join(
+                filter(
+                    None, ("loads in equilibrium, or one member left to take the balance", contradicting_radii(system))
+                )
+            ),
         )
     return np.where(rigid, 0.0, modal)
 
