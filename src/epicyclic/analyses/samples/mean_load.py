@@ -17,7 +17,15 @@ from ...system.system import Array, ComplexArray
 from ..static.record import MeshGroup
 from .phases import SlowPhases, any_tied, largest_sum, units_of_largest
 
-__all__ = ["MEAN_LOADS", "closed_loads", "falls_below", "largest_of_groups", "least_forces", "loads_at_phases"]
+__all__ = [
+    "MEAN_LOADS",
+    "closed_loads",
+    "falls_below",
+    "largest_of_groups",
+    "least_forces",
+    "loads_at_phases",
+    "shares",
+]
 
 MEAN_LOADS = ("mean-load", "mean-load-turning")
 # A sum of forces that turns by less than this part of itself is constant: rounding.
@@ -100,14 +108,18 @@ def loads_at_phases(force: Array, mean: Array, members: Sequence[MeshGroup]) -> 
     ----------
     force : (S, T, w) at T slow phases, the worst among them [N].  mean : (S, w) over all slow phases [N].
     """
-    loads = np.empty((2, *mean.shape))
+    return np.stack([shares(mean[:, None], members)[:, 0], shares(force, members).max(axis=1)])
+
+
+def shares(force: Array, members: Sequence[MeshGroup]) -> Array:
+    """N F_i / sum F (S, T, w) [1] of forces (S, T, w) [N]; inf where the sum is zero or less."""
+    found = np.empty_like(force)
     for group in members:
-        for place, own in ((0, mean[:, None, group]), (1, force[:, :, group])):
-            total = own.sum(axis=2, keepdims=True)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                share = np.where(total > 0, len(group) * own / total, np.inf)
-            loads[place][:, group] = share.max(axis=1)
-    return loads
+        own = force[:, :, group]
+        total = own.sum(axis=2, keepdims=True)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found[:, :, group] = np.where(total > 0, len(group) * own / total, np.inf)
+    return found
 
 
 def largest_of_groups(loads: Array, members: Sequence[MeshGroup]) -> Array:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
 
-__all__ = ["SlowPhases", "any_tied", "largest_sum", "phase_points", "slow_phases", "units_of_largest"]
+__all__ = ["SlowPhases", "any_tied", "largest_sum", "phase_points", "phase_steps", "slow_phases", "units_of_largest"]
 
 # |(p, q)| from which two waves count as independent: 1 - cos(pi / 23) is 0.9 %.
 _TIED = 23.0
@@ -157,6 +157,24 @@ def phase_points(phases: SlowPhases, count: int) -> ComplexArray:
         for place, order in part:
             unit[:, place] = np.exp(1j * order * t[:, column])
     return unit
+
+
+def phase_steps(phases: SlowPhases, rounds: int) -> Array:
+    """Turns (rounds, G, D) [rad] of the waves by steps of unit length in D fixed random directions of the phases.
+
+    Along an edge few directions lead upwards, fewer the more phases there are: D is 4 of one, 16 of three.  A set of
+    tied waves steps by the wave of its highest order.
+    """
+    sets = phases.sets
+    count = 2 ** (min(len(sets), 4) + 1)
+    step = np.random.default_rng(1).normal(size=(rounds, len(sets), count))
+    step /= np.linalg.norm(step, axis=1, keepdims=True)
+    turn = np.empty((rounds, sum(map(len, sets)), count))
+    for column, part in enumerate(sets):
+        highest = max(order for _, order in part)
+        for place, order in part:
+            turn[:, place] = order / highest * step[:, column]
+    return turn
 
 
 @lru_cache(maxsize=32)
