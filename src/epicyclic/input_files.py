@@ -8,12 +8,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
+from typing import BinaryIO
 
 from .errors import ModelError
 
 __all__ = ["as_input", "as_output", "outputs_apart", "read_bytes", "read_text"]
 
 _TOO_LARGE = "too large"
+# Bytes that are read at once.
+_PIECE = 1 << 20
 # files that the block of `outputs_apart` has read and will write; None outside of one
 _USED: ContextVar[tuple[list[Path], list[Path]] | None] = ContextVar("used", default=None)
 
@@ -87,7 +90,7 @@ def read_bytes(file: str | Path, *, most: int, path: str = "", given: str = "", 
         if not problem:
             with open(file, "rb") as opened:
                 problem = _unfit(os.fstat(opened.fileno()), most)
-                raw = b"" if problem else opened.read(most + 1)  # a file of the system says no size, another may grow
+                raw = b"" if problem else _read(opened, most)
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
         problem = f"cannot be read: {getattr(error, 'strerror', None) or error}"
     if len(raw) > most:
@@ -95,6 +98,17 @@ def read_bytes(file: str | Path, *, most: int, path: str = "", given: str = "", 
     if problem:
         raise _refused(problem, given or file, path, f"at most {most} bytes" if problem == _TOO_LARGE else allowed)
     return raw
+
+
+def _read(opened: BinaryIO, most: int) -> bytes:
+    """At most one byte more than may be: a file of the system says no size, another may grow.
+
+    In pieces: `read` of a number sets that many bytes aside first, which a limit of memory may refuse.
+    """
+    raw = bytearray()
+    while len(raw) <= most and (piece := opened.read(min(_PIECE, most + 1 - len(raw)))):
+        raw += piece
+    return bytes(raw)
 
 
 def _unfit(found: os.stat_result, most: int) -> str:
