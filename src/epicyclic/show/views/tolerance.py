@@ -205,7 +205,10 @@ def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
         f"a tenth less spread, K_gamma at {at}": [_digits(-_NARROWED * slope[i] * deviation[i]) for i in order],
     }
     of = pair_labels(texts(one, "pair"))[pair]
-    lead = f"Shares of the variance of K_gamma, {of}; slopes over the standard deviation."
+    lead = (
+        f"Shares of the variance of K_gamma, {of}, each estimated to a few per cent; with interactions they may add up "
+        "to more than 100 %, as what two tolerances bring together counts in both. Slopes over the standard deviation."
+    )
     return Table(title="What buys what", columns=columns, lead=lead, digits=3)
 
 

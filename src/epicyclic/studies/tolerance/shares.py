@@ -24,7 +24,8 @@ Array = NDArray[np.float64]
 class Shares:
     """Shares of the variance, each (..., E) [1]; nan where there is no variance.
 
-    first : of a group alone.  total : of a group with all its interactions.
+    first : of a group alone.  total : of a group with all its interactions.  Both lie in 0..1: an estimate beyond, by
+    the samples it has, is the end.  Totals of several groups add up to more than 1 where they interact.
     """
 
     first: Array
@@ -59,5 +60,5 @@ def variance_shares(
     with np.errstate(divide="ignore", invalid="ignore"):
         own = (b * (mixed - a)).mean(axis=1) / variance
         total = np.square(mixed - a).mean(axis=1) / (2 * variance)
-    own, total = (np.where(nothing, np.nan, one) for one in (own, total))
+    own, total = (np.where(nothing, np.nan, np.clip(one, 0.0, 1.0)) for one in (own, total))
     return Shares(first=np.moveaxis(own, 0, -1), total=np.moveaxis(total, 0, -1))

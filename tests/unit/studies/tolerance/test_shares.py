@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from floating_sun import FloatingSun
@@ -61,3 +63,13 @@ def test_no_variance_has_no_shares() -> None:
     found = variance_shares(lambda u: np.full(len(u), 1.0), np.arange(2), PLAN, groups=2)
     assert np.isnan(found.first).all()
     assert np.isnan(found.total).all()
+
+
+def test_no_share_exceeds_the_variance() -> None:
+    """One group has all of it: an estimate of few samples would be more or less."""
+    few = SamplingPlan(samples=2**5, scrambles=1, rows=2**5, seed=1, sampler="random")
+    for seed in range(8):
+        plan = replace(few, seed=seed)
+        found = variance_shares(lambda u: ndtri(u[:, 0]), np.zeros(1, int), plan, groups=1)
+        assert 0 <= found.first[0] <= 1
+        assert 0.5 < found.total[0] <= 1
