@@ -13,6 +13,7 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, ComplexArray, System
 from ...warning_codes import CodedText, coded
+from ..cost import MOST_NUMBERS, require_memory
 from ..static.loaded import idle_warnings
 from ..static.record import parallel_meshes
 from ..static.static import rounding_of
@@ -72,7 +73,11 @@ def steady(
 
     if method not in ("exact", "superposition"):
         raise ModelError("no such method", path="method", given=method, allowed="exact, superposition")
-    theta = np.arange(checked_samples(samples)) / samples
+    # complex signals of the meshes, displacements and links at all samples at once
+    width = 4 * (len(system.dofs.names) + len(system.meshes.name) + len(system.links.name))
+    most = f"at most {MOST_NUMBERS // width}"
+    require_memory(float(checked_samples(samples)) * width, path="samples", given=samples, allowed=most)
+    theta = np.arange(samples) / samples
     ready, block = solve_speed(
         system if method == "exact" else superposed(linear(system), relative_speed), relative_speed, TOLERANCE
     )

@@ -99,6 +99,11 @@ class ToleranceMap:
     tables: LawMap | None
 
     @property
+    def lawful(self) -> bool:
+        """Whether links follow laws, each sample of which takes an equilibrium at every phase."""
+        return self.laws is not None
+
+    @property
     def unmoved(self) -> frozenset[str]:
         """Paths of entries that move no column; `warnings` say why."""
         return frozenset(self.entries[i].path for one in self.sources if not one.effect for i in one.entry.values())

@@ -68,6 +68,10 @@ class SampleMap(Protocol):
         """Groups of entries whose draws are correlated."""
 
     @property
+    def lawful(self) -> bool:
+        """Whether links follow laws, each sample of which takes an equilibrium at every phase."""
+
+    @property
     def unmoved(self) -> Collection[str]:
         """Paths of entries that move no column; `warnings` say why."""
 

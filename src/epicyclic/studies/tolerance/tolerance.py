@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from functools import partial
@@ -12,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...analyses.cost import require_time
 from ...analyses.samples.mean_load import MEAN_LOADS
 from ...analyses.samples.sample_loads import ContactMethod
 from ...errors import ModelError
@@ -47,6 +50,9 @@ _MOST_RAW = 25_000_000
 _ALL_EFFECTS = 2**16
 # share of the progress bar that the sampling takes where curves follow
 _SAMPLING = 0.7
+# Time of a sample of closed contact at least, and what all may take together, of one processor [s]; samples that tell
+# how much longer links with laws take.
+_SAMPLE_TIME, _LONGEST, _TOLD = 5e-6, 30 * 86_400.0, 4
 
 
 def tolerance(
@@ -98,6 +104,7 @@ def tolerance(
     drawn = tolerance_map(train)
     if raw and store is None:
         _check_raw(plan, drawn)
+    _check_time(plan, drawn, method)
     chosen = effects or ("all" if plan.samples >= _ALL_EFFECTS else "shares")
     job = BlockJob(
         verb="tolerance",
@@ -242,6 +249,25 @@ def _checked_limits(limits: Sequence[float]) -> Array:
     if values.ndim != 1 or not (np.isfinite(values).all() and (values > 0).all()):
         raise ModelError("no limit of a load factor", path="limit", given=list(limits), allowed="above 0, 1.15")
     return np.unique(values)
+
+
+def _check_time(plan: SamplingPlan, drawn: SampleMap, method: ContactMethod) -> None:
+    """Refuse more samples than a processor gets through in a month.
+
+    Links with laws take as long as their play has it: a few samples say so.
+    """
+    each = _SAMPLE_TIME
+    if drawn.lawful and method != "linear":
+        begun = time.perf_counter()
+        drawn.evaluate(piece_uniforms(plan, 0, drawn.dimension_entry.size)[:_TOLD], method=method)
+        each = max(each, (time.perf_counter() - begun) / _TOLD)
+    require_time(
+        each * plan.samples,
+        _LONGEST,
+        path="samples",
+        given=plan.samples,
+        allowed=f"at most {2 ** int(math.log2(_LONGEST / each))} of this train",
+    )
 
 
 def _raw_numbers(plan: SamplingPlan, drawn: SampleMap) -> int:

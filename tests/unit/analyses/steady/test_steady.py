@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+import epicyclic
 from epicyclic.analyses.modes.basis import mean_modes
 from epicyclic.analyses.steady.periodic import Periodic, periodic
 from epicyclic.analyses.steady.steady import steady
@@ -262,3 +263,10 @@ def test_the_mass_of_every_coordinate_is_needed(case: Any) -> None:
 def test_numbers_too_large_end_in_a_convergence_error(case: Any) -> None:
     with pytest.raises(ConvergenceError, match="mesh frequency"):
         periodic(case.pair(), relative_speed=1e200)
+
+
+def test_more_samples_than_memory_holds_are_refused() -> None:
+    with pytest.raises(ModelError, match="would need some") as error:
+        epicyclic.steady("dong2019", samples=20_000_000)
+    assert error.value.path == "samples"
+    assert "at most" in error.value.allowed

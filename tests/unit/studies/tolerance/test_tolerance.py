@@ -93,6 +93,13 @@ def test_one_planet_that_carries_all_is_the_end_of_k_gamma(planets: int, more: i
     assert at == 0
 
 
+def test_a_run_of_weeks_is_refused() -> None:
+    with pytest.raises(ModelError, match="would take some") as error:
+        epicyclic.tolerance(gaussian(1.0), samples=10**12)
+    assert error.value.path == "samples"
+    assert "at most" in error.value.allowed
+
+
 RADIAL, TORQUES = POSITION[:-1] + "x", "operation.torque.sun"
 
 
