@@ -133,7 +133,7 @@ def without_effect(drawn: SampleMap, plan: SamplingPlan, *, method: ContactMetho
         scale = np.ones(len(drawn.entries))
         scale[place] = 0.0
         at_mean = drawn.evaluate(u, scale=scale, method=method).k
-        same = np.isclose(at_mean, whole, rtol=0, atol=_NO_CHANGE, equal_nan=True).all(axis=(0, 2))
+        same = np.asarray(np.isclose(at_mean, whole, rtol=0, atol=_NO_CHANGE, equal_nan=True).all(axis=(0, 2)))
         if same.all():
             still.append(entry.path)
         elif same[MEAN_LOADS.index("mean-load")]:
