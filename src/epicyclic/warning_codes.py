@@ -148,6 +148,10 @@ formula-outside-limits teeth.md
 A formula is used outside the range that its source states.
 Another stiffness method (stiffness = "energy" or "loaded-contact"), or take the result as an estimate.
 
+no-torque contact-loss.md
+No torque presses the teeth together: with contact loss they lie apart, or only vibration makes them meet.
+State operation.torque or operation.power; transient shows how unloaded teeth rattle.
+
 tangent-load-assumed laws.md
 No torque passes a mesh whose stiffness depends on load: its tangent is taken at an assumed load.
 State operation.torque, or load beside the table.

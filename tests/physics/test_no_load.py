@@ -61,8 +61,21 @@ def test_without_torque_nothing_presses(stiffness: object, why: str) -> None:
 
 @pytest.mark.parametrize("stiffness", [TABLE, "iso6336"])
 def test_teeth_that_rattle_without_torque_are_named(stiffness: object) -> None:
-    with pytest.raises(ConvergenceError, match="no torque presses the teeth together"):
+    with pytest.raises(ConvergenceError, match=r"no torque presses the teeth together \(operation\.torque or"):
         epicyclic.steady(idle(stiffness), contact_loss=True)
+
+
+@pytest.mark.parametrize("torque", ["0 N m", "1 N m"])
+def test_contact_loss_names_the_load_that_is_missing(torque: str) -> None:
+    given = idle("iso6336")
+    del given["deviations"]
+    given["operation"]["torque"] = {"sun": torque}
+    options: dict[str, Any] = {"contact_loss": True, "shaft_orders": False}
+    results = [epicyclic.steady(given, **options), epicyclic.sweep(given, mesh_frequency=[100.0], **options)]
+    for found in results:
+        notes = [text for text in json.loads(found.attrs["warnings"]) if text.endswith("[no-torque]")]
+        assert len(notes) == (torque == "0 N m")
+        assert all("operation.torque" in text for text in notes)
 
 
 def test_contact_without_torque_is_refused() -> None:

@@ -30,6 +30,7 @@ from ..static.tangent import mean_stretch, small_motion_tangent
 from ..steady.response import Response
 
 __all__ = [
+    "NO_TORQUE",
     "GapRows",
     "GridLaws",
     "LinkRowLaws",
@@ -192,11 +193,17 @@ def _link_numbers(system: System, links: LinkRowLaws) -> tuple[Array, Array, Arr
     )
 
 
+NO_TORQUE = "no torque presses the teeth together (operation.torque or operation.power)"
+
+
 def law_warnings(ready: Response, rows: GapRows) -> list[CodedText]:
     """Warnings of the System as it is prepared for its laws (`analyses.static.tangent`)."""
     held = rows.links is None or bool(rows.gaps[rows.count :].any())
     loose = coded("floats-in-clearance", "no link row moves: the bodies float in their clearance under the mean load")
-    return [*ready.system.warnings, *([] if held else [loose])]
+    notes = [*ready.system.warnings, *([] if held else [loose])]
+    if not ready.system.force.any():
+        notes.append(coded("no-torque", f"{NO_TORQUE}: contact is that of teeth without a load"))
+    return notes
 
 
 def largest_link_forces(system: System, rows: GapRows, force: Array) -> Array:

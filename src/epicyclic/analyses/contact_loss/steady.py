@@ -23,7 +23,7 @@ from .linear_motion import LinearMotion, linear_error, linear_motion, unchanging
 from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
 from .problem import embedded, gap_forces
 from .refinement import Refinement, Solution, solution, with_stability
-from .rows import gap_rows_of, largest_link_forces, law_warnings
+from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings
 from .shaft_orders import (
     NEGLIGIBLE,
     SuperposedLine,
@@ -97,7 +97,7 @@ def contact_steady(
         with np.errstate(over="ignore"):  # the error of a line of no force, which is none of its own
             given, point, lines = steady_motion(given, float(relative_speed))
     if not point.converged or max((line.error for line in lines), default=0.0) > _NO_FORCE:
-        loose = "" if system.force.any() else "no torque presses the teeth together, transient shows how they rattle; "
+        loose = "" if system.force.any() else f"{NO_TORQUE}, transient shows how they rattle; "
         off = max((line.error for line in lines), default=0.0)
         if off:
             raise ConvergenceError(
