@@ -276,6 +276,10 @@ no-motion-found contact-loss.md
 No periodic motion was found at some points of a sweep with contact loss.
 A finer or shorter range of speed; transient shows the motion in time.
 
+several-motions contact-loss.md
+A run-up or coast-down has fallen from the end of a branch to where several motions are stable: it is on one of them.
+Compare both directions, path_force_rms and a run with other speeds; transient with a slow ramp decides one case.
+
 branch-ended contact-loss.md
 A branch of motions ended before it was through: motions beyond it may be missing.
 Another range of speed, or more points.

@@ -21,12 +21,12 @@ from ..result_imports import import_results
 from ..steady.mean_stability import MEAN_UNSTABLE, instability_warnings, unstable_speeds
 from ..steady.response import FrameSpeed, Response, response
 from ..steady.speed_range import SpeedRange, speeds_of
-from .branch_set import BranchSet, Segment, branch_set
+from .branch_set import BranchSet, Crossing, Segment, branch_set
 from .branch_switching import IntegratedMotion
 from .continuation import folds_of_speed
 from .floquet import Stability, require_fast_enough
 from .outputs import Measures, force_level, periodic_measures
-from .refinement import HARMONICS, Refinement, Solution, with_stability
+from .refinement import HARMONICS, Refinement, Solution, distinct, with_stability
 from .resumed import (
     Begin,
     begin_of,
@@ -134,6 +134,7 @@ def contact_sweep(
         if unstable != "ignore":
             _judge(refinement, branches, kept)
         largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress, kept)
+    several = [] if unstable == "ignore" else _several_motions(refinement, branches, curves)
     spread = [_at_speeds_asked(values, usable, place) for values in curves]
     for values in spread:
         values["status"][whirling] = MEAN_UNSTABLE
@@ -147,7 +148,7 @@ def contact_sweep(
     if mesh_frequency is None and relative_speed is None:
         options["speed_range"] = speed_range or "operation"
     path = _path_curves(refinement, branches, unstable != "ignore")
-    warnings = [*instability_warnings(ready, speed[whirling]), *_warnings(ready, spread, branches, largest)]
+    warnings = [*instability_warnings(ready, speed[whirling]), *_warnings(ready, spread, branches, largest), *several]
     return _labelled(ready, speed, spread, path, options, warnings)
 
 
@@ -513,6 +514,41 @@ def _warnings(
     elif ready.lines.shaft:
         notes += _of_shaft_orders(curves)
     return notes
+
+
+def _several_motions(
+    refinement: Refinement, branches: BranchSet, curves: list[dict[str, NDArray[Any]]]
+) -> list[CodedText]:
+    """A warning of each direction that has fallen from the end of a branch to where several motions are stable.
+
+    Known are the stable motions of the branch set, and of others one a word of ``motion`` in the curves (.., P).
+    """
+    notes, tone = list[CodedText](), float(refinement.ready.lines.tone)
+    known = np.array([_stable_motions(refinement, crossings) for crossings in branches.crossings], dtype=int)
+    for kind in ("symmetry broken", "period 2", "integrated"):
+        known += np.any([values["motion"] == kind for values in curves], axis=0)
+    for name, values, turn in zip(_DIRECTIONS, curves, (1, -1), strict=True):
+        fallen = np.maximum.accumulate(values["jumped"][::turn])[::turn]
+        at = np.flatnonzero(fallen & (known > 1))
+        if at.size:
+            low, high = branches.speeds[at[0]] * tone, branches.speeds[at[-1]] * tone
+            text = (
+                f"the direction {name} has fallen from the end of a branch, and at {at.size} points from {low:.6g} to "
+                f"{high:.6g} Hz up to {known[at].max()} stable motions are known: which of them it is on may depend on "
+                "the speeds asked for"
+            )
+            notes.append(coded("several-motions", text))
+    return notes
+
+
+def _stable_motions(refinement: Refinement, crossings: list[Crossing]) -> int:
+    """Number of stable motions of the branch set at one speed."""
+    found = list[Solution]()
+    for crossing in crossings:
+        at = with_stability(refinement, crossing.solution)
+        if at.stable and all(distinct(at, other) for other in found):
+            found.append(at)
+    return len(found)
 
 
 def _of_shaft_orders(curves: list[dict[str, NDArray[Any]]]) -> list[CodedText]:

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.analyses import parallel
 from epicyclic.analyses.contact_loss import refinement as refinement_module
+from epicyclic.analyses.contact_loss.branch_set import branch_set
 from epicyclic.analyses.contact_loss.branch_switching import initial_state
 from epicyclic.analyses.contact_loss.corrector import linear_start
 from epicyclic.analyses.contact_loss.floquet import Stability, floquet_stability
 from epicyclic.analyses.contact_loss.outputs import periodic_measures
 from epicyclic.analyses.contact_loss.problem import State
 from epicyclic.analyses.contact_loss.refinement import Refinement, solution, with_stability
-from epicyclic.analyses.contact_loss.sweep import contact_sweep
+from epicyclic.analyses.contact_loss.sweep import _several_motions, contact_sweep
 from epicyclic.analyses.steady.mean_stability import critical_speed
 from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.steady.sweep import sweep as linear_sweep
@@ -255,3 +256,17 @@ def test_a_speed_without_a_steady_motion_holds_nan_and_a_warning_says_so(made: A
     assert np.isnan(found.mesh_force_rms.values[..., 1]).all()
     assert np.isfinite(found.mesh_force_rms.values[..., 0]).all()
     assert "the centripetal terms exceed" in str(found.attrs["warnings"])
+
+
+def test_a_direction_that_fell_among_several_stable_motions_says_so(made: Any) -> None:
+    """A softening oscillator has two stable motions between its folds at 755 and 978 Hz, and one elsewhere."""
+    system = made.single(variation=(0.045,), zeta=0.008, load=1130.0, backlash=5e-5)
+    curves: list[Any] = [{"motion": np.full(4, "periodic", object), "jumped": np.zeros(4, bool)} for _ in range(2)]
+    refinement = Refinement(ready=response(system))
+    branches = branch_set(refinement, np.array([0.7, 0.9, 0.94, 1.1]))
+    curves[1]["jumped"][3] = True
+    (text,) = _several_motions(refinement, branches, curves)
+    assert "direction down" in text
+    assert "at 2 points from 900 to 940 Hz up to 2 stable motions" in text
+    curves[1]["jumped"][:] = [True, False, False, False]
+    assert not _several_motions(refinement, branches, curves)
