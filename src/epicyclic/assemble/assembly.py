@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arguments import checked
 from ..errors import ModelError
 from ..gears.phasing import HALF, Phase
 from ..gears.series import series_in_time
@@ -38,6 +39,7 @@ __all__ = ["assemble"]
 Array = NDArray[np.float64]
 
 
+@checked
 def assemble(train: Train) -> System:
     """Assemble a train at its operating point into matrices, gaps, laws and excitation lines.
 

@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..arguments import checked
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..studies.source import system_of, train_of
@@ -93,6 +94,7 @@ class _Line:
         return self.shown.ours[self.at]
 
 
+@checked
 def audit(
     names: str | Path | Sequence[str | Path] | None = None, *, progress: Callable[[float], None] | None = None
 ) -> xr.Dataset:

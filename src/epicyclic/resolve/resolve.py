@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
+from ..arguments import checked
 from ..errors import ModelError
-from ..model.document import Document, Source, read
+from ..model.document import Document, read
 from ..model.schema import ModelFile
 from ..train.bodies import Body
 from ..train.connections import Link
@@ -29,7 +31,8 @@ from .tolerances import check_tolerances
 __all__ = ["load", "resolve"]
 
 
-def load(source: Source, overrides: Mapping[str, object] | None = None) -> Train:
+@checked
+def load(source: str | Path | Mapping[str, object], overrides: Mapping[str, object] | None = None) -> Train:
     """Read and resolve a train.
 
     Parameters

@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from ..arguments import checked
 from ..errors import ModelError
 from ..input_files import read_text
 from ..warning_codes import CodedText
@@ -95,6 +96,7 @@ def _index(name: Hashable, values: Any) -> Any:
     return pd.Index(array.astype(object) if array.dtype.kind in "UO" else array, name=name)
 
 
+@checked
 def to_json(result: xr.Dataset) -> str:
     """`Dataset.to_dict()` as JSON; read back with ``xarray.Dataset.from_dict(json.loads(text))``.
 
@@ -159,6 +161,7 @@ def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+@checked
 def save_result(result: xr.Dataset, path: str | Path) -> Path:
     """Write a Dataset by the suffix of the file, as ``-o`` does.
 
@@ -207,6 +210,7 @@ def _real(result: xr.Dataset) -> xr.Dataset:
     return flat
 
 
+@checked
 def load_result(path: str | Path) -> xr.Dataset:
     """Reopen what `save_result` wrote, equal to the Dataset that was saved.
 

@@ -7,6 +7,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..arguments import checked
 from ..errors import ModelError
 from .whole_file import whole_file
 
@@ -20,6 +21,7 @@ _NAME = 63  # characters of a name in MATLAB
 _ATTRIBUTES = ("title", "version", "options", "warnings")
 
 
+@checked
 def save_matrices(result: xr.Dataset, path: str | Path) -> Path:
     """Write every variable of a result as an array of its name; the file appears whole or not at all.
 

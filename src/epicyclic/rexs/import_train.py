@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..arguments import checked
 from ..errors import ModelError
 from .damage import check_damage, false_texts
 from .gear_tables import material_of
@@ -44,6 +45,7 @@ class RexsImport:
     file: RexsFile
 
 
+@checked
 def read_rexs(source: str | Path | bytes, *, load_case: int | None = None) -> RexsImport:
     """Read a REXS file as a model document.
 

@@ -10,6 +10,7 @@ from importlib import import_module
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from ..arguments import checked
 from ..errors import ModelError
 
 if TYPE_CHECKING:
@@ -73,6 +74,7 @@ FIGURES: Mapping[str, Mapping[str, tuple[str, ...]]] = MappingProxyType(
 """Kind of result -> name of each figure -> kinds of the further results that it needs."""
 
 
+@checked
 def figure_names(kind: str | None = None) -> tuple[str, ...]:
     """Names of the figures of a kind of result, as `plot` takes them; without a kind of all kinds, each once.
 
@@ -88,6 +90,7 @@ def companions(kind: str, name: str) -> tuple[str, ...]:
     return FIGURES.get(kind, FIGURES["study"]).get(name, _ALONE)
 
 
+@checked
 def plot(name: str, *datasets: xr.Dataset) -> go.Figure:
     """Draw one figure of the report by its name.
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import plotly.graph_objects as go
 import xarray as xr
 
+from ..arguments import checked
 from ..results.whole_file import write_text
 from .elements import Drawing, Part, Section
 from .page import Page, finding_list, html_warning, packed, plotly_blob, printed, resource
@@ -65,6 +66,7 @@ def report(
     return _html(name, "".join(said), first, folded, page)
 
 
+@checked
 def write_report(
     path: str | Path,
     datasets: Datasets,

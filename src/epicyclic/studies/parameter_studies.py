@@ -16,6 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..analyses.parallel import each
+from ..arguments import checked
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..warning_codes import coded
@@ -57,6 +58,7 @@ def worst_sharing(system: System) -> float:
     return float(coefficients.sel(definition="cycle-peak" if lawful else "worst-case"))
 
 
+@checked
 def vary(
     source: str | Path | Mapping[str, Any],
     path_values: Mapping[str, Sequence[Any]],

@@ -7,6 +7,7 @@ from difflib import get_close_matches
 from functools import cache
 from importlib import resources
 
+from ..arguments import checked
 from ..errors import ModelError
 from ..results.variables import OF_KIND, VARIABLES
 from ..show.plot import FIGURES
@@ -22,6 +23,7 @@ __all__ = ["explain", "known_words"]
 _NEAREST = 4
 
 
+@checked
 def explain(text: str) -> tuple[Explanation, ...]:
     """What a word means: unit, default, what is allowed, an example, and the page that says more.
 

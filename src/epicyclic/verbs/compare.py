@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..arguments import checked
+
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["compare"]
 
 
+@checked
 def compare(
     *sources: Any,
     overrides: Mapping[str, Any] | None = None,

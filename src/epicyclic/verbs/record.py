@@ -18,9 +18,10 @@ from inspect import Parameter, signature
 from math import isfinite
 from numbers import Real
 from pkgutil import iter_modules
-from types import MappingProxyType, NoneType
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast, get_args, get_origin
 
+from ..arguments import check_arguments
 from ..errors import ModelError
 from .described import described
 
@@ -162,30 +163,23 @@ def former(**spelling: str | tuple[str, ...]) -> Callable[[Run], Run]:
 
 
 def bounded(run: Run) -> Run:
-    """Let a verb refuse numbers that are not finite, or outside the bounds of their option, before any work.
+    """Let a verb refuse arguments of other types and numbers that are not finite or outside the bounds of their option.
 
     It stands right above the function, below `former`.
 
     Raises
     ------
-    ModelError : such a number; of the verb.
+    ModelError : such an argument, before any work; of the verb.
     """
 
     @wraps(run)
     def within(*arguments: Any, **options: Any) -> Any:
-        for name, (_, kind, option) in keywords(run).items():
-            _check_number(name, options.get(name), kind)
+        check_arguments(run, arguments, options)
+        for name, (_, _, option) in keywords(run).items():
             _check_bounds(name, options.get(name), option)
         return run(*arguments, **options)
 
     return cast(Run, within)
-
-
-def _check_number(name: str, value: object, kind: object) -> None:
-    """Raise ModelError where an option that is a number is given something else."""
-    kinds = set(get_args(kind) or (kind,)) - {NoneType}
-    if value is not None and kinds <= {int, float} and (isinstance(value, bool) or not isinstance(value, Real)):
-        raise ModelError("not a number", path=name, given=value, allowed="a number")
 
 
 def _check_bounds(name: str, value: object, option: Option) -> None:

@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..arguments import checked
 from .record import keywords, verbs
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ __all__ = ["study"]
 _OWN = ("folder", "resume", "store", "workers", "scheduler", "worst")
 
 
+@checked
 def study(
     job: "str | Path | Mapping[str, Any]",
     *,

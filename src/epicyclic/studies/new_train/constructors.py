@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
+from ...arguments import checked
 from .new_train import new_train
 from .wishes import Number
 
 __all__ = ["differential", "planetary", "star"]
 
 
+@checked
 def planetary(
     *,
     teeth: str | Sequence[int] | None = None,
@@ -52,6 +54,7 @@ def planetary(
     return dict(new_train(kind="planetary", **given).document)
 
 
+@checked
 def star(
     *,
     teeth: str | Sequence[int] | None = None,
@@ -75,6 +78,7 @@ def star(
     return dict(new_train(kind="star", **given).document)
 
 
+@checked
 def differential(
     *,
     teeth: str | Sequence[int],

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from ...arguments import checked
 from ...errors import ModelError
 from ...results.package_version import package_version
 from ...results.whole_file import whole_file
@@ -41,6 +42,7 @@ class RexsExport:
     dropped: tuple[Dropped, ...]
 
 
+@checked
 def write_rexs(source: Source, path: str | Path, *, overrides: Overrides | None = None) -> RexsExport:
     """Write a train as a REXS file of version 1.7, whole or not at all.
 

@@ -1,0 +1,90 @@
+"""Misuse from Python is told at the border, by the name of the argument."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from inspect import Parameter, signature
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import epicyclic
+from epicyclic.arguments import checked
+from epicyclic.errors import ModelError
+from epicyclic.verbs.record import verbs
+
+FUNCTIONS = [
+    getattr(epicyclic, name) for name in epicyclic.__all__ if name not in ("System", "Train") and name[0].islower()
+]
+
+
+class Foreign:
+    """Of no kind that any argument has."""
+
+
+def of_each() -> list[Any]:
+    """Every argument of every function, but those that take anything."""
+    free = {("compare", "sources"), ("vary", "quantity")}
+    return [
+        pytest.param(function, name, id=f"{function.__name__}-{name}")
+        for function in FUNCTIONS
+        for name in signature(function).parameters
+        if (function.__name__, name) not in free
+    ]
+
+
+@pytest.mark.parametrize(("function", "name"), of_each())
+def test_an_argument_of_a_wrong_type_is_named(function: Callable[..., Any], name: str) -> None:
+    parameter = signature(function).parameters[name]
+    if parameter.kind is Parameter.VAR_POSITIONAL:
+        arguments, options = ("energy", Foreign()), {}
+    else:
+        arguments, options = (), {name: Foreign()}
+    with pytest.raises(ModelError, match=f"^{name} = .*of a wrong type; allowed: "):
+        function(*arguments, **options)
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda: epicyclic.modes("lin1999-n4", relative_speed=None), "relative_speed"),  # type: ignore[arg-type]
+        (lambda: epicyclic.assemble("base.toml"), "train"),  # type: ignore[arg-type]
+        (lambda: epicyclic.contact("lin1999-n4", mesh=5), "mesh"),  # type: ignore[arg-type]
+        (lambda: epicyclic.campbell("lin1999-n4", relative_speeds=5), "relative_speeds"),  # type: ignore[arg-type]
+        (lambda: epicyclic.campbell("lin1999-n4", relative_speeds=["1"]), "relative_speeds"),  # type: ignore[list-item]
+        (lambda: epicyclic.modes("lin1999-n4", damped="no"), "damped"),  # type: ignore[arg-type]
+        (lambda: epicyclic.sharing("lin1999-n4", cycles=2.5), "cycles"),  # type: ignore[arg-type]
+        (lambda: epicyclic.sharing("lin1999-n4", cycles=True), "cycles"),
+        (lambda: epicyclic.load("lin1999-n4", overrides=["a=1"]), "overrides"),  # type: ignore[arg-type]
+        (lambda: epicyclic.static(epicyclic.modes), "source"),  # type: ignore[arg-type]
+    ],
+)
+def test_misuse_is_named(call: Callable[[], object], name: str) -> None:
+    with pytest.raises(ModelError) as error:
+        call()
+    assert error.value.path == name
+
+
+def test_numbers_of_arrays_and_sequences_of_all_kinds_are_taken() -> None:
+    @checked
+    def take(count: int, *, size: float = 0.0, many: list[float] | None = None, file: str | Path = "") -> int:
+        return count
+
+    assert take(np.int64(2), size=np.float32(1.0)) == 2
+    assert take(np.array(2), size=xr.DataArray(1.0)) == 2
+    with pytest.raises(ModelError, match="count"):
+        take(np.array([1, 2]))  # type: ignore[arg-type]
+    system = epicyclic.assemble(epicyclic.load("ren2021"))
+    for speeds in ([0.5, 1], (0.5, 1.0), np.array([0.5, 1.0]), xr.DataArray([0.5, 1.0]), range(1, 3)):
+        assert epicyclic.campbell(system, relative_speeds=speeds).sizes["relative_speed"] == 2
+
+
+def test_arguments_that_are_missing_or_unknown_are_left_to_python() -> None:
+    with pytest.raises(TypeError, match="source"):
+        epicyclic.modes()  # type: ignore[call-arg]
+    for verb in verbs().values():
+        with pytest.raises(TypeError, match="no_such_keyword"):
+            verb.run("lin1999-n4", no_such_keyword=1)
