@@ -110,6 +110,14 @@ def test_a_reader_that_has_seen_enough_is_no_error() -> None:
     assert not shown.stderr
 
 
+@pytest.mark.parametrize("arguments", ["--help", "modes --help", "--version", "relief -h"])
+def test_a_help_that_is_not_taken_is_no_fault(arguments: str) -> None:
+    full = on_stream(f"{arguments} > /dev/full")
+    assert (full.returncode, full.stderr) == (2, "error: stdout: cannot be written: No space left on device\n")
+    shown = on_stream(f"{arguments} | (exec 0<&-; sleep 2); exit ${{PIPESTATUS[0]}}")
+    assert (shown.returncode, shown.stderr) == (0, "")
+
+
 def test_a_closed_stderr_is_no_fault() -> None:
     assert on_stream("systems > /dev/null 2>&-").returncode == 0
     assert on_stream("modes no-such-model > /dev/null 2>&-").returncode == 2

@@ -8,7 +8,7 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from ..results.whole_file import require_writable
 __all__ = [
     "complain",
     "complain_of",
+    "help_on_stdout",
     "on_stdout",
     "open_streams",
     "parsed_overrides",
@@ -105,6 +106,23 @@ def on_stdout() -> Iterator[None]:
     except OSError as error:
         _drop(sys.stdout)
         raise ModelError(f"cannot be written: {error.strerror or error}", path="stdout") from None
+
+
+@contextmanager
+def help_on_stdout() -> Iterator[None]:
+    """The block may print a help, outside of any command; raises typer.Exit with the status of `reported`."""
+    try:
+        with on_stdout() if sys.stdout is not None else nullcontext():
+            yield
+    except SystemExit as error:
+        if isinstance(
+            error.__context__, BrokenPipeError
+        ):  # rich, which prints the help of a command, ends with 1 there
+            raise typer.Exit(0) from None
+        raise
+    except ModelError as error:
+        complain(f"error: {error}")
+        raise typer.Exit(2) from None
 
 
 def _drop(stream: Any) -> None:

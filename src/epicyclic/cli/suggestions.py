@@ -8,6 +8,7 @@ from typing import Any
 
 from typer.core import TyperGroup
 
+from .console import help_on_stdout
 from .panels import Panels
 
 __all__ = ["Commands"]
@@ -36,7 +37,8 @@ def _told(run: Any, group: TyperGroup, ctx: Any) -> Any:
     The classes of the errors are of click or of typer's own copy of it: they are known by what they hold.
     """
     try:
-        return run()
+        with help_on_stdout():
+            return run()
     except Exception as error:
         if hasattr(error, "message") and hasattr(error, "ctx"):
             typed = ctx.meta.get(_TYPED, [])
