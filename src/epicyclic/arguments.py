@@ -43,7 +43,7 @@ _NAMES: dict[str, Any] = {
     "np": SimpleNamespace(float64=float),
     "xr": SimpleNamespace(Dataset=_Dataset),
     "go": SimpleNamespace(Figure=_ByName("Figure", (), {})),
-    "Datasets": Mapping[str, _Dataset],
+    "Datasets": Mapping,
     "Each": Callable[..., Any],
 }
 _WORDS = {

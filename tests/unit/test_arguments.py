@@ -39,10 +39,9 @@ def of_each() -> list[Any]:
 @pytest.mark.parametrize(("function", "name"), of_each())
 def test_an_argument_of_a_wrong_type_is_named(function: Callable[..., Any], name: str) -> None:
     parameter = signature(function).parameters[name]
-    if parameter.kind is Parameter.VAR_POSITIONAL:
-        arguments, options = ("energy", Foreign()), {}
-    else:
-        arguments, options = (), {name: Foreign()}
+    several = parameter.kind is Parameter.VAR_POSITIONAL
+    arguments = ("energy", Foreign()) if several else ()
+    options = {} if several else {name: Foreign()}
     with pytest.raises(ModelError, match=f"^{name} = .*of a wrong type; allowed: "):
         function(*arguments, **options)
 
@@ -70,15 +69,17 @@ def test_misuse_is_named(call: Callable[[], object], name: str) -> None:
 
 def test_numbers_of_arrays_and_sequences_of_all_kinds_are_taken() -> None:
     @checked
-    def take(count: int, *, size: float = 0.0, many: list[float] | None = None, file: str | Path = "") -> int:
+    def taken(count: int, *, size: float = 0.0, many: list[float] | None = None, file: str | Path = "") -> int:
         return count
 
+    take: Callable[..., Any] = taken
     assert take(np.int64(2), size=np.float32(1.0)) == 2
     assert take(np.array(2), size=xr.DataArray(1.0)) == 2
     with pytest.raises(ModelError, match="count"):
-        take(np.array([1, 2]))  # type: ignore[arg-type]
+        take(np.array([1, 2]))
     system = epicyclic.assemble(epicyclic.load("ren2021"))
-    for speeds in ([0.5, 1], (0.5, 1.0), np.array([0.5, 1.0]), xr.DataArray([0.5, 1.0]), range(1, 3)):
+    kinds: list[Any] = [[0.5, 1], (0.5, 1.0), np.array([0.5, 1.0]), xr.DataArray([0.5, 1.0]), range(1, 3)]
+    for speeds in kinds:
         assert epicyclic.campbell(system, relative_speeds=speeds).sizes["relative_speed"] == 2
 
 

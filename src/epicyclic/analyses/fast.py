@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import TypeVar, cast
+from typing import TypeVar
 
 from ..errors import ModelError
+from ..machine_code import machine_code
 
 __all__ = ["compiled", "numba_available", "require_numba"]
 
@@ -20,9 +21,7 @@ def compiled(function: F) -> F:
     Use it only in modules that are imported where they are used.  A caller kept on disk does not notice a change in a
     function of another file: compiled functions that call each other stand in one file.
     """
-    import numba
-
-    return cast(F, numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})(function))
+    return machine_code(function, fastmath={"reassoc", "contract", "nsz"})
 
 
 def numba_available() -> bool:

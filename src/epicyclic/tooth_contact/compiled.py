@@ -5,30 +5,21 @@ Needs numba, so the importing function imports this module.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TypeVar, cast
-
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from ..machine_code import machine_code
 from .pivoting import principal_pivoting
 
 __all__ = ["principal_pivoting_batch"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-F = TypeVar("F", bound=Callable[..., object])
+
+_pivoting = machine_code(principal_pivoting)
 
 
-def _compiled(function: F) -> F:
-    return cast(F, numba.njit(cache=True, error_model="numpy")(function))
-
-
-_pivoting = _compiled(principal_pivoting)
-
-
-@_compiled
+@machine_code
 def principal_pivoting_batch(compliance: Array, gap: Array, count: Index, loads: Array) -> tuple[Array, Array]:
     """Contact at L rising loads in T phases, of which the first `count` segments exist.
 

@@ -7,12 +7,13 @@ A compiled caller kept on disk does not notice a change in another file: all com
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from ...machine_code import machine_code
 from ...system.system import Array
 from .motion import Numbers
 
@@ -20,9 +21,9 @@ __all__ = ["advance"]
 
 Index = NDArray[np.int64]
 
-_jit = numba.njit(cache=True, error_model="numpy")
+_jit = machine_code
 # What every stage or step calls: a call copies the descriptors of all arrays of `Numbers`, a fifth of a step in all.
-_inlined = numba.njit(cache=True, error_model="numpy", forceinline=True)
+_inlined = partial(machine_code, forceinline=True)
 TURN = 2 * np.pi
 # As in `system.laws.slider`: a slider this near the clearance is at its stop; its angle there, to rounding [rad].
 _AT_STOP, _SEARCH, _ANGLE = 1e-12, 60, 1e-15

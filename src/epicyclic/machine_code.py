@@ -1,0 +1,37 @@
+"""Functions compiled by numba on first use and kept on disk, where the disk takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, TypeVar, cast
+
+__all__ = ["machine_code"]
+
+F = TypeVar("F", bound=Callable[..., object])
+
+
+def machine_code(function: F, **options: Any) -> F:
+    """Compile a function on first use, without checks of divisions, and keep it on disk for the next process.
+
+    An installation that is read-only beside a home that is none, or a full disk, keeps nothing: each process then
+    compiles for itself.
+
+    Parameters
+    ----------
+    options : of ``numba.njit``.
+    """
+    import numba
+    from numba.core.caching import FunctionCache
+
+    class Kept(FunctionCache):  # type: ignore[misc]  # numba has no types
+        """The files of a function; one that cannot be written is left out."""
+
+        def save_overload(self, signature: Any, code: Any) -> None:
+            with suppress(OSError):
+                super().save_overload(signature, code)
+
+    made = numba.njit(error_model="numpy", **options)(function)
+    with suppress(RuntimeError):  # no folder that can be written
+        made._cache = Kept(function)
+    return cast(F, made)
