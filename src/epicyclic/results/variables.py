@@ -121,6 +121,9 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "resonance_body_share": ("1", "its share of the kinetic energy"),
     "resonance_dynamic_factor": ("1", "largest dynamic factor K_v of any loaded mesh at the resonance, linear contact"),
     "resonance_mesh": ("", "mesh with that dynamic factor"),
+    "resonance_own_force": ("N", "largest mesh force amplitude that the mode itself makes, of the order that meets it"),
+    "resonance_share": ("1", "share of the mode in the energy of the motion at the order that meets it"),
+    "resonance_excited": ("", "whether the order excites the mode, by its share of the motion; empty where unknown"),
     "resonance_amplitude": ("N", "largest mesh force amplitude of the order that meets the mode"),
     "whirl_frequency": ("Hz", "natural frequency with gyroscopic terms at each speed"),
     # stiffness

@@ -12,20 +12,23 @@ import numpy as np
 from .elements import Table
 from .figures.series import engineering, numbers, split_name, texts
 from .figures.summaries import Member, members_of
+from .rows import named_columns
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["brief_tables", "phasing", "ratio"]
+__all__ = ["brief_tables", "driven_kinds", "phasing", "ratio"]
 
 # leads are exact fractions of a cycle as floats: this much is rounding
 _ROUNDING = 1e-6
+_KINDS, _ORDERS = ("rotational", "translational", "planet"), 12
 _WHOLE = "Bodies, gears, frequencies, links, deviations, choices and the origin of every value: check --all."
 
 
 def brief_tables(result: xr.Dataset) -> list[Table]:
     """Members with their speeds and torques, pairs of gears, verbs; everything else by words."""
-    return [_members(result), _pairs(result), _verbs(result), Table(title="", columns={}, lead=_tail(result))]
+    tail = Table(title="", columns={}, lead=_tail(result))
+    return [_members(result), _pairs(result), *driven_kinds(result), _verbs(result), tail]
 
 
 def _members(result: xr.Dataset) -> Table:
@@ -92,6 +95,67 @@ def _pairs(result: xr.Dataset) -> Table:
         "branches mesh": [_phased(result, row) for row in rows],
     }
     return Table(title="Meshes", lead=_stages(result), columns=columns)
+
+
+def driven_kinds(result: xr.Dataset) -> list[Table]:
+    """Which mesh order drives which kind of mode, by stage; none where no stage has several planets.
+
+    The exciting forces of branches b at the angles 2 pi b / N have at order l the phases 2 pi l lead_b.  Of their
+    discrete Fourier transform over b the part k = 0 drives rotational modes, k = 1 and N - 1 translational ones, the
+    others planet modes [parker2004].
+    """
+    rows = []
+    for stage in dict.fromkeys(texts(result, "mesh_stage", "mesh")):
+        kinds = _kinds_of_orders(result, stage)
+        if kinds is not None:
+            rows.append((stage, *(", ".join(map(str, kinds[kind])) or "none" for kind in _KINDS)))
+    if not rows:
+        return []
+    headings = ("stage", *(f"{kind} modes" for kind in _KINDS))
+    words = "Equal planets, evenly spaced and loaded alike. Other loads and deviations drive the rest a little."
+    return [Table(title="Mesh orders that drive", columns=named_columns(headings, rows), lead=words)]
+
+
+def _kinds_of_orders(result: xr.Dataset, stage: str) -> dict[str, list[int]] | None:
+    """Mesh orders 1 .. 12 that drive each kind of mode; None of a stage without evenly spaced branches."""
+    pairs: dict[tuple[str, str], dict[int, float]] = {}
+    leads = numbers(result, "phase_lead", "mesh")
+    for place, name in enumerate(texts(result, "mesh")):
+        own, pair, branch, side = split_name(name)
+        if own == stage and branch:
+            pairs.setdefault((pair, side), {})[branch] = float(leads[place])
+    if not _evenly_spaced(result, stage) or not pairs or not np.isfinite(next(iter(pairs.values())).get(1, np.nan)):
+        return None
+    found: dict[str, list[int]] = {kind: [] for kind in _KINDS}
+    for order in range(1, _ORDERS + 1):
+        driven = set[str]()
+        for by_branch in pairs.values():
+            phase = 2j * np.pi * order * np.array([by_branch[branch] for branch in sorted(by_branch)])
+            size = np.abs(np.fft.fft(np.exp(phase))) / len(phase)
+            driven |= {_kind(k, len(phase)) for k in np.flatnonzero(size > _ROUNDING)}
+        for kind in driven:
+            found[kind].append(order)
+    return found
+
+
+def _kind(k: int, count: int) -> str:
+    """Kind of the modes whose branches follow each other by k turns of their number."""
+    return _KINDS[0] if k == 0 else _KINDS[1] if k in (1, count - 1) else _KINDS[2]
+
+
+def _evenly_spaced(result: xr.Dataset, stage: str) -> bool:
+    """Whether the planets of a stage, several, stand evenly round its axis, by their polar angles."""
+    angle: dict[str, dict[int, float]] = {}
+    for name, at in zip(texts(result, "body"), numbers(result, "axes_angle", "body"), strict=True):
+        own, member, branch, side = split_name(name)
+        if own == stage and branch and side != "right":
+            angle.setdefault(member, {})[branch] = float(at)
+    spaced = [np.array([by[branch] for branch in sorted(by)]) for by in angle.values()]
+    even = [np.exp(1j * (one[0] + 2 * np.pi * np.arange(len(one)) / len(one))) for one in spaced]
+    return bool(spaced) and all(
+        len(one) > 1 and np.abs(np.exp(1j * one) - turns).max() < _ROUNDING
+        for one, turns in zip(spaced, even, strict=True)
+    )
 
 
 def _frequencies(result: xr.Dataset, pairs: Sequence[tuple[str, str]]) -> list[float]:

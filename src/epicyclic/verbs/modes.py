@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from ..errors import ModelError
 from .options import RelativeSpeed
-from .parsing import share
+from .parsing import frequency_band, share
 from .record import Option, Verb, bounded
 from .speeds import relative, train_and_system
 
@@ -26,7 +26,8 @@ def modes(
     band: Annotated[
         float | str | None,
         Option(
-            'Resonances at most this share from the operating speed alone, e.g. "20 %".',
+            'Resonances at most this share from the operating speed alone, e.g. "20 %", or with natural frequencies '
+            'in a range, e.g. "500..6000 Hz".',
             default="5 to 130 % of it, those within 20 % marked",
         ),
     ] = None,
@@ -34,7 +35,8 @@ def modes(
     """Natural frequencies, kinds, shapes and energy shares; the resonances near operation.
 
     A resonance is a speed at which a mesh order, 1 to 12, meets a natural frequency. Each is listed with the mode, what
-    holds most of its energy, and the mesh force there from the response with linear contact.
+    holds most of its energy, whether the order excites the mode, and the mesh force that the mode makes there, from the
+    response with linear contact.
 
     Raises
     ------
@@ -43,12 +45,13 @@ def modes(
     from ..analyses.modes.modal import modal
     from ..analyses.steady.resonances import with_resonances
 
-    width = None if band is None else share(band, "band")
+    hertz = frequency_band(band, "band") if isinstance(band, str) and ".." in band else None
+    width = None if band is None or hertz is not None else share(band, "band")
     if width is not None and width > 1:
         raise ModelError("more than the operating speed itself", path="band", given=band, allowed='e.g. "20 %" or 0.2')
     train, system = train_and_system(source, overrides)
     result = modal(system, relative_speed=relative(relative_speed, system, train), damped=damped)
-    return with_resonances(result, system, band=width)
+    return with_resonances(result, system, band=width, hertz=hertz)
 
 
 VERB = Verb(run=modes, gives=("modes",), in_report=40)

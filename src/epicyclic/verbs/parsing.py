@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ends",
     "frequency",
+    "frequency_band",
     "load_per_length",
     "loads_of",
     "mesh_frequency",
@@ -96,6 +97,22 @@ def share(value: float | str, path: str) -> float:
     if not 0.0 < number < 1e9:
         raise ModelError("not a share", path=path, given=value, allowed='above zero, e.g. "20 %" or 0.2')
     return number
+
+
+def frequency_band(text: str, path: str) -> tuple[float, float]:
+    """Least and largest frequency [Hz] of ``500..6000 Hz``; a unit behind the last holds for both.
+
+    Raises
+    ------
+    ModelError : not two frequencies, the lower one first.
+    """
+    ends = [end.strip() for end in text.split("..")]
+    if len(ends) == 2:
+        unit = ends[1].lstrip("0123456789.eE+- ")
+        low, high = (frequency(end if end.endswith(unit) else f"{end} {unit}", path) for end in ends)
+        if low < high:
+            return low, high
+    raise ModelError("not a band", path=path, given=text, allowed='"20 %" or "500..6000 Hz"')
 
 
 def frequency(value: float | str, path: str) -> float:

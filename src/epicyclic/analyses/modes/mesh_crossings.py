@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from fractions import Fraction
 
 import numpy as np
@@ -34,6 +34,10 @@ class MeshCrossings:
     tone: NDArray[np.int64]
     order: NDArray[np.int64]
     relative_speed: Array
+
+    def chosen(self, kept: NDArray[np.bool_]) -> MeshCrossings:
+        """Those of a mask (c,)."""
+        return MeshCrossings(**{field.name: getattr(self, field.name)[kept] for field in fields(self)})
 
 
 def mesh_crossings(

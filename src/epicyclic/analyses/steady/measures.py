@@ -38,6 +38,7 @@ __all__ = [
     "mean",
     "mean_square",
     "order_amplitudes",
+    "order_harmonics",
     "phase_grid",
     "ranges",
     "sweep_measures",
@@ -197,13 +198,21 @@ def order_amplitudes(force: Signal, axis: Index, orders: int) -> Array:
 
     axis : (w,) tone of each mesh.
     """
-    points, amplitude = force.orders.points, force.orders.amplitude[:, :, 0]
-    found = np.zeros((amplitude.shape[0], orders, amplitude.shape[1]))
+    size: Array = np.abs(order_harmonics(force, axis, orders))
+    return size
+
+
+def order_harmonics(signal: Signal, axis: Index, orders: int) -> ComplexArray:
+    """One-sided harmonics of every row at multiples 1 .. orders of a tone, (rows, orders, P); 0 beyond those kept.
+
+    axis : (rows,) the tone of each row.
+    """
+    points, amplitude = signal.orders.points, signal.orders.amplitude[:, :, 0]
+    found = np.zeros((amplitude.shape[0], orders, amplitude.shape[1]), complex)
     for tone in range(points.shape[1]):
         mine = np.flatnonzero(axis == tone)
         place = np.flatnonzero(on_axis(points, tone) & (points[:, tone] > 0) & (points[:, tone] <= orders))
-        size = np.abs(amplitude[mine][..., place])
-        found[np.ix_(mine, points[place, tone] - 1)] = size.transpose(0, 2, 1)
+        found[np.ix_(mine, points[place, tone] - 1)] = amplitude[mine][..., place].transpose(0, 2, 1)
     return found
 
 

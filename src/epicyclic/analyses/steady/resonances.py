@@ -11,18 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...results.ties import largest
+from ...results.ties import first_largest, largest
 from ...system.faces import faces
-from ...system.system import Array, System
+from ...system.system import Array, ComplexArray, System
 from ..modes.mesh_crossings import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
+from ..static.tangent import linear
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["BAND", "of_one_tone", "with_resonances"]
 
-# Dynamic factors that differ by less are equal: the tolerance of the response, with a margin.
-_EQUAL = 1e-4
+# A mode with less than a hundredth of the amplitude of an order, at its own frequency, is not excited by it: what moves
+# is the other modes.
+_EXCITED = 1e-4
 
 # Resonances this close to operation are marked: half-power widths are 2 zeta, at most a tenth for usual damping, and
 # natural frequencies of a drawing are known to some 10 %.
@@ -35,16 +37,21 @@ class _Forces:
     """Forces (c,) at the crossings from the sweep with linear contact; nan and "" where not computed.
 
     factor : largest dynamic factor of any mesh [1], mesh : which.  amplitude : largest amplitude of the order that
-    meets the mode, of the meshes that have its mesh frequency [N].  note : what is missing, and why.
+    meets the mode, of the meshes that have its mesh frequency [N].  own : of that the amplitude that the mode itself
+    makes [N], share : energy of the mode per energy of the motion at that order [1].  note : what is missing, and why.
     """
 
     factor: Array
+    own: Array
+    share: Array
     mesh: NDArray[np.object_]
     amplitude: Array
     note: str = ""
 
 
-def with_resonances(result: xr.Dataset, system: System, *, band: float | None = None) -> xr.Dataset:
+def with_resonances(
+    result: xr.Dataset, system: System, *, band: float | None = None, hertz: tuple[float, float] | None = None
+) -> xr.Dataset:
     """A result of `modal` with its resonances: speeds f_n / (h f_m) per operating speed, rising.
 
     Derived here.  Without a speed the result is returned as it is.
@@ -55,7 +62,7 @@ def with_resonances(result: xr.Dataset, system: System, *, band: float | None = 
         shares, which no choice of their basis changes.
     system : gives mesh frequencies, and the forces where it has torque and damping.
     band : resonances at most this share [1] from the operating speed alone, but from 5 % up; None: 5 to 130 %, those
-        within 20 % marked.
+        within 20 % marked.  hertz : least and largest natural frequency [Hz].
 
     Returns
     -------
@@ -75,7 +82,9 @@ def with_resonances(result: xr.Dataset, system: System, *, band: float | None = 
     frequency = np.asarray(result["frequency"].values, dtype=float)
     low, high = OPERATION if band is None else (max(1 - band, OPERATION[0]), 1 + band)
     found = mesh_crossings(frequency, [float(tone) for tone in tones], low=low, high=high)
-    forces = _forces(system, found, tuple(tones))
+    if hertz is not None:
+        found = found.chosen((hertz[0] <= frequency[found.mode]) & (frequency[found.mode] <= hertz[1]))
+    forces = _forces(linear(system), found, tuple(tones), _mode_shapes(result))
     connection, connection_share = _largest_share(result, "strain_energy_share", "connection", found)
     body, body_share = _largest_share(result, "kinetic_energy_share", "body", found)
     stage = np.array([", ".join(stages) for stages in tones.values()], dtype=object)[found.tone]
@@ -95,6 +104,9 @@ def with_resonances(result: xr.Dataset, system: System, *, band: float | None = 
         "dynamic_factor": forces.factor,
         "mesh": forces.mesh,
         "amplitude": forces.amplitude,
+        "own_force": forces.own,
+        "share": forces.share,
+        "excited": np.where(np.isnan(forces.share), "", np.where(forces.share >= _EXCITED, "yes", "no")).astype(object),
     }
     wider = result.copy()
     for short, values in columns.items():
@@ -102,8 +114,9 @@ def with_resonances(result: xr.Dataset, system: System, *, band: float | None = 
         unit, meaning = VARIABLES[name]
         wider[name] = ("resonance", values, {"units": unit, "long_name": meaning})
     wider.attrs["resonance_note"] = forces.note
-    if band is not None:
-        wider.attrs["options"] = json.dumps({**json.loads(result.attrs["options"]), "band": band})
+    for name, value in (("band", band), ("hertz", hertz)):
+        if value is not None:
+            wider.attrs["options"] = json.dumps({**json.loads(wider.attrs["options"]), name: value})
     return wider
 
 
@@ -127,15 +140,30 @@ def _largest_share(result: xr.Dataset, name: str, dim: str, found: MeshCrossings
     return np.where(np.isfinite(share), np.array(groups, dtype=object)[most], ""), share
 
 
-def _forces(system: System, found: MeshCrossings, tones: tuple[Fraction, ...]) -> _Forces:
+def _mode_shapes(result: xr.Dataset) -> Array:
+    """Shapes (n, modes) in the coordinates of the System [m, rad], of modes with u = R rz."""
+    dofs = [str(name).rpartition("/") for name in result["dof"].values]
+    radius = {
+        str(body): float(R) for body, R in zip(result["body"].values, result["reference_radius"].values, strict=True)
+    }
+    scale = np.array([radius[body] if direction == "rz" else 1.0 for body, _, direction in dofs])
+    shapes: Array = result["shape"].transpose("dof", "mode").values / scale[:, None]
+    return shapes
+
+
+def _forces(system: System, found: MeshCrossings, tones: tuple[Fraction, ...], shapes: Array) -> _Forces:
     """Forces of the linear response at the crossings (c,), of several mesh frequencies with one of them at a time."""
     count = len(found.relative_speed)
     empty = _Forces(
-        factor=np.full(count, np.nan), mesh=np.full(count, "", dtype=object), amplitude=np.full(count, np.nan)
+        factor=np.full(count, np.nan),
+        mesh=np.full(count, "", dtype=object),
+        amplitude=np.full(count, np.nan),
+        own=np.full(count, np.nan),
+        share=np.full(count, np.nan),
     )
     try:
         for tone in np.unique(found.tone):
-            _enter_forces(empty, system, found, int(tone), tones)
+            _enter_forces(empty, system, found, int(tone), tones, shapes)
     except ModelError as error:
         return replace(empty, note=f"no forces: {error}")
     alone = count > 0 and len(tones) > 1
@@ -143,7 +171,12 @@ def _forces(system: System, found: MeshCrossings, tones: tuple[Fraction, ...]) -
 
 
 def _enter_forces(
-    forces: _Forces, system: System, found: MeshCrossings, place_of_tone: int, tones: tuple[Fraction, ...]
+    forces: _Forces,
+    system: System,
+    found: MeshCrossings,
+    place_of_tone: int,
+    tones: tuple[Fraction, ...],
+    shapes: Array,
 ) -> None:
     """Enter the forces at the crossings of one mesh frequency."""
     from .sweep import sweep
@@ -156,15 +189,40 @@ def _enter_forces(
     swept = sweep(excited, relative_speed=speeds, orders=MESH_ORDERS, shaft_orders=one, forces_alone=True)
     factor = swept["dynamic_factor"].transpose("mesh", "speed").values[:, at]
     amplitude = swept["mesh_force_order"].transpose("order", "mesh", "speed").values
-    amplitude = amplitude[:, own[faces(system.meshes).first]][..., at]
+    mine = own[faces(system.meshes).first]
+    amplitude = amplitude[:, mine][..., at]
+    motion = swept["displacement_harmonic"].transpose("order", "speed", "dof").values / system.dofs.radius
     for column, place in enumerate(places):
         order = amplitude[found.order[place] - 1, :, column]
         forces.amplitude[place] = np.max(order) if np.isfinite(order).all() else np.nan
         known = np.isfinite(factor[:, column])
         if known.any():
-            values = np.where(known, factor[:, column], -np.inf)
-            most = largest(values, equal=_EQUAL)
-            forces.factor[place], forces.mesh[place] = values.max(), str(swept["mesh"].values[most])
+            # of equal branches the first: rounding does not choose
+            (most,) = first_largest(factor[:, column])
+            forces.factor[place], forces.mesh[place] = np.nanmax(factor[:, column]), str(swept["mesh"].values[most])
+        space = shapes[:, found.mode[place] : found.mode[place] + found.count[place]]
+        forces.share[place], made = _mode_part(system, space, motion[found.order[place] - 1, at[column]])
+        forces.own[place] = np.max(made[mine])
+
+
+def _mode_part(system: System, space: Array, motion: ComplexArray) -> tuple[float, Array]:
+    """What modes of one frequency have of a motion: their share of its energy [1], and of the mesh forces (w,) [N].
+
+    With the modal coordinates c of the motion q, X' M X c = X' M q, the share is that of X c in q' M q, whatever basis
+    X has; the forces are those of X c in the mean stiffness.  Derived here.
+
+    Parameters
+    ----------
+    space : (n, k) shapes X.  motion : (n,) complex harmonic q [m, rad].
+    """
+    meshes = system.meshes
+    whole = float((motion.conj() @ system.M @ motion).real)
+    if not np.isfinite(whole):
+        return np.nan, np.full(len(faces(meshes).name), np.nan)
+    left = space.conj().T @ system.M
+    own = space @ np.linalg.solve(left @ space, left @ motion)
+    made: Array = np.abs(faces(meshes).total(meshes.stiffness * (meshes.B.T @ own)))
+    return float((own.conj() @ system.M @ own).real) / whole if whole > 0 else 0.0, made
 
 
 def of_one_tone(system: System, tone: Fraction, own: NDArray[np.bool_]) -> System:

@@ -16,7 +16,7 @@ from ...system.system import Array, System
 from ..parallel import each
 from ..result_imports import import_results
 from .mean_stability import MEAN_UNSTABLE, instability_warnings, unstable_speeds
-from .measures import Layout, Signals, force_extremes, sweep_measures
+from .measures import Layout, Signals, force_extremes, order_harmonics, sweep_measures
 from .response import Block, FrameSpeed, Response, Truncation, respond_part, response, response_parts
 from .speed_range import SpeedRange, speeds_of
 from .steady import factor_warnings, tension_warnings
@@ -68,7 +68,8 @@ def sweep(
     shaft_orders : whether run-outs and other lines between the mesh orders count.
     orders : highest mesh order whose amplitude is reported, 1 to 100; shaft lines are reported around so many mesh
         orders, and combinations of mesh frequencies up to so many, at most 32 of each.
-    forces_alone : only mesh forces are measured; motion and link forces are nan.
+    forces_alone : only mesh forces are measured, and the motion at the mesh orders, ``displacement_harmonic`` [m],
+        complex; other motion and link forces are nan.
     tolerance : relative residual of the harmonics kept [1]; the truncation is below 30 times that.
     progress : called with (points done, points) after every chunk; an exception in it ends the sweep.
     compiled : solve by numba; None leaves that to the size of the job, see `response`.
@@ -93,7 +94,9 @@ def sweep(
         "tolerance": tolerance,
     }
     options |= {"speed_range": speed_range or "operation"} if ranged else {}
-    table = empty_table(ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders)
+    table = empty_table(
+        ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders, harmonics=forces_alone
+    )
     cross = np.zeros(speed.size, dtype=np.int64)
     usable = np.isfinite(speed) & (speed > 0)
     table.status[~usable] = "speed is not a number above zero"
@@ -194,6 +197,11 @@ def _block_measures(ready: Response, block: Block, layout: Layout, *, accepted: 
     )
     with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
         found = sweep_measures(signals, layout)
+        if forces_alone:
+            motion, first = motion_signal(ready, block), np.zeros(len(layout.radius), dtype=np.int64)
+            found["displacement_harmonic"] = layout.radius[:, None, None] * order_harmonics(
+                motion, first, layout.orders
+            )
     status = [_status(*values, accepted) for values in zip(block.residual, block.uncertainty, strict=True)]
     minimum = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else found["mesh_force_minimum"]
     return _Measured(

@@ -38,6 +38,7 @@ _ROWS: dict[str, tuple[str, ...]] = {
     "mesh_force_peak_to_peak": ("mesh",),
     "dynamic_factor": ("mesh",),
     "mesh_force_order": ("mesh", "order"),
+    "displacement_harmonic": ("dof", "order"),
     "mesh_force_line": ("mesh", "line"),
     "amplitude": ("dof",),
     "acceleration_rms": ("dof",),
@@ -53,6 +54,7 @@ _ROWS: dict[str, tuple[str, ...]] = {
 }
 
 
+_COMPLEX = ("displacement_harmonic",)
 # Lines of a kind reported at most: a row of each for every mesh and speed has to stay a small array.
 _MAX_LINES = 32
 
@@ -113,8 +115,13 @@ def layout_of(system: System, lines: LineExcitation, *, orders: int, shafts: boo
     return layout, reported
 
 
-def empty_table(system: System, lines: LineExcitation, count: int, *, orders: int, shafts: bool) -> SweepTable:
-    """Empty table for `count` speeds; variables without rows (links, lines) are left out."""
+def empty_table(
+    system: System, lines: LineExcitation, count: int, *, orders: int, shafts: bool, harmonics: bool = False
+) -> SweepTable:
+    """Empty table for `count` speeds; variables without rows (links, lines) are left out.
+
+    harmonics : with the complex motion at the orders of the first mesh frequency.
+    """
     layout, reported = layout_of(system, lines, orders=orders, shafts=shafts)
     labels: dict[str, Sequence[Any]] = {
         "mesh": faces(system.meshes).name,
@@ -125,10 +132,15 @@ def empty_table(system: System, lines: LineExcitation, count: int, *, orders: in
         "link_row": system.links.name,
         "bearing": [system.links.link[x] for x in layout.pairs[:, 0]],
     }
-    shapes = {name: [len(labels[dim]) for dim in dims] for name, dims in _ROWS.items()}
+    kept = {name: dims for name, dims in _ROWS.items() if harmonics or name not in _COMPLEX}
+    shapes = {name: [len(labels[dim]) for dim in dims] for name, dims in kept.items()}
     return SweepTable(
         labels=labels,
-        values={name: np.full((*shape, count), np.nan) for name, shape in shapes.items() if 0 not in shape},
+        values={
+            name: np.full((*shape, count), np.nan, complex if name in _COMPLEX else float)
+            for name, shape in shapes.items()
+            if 0 not in shape
+        },
         harmonics=np.zeros(count, dtype=np.int64),
         status=np.full(count, "", dtype=object),
         minimum_force=np.full((len(system.meshes.name), count), np.nan),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...results.ties import largest
+from ...results.ties import largest, ranked
 from ...show.figures.series import label
 from ...train.train import Train
 from .answer import Answer, answer, number, per_cent

@@ -8,6 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
+from ...results.ties import EQUAL, ranked
 from .series import Array, compact, engineering, numbers, stage_count, texts
 from .style import INK, PALE, PALETTE, WARNING, figure, note, translucent
 
@@ -30,7 +31,7 @@ def operating_range(results: Mapping[str, Pair]) -> go.Figure | None:
     Parameters
     ----------
     results : name of a train -> Datasets of `modes` (resonance_speed, resonance_near, resonance_order,
-        resonance_stage, resonance_mode, resonance_amplitude (resonance)) and of `sweep` (dynamic_factor (mesh, speed)),
+        resonance_stage, resonance_mode, resonance_own_force (resonance)) and of `sweep` (dynamic_factor (mesh, speed)),
         either may be None.
     """
     known = {name: (m, s) for name, (m, s) in results.items() if _curve(s) is not None or _speeds(m).size}
@@ -142,10 +143,11 @@ def _names(drawn: go.Figure, modes: xr.Dataset | None, height: float) -> None:
     """Names of the strongest resonances, upright above their strokes, as many as stand beside each other."""
     assert modes is not None
     speed, words = _speeds(modes), _words(modes)
-    force = np.nan_to_num(numbers(modes, "resonance_amplitude"), nan=-1.0)
+    force = np.nan_to_num(numbers(modes, "resonance_own_force"), nan=-1.0)
+    excited = texts(modes, "resonance_excited", "resonance")
     apart, kept = _APART / 100 * max(float(np.ptp(speed)), 20.0), list[float]()
-    for i in np.argsort(-force, kind="stable"):
-        if len(kept) < _NAMED and all(abs(speed[i] - other) > apart for other in kept):
+    for i in ranked(force, equal=EQUAL):
+        if excited[i] != "no" and len(kept) < _NAMED and all(abs(speed[i] - other) > apart for other in kept):
             kept.append(float(speed[i]))
             upright = {"textangle": -90, "yref": "y2", "yanchor": "bottom", "font": {"size": 11, "color": PALE}}
             note(drawn, words[i], x=float(speed[i]), y=height, **upright)

@@ -6,6 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
+from ...results.ties import EQUAL, ranked
 from .series import Array, numbers, texts
 from .style import INK, WARNING, lines_across, mode_colour, note, translucent
 from .summaries import mode_groups, of_first_stage
@@ -68,14 +69,15 @@ def _mark_natural(drawn: go.Figure, modes: xr.Dataset, x: Array) -> None:
 def _mark_resonances(drawn: go.Figure, modes: xr.Dataset, sweep: xr.Dataset, x: Array) -> None:
     """Strongest speeds within x (speed,) [Hz] at which a mesh order meets a mode, as lines named by order and mode."""
     tone = _operating_frequency(sweep, x)
-    force = np.nan_to_num(numbers(modes, "resonance_amplitude"), nan=0.0)
+    force = np.nan_to_num(numbers(modes, "resonance_own_force"), nan=0.0)
     at, kinds = tone * numbers(modes, "resonance_speed"), texts(modes, "resonance_kind")
     inside = (force > 0) & (at >= x.min()) & (at <= x.max())
-    ranked = [int(place) for place in np.argsort(-force, kind="stable") if inside[place]][:_RESONANCES]
-    _kind_lines(drawn, [(float(at[place]), kinds[place]) for place in ranked], "resonance, {} mode")
+    inside &= np.array([one != "no" for one in texts(modes, "resonance_excited", "resonance")], dtype=bool)
+    shown = [int(place) for place in ranked(force, equal=EQUAL) if inside[place]][:_RESONANCES]
+    _kind_lines(drawn, [(float(at[place]), kinds[place]) for place in shown], "resonance, {} mode")
     several, stages = len(set(texts(modes, "resonance_stage"))) > 1, texts(modes, "resonance_stage")
     taken: list[float] = []
-    for place in ranked:
+    for place in shown:
         if any(abs(at[place] - other) < 0.05 * np.ptp(x) for other in taken):
             continue
         taken.append(float(at[place]))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..brief_check import brief_tables
+from ..brief_check import brief_tables, driven_kinds
 from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table
 from ..figures.series import engineering, numbers, short_names, texts
 from ..figures.summaries import Member, members_of, mesh_tones
@@ -86,6 +86,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     if result.sizes.get("order_name"):
         orders = {"order_frequency": ("frequency [Hz]", 1), "order": ("mesh orders", 1)}
         found.append(Table(title="Shaft and mesh frequencies", columns=columns_of(result, "order_name", orders)))
+    found += driven_kinds(result)
     if "path_power" in result.variables and numbers(result, "path_power").any():
         title = "Power paths (from first to second, seen from the housing; rolling: seen from the carrier)"
         found.append(Table(title=title, columns=columns_of(result, "path", _PATHS)))

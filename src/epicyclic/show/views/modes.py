@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...results.ties import EQUAL, ranked
 from ..elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table
 from ..figures.series import engineering, numbers, stage_count, texts, unbroken
 from ..figures.summaries import mode_groups, summed_shares
@@ -83,16 +84,32 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     count = sum(one.multiplicity for one in elastic)
     words = f"lowest natural frequency, {first.kind}; {count} in all, up to {engineering(last.frequency)} Hz"
     found = [(f"{engineering(first.frequency)} Hz", words)]
-    if result.sizes.get("resonance", 0):
-        near = np.flatnonzero(result["resonance_near"].values)
-        force = np.nan_to_num(result["resonance_amplitude"].values[near], nan=-1.0)
-        if force.size and force.max() > 0:
-            at = int(near[force.argmax()])
-            hertz = engineering(float(result["resonance_frequency"].values[at]))
-            meets = f"{_order(result, at)} meets mode {int(result['resonance_mode'].values[at])}, {hertz} Hz"
-            speed = engineering(100 * float(result["resonance_speed"].values[at]))
-            found.append((f"{speed} %", f"of the operating speed: strongest resonance near it, {meets}"))
+    driven = _driven(result)
+    if driven.size and _force(result)[driven[0]] > 0:
+        at = int(driven[0])
+        hertz = engineering(float(result["resonance_frequency"].values[at]))
+        meets = f"{_order(result, at)} meets mode {int(result['resonance_mode'].values[at])}, {hertz} Hz"
+        speed = engineering(100 * float(result["resonance_speed"].values[at]))
+        found.append((f"{speed} %", f"of the operating speed: strongest resonance near it, {meets}"))
     return found
+
+
+def _force(result: xr.Dataset) -> NDArray[np.float64]:
+    """Force that the mode of every resonance makes at the order that meets it [N]; -1 where it is not known."""
+    return np.nan_to_num(numbers(result, "resonance_own_force", "resonance"), nan=-1.0)
+
+
+def _excited(result: xr.Dataset) -> NDArray[np.str_]:
+    """Whether the order of every resonance excites the mode, "yes" or "no"; "" where it is not known."""
+    return np.array(texts(result, "resonance_excited", "resonance"), dtype=str)
+
+
+def _driven(result: xr.Dataset) -> NDArray[np.int64]:
+    """Resonances near operation whose order excites the mode, or where that is not known, the strongest first."""
+    if not result.sizes.get("resonance", 0):
+        return np.zeros(0, np.int64)
+    near = np.flatnonzero(result["resonance_near"].values & (_excited(result) != "no"))
+    return near[ranked(_force(result)[near], equal=EQUAL)]
 
 
 def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
@@ -103,8 +120,11 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     near = np.flatnonzero(result["resonance_near"].values)
     if not near.size:
         return [Finding(tone="good", text=f"No mesh order meets a mode {band}.", anchor="modes")]
-    force = np.nan_to_num(result["resonance_amplitude"].values[near], nan=-1.0)
-    at, mean = int(near[force.argmax()]), _mean_force(company)
+    met, near, force = near.size, _driven(result), _force(result)
+    if not near.size:
+        text = f"No mesh order excites a mode {band}: {met} meet one that the phases of the meshes leave at rest."
+        return [Finding(tone="good", text=text, anchor="resonances")]
+    at, mean = int(near[0]), _mean_force(company)
     speed = engineering(100 * float(result["resonance_speed"].values[at]))
     kind, hertz = result["resonance_kind"].values[at], engineering(float(result["resonance_frequency"].values[at]))
     where = (
@@ -112,13 +132,17 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         f"{speed} % of the operating speed"
     )
     count = f"{near.size} resonance{'s' if near.size > 1 else ''} {band}"
-    if force.max() < 0 or not mean > 0:  # without damping or load no force is known
+    if met > near.size:
+        count += f" ({met - near.size} more where the order does not excite the mode)"
+    if force[at] < 0 or not mean > 0:  # without damping or load no force is known
         closest = int(near[np.abs(result["resonance_speed"].values[near] - 1).argmin()])
         where = f"{_order(result, closest)} at {engineering(100 * float(result['resonance_speed'].values[closest]))} %"
         text = f"{count}; the nearest is {where}. How strong they are is not known."
         return [Finding(tone="caution", text=text, anchor="resonances")]
-    share = float(force.max()) / mean
-    size = f"its force of {engineering(float(force.max()) / 1e3)} kN is {engineering(100 * share, 3)} % of the mean"
+    share = float(force[at]) / mean
+    size = (
+        f"the mode's force of {engineering(float(force[at]) / 1e3)} kN is {engineering(100 * share, 3)} % of the mean"
+    )
     text = f"{count}; the strongest is where {where}: {size}"
     if share < _LITTLE:
         text = f"{text} (no matter below {100 * _LITTLE:g} %)."
@@ -163,8 +187,8 @@ def _near_operation(result: xr.Dataset) -> list[Part]:
     every = np.arange(result.sizes["resonance"])
     within = f"within {engineering(100 * _band(result))} % of the operating speed"
     lead = (
-        "A resonance is a speed at which a mesh order meets a natural frequency. How much it matters is in the force "
-        "of that order there (linear contact)."
+        "A resonance is a speed at which a mesh order meets a natural frequency. How much it matters is in the mesh "
+        "force that the mode makes at that order (linear contact)."
     )
     parts: list[Part] = []
     if near.size:
@@ -180,8 +204,8 @@ def _near_operation(result: xr.Dataset) -> list[Part]:
 
 def _resonances(result: xr.Dataset, places: NDArray[np.int64], title: str, most: int) -> Table:
     """Rows of the resonances at some places, speeds rising; of more than `most` those of the largest forces."""
-    force = np.nan_to_num(result["resonance_amplitude"].values[places], nan=-1.0)
-    shown = np.sort(places[np.argsort(-force, kind="stable")[:most]])
+    shown = np.sort(places[ranked(_force(result)[places], equal=EQUAL)[:most]])
+    excited = _excited(result)
     if len(shown) < len(places):
         title += f": of {len(places)} the {len(shown)} with the largest forces, by speed"
     speed, near = 100 * result["resonance_speed"].values, result["resonance_near"].values
@@ -195,7 +219,8 @@ def _resonances(result: xr.Dataset, places: NDArray[np.int64], title: str, most:
         "kind": [f"{result['resonance_kind'].values[i]}{f' x{count[i]}' if count[i] > 1 else ''}" for i in shown],
         "most strain energy": _shares(result, "connection", shown),
         "most kinetic energy": _shares(result, "body", shown),
-        "force of the order [N]": [float(result["resonance_amplitude"].values[i]) for i in shown],
+        "excited": [str(excited[i]) for i in shown],
+        "force of the mode [N]": [own for own in numbers(result, "resonance_own_force", "resonance")[shown]],
         "largest K_v": [float(result["resonance_dynamic_factor"].values[i]) for i in shown],
         "K_v of": [
             unbroken(str(name), stages=_stages(result)) if name else ""
@@ -238,9 +263,12 @@ def _band(result: xr.Dataset) -> float:
 
 
 def _range(result: xr.Dataset) -> str:
-    asked = json.loads(str(result.attrs.get("options", "{}"))).get("band")
-    if asked:
-        return f"within {engineering(100 * float(asked))} % of the operating speed"
+    options = json.loads(str(result.attrs.get("options", "{}")))
+    if options.get("band"):
+        return f"within {engineering(100 * float(options['band']))} % of the operating speed"
+    if options.get("hertz"):
+        low, high = (engineering(one) for one in options["hertz"])
+        return f"from 5 to 130 % of the operating speed, modes from {low} to {high} Hz"
     return "from 5 to 130 % of the operating speed"
 
 

@@ -25,7 +25,7 @@ def modes(speed: list[float], force: list[float]) -> xr.Dataset:
             "resonance_multiplicity": (along, np.ones(count, dtype=int)),
             "resonance_kind": (along, ["rotational"] * count),
             "resonance_frequency": (along, 100 * np.array(speed)),
-            "resonance_amplitude": (along, force),
+            "resonance_own_force": (along, force),
             "resonance_connection": (along, ["main/sun/support"] * count),
             "resonance_connection_share": (along, [0.7] * count),
             "connection": ("connection", ["main/sun/support"]),
