@@ -10,11 +10,13 @@ import pytest
 from typer.testing import CliRunner
 
 import epicyclic
+from epicyclic.analyses.modes.classification import _KINDS
 from epicyclic.analyses.sharing.definitions import DEFINITIONS
 from epicyclic.cli.main import app
 from epicyclic.model.distributions import FORMS
 from epicyclic.model.document import read, ready_drives
 from epicyclic.results.variables import VARIABLES
+from epicyclic.show.brief_check import phasing
 from epicyclic.show.plot import figure_names
 from epicyclic.terms.explain import known_words
 from epicyclic.terms.explanation import Explanation
@@ -122,7 +124,9 @@ def test_verbs_and_figures_are_explained() -> None:
 
 
 def test_words_of_tables_are_explained() -> None:
-    for word in (*DEFINITIONS, *FORMS, "K_v", "k_gamma"):
+    leads = ([0, 0, 0], [0, 1 / 3, 2 / 3], [0, 0.5, 0, 0.5])
+    phases = [phasing(one).partition(",")[0] for one in leads]
+    for word in (*DEFINITIONS, *FORMS, "K_v", "k_gamma", *_KINDS, "mixed", *phases):
         found = epicyclic.explain(word)
         assert [one.name.casefold() for one in found if one.kind == "word"] == [word.casefold()]
 

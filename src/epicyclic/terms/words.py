@@ -6,7 +6,8 @@ from .explanation import Explanation
 
 __all__ = ["WORDS", "word_of"]
 
-_SHARING, _TOLERANCE, _RESPONSE, _FILE = "sharing.md", "tolerance.md", "response.md", "model-file.md"
+_SHARING, _TOLERANCE, _RESPONSE = "sharing.md", "tolerance.md", "response.md"
+_FILE, _MODES = "model-file.md", "modes.md"
 
 WORDS: dict[str, tuple[str, str]] = {
     "K_gamma": ("mesh-load factor: the largest share of the load that one of the planets carries, per mean share; "
@@ -35,6 +36,18 @@ WORDS: dict[str, tuple[str, str]] = {
              "drawing", _TOLERANCE),
     "grade": ("tolerance by a standard: the size from ISO 1328-1 or ISO 286 (IT), read as so many standard deviations",
               _TOLERANCE),
+    "rotational": ("kind of mode: all planets of a stage move alike and the central members only turn; driven by mesh "
+                   "orders whose forces are in phase at all planets", _MODES),
+    "translational": ("kind of mode: the central members move sideways and do not turn, in pairs at one frequency; "
+                      "driven by mesh orders whose forces follow each other once round the planets", _MODES),
+    "planet": ("kind of mode: only the planets move, the central members stand still; four planets or more; driven by "
+               "mesh orders whose forces cancel in the central members", _MODES),
+    "mixed": ("kind of mode: none of rotational, translational and planet, as not every stage has equal, evenly spaced "
+              "branches", _MODES),
+    "together": ("phases of the meshes of a pair: all branches meet at the same place of the mesh cycle", _MODES),
+    "in turn": ("phases of the meshes of a pair: each branch the same part of a cycle earlier or later than the one "
+                "before", _MODES),
+    "in opposite pairs": ("phases of the meshes of a pair: half of the branches half a cycle after the others", _MODES),
     "iso6336": ("mean mesh stiffness by ISO 6336-1, method B", _FILE),
 }  # fmt: skip
 """word -> (meaning, page)."""
