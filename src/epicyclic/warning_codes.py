@@ -132,6 +132,10 @@ modification-large model-file.md
 An amount of relief, crown or slope is more than a tenth of a module.
 Check its unit: modifications are in um.
 
+flank-without-effect relief.md
+A pair has micro-geometry (relief, crown, slope, profile) and a mesh stiffness that does not know it.
+State stiffness = "contact" of the mesh; without it only contact, train-contact and relief count the flanks.
+
 deviation-without-speed model-file.md
 Deviations that turn with a body are left out: without speeds their frequency is not known.
 State operation.speed of one member.

@@ -31,7 +31,7 @@ from ..train.bodies import DIRECTIONS
 from ..train.connections import Mesh
 from ..train.train import Train
 from .excitation import FullModel, excitation_lines
-from .gaps import flank_laws, idle_friction, law_groups, one_sided_flanks
+from .gaps import flank_laws, flanks_ignored, idle_friction, law_groups, one_sided_flanks
 from .structure import Structure, structure_of
 
 __all__ = ["assemble"]
@@ -109,7 +109,7 @@ def assemble(train: Train) -> System:
         zeta=train.damping.modal,
         body_mass=mass,
         symmetries=_symmetries(train, T, M, K + (meshes.B * meshes.stiffness) @ meshes.B.T),
-        warnings=(*train.warnings, *idle_friction(train), *one_sided_flanks(train)),
+        warnings=(*train.warnings, *idle_friction(train), *one_sided_flanks(train), *flanks_ignored(train)),
         provenance=_provenance(train),
         missing_inertia=missing,
         groups=law_groups(train, structure.links, L, lag=train.damping.stiffness or 0.0),

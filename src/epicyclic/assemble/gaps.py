@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
+from ..gears.flank import PLAIN, Flank
 from ..system.laws.flank import LawRows
 from ..system.laws.groups import LawGroup
 from ..system.laws.radial import Law, RadialLaw
@@ -21,7 +23,7 @@ from ..train.train import Train
 from ..warning_codes import CodedText, coded
 from .structure import LinkRow, MeshRow
 
-__all__ = ["flank_laws", "idle_friction", "law_groups", "one_sided_flanks"]
+__all__ = ["flank_laws", "flanks_ignored", "idle_friction", "law_groups", "one_sided_flanks"]
 
 Array = NDArray[np.float64]
 
@@ -168,6 +170,28 @@ def _one_sided(mesh: Mesh) -> bool:
     return teeth is not None and any(
         flank.slope != 0 or bool(flank.waves) or bool(flank.pitch) for flank in (teeth.flank_a, teeth.flank_b)
     )
+
+
+def _modified(*flanks: Flank) -> bool:
+    """Whether a flank has micro-geometry of its drawing: measured waves and pitches aside."""
+    return any(replace(flank, waves=(), pitch=()) != PLAIN for flank in flanks)
+
+
+def flanks_ignored(train: Train) -> list[CodedText]:
+    """A warning for every pair with micro-geometry whose stiffness is linear and does not know it."""
+    pairs = dict.fromkeys(
+        mesh.pair
+        for mesh in train.meshes
+        if mesh.table is None and mesh.teeth is not None and _modified(mesh.teeth.flank_a, mesh.teeth.flank_b)
+    )
+    return [
+        coded(
+            "flank-without-effect",
+            f"{pair}: the stiffness ignores relief, crown and slope of its flanks; they count with "
+            f'{pair}.stiffness = "contact"',
+        )
+        for pair in pairs
+    ]
 
 
 def one_sided_flanks(train: Train) -> list[CodedText]:
