@@ -132,7 +132,7 @@ def _kinds_of_orders(result: xr.Dataset, stage: str) -> dict[str, list[int]] | N
         for by_branch in pairs.values():
             phase = 2j * np.pi * order * np.array([by_branch[branch] for branch in sorted(by_branch)])
             size = np.abs(np.fft.fft(np.exp(phase))) / len(phase)
-            driven |= {_kind(k, len(phase)) for k in np.flatnonzero(size > _ROUNDING)}
+            driven |= {_kind(k, len(phase)) for k in np.flatnonzero(size > _ROUNDING).tolist()}
         for kind in driven:
             found[kind].append(order)
     return found

@@ -155,7 +155,7 @@ class _Measured:
     index: NDArray[np.int64]
     truncation: Truncation
     harmonics: int
-    found: dict[str, Array]
+    found: dict[str, NDArray[Any]]
     minimum: Array
     residual: Array
     good: NDArray[np.bool_]
@@ -196,7 +196,7 @@ def _block_measures(ready: Response, block: Block, layout: Layout, *, accepted: 
         links=link_signal(ready, block) if ready.system.links.name and not forces_alone else None,
     )
     with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
-        found = sweep_measures(signals, layout)
+        found: dict[str, NDArray[Any]] = {**sweep_measures(signals, layout)}
         if forces_alone:
             motion, first = motion_signal(ready, block), np.zeros(len(layout.radius), dtype=np.int64)
             found["displacement_harmonic"] = layout.radius[:, None, None] * order_harmonics(

@@ -90,7 +90,7 @@ class SweepTable:
     layout: Layout
     tones: Array
 
-    def store(self, place: Index, found: Mapping[str, Array], good: NDArray[np.bool_]) -> None:
+    def store(self, place: Index, found: Mapping[str, NDArray[Any]], good: NDArray[np.bool_]) -> None:
         """Write the measures of the speeds `place` (P,), nan where `good` (P,) is False."""
         for name, values in found.items():
             if name in self.values:
