@@ -98,8 +98,8 @@ def test_forces_of_random_sets_on_soft_supports(case: tuple[Array, Array, Array,
     """Branches lost, supports from 1 to 1e9 N/m beside meshes up to 1e9 N/m, or none."""
     expected, N = branch_forces(*case), len(case[0])
     found = star_forces(*case).mesh_force[0]
-    np.testing.assert_allclose(found[:N], expected, rtol=0, atol=1e-8 * TORQUE)
-    np.testing.assert_allclose(found[N:], expected, rtol=0, atol=1e-8 * TORQUE)
+    np.testing.assert_allclose(found[:N], expected, rtol=0, atol=1e-10 * TORQUE)
+    np.testing.assert_allclose(found[N:], expected, rtol=0, atol=1e-10 * TORQUE)
 
 
 def test_forces_that_double_precision_does_not_balance_are_refused() -> None:
