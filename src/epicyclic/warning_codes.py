@@ -145,8 +145,8 @@ A deviation moves nothing: no mesh, pin, support or bearing transmits it.
 Correct its path, or state the support or bearing that it displaces.
 
 stiffness-unusual teeth.md
-A mesh stiffness per face width is outside the range of steel teeth.
-Check the unit of the stiffness and the face width; other materials may be right.
+A mesh stiffness per face width is outside the range of teeth of these materials (steel where no modulus is given).
+Check the unit of the stiffness, the face width and the material of both gears.
 
 formula-outside-limits teeth.md
 A formula is used outside the range that its source states.

@@ -16,6 +16,7 @@ from ..errors import ModelError
 from ..gears import stiffness as teeth_stiffness
 from ..gears.force_curve import force_curve, given_table
 from ..gears.series import fourier_series, series_in_time, table_series
+from ..gears.stiffness import STEEL_MODULUS
 from ..gears.tooth_pair import ContactTable, ToothPair
 from ..model.force_tables import MeshForceTable
 from ..model.schema import ModelFile, VariationTable
@@ -33,6 +34,7 @@ from .tooth_forms import nominal_load, tooth_law
 
 __all__ = ["MeshLaw", "contact_errors", "mesh_law", "overlap_of"]
 
+STEEL_GRADES = 0.1  # steels differ by less in Young's modulus
 NORMAL_RANGE = (10e9, 30e9)  # stiffness per face width of steel teeth, transverse [N/m^2]
 Series = NDArray[np.complex128]
 # Methods that give mean and variation from the shape of the teeth.
@@ -77,7 +79,7 @@ def mesh_law(
     plan, width = shape.plan, shape.meshes[p.name].width[side]
     own_stiffness = stated(p.levels(side), "stiffness")
     if own_stiffness is not None and isinstance(own_stiffness.value, MeshForceTable):
-        return _given_law(shape, p, side, own_stiffness, torque, log)
+        return _given_law(shape, p, side, own_stiffness, torque, model, log)
     value = "iso6336" if own_stiffness is None else own_stiffness.value
     path = f"{p.path}.stiffness" if own_stiffness is None else own_stiffness.path
     count, computed = len(plan.angles), not isinstance(value, Quantity)
@@ -113,7 +115,7 @@ def mesh_law(
     )
     where = f"{p.path}.{side}.stiffness" if side and by_side else f"{p.path}.stiffness"
     log.note(where, note, "N/m", f"{value or 'iso6336'}" if computed else "given")
-    _check_range(shape, p, width, stiffness, log)
+    _check_range(shape, p, width, stiffness, model, log)
     loaded = loaded if form == "contact" else None
     if loaded is not None:
         log.note(f"{p.path}.variation", form, "", "default")
@@ -184,17 +186,28 @@ def _standard(shape: StageShape, p: GearPair, width: float, path: str, model: Mo
     return teeth_stiffness.normal_from_transverse(mean * width, a.base_helix)
 
 
-def _check_range(shape: StageShape, p: GearPair, width: float, stiffness: Sequence[float], log: ResolutionLog) -> None:
-    """Warn of a stiffness [N/m] per face width [m] outside the range of steel teeth."""
+def _check_range(
+    shape: StageShape, p: GearPair, width: float, stiffness: Sequence[float], model: ModelFile, log: ResolutionLog
+) -> None:
+    """Warn of a stiffness [N/m] per face width [m] outside the range of teeth of these materials.
+
+    Two teeth in series of moduli E_a and E_b are softer than steel by 2 E_a E_b/(E_a + E_b)/E_steel [iso6336].
+    """
     if math.isnan(width):
         return
+    a, b = (elastic_constants(member_material(shape.plan, name, model))[0] for name in (p.a, p.b))
+    softer = 2 * a * b / (a + b) / STEEL_MODULUS
+    steel = abs(softer - 1) < STEEL_GRADES
+    least, most = (edge * (1.0 if steel else softer) for edge in NORMAL_RANGE)
     for value in sorted(set(stiffness)):
         per_width = value * math.cos(shape.teeth[p.a].base_helix) ** 2 / width
-        if not NORMAL_RANGE[0] <= per_width <= NORMAL_RANGE[1]:
+        if not least <= per_width <= most:
+            kind = "steel teeth" if steel else "teeth of these materials"
             log.warn(
                 coded(
                     "stiffness-unusual",
-                    f"{p.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, steel teeth have 10 .. 30",
+                    f"{p.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, {kind} have "
+                    f"{least / 1e9:.3g} .. {most / 1e9:.3g}",
                 )
             )
 
@@ -273,6 +286,7 @@ def _given_law(
     side: str | None,
     found: Stated,
     torque: Mapping[str, float] | None,
+    model: ModelFile,
     log: ResolutionLog,
 ) -> MeshLaw:
     """Law of one side of a pair by the table of force over deflection that the file states.
@@ -311,7 +325,7 @@ def _given_law(
                 "along the normal; there the law goes on along its last tangent",
             )
         )
-    _check_range(shape, p, shape.meshes[p.name].width[side], (table.stiffness,), log)
+    _check_range(shape, p, shape.meshes[p.name].width[side], (table.stiffness,), model, log)
     return MeshLaw(
         stiffness=(table.stiffness,) * len(shape.plan.angles),
         variation=table.variation,

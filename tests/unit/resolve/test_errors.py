@@ -9,6 +9,7 @@ import pytest
 
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
+from epicyclic.warning_codes import code_of
 
 BASE: dict[str, Any] = {
     "format": 1,
@@ -132,3 +133,21 @@ def test_without_speeds_what_turns_is_left_out_by_name() -> None:
     assert "deviations.main.sun.run_out" in warning
     assert "deviations.main.meshes.sun-planet.profile" in warning
     assert "position" not in warning
+
+
+@pytest.mark.parametrize(
+    ("modulus", "stiffness", "said"),
+    [("3 GPa", 0.287, ""), ("3 GPa", 3.0, "0.287 .. 0.861"), ("206 GPa", 3.0, "10 .. 30")],
+)
+def test_a_declared_plastic_is_no_unusual_steel(modulus: str, stiffness: float, said: str) -> None:
+    """Steel on plastic of 3 GPa is softer by 2 x 3/(3 + 206), so that 10 .. 30 N/(mm um) is 0.287 .. 0.861."""
+    changes = {
+        "stages.main.planet.material": {"youngs_modulus": modulus},
+        "stages.main.sun.material": {"youngs_modulus": "206 GPa"},
+        "stages.main.face_width": "20 mm",
+        "stages.main.meshes.sun-planet.stiffness": f"{1.001 * stiffness * 20e6} N/m",
+    }
+    texts = [
+        text for text in load(BASE, changes).warnings if code_of(text) == "stiffness-unusual" and "sun-planet" in text
+    ]
+    assert (said in texts[0]) if said else not texts
