@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 
 import known
 import pytest
@@ -11,6 +12,8 @@ from epicyclic.system.system import System
 
 # Tests share the cores among themselves; one that is about several processes asks for them.
 os.environ.setdefault("EPICYCLIC_JOBS", "1")
+# A shell lets what it starts in the background ignore Ctrl-C, and so would the processes that tests stop by it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

@@ -24,14 +24,14 @@ def machine_code(function: F, **options: Any) -> F:
     import numba
     from numba.core.caching import FunctionCache
 
-    class Kept(FunctionCache):  # type: ignore[misc]  # numba has no types
+    class Kept(FunctionCache):
         """The files of a function; one that cannot be written is left out."""
 
         def save_overload(self, signature: Any, code: Any) -> None:
             with suppress(OSError):
-                super().save_overload(signature, code)
+                super().save_overload(signature, code)  # type: ignore[no-untyped-call]
 
     made = numba.njit(error_model="numpy", **options)(function)
     with suppress(RuntimeError):  # no folder that can be written
-        made._cache = Kept(function)
+        made._cache = Kept(function)  # type: ignore[no-untyped-call]
     return cast(F, made)
