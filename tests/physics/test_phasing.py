@@ -82,8 +82,9 @@ def test_closed_formulas_without_shift_hold_exactly(
     assert found.lead["pr"] == tuple((d * g * between + g * zr * psi) % 1 for psi in angles)
     assert found.assembles == all((zs + zr) * psi % 1 == 0 for psi in angles)
     assert all((a + d * (zs + zr) * psi) % 1 == 0 for a, psi in zip(found.mismatch, angles, strict=True))
-    assert all((zs + zr) * angle % 1 == 0 for angle in found.nearest_angles)
-    nearest = [Fraction(angle) for angle in found.nearest_angles]
+    nearest = [Fraction(angle) for angle in found.nearest_angles if angle is not None]
+    assert len(nearest) == len(angles)
+    assert all((zs + zr) * angle % 1 == 0 for angle in nearest)
     assert all(abs(n - psi) <= Fraction(1, 2 * (zs + zr)) for n, psi in zip(nearest, angles, strict=True))
 
 

@@ -82,7 +82,7 @@ def test_three_equal_planets_that_cannot_be_assembled() -> None:
     assert found.mismatch == (0, F(1, 3), F(-1, 3))
     assert found.lead["planet-ring"] == (0, 0, 0)  # of the ring gear as it stands
     assert found.step == F(1, 80)
-    assert [360 * angle for angle in found.nearest_angles] == [0, F(243, 2), F(477, 2)]
+    assert found.nearest_angles == (0, F(243, 720), F(477, 720))
     built = simple(23, 17, 57, fractions("0 27/80 53/80"))
     assert built.assembles
     assert built.mismatch == (0, 0, 0)

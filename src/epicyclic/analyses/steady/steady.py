@@ -177,7 +177,7 @@ def tension_warnings(system: System, lowest: Array) -> list[CodedText]:
 
 def factor_warnings(system: System, factor: Array) -> list[CodedText]:
     """A warning of the pairs of gears without a K_v (m, P) at any speed, where another pair has one."""
-    known = np.isfinite(factor).any(axis=1)
+    known = np.asarray(np.isfinite(factor).any(axis=1))
     loaded = np.zeros_like(known)
     for group in parallel_meshes(system.meshes):
         loaded[group] = known[group].any()
