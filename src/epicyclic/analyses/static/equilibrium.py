@@ -360,8 +360,9 @@ def equilibrium(
         here = rows.at(todo)
         residual, limit, exact = _residual(S, k0, pull[todo], free_gap[todo], here, tolerance)
         left = np.max(np.abs(residual), axis=1, initial=0.0)
-        within = left <= limit
-        # rounding of large errors beside a small load: one step more brings what double precision has
+        # rounding of large errors beside a small load: one step more brings what double precision has, on whichever
+        # side of the limit it ends
+        within = (left <= limit) | polished[todo]
         unfinished = ~within | ((left > exact) & ~polished[todo])
         polished[todo] = within
         todo = todo[unfinished]
@@ -502,7 +503,7 @@ def _require_forces(flexible: Compliance, load: Array, pull: Array, contact: Arr
         across, _ = np.linalg.qr(flexible.free / flexible.scale[:, None])
         left -= ((left * flexible.scale) @ across) @ across.T / flexible.scale
     arm = np.max(np.abs(flexible.rows), axis=1, initial=0.0)
-    arm[arm == 0] = 1.0
+    arm[arm <= _NULL_ROUNDING * np.max(arm, initial=0.0)] = 1.0  # no flank moves it, but for rounding
     size = np.maximum(np.max(np.abs(load) / arm, axis=1, initial=0.0), np.max(np.abs(contact), axis=1, initial=0.0))
     wrong = ~(np.max(np.abs(left) / arm, axis=1, initial=0.0) <= _LEFT * size)
     wrong &= ~(size <= _NO_LOAD * np.max(flexible.stiffness, initial=0.0))
