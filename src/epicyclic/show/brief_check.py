@@ -17,7 +17,7 @@ from .rows import named_columns
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["brief_tables", "driven_kinds", "phasing", "ratio"]
+__all__ = ["brief_tables", "driven_kinds", "phasing", "power_ends", "ratio", "ratio_of"]
 
 # leads are exact fractions of a cycle as floats: this much is rounding
 _ROUNDING = 1e-6
@@ -55,24 +55,41 @@ def _teeth(result: xr.Dataset) -> dict[str, float]:
 def ratio(members: Sequence[Member]) -> str:
     """Ratio of speed from the driving to every driven member in a sentence; of any two where no power is known."""
     turning = [one for one in members if np.isfinite(one.speed) and one.speed != 0 and one.kind != "planet"]
-    driving = [one for one in turning if np.isfinite(one.power) and one.power > 0]
-    driven = [one for one in turning if np.isfinite(one.power) and one.power < 0]
-    if len(driving) != 1 or not driven:
-        driving, driven = turning[:1], turning[1:]
-    if not driving or not driven:
+    driving, driven = power_ends(members)
+    if driving is None or not driven:
+        driving, driven = next(iter(turning), None), turning[1:]
+    if driving is None or not driven:
         return "No speeds: operation.speed gives them." if not turning else ""
-    first = driving[0]
     words = [
-        f"{first.name} to {one.name} {_of_one(first.speed / one.speed)}"
-        f" ({engineering(first.speed, 6)} rpm to {engineering(one.speed, 6)} rpm)"
+        f"{driving.name} to {one.name} {ratio_of(driving, one)}"
+        f" ({engineering(driving.speed, 6)} rpm to {engineering(one.speed, 6)} rpm)"
         for one in driven[:3]
     ]
     return f"Ratio {'; '.join(words)}."
 
 
-def _of_one(value: float) -> str:
-    """A ratio as it is spoken of: 3.5, or of a train that speeds up 1 : 3.5."""
-    return engineering(value, 6) if abs(value) >= 1 else f"1 : {engineering(1 / value, 6)}"
+def power_ends(members: Sequence[Member]) -> tuple[Member | None, list[Member]]:
+    """Member through which most power enters, and those through which power leaves, first the one with most."""
+    turning = [one for one in members if one.speed != 0 and one.kind != "planet"]
+    driving = [one for one in turning if one.power > 0]
+    driven = [one for one in turning if one.power < 0]
+    if not driving or not driven:
+        return None, []
+    first = _strongest(driven)
+    return _strongest(driving), [first, *(one for one in driven if one is not first)]
+
+
+def _strongest(members: Sequence[Member]) -> Member:
+    """The member with most power; of several with as much, the first."""
+    most = max(abs(one.power) for one in members)
+    return next(one for one in members if abs(one.power) >= (1 - _ROUNDING) * most)
+
+
+def ratio_of(driving: Member, driven: Member) -> str:
+    """Speed of the driving member over that of the driven one: 3.5, or where it speeds up 1 : 3.5, with the senses."""
+    value = driving.speed / driven.speed
+    size = engineering(abs(value), 6) if abs(value) >= 1 else f"1 : {engineering(1 / abs(value), 6)}"
+    return size if value > 0 else f"{size}, in opposite senses"
 
 
 def _pairs(result: xr.Dataset) -> Table:

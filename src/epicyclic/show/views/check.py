@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..brief_check import brief_tables, driven_kinds
+from ..brief_check import brief_tables, driven_kinds, power_ends, ratio_of
 from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table
 from ..figures.series import engineering, numbers, short_names, texts
 from ..figures.summaries import Member, members_of, mesh_tones
@@ -134,15 +134,14 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
 
 def headline(result: xr.Dataset) -> str:
     """Ratio, power, speeds and stages in one sentence, as far as the model says them."""
-    turning = [one for one in members_of(result) if np.isfinite(one.speed) and one.speed != 0 and one.count == 1]
-    driving = max(turning, key=lambda one: np.nan_to_num(one.power), default=None)
-    driven = min(turning, key=lambda one: np.nan_to_num(one.power), default=None)
+    members = members_of(result)
+    turning = [one for one in members if np.isfinite(one.speed) and one.speed != 0 and one.count == 1]
+    driving, driven = power_ends(members)
     said = []
-    if driving is not None and driven is not None and driving.power > 0 > driven.power:
-        ratio = driving.speed / driven.speed
-        said.append(f"ratio {engineering(ratio)}" if abs(ratio) >= 1 else f"ratio 1 : {engineering(1 / ratio)}")
+    if driving is not None:
+        said.append(f"ratio {ratio_of(driving, driven[0])}")
         said.append(f"{engineering(driving.power / 1e3)} kW")
-        said.append(f"{_turns(driving)} drives {_turns(driven)}")
+        said.append(f"{_turns(driving)} drives {_turns(driven[0])}")
     elif turning:
         said.append(", ".join(map(_turns, turning)))
     said += _teeth(result)

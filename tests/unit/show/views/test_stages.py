@@ -13,7 +13,7 @@ from epicyclic.show.elements import Table
 from epicyclic.show.figures.series import engineering
 from epicyclic.show.figures.spectrogram import spectrogram
 from epicyclic.show.figures.transient_forces import transient_forces
-from epicyclic.show.views import key_figures_of, tables_of
+from epicyclic.show.views import brief_of, headline_of, key_figures_of, tables_of
 
 _GEARS = {"module": "4 mm", "face_width": "40 mm", "carrier": {"mass": "20 kg", "inertia": "0.3 kg m^2"}}
 TRAIN: dict[str, Any] = {
@@ -80,3 +80,26 @@ def test_sweep_names_the_mesh_frequency_of_each_stage() -> None:
     own = float(speeds[at]) * TONES[str(swept.mesh.values[place]).split("/")[0]]
     (words,) = [words for _, words in key_figures_of({"sweep": swept}) if "largest RMS" in words]
     assert f"{engineering(own)} Hz" in words
+
+
+REVERSED: dict[str, Any] = {**TRAIN, "operation": {**TRAIN["operation"], "held": ["one.carrier", "two.ring"]}}
+REVERSED["couplings"] = {"mid": {"between": ["one.ring", "two.sun"], "rz": "2e6 N m/rad"}}
+SPEEDING: dict[str, Any] = {"operation": {"held": ["one.carrier", "two.ring"], "speed": {"two.carrier": "50 rpm"}}}
+SPEEDING["operation"]["torque"] = {"two.carrier": "500 N m"}
+
+
+@pytest.mark.parametrize(
+    ("train", "ratio"),
+    [
+        (TRAIN, f"{(108 / 24) * (114 / 27):.6g}"),
+        (REVERSED, f"{(84 / 24) * (114 / 27):.6g}, in opposite senses"),
+        ({**REVERSED, **SPEEDING}, f"1 : {(84 / 24) * (114 / 27):.6g}, in opposite senses"),
+    ],
+)
+def test_table_and_headline_say_one_ratio_with_the_senses(train: dict[str, Any], ratio: str) -> None:
+    """Willis: 1 + z_ring / z_sun with the ring held, z_ring / z_sun and reversed with the carrier held."""
+    result = epicyclic.check(train)
+    members = next(table for table in brief_of(result) if table.title.startswith("Members"))
+    ends = "two.carrier to one.sun" if ratio.startswith("1 :") else "one.sun to two.carrier"
+    assert members.lead.startswith(f"Ratio {ends} {ratio} (")
+    assert headline_of({"check": result}).startswith(f"Ratio {ratio}; ")
