@@ -21,14 +21,15 @@ __all__ = ["brief_tables", "driven_kinds", "phasing", "power_ends", "ratio", "ra
 
 # leads are exact fractions of a cycle as floats: this much is rounding
 _ROUNDING = 1e-6
+_COUPLED = "couplings."
 _KINDS, _ORDERS = ("rotational", "translational", "planet"), 12
 _WHOLE = "Bodies, gears, frequencies, links, deviations, choices and the origin of every value: check --all."
 
 
 def brief_tables(result: xr.Dataset) -> list[Table]:
-    """Members with their speeds and torques, pairs of gears, verbs; everything else by words."""
+    """Members and couplings with their speeds and torques, pairs of gears, verbs; everything else by words."""
     tail = Table(title="", columns={}, lead=_tail(result))
-    return [_members(result), _pairs(result), *driven_kinds(result), _verbs(result), tail]
+    return [_members(result), *_couplings(result), _pairs(result), *driven_kinds(result), _verbs(result), tail]
 
 
 def _members(result: xr.Dataset) -> Table:
@@ -44,6 +45,23 @@ def _members(result: xr.Dataset) -> Table:
         "mass [kg]": [one.mass for one in found],
     }
     return Table(title="Members (torque of all bodies, mass of one)", lead=ratio(found), columns=columns)
+
+
+def _couplings(result: xr.Dataset) -> list[Table]:
+    """Torque and speed of every coupling, its shafts among them; none where speeds or torques are not known."""
+    if "path_torque" not in result.variables:
+        return []
+    speed = {one.name: one.speed for one in members_of(result)}
+    ends = zip(*(texts(result, name, "path") for name in ("path", "path_from", "path_to")), strict=True)
+    torques = numbers(result, "path_torque", "path")
+    rows = [
+        (path.removeprefix(_COUPLED), first, second, float(torque), speed.get(second, np.nan))
+        for (path, first, second), torque in zip(ends, torques, strict=True)
+        if path.startswith(_COUPLED)
+    ]
+    headings = ("coupling", "from", "to", "torque [N m]", "speed [rpm]")
+    title = "Couplings (torque on the second member)"
+    return [Table(title=title, columns=named_columns(headings, rows))] if rows else []
 
 
 def _teeth(result: xr.Dataset) -> dict[str, float]:

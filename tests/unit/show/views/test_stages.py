@@ -103,3 +103,23 @@ def test_table_and_headline_say_one_ratio_with_the_senses(train: dict[str, Any],
     ends = "two.carrier to one.sun" if ratio.startswith("1 :") else "one.sun to two.carrier"
     assert members.lead.startswith(f"Ratio {ends} {ratio} (")
     assert headline_of({"check": result}).startswith(f"Ratio {ratio}; ")
+
+
+@pytest.mark.parametrize("held", ["one.ring", "one.carrier"])
+def test_a_coupling_carries_what_balances_its_stage(held: str) -> None:
+    """The second stage takes the torque of the coupling in at its sun: the ring held, T_ring = T_sun z_ring / z_sun.
+
+    With the first ring held its carrier puts on the coupling T_sun (1 + z_ring / z_sun) at the speed of that part of
+    the sun; with the first carrier held its ring puts -T_sun z_ring / z_sun on it.
+    """
+    inner, part = {"one.ring": ("one.carrier", 1 + 84 / 24), "one.carrier": ("one.ring", -84 / 24)}[held]
+    train = {**TRAIN, "operation": {**TRAIN["operation"], "held": [held, "two.ring"]}}
+    train["couplings"] = {"mid": {"between": [inner, "two.sun"], "rz": "2e6 N m/rad"}}
+    result = epicyclic.check(train)
+    (table,) = (table for table in brief_of(result) if table.title.startswith("Couplings"))
+    assert (table.columns["coupling"], table.columns["from"], table.columns["to"]) == (["mid"], [inner], ["two.sun"])
+    assert table.columns["torque [N m]"] == pytest.approx([500 * part], rel=1e-12)
+    assert table.columns["speed [rpm]"] == pytest.approx([1500 / part], rel=1e-12)
+    torque = dict(zip(result.body.values, result.torque.values, strict=True))
+    assert torque["two/ring"] == pytest.approx(500 * part * 87 / 27, rel=1e-12)
+    assert torque["two/carrier"] == pytest.approx(-500 * part * (1 + 87 / 27), rel=1e-12)
