@@ -29,7 +29,7 @@ _WHOLE = "Bodies, gears, frequencies, links, deviations, choices and the origin 
 def brief_tables(result: xr.Dataset) -> list[Table]:
     """Members and couplings with their speeds and torques, pairs of gears, verbs; everything else by words."""
     tail = Table(title="", columns={}, lead=_tail(result))
-    return [_members(result), *_couplings(result), _pairs(result), *driven_kinds(result), _verbs(result), tail]
+    return [_members(result), *_couplings(result), _pairs(result), _verbs(result), tail]
 
 
 def _members(result: xr.Dataset) -> Table:
@@ -129,7 +129,16 @@ def _pairs(result: xr.Dataset) -> Table:
         "mean stiffness [N/µm]": column("mean_mesh_stiffness", 1e-6),
         "branches mesh": [_phased(result, row) for row in rows],
     }
-    return Table(title="Meshes", lead=_stages(result), columns=columns)
+    return Table(title="Meshes", lead="\n".join([_stages(result), *_driven(result)]), columns=columns)
+
+
+def _driven(result: xr.Dataset) -> list[str]:
+    """Which mesh order drives which kind of mode, a sentence a stage."""
+    return [
+        f"{stage}: mesh orders {whole} drive rotational modes; {sideways} translational; {planet} planet modes."
+        for table in driven_kinds(result)
+        for stage, whole, sideways, planet in zip(*table.columns.values(), strict=True)
+    ]
 
 
 def driven_kinds(result: xr.Dataset) -> list[Table]:

@@ -203,7 +203,7 @@ def test_a_value_the_model_can_not_go_below() -> None:
         ({"paths": []}, "no path given"),
         ({"mode": 99}, "no such mode"),
         ({"mode": 0}, "no such mode"),
-        ({"of": "stress"}, "unknown choice"),
+        ({"of": "stress"}, "allowed: 'frequency' or 'force'"),
         ({"mesh": "main/sun-planet/1/left"}, "goes with forces"),
         ({"of": "force", "mode": 1}, "goes with frequencies"),
         ({"of": "force", "mesh": "main/sun-planet/9/left"}, "no such mesh; did you mean"),

@@ -354,17 +354,18 @@ def equilibrium(
     else:
         pull = k0 * start - rows.force(start)
     iterations = np.zeros(len(gap), dtype=np.int64)
-    least, polished = np.full(len(gap), np.inf), np.zeros(len(gap), bool)
+    least, loaded = np.full(len(gap), np.inf), np.any(force != 0, axis=1)
+    polished = ~loaded
     todo = np.arange(len(gap))
     for _ in range(max_iterations + 1):
         here = rows.at(todo)
         residual, limit, exact = _residual(S, k0, pull[todo], free_gap[todo], here, tolerance)
         left = np.max(np.abs(residual), axis=1, initial=0.0)
         # rounding of large errors beside a small load: one step more brings what double precision has, on whichever
-        # side of the limit it ends
-        within = (left <= limit) | polished[todo]
+        # side of the limit it ends; without a load all forces are rounding
+        within = (left <= limit) | (polished[todo] & loaded[todo])
         unfinished = ~within | ((left > exact) & ~polished[todo])
-        polished[todo] = within
+        polished[todo] |= within
         todo = todo[unfinished]
         if not todo.size:
             return _result(flexible, pull, free_gap, rows, force, iterations, m)

@@ -67,7 +67,7 @@ def _what_agrees(result: xr.Dataset) -> str:
         "hand calculations of ours"
         if row.get("origin") == _BY_HAND
         else "inequalities"
-        if np.isnan(row["published"])
+        if np.isnan(row.get("published", np.nan))
         else "zeros"
         if row["published"] == 0
         else "counts"
