@@ -59,7 +59,10 @@ def test_the_example_is_a_good_gearbox(page: str) -> None:
         "train_contact": epicyclic.train_contact(document, samples=4, slices=4, cycles=30, loads=(1.0,)),
     }
     said = {verb: json.loads(result.attrs["warnings"]) for verb, result in found.items()}
-    assert said == {verb: [] for verb in found}
+    # its stiffness by ISO 6336 ignores the relief, as the comment beside the relief says
+    assert any("flank-without-effect" in text for text in said["steady"])
+    others = {verb: [text for text in texts if "flank-without-effect" not in text] for verb, texts in said.items()}
+    assert others == {verb: [] for verb in found}
     sharing = found["sharing"].system_load_sharing.values
     assert ((sharing > 1) & (sharing < 1.2)).all()
 
