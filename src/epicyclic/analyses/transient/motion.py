@@ -38,6 +38,7 @@ __all__ = [
     "Contact",
     "Motion",
     "Numbers",
+    "fastest_mode",
     "from_modal",
     "highest_rate",
     "in_modes_of_its_speed",
@@ -53,6 +54,9 @@ Contact = Literal["unilateral", "linear"]
 _BALANCE = 1e-9
 # An operator below this part of the largest eigenvalue is the rounding of its projection.
 _ROUNDING = 1e-15
+# Squared frequencies apart by this part are one mode of alike bodies; a body moves in it that has this part of the
+# energy of the body that has most.
+_ALIKE, _MOVING = 1e-3, 0.1
 
 
 class Numbers(NamedTuple):
@@ -440,9 +444,7 @@ def _force_lines(system: System, shapes: Array) -> tuple[Array, ComplexArray]:
 def highest_rate(moving: Motion) -> float:
     """Upper bound of what moves fastest, stiffest flanks and all dampers counted [rad/s]."""
     N = moving.numbers
-    extra = np.concatenate([moving.flanks.stiffest - N.linear, moving.law_numbers.stiffest])
-    stiff = np.diag(N.squared) + (N.gaps * np.maximum(extra, 0.0)) @ N.pulls
-    top = float(np.sqrt(np.max(scipy.linalg.eigvalsh((stiff + stiff.T) / 2), initial=0.0)))
+    top = float(np.sqrt(np.max(scipy.linalg.eigvalsh(_stiffest(moving)), initial=0.0)))
     speed = float(N.speed.max())
     damping = (
         np.diag(N.rate)
@@ -451,3 +453,29 @@ def highest_rate(moving: Motion) -> float:
         + (N.gaps[:, : len(N.drag)] * N.drag) @ N.pulls[: len(N.drag)]
     )
     return top + float(np.linalg.norm(damping, 2))
+
+
+def fastest_mode(moving: Motion) -> tuple[float, tuple[str, ...]]:
+    """Frequency [Hz] of the fastest mode, stiffest flanks counted, and the bodies that move most in it.
+
+    Modes of one frequency count together, and bodies by their part of the kinetic energy, so that neither a direction
+    nor one of several alike bodies is chosen by rounding.
+    """
+    squared, vectors = scipy.linalg.eigh(_stiffest(moving))
+    modes = vectors[:, squared >= (1 - _ALIKE) * squared[-1]]
+    part = ((moving.shapes @ modes) * (moving.momenta.T @ modes)).sum(axis=1)
+    of = moving.system.dofs.body
+    energy = {body: sum(value for value, name in zip(part, of, strict=True) if name == body) for body in of}
+    most = max(energy.values())
+    return float(np.sqrt(max(squared[-1], 0.0))) / (2 * np.pi), tuple(
+        body for body, value in energy.items() if value > _MOVING * most
+    )
+
+
+def _stiffest(moving: Motion) -> Array:
+    """Stiffness (n, n) of the modes with the stiffest flanks and links that can press [1/s^2]."""
+    N = moving.numbers
+    extra = np.concatenate([moving.flanks.stiffest - N.linear, moving.law_numbers.stiffest])
+    stiff = np.diag(N.squared) + (N.gaps * np.maximum(extra, 0.0)) @ N.pulls
+    found: Array = (stiff + stiff.T) / 2
+    return found

@@ -15,9 +15,10 @@ from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array, System
 from ...warning_codes import CodedText, coded
 from ..cost import MOST_NUMBERS, require_memory, require_time
+from ..fast import numba_available
 from ..static.record import positive_count, reference_tone
 from .integrators import starting_slider, steps_for
-from .motion import Contact, Motion, from_modal, to_modal
+from .motion import Contact, Motion, fastest_mode, from_modal, to_modal
 from .outputs import flank_force, group_force, link_force, mesh_total
 from .program import phase_at, speed_at
 from .run import METHODS, Method, RunPlan, RunRecord, run
@@ -33,9 +34,12 @@ __all__ = ["Start", "transient"]
 Start = Literal["equilibrium", "rest"]
 
 _CYCLES = 100
-# Time of a Runge-Kutta step of one coordinate, as measured on trains of 30 [s], and the longest that a run may take
-# [s]: a run of weeks can be stopped and resumed, a longer one is a slip in a speed or a time.
-_STEP_TIME, _LONGEST = 3e-7, 30 * 86_400.0
+# Time of a Runge-Kutta step of one coordinate, as measured on trains of 30 [s], and how many times that it takes
+# without compiled steps.
+_STEP_TIME, _SLOWER = 3e-7, 30.0
+# Longest run [s]: one with a folder can be stopped and resumed, and a longer one is a slip in a speed or a time; one
+# without a folder is lost when it is stopped, and a longer one is mostly a slip in a mass or a stiffness.
+_RESUMED, _LONGEST = 30 * 86_400.0, 3600.0
 # Samples whose forces are worked out at a time.
 _BLOCK = 4096
 
@@ -98,6 +102,7 @@ def transient(
         raise ModelError("give one of torque_ramp, torque_step and history", path="torque")
     fine = 1.0 / (positive_count("samples", samples, 32) * tone * max(speed))
     moving, plan = _planned(system, scenario, contact, method, fine, positive_count("decimate", decimate, 1))
+    _check_time(moving, plan, most=_LONGEST if folder is None else _RESUMED)
     state = to_modal(moving, _state(moving, start))
     found = run(
         moving,
@@ -210,15 +215,29 @@ def _planned(
     )
     trial = scenario_motion(system, scenario, contact=contact, step=fine)
     steps = steps_for(trial, fine)
-    require_time(
-        _STEP_TIME * steps * decimate * count * len(system.force),
-        _LONGEST,
-        path="duration",
-        given=f"{scenario.duration:g} s in {steps * decimate * count:.3g} steps",
-        allowed="a shorter run, fewer samples, or a higher mesh frequency",
-    )
     moving = trial if scenario.step is None else scenario_motion(system, scenario, contact=contact, step=fine / steps)
     return moving, RunPlan(method=method, step=fine / steps, keep=steps * decimate, count=count)
+
+
+def _check_time(moving: Motion, plan: RunPlan, *, most: float) -> None:
+    """Refuse a run of more than `most` seconds; the fastest mode sets the steps, those of ``radau`` excepted.
+
+    Raises
+    ------
+    ModelError : it would take longer; names the fastest mode and its bodies.
+    """
+    steps = plan.count * (1 if plan.method == "radau" else plan.keep)
+    compiled = plan.method == "rk4" and moving.compiled and numba_available()
+    frequency, bodies = fastest_mode(moving)
+    length = plan.step * plan.keep * plan.count
+    require_time(
+        _STEP_TIME * (1.0 if compiled else _SLOWER) * steps * len(moving.system.force),
+        most,
+        path="duration",
+        given=f"{length:g} s in {steps:.3g} steps, of the fastest mode at {frequency:.4g} Hz ({', '.join(bodies)})",
+        allowed="a shorter run, fewer samples, a higher mesh frequency, or a slower mode"
+        + (f"; up to {_RESUMED / 86_400:.0f} days with a folder to resume from" if most < _RESUMED else ""),
+    )
 
 
 def _state(moving: Motion, start: object) -> Array:

@@ -296,3 +296,20 @@ def test_a_jump_falls_on_a_step(drive: Drive) -> None:
     assert found.program.time.tolist() == pytest.approx([-1.0, 0.0, 0.12, 0.12, 1.0, 2.0], abs=1e-15)
     assert found.program.level[:, 0].tolist() == [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
     assert found.program.phase[1] == 0.0
+
+
+def test_a_mass_that_makes_the_run_endless_is_named(tmp_path: Path, document: dict[str, Any]) -> None:
+    # the sun alone vibrates against what holds it, so that its frequency goes as 1 / sqrt(inertia)
+    tiny = epicyclic.load(document, overrides={"stages.main.sun.inertia": "1e-18 kg m^2"})
+    system = epicyclic.assemble(tiny)
+    highest = float(epicyclic.modes(system).frequency.max())
+    with pytest.raises(ModelError, match="would take some") as refused:
+        epicyclic.transient(system, cycles=1000)
+    assert refused.value.path == "duration"
+    given = str(refused.value.given)
+    assert "(main/sun)" in given
+    assert float(given.split(" at ")[1].split(" Hz")[0]) == pytest.approx(highest, rel=1e-3)
+    assert "folder" in str(refused.value.allowed)
+    with pytest.raises(ModelError, match="30 days") as longer:
+        epicyclic.transient(system, cycles=10_000_000, folder=tmp_path, decimate=1000)
+    assert "folder" not in str(longer.value.allowed)
