@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from ..static.tangent import linear
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["BAND", "of_one_tone", "with_resonances"]
+__all__ = ["BAND", "excited_modes", "of_one_tone", "with_resonances"]
 
 # A mode with less than a hundredth of the amplitude of an order, at its own frequency, is not excited by it: what moves
 # is the other modes.
@@ -106,7 +107,7 @@ def with_resonances(
         "amplitude": forces.amplitude,
         "own_force": forces.own,
         "share": forces.share,
-        "excited": np.where(np.isnan(forces.share), "", np.where(forces.share >= _EXCITED, "yes", "no")).astype(object),
+        "excited": _excited(forces.share),
     }
     wider = result.copy()
     for short, values in columns.items():
@@ -118,6 +119,25 @@ def with_resonances(
         if value is not None:
             wider.attrs["options"] = json.dumps({**json.loads(wider.attrs["options"]), name: value})
     return wider
+
+
+def excited_modes(
+    system: System, found: MeshCrossings, shapes: Array, *, compiled: bool | None = None
+) -> NDArray[np.object_]:
+    """``resonance_excited`` of crossings (c,) alone: "yes", "no", "" where it is not known.
+
+    Parameters
+    ----------
+    shapes : (n, modes) in the coordinates of the System [m, rad].  compiled : as of `sweep`.
+    """
+    # shaft orders are lines of their own: the motion at the mesh orders is the same without them
+    how = {"shaft_orders": False, "compiled": compiled}
+    return _excited(_forces(linear(system), found, tuple(tones_of_meshes(system)), shapes, how).share)
+
+
+def _excited(share: Array) -> NDArray[np.object_]:
+    """Words of the shares (c,) of modes in the energy of the motion [1]."""
+    return np.where(np.isnan(share), "", np.where(share >= _EXCITED, "yes", "no")).astype(object)
 
 
 def _largest_share(result: xr.Dataset, name: str, dim: str, found: MeshCrossings) -> tuple[NDArray[np.object_], Array]:
@@ -151,8 +171,17 @@ def _mode_shapes(result: xr.Dataset) -> Array:
     return shapes
 
 
-def _forces(system: System, found: MeshCrossings, tones: tuple[Fraction, ...], shapes: Array) -> _Forces:
-    """Forces of the linear response at the crossings (c,), of several mesh frequencies with one of them at a time."""
+def _forces(
+    system: System,
+    found: MeshCrossings,
+    tones: tuple[Fraction, ...],
+    shapes: Array,
+    how: Mapping[str, Any] | None = None,
+) -> _Forces:
+    """Forces of the linear response at the crossings (c,), of several mesh frequencies with one of them at a time.
+
+    how : options of `sweep`; None: its own, shaft orders where there is one mesh frequency.
+    """
     count = len(found.relative_speed)
     empty = _Forces(
         factor=np.full(count, np.nan),
@@ -163,7 +192,7 @@ def _forces(system: System, found: MeshCrossings, tones: tuple[Fraction, ...], s
     )
     try:
         for tone in np.unique(found.tone):
-            _enter_forces(empty, system, found, int(tone), tones, shapes)
+            _enter_forces(empty, system, found, int(tone), tones, shapes, how or {"shaft_orders": len(tones) == 1})
     except ModelError as error:
         return replace(empty, note=f"no forces: {error}")
     alone = count > 0 and len(tones) > 1
@@ -177,6 +206,7 @@ def _enter_forces(
     place_of_tone: int,
     tones: tuple[Fraction, ...],
     shapes: Array,
+    how: Mapping[str, Any],
 ) -> None:
     """Enter the forces at the crossings of one mesh frequency."""
     from .sweep import sweep
@@ -186,7 +216,7 @@ def _enter_forces(
     speeds, at = np.unique(found.relative_speed[places], return_inverse=True)
     own = np.array([system.tones[i] == tone for i in system.meshes.tone])
     excited = system if one else of_one_tone(system, tone, own)
-    swept = sweep(excited, relative_speed=speeds, orders=MESH_ORDERS, shaft_orders=one, forces_alone=True)
+    swept = sweep(excited, relative_speed=speeds, orders=MESH_ORDERS, forces_alone=True, **how)
     factor = swept["dynamic_factor"].transpose("mesh", "speed").values[:, at]
     amplitude = swept["mesh_force_order"].transpose("order", "mesh", "speed").values
     mine = own[faces(system.meshes).first]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...analyses.modes.mesh_crossings import MeshCrossings, mesh_crossings, tones_of_meshes
+from ...analyses.modes.mesh_crossings import MeshCrossings, tones_of_meshes
 from ...analyses.steady.resonances import BAND
 from ...system.system import System
 from ...train.train import Train
@@ -43,30 +43,30 @@ class Meeting:
 
 
 def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float) -> list[Meeting]:
-    """Mesh orders 1 .. 12 that meet a mode within 20 % of a speed per operating speed [1], speeds rising."""
+    """Mesh orders 1 .. 12 that meet a mode which they excite within 20 % of a speed per operating speed [1], speeds
+    rising; where it is not known what they excite, all that meet one."""
     tones = tones_of_meshes(system)
-    frequency = np.asarray(modes["frequency"], dtype=float)
-    if not tones or not frequency.size:
-        return []
-    low, high = (1 - BAND) * relative_speed, (1 + BAND) * relative_speed
-    found: MeshCrossings = mesh_crossings(frequency, [float(tone) for tone in tones], low=low, high=high)
+    found: MeshCrossings = modes["crossings"]
+    found = found.chosen(np.abs(found.relative_speed / relative_speed - 1) <= BAND)
+    rows = {int(row["index"]): row for row in modes["rows"]}  # the highest modes of a large train have none
     several = len({name.partition("/")[0] for names in tones.values() for name in names}) > 1
     words = [" and ".join(name if several else name.rpartition("/")[2] for name in names) for names in tones.values()]
     stages = words if len(tones) > 1 else [""]
     return [
         Meeting(
-            mode=int(modes["rows"][place]["index"]),
+            mode=place + 1,
             order=int(order),
             stage=stages[tone],
-            frequency=float(frequency[place]),
+            frequency=float(rows[place + 1]["frequency"]),
             speed=float(speed),
             away=float(speed) / relative_speed - 1,
-            label=str(modes["rows"][place]["label"]),
-            body=str(modes["rows"][place]["body"]),
+            label=str(rows[place + 1]["label"]),
+            body=str(rows[place + 1]["body"]),
         )
         for place, tone, order, speed in zip(
             found.mode.tolist(), found.tone.tolist(), found.order.tolist(), found.relative_speed.tolist(), strict=True
         )
+        if place + 1 in rows
     ]
 
 
@@ -85,7 +85,9 @@ def resonance_answer(
     met = meetings_of(system, modes, relative)
     band = per_cent(BAND)
     if not met:
-        text = f"No mesh order up to the 12th meets a mode within {band} of this speed."
+        at_rest = int(modes["at_rest"])
+        text = f"No mesh order up to the 12th {'excites' if at_rest else 'meets'} a mode within {band} of this speed"
+        text += f": {at_rest} meet one that they leave at rest." if at_rest else "."
         return answer("resonance", text, figure=f"> {band}", level="good", evidence="modes")
     nearest = min(met, key=lambda one: abs(one.away))
     if sweep is None:
@@ -116,7 +118,7 @@ def _rpm(one: Meeting, sweep: Mapping[str, Any]) -> float:
 
 
 def _others(met: list[Meeting]) -> str:
-    """How many more there are within the band."""
+    """How many there are within the band."""
     return "" if len(met) == 1 else f" ({len(met)} within {per_cent(BAND)})"
 
 

@@ -201,7 +201,13 @@ def _attempt(pane: str, what: str, compute_it: Callable[[], Found], missing: lis
 def _live_parts(model: _Model, *, compiled: bool) -> _Parts:
     """The live set; compiled : by numba."""
     train, system, missing = model.train, model.system, list[_Missing]()
-    modes = _attempt("modes", "modes", lambda: mode_view(train, system, model.labels), missing)
+    relative_speed = model.request.relative_speed
+    modes = _attempt(
+        "modes",
+        "modes",
+        lambda: mode_view(train, system, model.labels, relative_speed=relative_speed, compiled=compiled),
+        missing,
+    )
     shared = _attempt("sharing", "load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
     twin = None if shared is None else twin_of(train, shared)
     errors = (
@@ -310,12 +316,17 @@ def _answers(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[
     found = answers.answers_of(
         model.train,
         model.system,
-        modes=None if modes is None else {"rows": modes.head, **modes.values},
+        modes=None if modes is None or parts.modes is None else _modes_told(modes, parts.modes),
         twin=None if parts.twin is None else {**parts.twin.head, "coefficient": parts.twin.coefficient},
         **others,
     )
     stated = [_table(one) for one in checks.checks_of(model.train, model.system)]
     return {"answers": [_table(one) for one in found], "checks": [*stated, *(one.check for one in parts.missing)]}
+
+
+def _modes_told(shown: _Shown, modes: ModeView) -> dict[str, Any]:
+    """What the answers are told of the modes: what is shown, and the mesh orders that meet them."""
+    return {"rows": shown.head, **shown.values, "crossings": modes.crossings, "at_rest": modes.at_rest}
 
 
 def _table(value: Any) -> dict[str, Any]:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ...analyses.modes.basis import mean_modes
 from ...analyses.modes.classification import classify_modes, normalisation
-from ...analyses.modes.mesh_crossings import MeshCrossings, mesh_crossings, tones_of_meshes
+from ...analyses.modes.mesh_crossings import OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 from ...analyses.static.tangent import linear
-from ...analyses.steady.resonances import BAND
+from ...analyses.steady.resonances import BAND, excited_modes
 from ...results.ties import largest, ranked
 from ...system.system import Array, System
 from ...train.train import Train
@@ -42,7 +42,8 @@ class ModeView:
     shape : (m, nb, 6) x, y, z and rx, ry, rz times the pitch radius, in the axes of the stage, largest component 1.
     label : what moves.  kind : rotational, translational, planet or mixed.  body : the one that moves most.
     damping : (m,) damping ratio [1], nan where not given.  crossings : speeds at which mesh orders meet them, of all
-    modes.
+    modes; within 20 % of the speed that is shown those of orders that excite the mode, or where that is not known.
+    at_rest : how many others there are.
     """
 
     number: NDArray[np.int64]
@@ -52,6 +53,7 @@ class ModeView:
     kind: tuple[str, ...]
     body: tuple[str, ...]
     crossings: MeshCrossings
+    at_rest: int
     tones: Mapping[Fraction, Sequence[str]]
 
     @property
@@ -92,12 +94,19 @@ class ModeView:
         return {number: text for number, (_, text) in nearest.items()}
 
 
-def mode_view(train: Train, system: System, labels: Mapping[str, str]) -> ModeView:
+def mode_view(
+    train: Train,
+    system: System,
+    labels: Mapping[str, str],
+    *,
+    relative_speed: float = 1.0,
+    compiled: bool | None = None,
+) -> ModeView:
     """Elastic modes of the undamped mean system at standstill.
 
     Parameters
     ----------
-    labels : of the bodies.
+    labels : of the bodies.  relative_speed : that is shown, per operating speed [1].  compiled : as of `sweep`.
 
     Raises
     ------
@@ -114,6 +123,7 @@ def mode_view(train: Train, system: System, labels: Mapping[str, str]) -> ModeVi
     label, body = _labels(train, system, full, labels)
     frequency = np.sqrt(squared) / (2 * np.pi)
     tones = tones_of_meshes(system)
+    crossings, at_rest = _crossings(system, frequency, np.real(kinds.vectors), relative_speed, compiled)
     return ModeView(
         number=elastic + 1,
         frequency=frequency[elastic],
@@ -121,9 +131,27 @@ def mode_view(train: Train, system: System, labels: Mapping[str, str]) -> ModeVi
         label=label,
         kind=tuple(kinds.kind[i] for i in elastic),
         body=body,
-        crossings=mesh_crossings(frequency, [float(tone) for tone in tones]),
+        crossings=crossings,
+        at_rest=at_rest,
         tones=tones,
     )
+
+
+def _crossings(
+    system: System, frequency: Array, shapes: Array, relative_speed: float, compiled: bool | None
+) -> tuple[MeshCrossings, int]:
+    """Crossings about operation and within the band about a speed, there without those whose order leaves the mode at
+    rest; and how many these are.
+
+    frequency : (n,) of all modes [Hz].  shapes : (n, n).
+    """
+    low = min(OPERATION[0], (1 - BAND) * relative_speed)
+    high = max(OPERATION[1], (1 + BAND) * relative_speed)
+    found = mesh_crossings(frequency, [float(tone) for tone in tones_of_meshes(system)], low=low, high=high)
+    near = np.abs(found.relative_speed / relative_speed - 1) <= BAND
+    kept = np.ones(len(found.mode), dtype=bool)
+    kept[near] = excited_modes(system, found.chosen(near), shapes, compiled=compiled) != "no"
+    return found.chosen(kept), int((~kept).sum())
 
 
 def _pitch_radii(train: Train) -> Array:

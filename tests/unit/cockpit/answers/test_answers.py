@@ -196,16 +196,28 @@ def test_resonances_are_those_of_modes(train: str) -> None:
     away = abs(float(speed[place]) - 1)
     assert numbers(answer["figure"])[0] == pytest.approx(100 * away, abs=0.51 if away >= 0.1 else 0.051)
     assert f"{frequency[place]:.4g} Hz" in answer["text"]
-    if len(speed) > 1:
-        assert f"({len(speed)} within 20 %)" in answer["text"]
+    excited = result["resonance_excited"].values == "yes"
+    assert excited[place]
+    assert excited.sum() > 1
+    assert f"({excited.sum()} within 20 %)" in answer["text"]
 
 
 def test_without_a_strong_peak_the_nearest_meeting_is_named() -> None:
     answer = by_key(frame_of("ren2021"))["resonance"]
     result = modes(source_of("ren2021"), band=0.2)
-    nearest = int(np.abs(result["resonance_speed"].values - 1).argmin())
+    away = np.abs(result["resonance_speed"].values - 1)
+    nearest = int(np.where(result["resonance_excited"].values == "yes", away, np.inf).argmin())
     assert answer["level"] == "good"
     assert f"mode {int(result['resonance_mode'].values[nearest])} " in answer["text"]
+
+
+def test_orders_that_leave_every_mode_at_rest_are_no_resonance() -> None:
+    # stiffness that does not vary: no mesh order moves anything
+    answer = live(source_of("dong2019"), {})["resonance"]
+    met = modes(source_of("dong2019"), band=0.2)["resonance_excited"].values
+    assert set(met) == {"no"}
+    assert f"excites a mode within 20 % of this speed: {met.size} meet one that they leave at rest" in answer["text"]
+    assert (answer["figure"], answer["level"]) == ("> 20 %", "good")
 
 
 def test_a_strong_peak_is_named_before_a_nearer_meeting() -> None:
@@ -266,7 +278,11 @@ def test_what_only_turns_is_told_and_counts() -> None:
 def test_branches_that_are_no_planet_are_named_so() -> None:
     found = live(source_of("dong2019"), {})
     assert found["planet"]["text"].startswith("Branch ")
-    assert "of star2-ring meets" in found["resonance"]["text"]
+
+
+def test_a_mesh_order_of_several_stages_names_its_stage() -> None:
+    found = live(source_of("encased-differential"), {})
+    assert "Mesh order 1 of differential meets" in found["resonance"]["text"]
 
 
 def test_a_train_that_is_within_what_is_usual_is_good() -> None:
