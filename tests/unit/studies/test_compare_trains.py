@@ -202,10 +202,11 @@ def test_results_are_compared_by_variables(tmp_path: Path) -> None:
     row = found.sel(variable="mesh_force_peak", train="second")
     gap = np.abs(second.mesh_force_peak - first.mesh_force_peak)
     assert row.largest_difference.item() == pytest.approx(gap.max().item(), rel=1e-12)
-    assert row.difference_place.item() == f"mesh {gap.mesh.values[np.argmax(gap.values)]}"
+    place = np.flatnonzero(gap.values >= 0.9999 * gap.values.max())[0]  # of flanks that carry alike the first
+    assert row.difference_place.item() == f"mesh {gap.mesh.values[place]}"
     assert row.variable_unit.item() == "N"
     assert row.other_value.item() - row.first_value.item() == pytest.approx(
-        (second.mesh_force_peak - first.mesh_force_peak)[np.argmax(gap.values)].item(), rel=1e-12
+        (second.mesh_force_peak - first.mesh_force_peak)[place].item(), rel=1e-12
     )
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from ...results.ties import largest
+from ...results.ties import EQUAL, largest
 
 __all__ = ["VariableDifference", "variable_differences"]
 
@@ -67,7 +67,7 @@ def _differences(name: str, variables: Sequence[xr.DataArray]) -> VariableDiffer
             size = np.abs(second - first)
         if not np.isfinite(size).any():
             return None
-        place = np.unravel_index(largest(np.where(np.isfinite(size), size, np.nan)), size.shape)
+        place = np.unravel_index(largest(np.where(np.isfinite(size), size, np.nan), equal=EQUAL), size.shape)
         columns.append((float(size[place]), _shown(first[place]), _shown(second[place]), _label(a, place)))
         points = int(np.isfinite(size).sum())
     difference, own, others, places = zip(*columns, strict=True)
