@@ -356,3 +356,31 @@ def test_errors(build: Any) -> None:
         modal(system, damped=True)
     with pytest.raises(ModelError, match=r"stages\.main\.sun\.inertia"):
         modal(replace(system, missing_inertia=("stages.main.sun.inertia",)))
+
+
+def test_branches_of_a_repeated_mode_are_in_order_of_frequency(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At rest any base of the space of a repeated mode is right: branches that part from it do not hang on the base."""
+    import importlib
+
+    import epicyclic
+    from epicyclic.analyses.modes.eigen import Whirl
+
+    room = importlib.import_module("epicyclic.analyses.modes.campbell")
+    system = epicyclic.assemble(epicyclic.load("ren2021"))
+    speeds = np.linspace(0, 2, 9)
+    plain = room.campbell(system, relative_speeds=speeds).whirl_frequency.values
+    whirl = room.whirl
+
+    def turned(*arguments: Any, relative_speed: float, **options: Any) -> Whirl:
+        here = whirl(*arguments, relative_speed=relative_speed, **options)
+        pairs = np.flatnonzero(np.abs(np.diff(here.mu.imag)) < 1e-9 * np.abs(here.mu).max())
+        if relative_speed:
+            return here
+        assert pairs.size > 3
+        vectors = here.vectors.copy()
+        for i in pairs[np.diff(pairs, prepend=-2) > 1]:  # the two exchanged
+            vectors[:, [i, i + 1]] = vectors[:, [i + 1, i]]
+        return Whirl(mu=here.mu, vectors=vectors)
+
+    monkeypatch.setattr(room, "whirl", turned)
+    assert room.campbell(system, relative_speeds=speeds).whirl_frequency.values == pytest.approx(plain, rel=1e-9)

