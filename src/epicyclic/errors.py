@@ -6,9 +6,13 @@ ConvergenceError   a solver did not converge (exit status 3)
 
 from __future__ import annotations
 
+import re
+
 __all__ = ["ConvergenceError", "ModelError"]
 
 _ABSENT = object()
+# Characters of a word and of a text that a message shows: a file may have keys of a megabyte.
+_WORD, _TEXT = 200, 6000
 
 
 class ModelError(ValueError):
@@ -26,7 +30,7 @@ class ModelError(ValueError):
         self.problem, self.path, self.given, self.allowed = problem, path, given, allowed
         where = path if given is _ABSENT else f"{path} = {_short(given)}"
         text = f"{where}: {problem}" if where else problem
-        super().__init__(f"{text}; allowed: {allowed}" if allowed else text)
+        super().__init__(_cut(f"{text}; allowed: {allowed}" if allowed else text))
 
     def at(self, path: str) -> ModelError:
         """The same error at another path."""
@@ -41,3 +45,13 @@ def _short(value: object) -> str:
     text = value if isinstance(value, str) else repr(value)
     text = text.replace("\n", " ")
     return text if len(text) <= 80 else text[:77] + "..."
+
+
+def _cut(text: str) -> str:
+    """A text without the middle of each long word, and without its own middle where it is long still."""
+    text = re.sub(rf"\S{{{_WORD},}}", lambda word: _middle_left_out(word[0], _WORD), text)
+    return _middle_left_out(text, _TEXT)
+
+
+def _middle_left_out(text: str, most: int) -> str:
+    return text if len(text) <= most else f"{text[: most // 2]}...{text[-most // 2 :]}"

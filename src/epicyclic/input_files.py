@@ -63,7 +63,7 @@ def _require_apart(source: Path, output: Path) -> None:
     except (OSError, ValueError):  # one is not there, or a zero byte in the name
         return
     if same:
-        problem = f"is {source}, which this command reads"
+        problem = f"is {source}, which is read"
         raise ModelError(problem, path="--output", given=str(output), allowed="another file")
 
 

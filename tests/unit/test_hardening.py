@@ -30,6 +30,7 @@ from typer.testing import CliRunner
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
+from epicyclic.model.tables import dotted_line
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.results.locked_folder import locked_folder
 from epicyclic.results.run_folder import remove_folder
@@ -210,8 +211,42 @@ def test_an_output_that_is_a_source_is_refused(arguments: str, sources: Path) ->
     (sources / "sub").mkdir()
     (sources / "x.toml").symlink_to("x.rexs")
     before = {path: path.read_bytes() for path in sources.glob("*.*")}
-    assert "which this command reads" in refused(*arguments.split())
+    assert "which is read" in refused(*arguments.split())
     assert {path: path.read_bytes() for path in sources.glob("*.*")} == before
+
+
+def test_write_rexs_does_not_write_over_its_source(sources: Path) -> None:
+    (sources / "other.rexs").symlink_to("x.rexs")
+    before = (sources / "x.rexs").read_bytes()
+    with pytest.raises(ModelError, match="which is read"):
+        epicyclic.write_rexs(sources / "x.rexs", sources / "other.rexs")
+    assert (sources / "x.rexs").read_bytes() == before
+
+
+@pytest.mark.parametrize("header", ["", "[stages.{}]", "[stages.main.{}]"])
+def test_a_message_leaves_out_the_middle_of_a_long_key(header: str, tmp_path: Path) -> None:
+    key = "k" * 1_000_000
+    line = "teeth = 1" if header else f"{key} = 1"
+    (tmp_path / "long.toml").write_text(f"format = 2\n{header.format(key)}\n{line}\n")
+    told = refused("modes", str(tmp_path / "long.toml"))
+    assert "kkk...kkk" in told
+    assert len(told) < 1000
+
+
+def test_many_stages_in_one_line_are_not_one_long_key() -> None:
+    stages = ", ".join(f"s{i}.sun.teeth = 20" for i in range(400))
+    assert dotted_line(f'stages = {{ {stages} }}\ntitle = "{"a." * 400}"') is None
+    assert dotted_line(f"title = 1\nstages = {{ {'a . ' * 200}{chr(34)}b.c{chr(34)}{'.a' * 200} = 1 }}") == 2
+
+
+@pytest.mark.parametrize(
+    ("columns", "least", "most"),
+    [("10", 20, 40), ("60", 41, 60), ("90", 61, 90), ("0", 91, 160), ("many", 91, 160), ("", 91, 160)],
+)
+def test_tables_are_as_wide_as_columns_says(columns: str, least: int, most: int) -> None:
+    result = CliRunner().invoke(app, ["modes", "wind-stage"], env={"COLUMNS": columns})
+    rules = [len(line) for line in result.stdout.splitlines() if line.startswith("─")]  # below the heads of columns
+    assert least <= max(rules) <= most
 
 
 def test_an_output_of_before_is_replaced(tmp_path: Path) -> None:

@@ -13,9 +13,10 @@ __all__ = ["REMOVE", "PlainTable", "clean", "dotted_line", "leaves", "merge", "n
 
 PlainTable = dict[str, Any]
 MAX_DEPTH = 24
-# points of dotted keys in one line: tomllib takes time as the square of their number, and there are 24 levels at most
+# points of one dotted key: tomllib takes time as the square of their number, and there are 24 levels at most
 _MAX_POINTS = 300
-_POINT = re.compile(r"""\.[ \t]*["'A-Za-z_-]|\.[ \t]*\d+[ \t]*\.""")
+# segment of a key, a text (to the end of the line where it does not end there), a point, or what ends a key
+_TOKEN = re.compile(r"""(?P<segment>[\w-]+|"(?:[^"\\]|\\.)*(?:"|\\?$)|'[^']*(?:'|$))|(?P<point>\.)|(?P<end>[^ \t])""")
 # no line of text needs them, and a terminal takes them as orders
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]")
 # numbers above are no input; in a message or a file Python takes long over their digits, or refuses
@@ -74,11 +75,25 @@ def _clean_text(text: str, path: str) -> str:
 
 
 def dotted_line(text: str) -> int | None:
-    """Return the number of the first line of a TOML text with more points of dotted keys than a parser can bear."""
+    """Return the number of the first line of a TOML text with a dotted key of more points than a parser can bear."""
     for number, line in enumerate(text.splitlines(), start=1):
-        if line.count(".") > _MAX_POINTS and sum(1 for _ in _POINT.finditer(line)) > _MAX_POINTS:
+        if line.count(".") > _MAX_POINTS and _most_points(line) > _MAX_POINTS:
             return number
     return None
+
+
+def _most_points(line: str) -> int:
+    """Points of the longest dotted key of a line."""
+    most = points = 0
+    before = "end"
+    for token in _TOKEN.finditer(line):
+        kind = str(token.lastgroup)
+        if kind == "end" or kind == before == "segment":
+            points = 0
+        elif kind == "point":
+            points += 1
+        most, before = max(most, points), kind
+    return most
 
 
 def _clean_float(value: float, path: str) -> float | str:

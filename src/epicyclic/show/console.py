@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import shutil
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -31,6 +33,8 @@ __all__ = [
     "warnings_of",
 ]
 
+# columns in which a table of numbers can be read at all
+_LEAST_WIDTH = 40
 _STYLES = {"good": "green", "caution": "yellow", "bad": "red"}
 # signs that do not break over a line of a page, as they are typed
 _PLAIN = str.maketrans("\u00a0\u2011", " -")
@@ -45,9 +49,13 @@ class _Console(Console):
 
 
 def stdout_console() -> Console:
-    """The console for results: as wide as the terminal, or 160 columns in a pipe."""
+    """The console for results: of COLUMNS, else as wide as the terminal, or 160 columns in a pipe."""
     console = _Console(highlight=False)
-    return console if console.is_terminal else _Console(highlight=False, width=160)
+    columns = os.environ.get("COLUMNS", "")
+    if columns.isdecimal() and 0 < int(columns[:9]):
+        return _Console(highlight=False, width=max(int(columns[:9]), _LEAST_WIDTH))
+    width = shutil.get_terminal_size().columns if console.is_terminal else 160
+    return _Console(highlight=False, width=width)
 
 
 def stderr_console() -> Console:

@@ -8,14 +8,19 @@ from typing import TYPE_CHECKING, Any
 from ..arguments import checked
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import xarray as xr
+
+    from ..system.system import System
+    from ..train.train import Train
 
 __all__ = ["compare"]
 
 
 @checked
 def compare(
-    *sources: Any,
+    *sources: str | Path | Mapping[str, Any] | Train | System | xr.Dataset,
     overrides: Mapping[str, Any] | None = None,
     variants: Sequence[Mapping[str, Any]] = (),
 ) -> xr.Dataset:

@@ -372,7 +372,7 @@ def test_branches_of_a_repeated_mode_are_in_order_of_frequency(monkeypatch: pyte
     whirl = room.whirl
 
     def turned(*arguments: Any, relative_speed: float, **options: Any) -> Whirl:
-        here = whirl(*arguments, relative_speed=relative_speed, **options)
+        here: Whirl = whirl(*arguments, relative_speed=relative_speed, **options)
         pairs = np.flatnonzero(np.abs(np.diff(here.mu.imag)) < 1e-9 * np.abs(here.mu).max())
         if relative_speed:
             return here

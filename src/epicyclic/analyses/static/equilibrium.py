@@ -354,21 +354,22 @@ def equilibrium(
     else:
         pull = k0 * start - rows.force(start)
     iterations = np.zeros(len(gap), dtype=np.int64)
-    least, loaded = np.full(len(gap), np.inf), np.any(force != 0, axis=1)
-    polished = ~loaded
+    least, best, solution = np.full(len(gap), np.inf), np.full(len(gap), np.inf), pull.copy()
+    polished = ~np.any(force != 0, axis=1)  # without a load all forces are rounding
     todo = np.arange(len(gap))
     for _ in range(max_iterations + 1):
         here = rows.at(todo)
         residual, limit, exact = _residual(S, k0, pull[todo], free_gap[todo], here, tolerance)
         left = np.max(np.abs(residual), axis=1, initial=0.0)
-        # rounding of large errors beside a small load: one step more brings what double precision has, on whichever
-        # side of the limit it ends; without a load all forces are rounding
-        within = (left <= limit) | (polished[todo] & loaded[todo])
-        unfinished = ~within | ((left > exact) & ~polished[todo])
+        within = (left <= limit) & (left < best[todo])
+        best[todo[within]], solution[todo[within]] = left[within], pull[todo[within]]
+        # rounding of large errors beside a small load: one step more brings what double precision has, unless it ends
+        # on the other side of a kink
+        unfinished = np.isinf(best[todo]) | ((left > exact) & ~polished[todo])
         polished[todo] |= within
         todo = todo[unfinished]
         if not todo.size:
-            return _result(flexible, pull, free_gap, rows, force, iterations, m)
+            return _result(flexible, solution, free_gap, rows, force, iterations, m)
         if iterations[todo[0]] >= max_iterations:
             break
         step, least[todo] = _newton_step(

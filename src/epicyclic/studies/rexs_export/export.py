@@ -11,6 +11,7 @@ from pathlib import Path
 
 from ...arguments import checked
 from ...errors import ModelError
+from ...input_files import as_output, outputs_apart
 from ...results.package_version import package_version
 from ...results.whole_file import whole_file
 from ...rexs.structure import RexsFile
@@ -57,10 +58,13 @@ def write_rexs(source: Source, path: str | Path, *, overrides: Overrides | None 
     Raises
     ------
     ModelError : the model is wrong; planets that mesh with each other; gears that do not fit their places; a file that
-        cannot be written.
+        cannot be written, or is the source.
     """
     encoding = encoding_of(path)
-    found = rexs_of(train_of(source, overrides=overrides), date=_date(source))
+    with outputs_apart():
+        as_output(Path(path))
+        train = train_of(source, overrides=overrides)
+    found = rexs_of(train, date=_date(source))
     stem = Path(path).name.split(".rexs")[0]
     raw = rexs_bytes(found.file, encoding, name=f"{stem}.rexs")
     with whole_file(path) as opened:
