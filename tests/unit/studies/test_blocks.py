@@ -20,6 +20,7 @@ import pytest
 from epicyclic.errors import ModelError
 from epicyclic.results.block_store import block_store
 from epicyclic.results.counted import Counted
+from epicyclic.studies.blocks import local_cluster as room
 from epicyclic.studies.blocks.local_cluster import mend
 from epicyclic.studies.blocks.run import BlockJob, hash_of, run_blocks
 
@@ -278,6 +279,15 @@ def test_a_worker_whose_nanny_gave_up_is_replaced() -> None:
     mend(cluster, 4)
     assert list(cluster.workers) == [0, 3]
     assert cluster.asked == 4
+
+
+def test_a_cluster_that_does_not_start_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(room, "_START", "raise OSError('no process may be started here')")
+    with (
+        pytest.raises(ModelError, match="does not start: OSError: no process may be started here; allowed: no workers"),
+        room.local_cluster(1),
+    ):
+        pass
 
 
 def test_a_scheduler_may_be_killed(tmp_path: Path, undisturbed: tuple[Blocks, dict[str, bytes]]) -> None:

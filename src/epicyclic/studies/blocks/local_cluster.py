@@ -13,7 +13,8 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryFile
+from typing import IO, Any
 
 from ...errors import ModelError
 
@@ -90,11 +91,12 @@ def local_cluster(workers: int) -> Iterator[str]:
     """
     # the packages of this process, wherever it has found them
     paths = [str(Path(__file__).resolve().parents[3]), *(os.path.abspath(path) for path in sys.path)]
+    told = TemporaryFile("w+", errors="replace")
     process = subprocess.Popen(
         [sys.executable, "-c", _START, str(workers)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
+        stderr=told,
         text=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), "EPICYCLIC_JOBS": "1"},
         start_new_session=True,
@@ -104,14 +106,30 @@ def local_cluster(workers: int) -> Iterator[str]:
     try:
         address = process.stdout.readline().strip()
         if not address:
-            raise ModelError("the local cluster does not start", path="workers", given=workers, allowed="no workers")
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(_END)
+            raise ModelError(
+                f"the local cluster does not start{_last_line(told)}",
+                path="workers",
+                given=workers,
+                allowed="no workers, or an address of a scheduler that runs",
+            )
         yield address
     finally:
         with suppress(OSError):
             process.stdin.close()
         try:
-            process.wait(_END)
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(_END)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
         process.stdout.close()
+        told.close()
+
+
+def _last_line(told: IO[str]) -> str:
+    """What a process has said last, in a message; "" where it said nothing."""
+    told.seek(0)
+    lines = [line.strip() for line in told if line.strip()]
+    return f": {lines[-1]}" if lines else ""

@@ -50,9 +50,10 @@ _MOST_RAW = 25_000_000
 _ALL_EFFECTS = 2**16
 # share of the progress bar that the sampling takes where curves follow
 _SAMPLING = 0.7
-# Time of a sample of closed contact at least, and what all may take together, of one processor [s]; samples that tell
-# how much longer links with laws take.
-_SAMPLE_TIME, _LONGEST, _TOLD = 5e-6, 30 * 86_400.0, 4
+# Time of a sample of closed contact at least [s]; samples that tell how much longer links with laws take.
+_SAMPLE_TIME, _TOLD = 5e-6, 4
+# What all may take together [s]: a run with a store can be stopped and resumed; one without is lost when it is stopped.
+_RESUMED, _LONGEST = 30 * 86_400.0, 3600.0
 
 
 def tolerance(
@@ -104,7 +105,7 @@ def tolerance(
     drawn = tolerance_map(train)
     if raw and store is None:
         _check_raw(plan, drawn)
-    _check_time(plan, drawn, method)
+    _check_time(plan, drawn, method, workers=workers or 1, kept=store is not None)
     chosen = effects or ("all" if plan.samples >= _ALL_EFFECTS else "shares")
     job = BlockJob(
         verb="tolerance",
@@ -251,22 +252,24 @@ def _checked_limits(limits: Sequence[float]) -> Array:
     return np.unique(values)
 
 
-def _check_time(plan: SamplingPlan, drawn: SampleMap, method: ContactMethod) -> None:
-    """Refuse more samples than a processor gets through in a month.
+def _check_time(plan: SamplingPlan, drawn: SampleMap, method: ContactMethod, *, workers: int, kept: bool) -> None:
+    """Refuse more samples than are done in an hour, or in a month where a store keeps what is done.
 
     Links with laws take as long as their play has it: a few samples say so.
     """
-    each = _SAMPLE_TIME
+    each, longest = _SAMPLE_TIME, _RESUMED if kept else _LONGEST
     if drawn.lawful and method != "linear":
         begun = time.perf_counter()
         drawn.evaluate(piece_uniforms(plan, 0, drawn.dimension_entry.size)[:_TOLD], method=method)
         each = max(each, (time.perf_counter() - begun) / _TOLD)
+    each /= workers
+    most = f"at most {2 ** int(math.log2(max(longest / each, 1.0)))} of this train"
     require_time(
         each * plan.samples,
-        _LONGEST,
+        longest,
         path="samples",
         given=plan.samples,
-        allowed=f"at most {2 ** int(math.log2(_LONGEST / each))} of this train",
+        allowed=most if kept else f"{most}, or more with a store that keeps what is done",
     )
 
 
