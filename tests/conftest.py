@@ -12,6 +12,8 @@ from epicyclic.system.system import System
 
 # Tests share the cores among themselves; one that is about several processes asks for them.
 os.environ.setdefault("EPICYCLIC_JOBS", "1")
+# Tables are as wide as in a pipe: pytest-xdist sets the width of its own terminal for its processes.
+os.environ.pop("COLUMNS", None)
 # A shell lets what it starts in the background ignore Ctrl-C, and so would the processes that tests stop by it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 

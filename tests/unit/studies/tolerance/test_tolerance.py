@@ -102,17 +102,18 @@ def test_a_run_of_weeks_is_refused() -> None:
 
 def test_a_run_of_hours_is_refused_without_a_store(tmp_path: Path) -> None:
     """Links with play take milliseconds a sample, which a few samples say; with a store the run may be stopped."""
-    play: dict[str, object] = {"stages.main.sun.support": {"radial": "1e7 N/m", "clearance": "5 mm"}}
+    play: dict[str, object] = {"stages.main.sun.support.clearance": "5 mm"}
+    play["tolerance"] = {"deviations.star1.position": "disc(20 um)"}
     options: dict[str, Any] = {"overrides": play, "samples": 2**22, "effects": "none"}
     with pytest.raises(ModelError, match=r"some [\d.]+ (h|days), of 60 min that a run may take") as error:
-        epicyclic.tolerance(gaussian(1.0), **options)
+        epicyclic.tolerance("dong2019", **options)
     assert "store" in error.value.allowed
 
     def stopped(share: float) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        epicyclic.tolerance(gaussian(1.0), **options, store=tmp_path / "store", progress=stopped)
+        epicyclic.tolerance("dong2019", **options, store=tmp_path / "store", progress=stopped)
 
 
 RADIAL, TORQUES = POSITION[:-1] + "x", "operation.torque.sun"
