@@ -18,9 +18,9 @@ import pytest
 import scipy.linalg
 from numpy.typing import NDArray
 
+import epicyclic
 from epicyclic.analyses.modes.eigen import eigen
 from epicyclic.analyses.modes.modal import modal
-from epicyclic.analyses.steady.steady import steady
 from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
@@ -442,5 +442,8 @@ def test_radii_further_off_than_rounding_are_kept_and_named() -> None:
         f"stages.main.{gear}" for gear in ("sun", "planet", "ring")
     ]
     assert [b.gear.base_radius for b in train.bodies if b.gear and b.member == "main.sun"] == [0.03871]
-    with pytest.raises(ModelError, match=r"do not balance .* stages.main.sun.base_radius = 38.71 mm is far"):
-        steady(assemble(train))
+    for verb in (epicyclic.steady, epicyclic.static, epicyclic.sharing, epicyclic.sweep, epicyclic.transient):
+        with pytest.raises(ModelError, match=r"do(es)? not balance .* stages.main.sun.base_radius = 38.71 mm is far"):
+            verb(train)
+    with pytest.raises(ModelError, match=r"does not balance .* stages.main.sun.base_radius = 38.71 mm is far"):
+        epicyclic.sharing(train, method="static")

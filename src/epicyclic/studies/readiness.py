@@ -143,7 +143,7 @@ class Readiness:
         """Check that the mean load works on no motion without stiffness."""
         still = [line.force[0].real for line in self.system.lines if line.frequency == 0]
         force: Array = self.system.force + sum(still, np.zeros(len(self.system.force)))
-        require_balance(compliance_of(self.system).free, force[None], self.system.dofs.names)
+        require_balance(compliance_of(self.system).free, force[None], self.system)
 
     def ring(self) -> None:
         """Check that a stage has a ring for a sensor."""

@@ -225,7 +225,7 @@ def _case(train: Train, laws: Sequence[MeshFaceLaw], length: _Length, *, samples
     phases = np.array([turn_fraction(tone / over.unit / over.samples, index) for tone in tones]).T
     flexible = compliance_of(system)
     acting = excitation(system, over.unit, index, over.samples)
-    require_balance(flexible.free, acting.force, system.dofs.names)
+    require_balance(flexible.free, acting.force, system)
     of_mesh = system.meshes.tone[faces(system.meshes).first]
     times = index / over.samples
     if graded:

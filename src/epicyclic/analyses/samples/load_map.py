@@ -156,7 +156,7 @@ def load_map(system: System, columns: Sequence[Line] = (), *, links: NDArray[np.
     meshes, far = system.meshes, system.far_flanks
     m, c = len(meshes.name), far.mesh.size
     flexible = _flexible(system, own)
-    require_balance(flexible.free, system.force[None], system.dofs.names)
+    require_balance(flexible.free, system.force[None], system)
     none = np.zeros(flexible.stiffness.size)
     opening = none.copy()
     opening[m : m + c] = meshes.backlash[far.mesh]
@@ -202,7 +202,7 @@ def _stretch(system: System, flexible: Compliance, links: NDArray[np.int64], lin
     """
     own = line.link_gap[links]
     # errors of links that vary are gaps of rows here, no forces
-    require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), system.dofs.names)
+    require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), system)
     force = line.force[0] - system.links.B[:, links] @ (system.links.stiffness[links] * own)
     flanks = system.flank_gaps(line)[: len(system.meshes.name) + system.far_flanks.mesh.size]
     return _closed(flexible, np.concatenate([flanks, own]), flexible.gap_of_force @ force)

@@ -66,11 +66,10 @@ def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: 
     ------
     ModelError : a load works on a free motion.
     """
-    names = system.dofs.names
     k = mesh_stiffness(system, tone, np.arange(samples), samples)
-    require_balance(flexible.free, system.force[None], names)
+    require_balance(flexible.free, system.force[None], system)
     for line in system.lines:
-        require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), names)
+        require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), system)
 
     def solved(gap: Values, load: Values) -> Values:
         """Forces (Nt, m) [N] under errors (Nt, m) [m] and loads (Nt, n) [N, N m]."""

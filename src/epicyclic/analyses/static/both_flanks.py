@@ -30,26 +30,26 @@ class HeldTrain:
     """A train seen from its rows.
 
     loaded : from the loaded flanks and the rows of groups.  both : from all flanks, None where no backlash is finite.
-    far : its far flanks.  names : (n,) of the coordinates.
+    far : its far flanks.  system : that it is of.
     """
 
     loaded: Compliance
     both: Compliance | None
     far: FarFlanks
-    names: tuple[str, ...]
+    system: System
 
 
 def held_train(system: System) -> HeldTrain:
     """The train seen from its flanks."""
-    loaded, far, names = compliance_of(system), system.far_flanks, system.dofs.names
+    loaded, far = compliance_of(system), system.far_flanks
     if not far.mesh.size:
-        return HeldTrain(loaded=loaded, both=None, far=far, names=names)
+        return HeldTrain(loaded=loaded, both=None, far=far, system=system)
     # a motion that the loaded flanks leave free may be stopped by far ones, which then count as closed
     stops = np.max(np.abs(far.B.T @ loaded.free), axis=1, initial=0.0) > _STILL
     k0 = np.where(stops, system.meshes.stiffness[far.mesh], 0.0)
     B = np.hstack([system.meshes.B, far.B, system.group_rows])
     stiffness = np.concatenate([system.meshes.stiffness, k0, system.laws.row_stiffness])
-    return HeldTrain(loaded=loaded, both=compliance(elastic_rows(system), B, stiffness), far=far, names=names)
+    return HeldTrain(loaded=loaded, both=compliance(elastic_rows(system), B, stiffness), far=far, system=system)
 
 
 def balanced(train: HeldTrain, force: Array) -> None:
@@ -59,7 +59,7 @@ def balanced(train: HeldTrain, force: Array) -> None:
     ------
     ModelError : one does.
     """
-    require_balance((train.loaded if train.both is None else train.both).free, force, train.names)
+    require_balance((train.loaded if train.both is None else train.both).free, force, train.system)
 
 
 def settled(
@@ -78,7 +78,7 @@ def settled(
     if train.both is None:
         return _loaded(train, here, laws, anchor, start)
     try:
-        require_balance(train.loaded.free, here.force, train.names)
+        require_balance(train.loaded.free, here.force, train.system)
         found = _loaded(train, here, laws, anchor, start)
         pressing = np.flatnonzero(_presses(train, here, found.displacement))
     except (ModelError, ConvergenceError):

@@ -21,7 +21,6 @@ at the end with the forces of the rows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,7 +35,7 @@ from ...system.laws.linear import LinearAt
 from ...system.stiffness_rows import elastic_rows, free_motions
 from ...system.system import Array, System
 from .line_search import line_minimum
-from .unheld import unheld, unheld_error
+from .unheld import contradicting_radii, unheld, unheld_error
 
 Values = NDArray[Any]  # real or complex
 
@@ -252,8 +251,8 @@ def compliance_of(system: System) -> Compliance:
     return compliance(elastic_rows(system), B, np.concatenate([system.meshes.stiffness, system.laws.row_stiffness]))
 
 
-def require_balance(free: Array, force: Array, names: Sequence[str]) -> None:
-    """Check that no load (T, n) [N, N m] works on a free motion (n, r).
+def require_balance(free: Array, force: Array, system: System) -> None:
+    """Check that no load (T, n) [N, N m] works on a free motion (n, r) of a train.
 
     Raises
     ------
@@ -266,6 +265,7 @@ def require_balance(free: Array, force: Array, names: Sequence[str]) -> None:
     if not np.any(excess > 0):
         return
     instant, motion = np.unravel_index(int(np.argmax(excess)), work.shape)
+    names = system.dofs.names
     if found := unheld(free, force[instant], names):
         raise unheld_error(found)
     worst = int(np.argmax(np.abs(force[instant] * free[:, motion])))
@@ -273,7 +273,7 @@ def require_balance(free: Array, force: Array, names: Sequence[str]) -> None:
         "the load does not balance along a motion that nothing holds",
         path=names[worst],
         given=float(force[instant, worst]),
-        allowed="loads in equilibrium, or a support",
+        allowed="; ".join(filter(None, ("loads in equilibrium, or a support", contradicting_radii(system)))),
     )
 
 

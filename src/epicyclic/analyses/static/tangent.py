@@ -174,7 +174,7 @@ def _mean_state(system: System) -> Equilibrium:
     gap = np.zeros(len(flexible.stiffness))
     for line in still:
         gap += np.concatenate([line.gap, group_gap(line, system.group_rows.shape[1])]).real
-    require_balance(flexible.free, force[None], system.dofs.names)
+    require_balance(flexible.free, force[None], system)
     return equilibrium(
         flexible, stiffness=system.meshes.stiffness[None], gap=gap[None], force=force[None], laws=system.laws
     )
