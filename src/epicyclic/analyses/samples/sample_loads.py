@@ -17,7 +17,7 @@ from .mean_load import closed_loads, falls_below, largest_of_groups, least_force
 from .open_contact import net_forces
 from .phases import SlowPhases, phase_points, phase_steps, slow_phases, units_of_largest
 
-__all__ = ["METHODS", "ContactMethod", "SampleLoads", "mean_loads", "nominal_signs", "sample_loads"]
+__all__ = ["DENSE_PHASES", "METHODS", "ContactMethod", "SampleLoads", "mean_loads", "nominal_signs", "sample_loads"]
 
 ContactMethod = Literal["auto", "linear", "static"]
 METHODS: tuple[ContactMethod, ...] = get_args(ContactMethod)
@@ -27,6 +27,8 @@ _NONE = 1e-9
 # Slow phases that forces of open contact are averaged over: of three shafts and four planets whose teeth part most of
 # the time, 144 points of a lattice err by 6e-4 of the mean force (root mean square), 64 by 2e-3.
 _PHASES = 144
+# The same where one train is asked, or how far the others are from it.
+DENSE_PHASES = 30 * _PHASES
 # Search for the largest share of open contact: rounds, first step in the phases [rad], by which steps shrink in a round
 # without success.  Of ten trains of five planets and three independent shafts K is up to 0.043 low by the points of the
 # lattice alone and 0.005 by the search, against one 30 times as dense.
@@ -62,6 +64,7 @@ def sample_loads(
     method: ContactMethod = "auto",
     count: int | None = None,
     laws: LawMap | None = None,
+    phases: int = _PHASES,
 ) -> SampleLoads:
     """Load sharing of S samples.
 
@@ -72,6 +75,7 @@ def sample_loads(
     method : ``auto`` solves those samples anew whose contact opens, ``static`` all of them, ``linear`` none.
     count : samples, from the first on, that are wanted, and returned; the rest only fill a piece up.
     laws : of a train with laws, which all samples ask then except with ``linear``; `given` has tangents for them.
+    phases : slow phases that open contact is solved at before the largest share is searched for.
 
     Raises
     ------
@@ -95,13 +99,13 @@ def sample_loads(
     wanted = {"auto": opens, "linear": np.zeros(S, bool), "static": np.ones(S, bool)}[method] & ~failed
     again = np.flatnonzero(wanted)
     asked = None if laws is None else (laws, *laws.excitation.values(factors, torque))
-    size = max(1, _INSTANTS // (_PHASES + 2 * least.shape[1]))
+    size = max(1, _INSTANTS // (phases + 2 * least.shape[1]))
     for first in range(0, again.size, size):
         at = again[first : first + size]
-        units = _phases_of(found, at)
+        units = _phases_of(found, at, phases)
         net, known = _solved(given, found, asked, at, units, rows)
         whole = found.sign * given.face.total(net, axis=2)
-        mean = _mean_of(found, at, units, whole)
+        mean = _mean_of(found, at, units, whole, phases)
         if asked is None:  # links with laws take a hundred times as long
             whole = _with_largest(given, found, at, units, whole, rows)
         load[:, at] = loads_at_phases(whole, mean, given.group)
@@ -127,7 +131,8 @@ def mean_loads(system: System) -> Array:
     ModelError, ConvergenceError : the load has no equilibrium.
     """
     laws = law_map(system) if system.groups else None
-    found = sample_loads(load_map(linear(system)), np.zeros((1, 0)), laws=laws)
+    phases = _PHASES if laws is not None else DENSE_PHASES
+    found = sample_loads(load_map(linear(system)), np.zeros((1, 0)), laws=laws, phases=phases)
     if found.failed[0]:
         raise ConvergenceError("no static equilibrium at some phases of the errors")
     load: Array = found.load[0]
@@ -260,7 +265,7 @@ def _instants(still: Array, turning: ComplexArray, at: NDArray[np.int64], units:
     return values.reshape(-1, values.shape[2])
 
 
-def _mean_of(found: _ClosedContact, at: NDArray[np.int64], units: ComplexArray, whole: Array) -> Array:
+def _mean_of(found: _ClosedContact, at: NDArray[np.int64], units: ComplexArray, whole: Array, phases: int) -> Array:
     """Mean over the slow phases of the forces (s, w) [N] of the samples `at`.
 
     That of closed contact is known, so that only what opening adds is averaged over the even phases, whose number may
@@ -268,7 +273,7 @@ def _mean_of(found: _ClosedContact, at: NDArray[np.int64], units: ComplexArray, 
 
     units : (G, s, T).  whole : (s, T, w) forces [N].
     """
-    even = _PHASES if len(found.wave) else 1
+    even = phases if len(found.wave) else 1
     closed = _instants(found.force, found.wave, at, units[:, :, :even]).reshape(at.size, even, -1)
     mean: Array = found.force[at] + (whole[:, :even] - closed).mean(axis=1)
     return mean
@@ -303,7 +308,7 @@ def _leaves(
     return leaves
 
 
-def _phases_of(found: _ClosedContact, at: NDArray[np.int64]) -> ComplexArray:
+def _phases_of(found: _ClosedContact, at: NDArray[np.int64], phases: int) -> ComplexArray:
     """Units (G, s, T) of the slow phases at which samples are solved: even ones, then those that load a mesh most.
 
     Those that load it least follow them.
@@ -311,8 +316,8 @@ def _phases_of(found: _ClosedContact, at: NDArray[np.int64]) -> ComplexArray:
     wave = found.wave[:, at]
     if not len(wave):
         return np.ones((0, at.size, 1), complex)
-    even = phase_points(found.phases, _PHASES).T
-    same = np.broadcast_to(even[:, None, :], (len(wave), at.size, _PHASES))
+    even = phase_points(found.phases, phases).T
+    same = np.broadcast_to(even[:, None, :], (len(wave), at.size, phases))
     most, least = units_of_largest(found.phases, wave), units_of_largest(found.phases, -wave)
     return np.concatenate([same, most, least], axis=2)
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...analyses.samples.law_contact import LawMap, law_map
 from ...analyses.samples.load_map import LoadMap, load_map
-from ...analyses.samples.sample_loads import ContactMethod, nominal_signs, sample_loads
+from ...analyses.samples.sample_loads import DENSE_PHASES, ContactMethod, nominal_signs, sample_loads
 from ...analyses.static.tangent import linear, linear_columns
 from ...assemble import assemble
 from ...assemble.unit_lines import unit_lines
@@ -109,14 +109,20 @@ class ToleranceMap:
         return frozenset(self.entries[i].path for one in self.sources if not one.effect for i in one.entry.values())
 
     def evaluate(
-        self, u: ArrayLike, *, scale: ArrayLike | None = None, torque: float = 1.0, method: ContactMethod = "auto"
+        self,
+        u: ArrayLike,
+        *,
+        scale: ArrayLike | None = None,
+        torque: float = 1.0,
+        method: ContactMethod = "auto",
+        dense: bool = False,
     ) -> SampleValues:
         """Load sharing of S samples, `SAMPLES` at a time, the last piece filled up to a power of two.
 
         Parameters
         ----------
         u : (S, d) uniform numbers in (0, 1).  scale : (E,) factors on the spread of each entry about its mean.
-        torque : factor on all torques.  method : as of `sample_loads`.
+        torque : factor on all torques.  method : as of `sample_loads`.  dense : at `DENSE_PHASES` slow phases.
 
         Raises
         ------
@@ -130,7 +136,7 @@ class ToleranceMap:
             raise ModelError("no uniform numbers", path="u", allowed="above 0 and below 1")
         factors = self._scale(scale)
         pieces = [
-            self._piece(uniform[first : first + SAMPLES], factors, torque, method)
+            self._piece(uniform[first : first + SAMPLES], factors, torque, method, dense)
             for first in range(0, len(uniform), SAMPLES)
         ]
         names = ("k", "load", "least", "open", "failed")
@@ -220,7 +226,9 @@ class ToleranceMap:
                 factors[:, one.column] = torque * change
         return factors, stiffness
 
-    def _piece(self, u: Array, scale: Sequence[float], torque: float, method: ContactMethod) -> SampleValues:
+    def _piece(
+        self, u: Array, scale: Sequence[float], torque: float, method: ContactMethod, dense: bool
+    ) -> SampleValues:
         """Load sharing of at most `SAMPLES` samples."""
         S = len(u)
         size = max(_LEAST_SAMPLES, 1 << (S - 1).bit_length())
@@ -235,6 +243,7 @@ class ToleranceMap:
             method=method,
             count=S,
             laws=self.tables if method == "static" and self.tables is not None else self.laws,
+            **({"phases": DENSE_PHASES} if dense else {}),
         )
         k = found.k[:, :, self.chosen]
         # without load, or with a load of the other sense, nothing is shared

@@ -80,9 +80,18 @@ class SampleMap(Protocol):
         """What the user should know of the map."""
 
     def evaluate(
-        self, u: Array, *, scale: Array | None = None, torque: float = 1.0, method: ContactMethod = "auto"
+        self,
+        u: Array,
+        *,
+        scale: Array | None = None,
+        torque: float = 1.0,
+        method: ContactMethod = "auto",
+        dense: bool = False,
     ) -> SampledValues:
-        """Values of (S, d) uniforms; scale : (E,) factors on the spreads.  torque : factor on the load."""
+        """Values of (S, d) uniforms; scale : (E,) factors on the spreads.  torque : factor on the load.
+
+        dense : open contact at many slow phases.
+        """
 
     def overrides(self, u_row: Array, *, scale: Array | None = None) -> Mapping[str, object]:
         """What makes a model file that sample."""

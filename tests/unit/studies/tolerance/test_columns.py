@@ -15,6 +15,7 @@ from scipy.stats import norm
 
 import epicyclic
 from epicyclic import load
+from epicyclic.analyses.samples import sample_loads
 from epicyclic.analyses.samples.open_contact import net_forces
 from epicyclic.analyses.samples.sample_loads import mean_loads
 from epicyclic.analyses.sharing.sharing import sharing
@@ -22,6 +23,8 @@ from epicyclic.analyses.static.both_flanks import held_train, settled
 from epicyclic.analyses.static.record import excitation
 from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
+from epicyclic.show.console import warnings_of
+from epicyclic.studies.tolerance import columns
 from epicyclic.studies.tolerance.columns import SAMPLES, SampleValues, ToleranceMap, tolerance_map
 from epicyclic.system.gaps import net_force
 from epicyclic.system.system import System
@@ -521,3 +524,26 @@ def test_correlated_pins_move_together() -> None:
     gap = str(given.overrides(u)["deviations.main.meshes.sun-planet.gap"])
     expected = 1e-5 * (0.8 * z[:4] + 0.6 * z[4:])
     np.testing.assert_allclose(json.loads(gap.removesuffix(" m")), expected, rtol=1e-9)
+
+
+def test_the_search_for_the_largest_while_turning_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against 43 200 slow phases of open contact; without steps of the search the shortfall is said, and is enough."""
+    run_outs = {f"deviations.main.{member}.run_out": "disc(20 um)" for member in ("sun", "planet", "ring", "carrier")}
+    turning = {"held": ["ring"], "torque": {"sun": "800 N m"}, "speed": {"sun": "1500 rpm"}}
+    model = spur(5, {"deviations.main.planet.position.y": "normal(0 um, 20 um)", **run_outs}, operation=turning)
+    given = tolerance_map(load(model))
+    u = np.random.default_rng(5).random((24, len(given.dimension_entry)))
+    with monkeypatch.context() as brute:
+        brute.setattr(columns, "DENSE_PHASES", 43_200)
+        reference = given.evaluate(u, dense=True)
+    assert reference.open.sum() > 5
+    np.testing.assert_allclose(given.evaluate(u).k[:, 1], reference.k[:, 1], rtol=1e-4)
+    np.testing.assert_allclose(given.evaluate(u, dense=True).k[:, 1], reference.k[:, 1], rtol=1e-5)
+    assert float(epicyclic.tolerance(model, samples=256, effects="none").turning_shortfall) < 1e-4
+    monkeypatch.setattr(sample_loads, "_ROUNDS", 0)
+    monkeypatch.setattr(sample_loads, "_PHASES", 8)
+    found = epicyclic.tolerance(model, samples=256, effects="none")
+    assert float(found.turning_shortfall) > 1e-3
+    assert any("turning-searched" in text for text in warnings_of(found))
+    rise = np.nanmax(reference.k[:, 1] / given.evaluate(u).k[:, 1]) - 1
+    assert float(found.turning_shortfall) > 0.5 * rise
