@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from ..errors import ModelError
@@ -126,22 +126,18 @@ def solve_kinematics(
 
     Raises
     ------
-    ModelError : unknown member, locked train, too few, too many or contradicting speeds, power at a member at rest,
-        torques that do not balance, or several ends that could balance them.
+    ModelError : unknown member, locked train (of a stage whose planets have no carrier: the table that is missing),
+        too few, too many or contradicting speeds, power at a member at rest, torques that do not balance, or several
+        ends that could balance them.
     """
     speeds, torques, powers = dict(speeds or {}), dict(torques or {}), dict(powers or {})
     named = {name: (paths or {}).get(name, name) for name in members}
     _check_names(named, gearings, ties, held=held, speed=speeds, torque=torques, power=powers, balance=balance)
-    rows = [_gearing_row(g) for g in gearings] + [{t.a: Fraction(1), t.b: Fraction(-1)} for t in ties]
+    rows = _equations(gearings, ties)
     preferred = [*speeds, *(m for m in ends if m not in speeds)]
-    motions = _motions(members, [*rows, *({name: Fraction(1)} for name in held)], preferred)
+    motions = _motions(members, _equations(gearings, ties, held), preferred)
     if not motions:
-        raise ModelError(
-            "the train is locked, no member can turn",
-            path="operation.held",
-            given=[named[name] for name in held],
-            allowed="fewer held members, and teeth whose ratios agree around every loop",
-        )
+        raise _locked(members, gearings, ties, held, ends, named)
     speed = _speeds(motions, speeds, held, named)
     loads = _loads(torques, powers, speed, held, named)
     coupled = {name for tie in ties for name in (tie.a, tie.b)}
@@ -213,6 +209,12 @@ def _gearing_row(g: Gearing) -> dict[str, Fraction]:
     return row
 
 
+def _equations(gearings: Iterable[Gearing], ties: Iterable[Tie], held: Iterable[str] = ()) -> list[dict[str, Fraction]]:
+    """What the speeds must fulfil: meshes, ties, then members at rest, each as coefficients of the members."""
+    tied = [{t.a: Fraction(1), t.b: Fraction(-1)} for t in ties]
+    return [*map(_gearing_row, gearings), *tied, *({name: Fraction(1)} for name in held)]
+
+
 def _motions(
     members: Sequence[str], rows: Sequence[Mapping[str, Fraction]], preferred: Sequence[str] = ()
 ) -> dict[str, dict[str, Fraction]]:
@@ -222,6 +224,33 @@ def _motions(
     order = [members.index(name) for name in [*rest, *reversed(preferred)]]
     vectors = null_space(matrix, order)
     return {members[j]: dict(zip(members, vectors[j], strict=True)) for j in reversed(order) if j in vectors}
+
+
+def _locked(
+    members: Sequence[str],
+    gearings: Sequence[Gearing],
+    ties: Sequence[Tie],
+    held: Sequence[str],
+    ends: Sequence[str],
+    named: Mapping[str, str],
+) -> ModelError:
+    """What to say of a train in which no member can turn: the carriers that would free it, else what is held."""
+    planets = set(members) - set(ends or members)
+    still = {g.stage: f"stages.{g.stage}.carrier" for g in gearings if g.carrier is None and {g.a, g.b} & planets}
+    freed = [replace(g, carrier=still[g.stage]) if g.carrier is None and {g.a, g.b} & planets else g for g in gearings]
+    if still and _motions([*members, *still.values()], _equations(freed, ties, held)):
+        return ModelError(
+            "no member can turn: without a carrier table the axes of the planets stand still",
+            path=next(iter(still.values())),
+            allowed=f"the table{'s' * (len(still) > 1)} {', '.join(f'[{path}]' for path in still.values())}, "
+            "or fewer members in operation.held",
+        )
+    return ModelError(
+        "the train is locked, no member can turn",
+        path="operation.held",
+        given=[named[name] for name in held],
+        allowed="fewer held members, and teeth whose ratios agree around every loop",
+    )
 
 
 def _speeds(

@@ -65,6 +65,19 @@ def test_locked() -> None:
     assert "locked" in str(refusal(gearings=looped))
 
 
+def test_a_missing_carrier_is_named_where_it_locks_the_train() -> None:
+    still = (mesh("sun", "planet", 23, 17, carrier=None), mesh("planet", "ring", 17, 57, internal=True, carrier=None))
+    bare = {"members": ("sun", "planet", "ring"), "gearings": still, "ends": ("sun", "ring")}
+    error = refusal(**bare)  # the ring is held, the planets turn about axes at rest
+    assert error.path == "stages.main.carrier"
+    assert "without a carrier table" in str(error)
+    assert "[stages.main.carrier]" in error.allowed
+    assert simple(**bare, held=()).ratio["ring"]["sun"] == Fraction(-23, 57)  # a star gear needs none
+    assert refusal(**bare, held=("sun", "ring")).path == "operation.held"  # a carrier would not free it
+    fixed = refusal(members=("a", "b"), gearings=(mesh("a", "b", 20, 30, carrier=None),), ends=("a", "b"), held=("a",))
+    assert fixed.path == "operation.held"  # no planets: no carrier is missing
+
+
 @pytest.mark.parametrize(
     ("changes", "path", "words"),
     [
