@@ -104,6 +104,10 @@ ring-too-small model-file.md
 The planet does not fit into its ring by the radii of their teeth.
 Check the teeth of ring and planet and the radii stated.
 
+gears-overlap model-file.md
+Tip circles of two gears overlap that do not mesh, unless they stand in different planes.
+State the station and the face width of each where they stand apart along the axis, else other teeth.
+
 planets-collide model-file.md
 Tip circles of neighbouring planets overlap.
 Fewer or smaller planets, or other planet angles.

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+from itertools import combinations, product
 
 import numpy as np
 
 from ..errors import ModelError
 from ..gears import geometry
+from ..model.names import SIDES
 from ..train.phasing import disc_gaps
 from ..warning_codes import coded
+from .bodies import half_station
 from .centres import StageShape
-from .plan import GearPair
+from .gears import width_of
+from .plan import GearPair, Plan
 from .resolution_log import ResolutionLog
 
 __all__ = ["check_stage"]
@@ -24,11 +28,12 @@ ONE_DISTANCE = 1e-6  # relative; distances computed twice agree to rounding, pri
 
 
 def check_stage(shape: StageShape, log: ResolutionLog) -> None:
-    """Check one stage: neighbouring planets, rings, and whether the distances of all meshes agree.
+    """Check one stage: gears that overlap, rings, and whether the distances of all meshes agree.
 
     Raises
     ------
-    ModelError : planets collide, a ring smaller than what turns in it; warnings instead where radii are given.
+    ModelError : planets collide, gears in one plane overlap without meshing, a ring smaller than what turns in it;
+        warnings instead where radii are given.
     """
     plan = shape.plan
     given = any(m.base_radius is not None or m.pin_radius is not None for m in plan.stage.members.values())
@@ -92,33 +97,92 @@ def _axes(shape: StageShape, p: GearPair) -> float:
 
 
 def _check_neighbours(shape: StageShape, given: bool, log: ResolutionLog) -> None:
-    """Tip circles of planet gears that lie beside each other must not overlap; stepped gears lie in other planes."""
+    """Tip circles of external gears that neither mesh nor share a shaft must not overlap in one plane.
+
+    Gears of one plane: the file states where one of them stands along the axis and their faces overlap, or both are
+    planet gears that lie beside each other.  Where no axial place is stated, two suns of a chain of meshes show that
+    it has several planes (Ravigneaux), and a chain behind a stepped shaft lies in another one; else a doubt is said.
+    """
     plan = shape.plan
-    groups: dict[str, list[str]] = {}
-    for name in shape.pin:
-        groups.setdefault("beside" if plan.axis[name] == name else name, []).append(name)
-    meshing = {frozenset((p.a, p.b)) for p in plan.pairs}
-    for names in groups.values():
-        gears = [(name, i) for i in range(plan.branches) for name in names]
-        centres = np.array([shape.place(name, i) for name, i in gears])
-        tips = np.array([next(iter(shape.gears[name].values())).tip_radius for name, _ in gears])
-        gaps = disc_gaps(centres, tips)
-        for (i, (a, branch_a)), (j, (b, branch_b)) in (
-            (x, y) for x in enumerate(gears) for y in enumerate(gears) if x[0] < y[0]
-        ):
-            own = branch_a == branch_b and frozenset((a, b)) in meshing
-            if gaps[i, j] < 0 and not own:
-                _complain(
-                    "planets collide",
-                    f"{plan.path}.planets" if plan.stage.planet_angles is None else f"{plan.path}.planet_angles",
-                    given,
-                    log,
-                    code="planets-collide",
-                    value=f"{plan.branches}; {a} {branch_a + 1} and {b} {branch_b + 1} "
-                    f"overlap by {-gaps[i, j] * 1e3:.4g} mm",
-                    allowed="fewer planets, or smaller ones",
-                )
-                return
+    gears = [(name, i) for name, m in plan.gears.items() if m.kind != "ring" for i in _branches(plan, name)]
+    tips = [next(iter(shape.gears[name].values())).tip_radius for name, _ in gears]
+    gaps = disc_gaps(np.array([shape.place(name, i) for name, i in gears]).reshape(-1, 2), np.array(tips))
+    told: set[tuple[str, str]] = set()
+    for (i, (a, branch_a)), (j, (b, branch_b)) in combinations(enumerate(gears), 2):
+        same = branch_a == branch_b or plan.central(a) or plan.central(b)
+        if gaps[i, j] >= 0 or (a, b) in told or (same and _joined(plan, a, b)) or _apart(plan, a, b):
+            continue
+        told.add((a, b))
+        beside = not plan.central(a) and not plan.central(b) and (a == b or (plan.axis[a], plan.axis[b]) == (a, b))
+        text = (
+            f"{_numbered(plan, a, branch_a)} and {_numbered(plan, b, branch_b)} overlap by {-gaps[i, j] * 1e3:.4g} mm"
+        )
+        _say_overlap(shape, given, log, pair=(a, b), beside=beside, text=text)
+        if beside:
+            return
+
+
+def _branches(plan: Plan, gear: str) -> range:
+    return range(1 if plan.central(gear) else plan.branches)
+
+
+def _numbered(plan: Plan, gear: str, branch: int) -> str:
+    return gear if plan.central(gear) else f"{gear} {branch + 1}"
+
+
+def _joined(plan: Plan, a: str, b: str) -> bool:
+    """Whether two gears of one branch mesh or turn as one."""
+    return plan.axis[a] == plan.axis[b] or any({p.a, p.b} == {a, b} for p in plan.pairs)
+
+
+def _apart(plan: Plan, a: str, b: str) -> bool:
+    """Whether the stated axial places keep two gears in different planes."""
+
+    def faces(gear: str) -> list[tuple[float, float]]:
+        """Axial ends of its faces [m]; a width that is not stated is none."""
+        sides = SIDES if plan.two_sided(gear) else (None,)
+        places = [(half_station(plan, gear, side), (width_of(plan, gear, side) or 0.0) / 2) for side in sides]
+        return [(at - half, at + half) for at, half in places]
+
+    pairs = list(product(faces(a), faces(b)))
+    return all(x != y and (x[1] <= y[0] or y[1] <= x[0]) for x, y in pairs)
+
+
+def _say_overlap(
+    shape: StageShape, given: bool, log: ResolutionLog, *, pair: tuple[str, str], beside: bool, text: str
+) -> None:
+    """Refuse two gears that overlap in one plane; warn where the file does not say that it is one."""
+    plan = shape.plan
+    if beside:
+        _complain(
+            "planets collide",
+            f"{plan.path}.planets" if plan.stage.planet_angles is None else f"{plan.path}.planet_angles",
+            given,
+            log,
+            code="planets-collide",
+            value=f"{plan.branches}; {text}",
+            allowed="fewer planets, or smaller ones",
+        )
+        return
+    stated = [name for name in pair if plan.stage.members[name].station is not None]
+    suns = [name for name, m in plan.gears.items() if m.kind == "sun" and plan.chains[name] == plan.chains[pair[0]]]
+    if stated:
+        _complain(
+            "gears overlap without meshing",
+            f"{plan.member_path(stated[0])}.station",
+            given,
+            log,
+            code="gears-overlap",
+            value=text,
+            allowed="axial places that keep their faces apart, or other teeth",
+        )
+    elif plan.chains[pair[0]] == plan.chains[pair[1]] and len(suns) < 2:
+        log.warn(
+            coded(
+                "gears-overlap",
+                f"{plan.path}: {text} without meshing; station of each says whether they stand in different planes",
+            )
+        )
 
 
 def _check_distances(shape: StageShape, log: ResolutionLog) -> None:

@@ -151,3 +151,62 @@ def test_a_declared_plastic_is_no_unusual_steel(modulus: str, stiffness: float, 
         text for text in load(BASE, changes).warnings if code_of(text) == "stiffness-unusual" and "sun-planet" in text
     ]
     assert (said in texts[0]) if said else not texts
+
+
+# Sun 30, p 18 on it, d 20 beside p, ring 68: whether d reaches into the sun is its place on the circle of its pins.
+DOUBLE: dict[str, Any] = {
+    "format": 2,
+    "title": "double",
+    "stages": {
+        "main": {
+            "planets": 3,
+            "module": "2 mm",
+            "face_width": "20 mm",
+            "meshes": {"small-short": {}, "short-long": {}, "large-long": {}},
+            "small": {"kind": "sun", "teeth": 30},
+            "large": {"kind": "sun", "teeth": 36},
+            "short": {"kind": "planet", "teeth": 20},
+            "long": {"kind": "planet", "teeth": 18},
+            "carrier": {},
+        }
+    },
+    "operation": {"held": ["carrier"]},
+}
+
+
+def overlaps(changes: dict[str, Any]) -> list[str]:
+    return [text for text in load(DOUBLE, changes).warnings if "overlap" in text]
+
+
+def test_gears_that_overlap_without_meshing() -> None:
+    """By hand: pins of short at 2 (30 + 20)/2 = 50 mm, tips of large and short at 38 and 22 mm: 10 mm too many."""
+    assert overlaps({}) == []  # two suns cannot lie in one plane: the file shows several
+    with pytest.raises(ModelError, match="large and short 1 overlap by 10 mm") as caught:
+        load(DOUBLE, {"stages.main.short.station": "19 mm"})  # faces 20 mm wide
+    assert caught.value.path == "stages.main.short.station"
+    with pytest.raises(ModelError, match="small and large overlap by 70 mm"):
+        load(DOUBLE, {"stages.main.large.station": "19 mm", "stages.main.short.station": "-2 mm"})
+    apart = {"stages.main.large.station": "20 mm", "stages.main.long.face_width": "60 mm"}
+    assert overlaps(apart) == []
+    assert overlaps({"stages.main.short.pin_radius": "50 mm", "stages.main.short.station": "1 mm"}) != []
+
+
+def test_a_sun_that_reaches_into_planets_it_does_not_mesh_with_is_a_doubt() -> None:
+    """Without a place along the axis the file does not say whether large and short lie in one plane."""
+    one = {"stages.main.small": None, "stages.main.meshes.small-short": None, "stages.main.short.pin_radius": "50 mm"}
+    told = overlaps(one)
+    assert len(told) == 1
+    assert "large and short 1 overlap by 10 mm without meshing" in told[0]
+    assert told[0].endswith("[gears-overlap]")
+
+
+def test_planets_in_two_planes_pass_each_other() -> None:
+    crowded = {"stages.main.planets": 4}
+    with pytest.raises(ModelError, match=r"short 1 and long 4 overlap by .*: planets collide"):
+        load(DOUBLE, crowded)
+    assert overlaps({**crowded, "stages.main.short.station": "20 mm"}) == []
+
+
+@pytest.mark.parametrize("name", ["yue2014-i", "dong2019", "xu2020", "encased-differential", "lin1999-n3"])
+def test_ready_drives_have_no_gears_that_overlap(name: str) -> None:
+    assert not any("overlap" in text for text in load(name).warnings)
