@@ -165,6 +165,21 @@ def test_limits_of_a_workbook(odd: xr.Dataset, tmp_path: Path, monkeypatch: pyte
     assert sorted(one.name for one in tmp_path.iterdir()) == ["odd.xlsx"]
 
 
+def test_long_names_of_sheets_are_shortened_by_words_and_told_in_full(tmp_path: Path) -> None:
+    planet, carrier = "stages.main.planet.bearing.radial", "stages.main.carrier.support.radial"
+    long = [f"stages.main.planet.bearing.{'very_' * 6}long_key{end}" for end in "ab"]
+    groups = {"force": (planet,), "moment": (carrier,), "lost": (planet, "mesh"), "stress": tuple(long)}
+    result = xr.Dataset({name: (dims, np.zeros([2] * len(dims))) for name, dims in groups.items()})
+    path = save_xlsx(result, tmp_path / "long.xlsx")
+    names = openpyxl.load_workbook(path).sheetnames
+    assert names == ["about", "radial", "radial 2", "radial x mesh", "very_very_ver~ x very_very_ver~"]
+    about = cells(path, "about")
+    first = next(place for place, row in enumerate(about) if row[0] == "sheet")
+    told = {row[0]: row[1] for row in about[first + 1 : first + 5]}
+    assert told == {name: " x ".join(dims) for name, dims in zip(names[1:], groups.values(), strict=True)}
+    assert [list(cells(path, name)[0][:-1]) for name in names[1:]] == [list(dims) for dims in groups.values()]
+
+
 def test_names_of_sheets(tmp_path: Path) -> None:
     long = "a/b:" * 12
     sizes = {f"{long}{i}": (f"{long}{i}", [1.0]) for i in range(2)}

@@ -162,8 +162,8 @@ class _Sheet:
 def save_xlsx(result: xr.Dataset, path: str | Path) -> Path:
     """Write a result as a workbook; whole or not at all.
 
-    The first sheet, ``about``, says what it is: title, verb, version, options, warnings, and every variable with its
-    sheet, unit and meaning; the model file at its end.  Then a sheet for each group of variables of equal dims, a row
+    The first sheet, ``about``, says what it is: title, verb, version, options, warnings, every sheet with its dims in
+    full, and every variable with its sheet, unit and meaning; the model file at its end.  Then a sheet for each group of variables of equal dims, a row
     for each of their points: labels of the dims, then a column a variable with its unit in the heading, of complex ones
     two.  nan is an empty cell, infinity the text ``inf``.  Texts are texts, whatever they begin with.  A group of more
     rows than a sheet has goes on in a further one.
@@ -256,7 +256,7 @@ def _group(result: xr.Dataset, dims: tuple[str, ...], names: list[str], taken: s
             head = tuple([*heads, *(heading for _, heading, _ in shown)])
             found.append(
                 _Sheet(
-                    title=_title(" x ".join(dims) or "numbers", taken),
+                    title=_title(_short(dims) or "numbers", taken),
                     dims=dims,
                     head=head,
                     widths=tuple(_width(heading, one) for heading, one in zip(head, [*labels, *shown], strict=True)),
@@ -306,6 +306,19 @@ def _width(heading: str, column: Any) -> int:
     return min(_WIDEST, max(_NARROWEST, len(heading) + 2, *texts, 0))
 
 
+def _short(dims: Sequence[str]) -> str:
+    """Dims as the name of a sheet: in full, else the last words of their paths, else these cut alike, ``~`` at the cut.
+
+    The full dims stand in the contents of the first sheet and head the columns.
+    """
+    full = " x ".join(dims)
+    last = [dim.rsplit(".", 1)[-1] for dim in dims]
+    if len(full) <= _NAME or len(" x ".join(last)) <= _NAME:
+        return full if len(full) <= _NAME else " x ".join(last)
+    room = max(2, (_NAME - 3 * (len(dims) - 1)) // len(dims))
+    return " x ".join(word if len(word) <= room else f"{word[: room - 1]}~" for word in last)
+
+
 def _title(wanted: str, taken: set[str]) -> str:
     """A name for a sheet: 31 characters without ``[]:*?/\\``, unlike any other."""
     plain = re.sub(r"[\[\]:*?/\\]", " ", _xml(wanted)).strip("' ") or "sheet"
@@ -327,6 +340,9 @@ def _about(result: xr.Dataset, sheets: Sequence[_Sheet]) -> Iterator[tuple[Any, 
     for name in (*first, *(name for name in last if len(_text_of(attrs[name])) <= 500)):
         values = _listed(attrs[name]) if name == "warnings" else [_text_of(attrs[name])]
         yield from ((_xml(name) if not place else "", text) for place, text in enumerate(values or ["none"]))
+    yield ()
+    yield ("sheet", "a row for each of", "columns")
+    yield from ((sheet.title, " x ".join(sheet.dims) or "(one row)", len(sheet.head)) for sheet in sheets)
     yield ()
     yield ("variable", "sheet", "unit", "type", "meaning")
     home = {name: sheet.title for sheet in reversed(sheets) for name in (*sheet.dims, *sheet.names)}
