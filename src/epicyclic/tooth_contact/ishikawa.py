@@ -2,8 +2,8 @@
 
 The root section is that of `tooth`, where the fillet leans by 30 degrees (of a ring 60).  The tooth is a rectangle of
 its thickness s_F from there to the beginning of the involute, and above it a trapezoid to the chord s_K of the tip; h_i
-is the height at which its sides would meet.  A load F per width b at the height h_x, under the angle w to the cross
-line, moves its point along its own line by
+is the height at which its sides would meet.  A load F per width b under the angle w to the cross line, on the flank at
+the height h_x, moves its point along its own line by
 
     rectangle   12 F cos^2 w/(E b s_F^3) [h_x h_r (h_x - h_r) + h_r^3/3]
     trapezoid   6 F cos^2 w/(E b s_F^3) (h_i - h_r)^3 [u (4 - u) - 2 ln u - 3],   u = (h_i - h_x)/(h_i - h_r)
@@ -11,7 +11,9 @@ line, moves its point along its own line by
     root        24 F h_x^2 cos^2 w/(pi E b s_F^2), the tilt of the elastic root
     contact     2 F/(pi b) [(1 - nu_a^2)/E_a + (1 - nu_b^2)/E_b], of a pair
 
-in plane stress, every height from the middle of the root section, of h_r no more than h_x counts.  Pairs of teeth are
+in plane stress.  Every height is along the centre line of the tooth from the middle of the root section; h_x is that of
+the point of the flank that touches, not of where the line of the load crosses the centre line; of h_r no more than h_x
+counts.  Pairs of teeth are
 springs in parallel: the gear bodies do not couple them.  A ring tooth has the same shape, its tip inside.  Helical
 teeth: the normal section, per length of contact line, without coupling along the face.
 """

@@ -77,6 +77,17 @@ def test_pair_of_the_source() -> None:
     assert 1.4 * whole < both < 2 * whole
 
 
+def test_the_height_of_the_load_is_that_of_the_touching_point_of_the_flank() -> None:
+    """At the pitch point of 19/20 teeth, m 4, 25 deg, no shift: R = 2 z mm, half angle pi/2z, w = 25 deg - pi/2z."""
+    mesh = meshed()
+    whole = 2 / math.pi * sum((1 - tooth.gear.poisson**2) / tooth.gear.youngs_modulus for tooth in (mesh.a, mesh.b))
+    for tooth, teeth in ((mesh.a, 19), (mesh.b, 20)):
+        half = math.pi / (2 * teeth)
+        height = 2e-3 * teeth * math.cos(half) - (tooth.outline.tip - tooth.height)
+        whole += float(ishikawa_tooth(tooth).parts(height, math.radians(25) - half).whole)
+    assert float(ishikawa_stiffness(mesh, [0.0])[0]) == pytest.approx(1 / whole, rel=1e-9)
+
+
 def test_as_a_stiffness_of_the_file() -> None:
     key = "stages.main.meshes.p-d.stiffness"
     train = epicyclic.load("yue2014-i", overrides={key: "ishikawa"})
