@@ -163,10 +163,10 @@ def save_xlsx(result: xr.Dataset, path: str | Path) -> Path:
     """Write a result as a workbook; whole or not at all.
 
     The first sheet, ``about``, says what it is: title, verb, version, options, warnings, every sheet with its dims in
-    full, and every variable with its sheet, unit and meaning; the model file at its end.  Then a sheet for each group of variables of equal dims, a row
-    for each of their points: labels of the dims, then a column a variable with its unit in the heading, of complex ones
-    two.  nan is an empty cell, infinity the text ``inf``.  Texts are texts, whatever they begin with.  A group of more
-    rows than a sheet has goes on in a further one.
+    full, and every variable with its sheet, unit and meaning; the model file at its end.  Then a sheet for each group
+    of variables of equal dims, a row for each of their points: labels of the dims, then a column a variable with its
+    unit in the heading, of complex ones two.  nan is an empty cell, infinity the text ``inf``.  Texts are texts,
+    whatever they begin with.  A group of more rows than a sheet has goes on in a further one.
 
     Raises
     ------
