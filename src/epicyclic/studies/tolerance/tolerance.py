@@ -197,7 +197,7 @@ def _shortfall(drawn: SampleMap, u: Array, method: ContactMethod) -> float:
 
 
 def _searched(tally: SampleTally, shortfall: float) -> list[CodedText]:
-    """What the search for the largest load while turning leaves, where contact opens; below a part in 10 000 nothing."""
+    """What the search for the largest load while turning leaves where contact opens; nothing of less than 1e-4."""
     if shortfall < _SHORTFALL:
         return []
     text = (
