@@ -138,6 +138,16 @@ def test_the_file_is_the_document(keywords: dict[str, Any]) -> None:
     assert "ratio" in train.comments["stages.main"] or keywords["kind"] == "differential"
 
 
+def test_what_the_file_leaves_out_stands_beside_the_keys() -> None:
+    """Tip relief that the mesh stiffness would ignore, and weights: with the key that counts them."""
+    text = new_train(kind="planetary", teeth="21/39/99", power="3 MW", speed="20 rpm", driver="carrier").text()
+    assert 'tip relief would count with meshes.*.stiffness = "contact"' in text
+    assert "[operation]  # without weights; gravity = true counts them" in text
+    document = tomllib.loads(text)
+    heavy = epicyclic.static(document, overrides={"operation.gravity": True})
+    assert float(abs(heavy.mesh_force - epicyclic.static(document).mesh_force).max()) > 1e3
+
+
 def test_a_train_of_few_words_runs() -> None:
     document = star(ratio=3.2, torque="200 N m", speed="3000 rpm")
     assert epicyclic.modes(document).frequency.size

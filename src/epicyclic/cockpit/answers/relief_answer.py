@@ -26,12 +26,13 @@ class ReliefEstimate:
     """First estimate of the tip relief of one pair of gears.
 
     pair : path in the model file.  amount : deflection of a single pair of teeth at the operating load [m].
-    module : normal, of the pair [m].
+    module : normal, of the pair [m].  counted : whether the stiffness of the pair knows its relief.
     """
 
     pair: str
     amount: float
     module: float
+    counted: bool
 
 
 def estimates_of(train: Train) -> list[ReliefEstimate]:
@@ -47,7 +48,8 @@ def estimates_of(train: Train) -> list[ReliefEstimate]:
             continue
         amount = _deflection(train, mesh)
         if math.isfinite(amount) and amount > 0:
-            found[mesh.pair] = ReliefEstimate(pair=mesh.pair, amount=amount, module=first.module)
+            counted = mesh.table is not None
+            found[mesh.pair] = ReliefEstimate(pair=mesh.pair, amount=amount, module=first.module, counted=counted)
     return list(found.values())
 
 
@@ -87,10 +89,12 @@ def relief_answer(train: Train) -> Answer:
     pair = largest.pair.rpartition(".")[2]
     figure = f"≈ {number(um, 2)} µm"
     text = f"About {number(um, 2)} µm at the tips of {pair}: first estimate F/(c' b) at operating load"
+    counts = "" if largest.counted else f' Forces and K_v count it with {largest.pair}.stiffness = "contact" alone.'
     if not drawn:
         level: Level = "warn" if largest.amount > _LITTLE else "good"
-        return answer("relief", f"{text}; none is drawn.", figure=figure, level=level, evidence="relief", job="relief")
+        text = f"{text}; none is drawn.{counts if level == 'warn' else ''}"
+        return answer("relief", text, figure=figure, level=level, evidence="relief", job="relief")
     level = "good" if abs(drawn / largest.amount - 1) <= _WITHIN else "warn"
     figure = f"{number(1e6 * drawn)} µm"
-    text = f"is drawn; a first estimate F/(c' b) at operating load is {number(um, 2)} µm at the tips of {pair}."
+    text = f"is drawn; a first estimate F/(c' b) at operating load is {number(um, 2)} µm at the tips of {pair}.{counts}"
     return answer("relief", text, figure=figure, level=level, evidence="relief", job="relief")

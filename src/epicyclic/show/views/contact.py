@@ -48,7 +48,10 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     text = (
         f"A tip edge bears in {mesh}: tips overlap by {1e6 * overlap:.1f} µm at the operating load; {pressure}, {face}."
     )
-    change = "Relieve the tips by about that much: epicyclic relief searches the relief."
+    change = (
+        "Relieve the tips by about that much: epicyclic relief searches the relief. "
+        'Dynamic forces count it where the mesh has stiffness = "contact".'
+    )
     return [Finding(tone="caution", text=text, change=change, anchor="contact")]
 
 

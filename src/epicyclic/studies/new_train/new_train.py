@@ -167,7 +167,9 @@ def _comments(wishes: Wishes, train: Train) -> dict[str, str]:
     comments = {
         "stages.main": _stage_comment(wishes, train, centre),
         "stages.main.carrier": f"pins on a circle of {_mm(centre)} radius",
-        "stages.main.face_width": "of each gear",
+        # "contact" takes seconds of computing, and a train without relief does not need it
+        "stages.main.face_width": 'of each gear; tip relief would count with meshes.*.stiffness = "contact"',
+        "operation": "without weights; gravity = true counts them",
         "deviations": "what manufacturing leaves over",
         "tolerance": "what the drawing allows, from one train to the next",
         "assumed": "chosen, not given: every value here wants yours",

@@ -18,6 +18,7 @@ from epicyclic.cockpit.answers import answers, checks, sharing_answers
 from epicyclic.cockpit.answers.answers import answers_of
 from epicyclic.cockpit.answers.assumed import class_six
 from epicyclic.cockpit.answers.checks import checks_of
+from epicyclic.cockpit.answers.relief_answer import relief_answer
 from epicyclic.cockpit.answers.sharing_answers import float_answer
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.computing.frames import PageFrame, Request
@@ -243,6 +244,17 @@ def test_the_first_estimate_of_relief_is_force_over_single_stiffness() -> None:
     (estimate,) = numbers(re.findall(r"load is (\S+) µm", answer["text"])[0])
     assert estimate == pytest.approx(1e6 * force / single, abs=0.51)
     assert answer["job"] == "relief"
+
+
+def test_a_relief_that_forces_do_not_count_names_the_key() -> None:
+    """Of the ISO 6336 stiffness the advice names what makes the relief count; of contact stiffness there is nothing."""
+    key = "stages.main.meshes.sun-planet.stiffness"
+    drawn: dict[str, object] = {"stages.main.flank.tip_relief": {"amount": "30 um", "length": "3 mm"}}
+    for overrides in ({}, drawn):
+        ignored = relief_answer(load("wind-stage", overrides=overrides)).text
+        assert f'Forces and K_v count it with {key} = "contact" alone' in ignored
+    contact = {key: "contact", "stages.main.meshes.planet-ring.stiffness": "contact"}
+    assert "count it" not in relief_answer(load("wind-stage", overrides=contact | drawn)).text
 
 
 @pytest.mark.parametrize("train", ["lin1999-n4", "yue2014-i"])
