@@ -120,6 +120,10 @@ KeyFigure = tuple[str, str]  # a value with its unit, and what it is
 Company = Mapping[str, Any]  # kind of result -> the first Dataset of that kind in the report
 
 
+# Part of the largest number of a column below which another is rounding.
+_ROUNDING = 1e-9
+
+
 def number(value: Any) -> str:
     """A cell as text: six significant digits, nothing for nan."""
     if isinstance(value, float | np.floating):
@@ -134,6 +138,13 @@ def listed(values: Iterable[float]) -> str:
     return ", ".join(f"{value:.5g}" for value in values)
 
 
+def _without_rounding(values: Sequence[Any]) -> Sequence[Any]:
+    """Cells of a column, 0 in place of numbers that are the rounding of its largest."""
+    real = [isinstance(value, float | np.floating) and bool(np.isfinite(value)) for value in values]
+    least = _ROUNDING * max((abs(value) for value, known in zip(values, real, strict=True) if known), default=0.0)
+    return [0.0 if known and abs(value) < least else value for value, known in zip(values, real, strict=True)]
+
+
 def shown_columns(table: Table, text: Callable[[Any], str]) -> list[tuple[str, bool, list[tuple[str, str]]]]:
     """Heading, whether it holds numbers alone, and (text, tone) of every cell, of the columns that hold something.
 
@@ -143,6 +154,7 @@ def shown_columns(table: Table, text: Callable[[Any], str]) -> list[tuple[str, b
     """
     found = []
     for heading, values in table.columns.items():
+        values = _without_rounding(values)
         cells = [(str(value) if isinstance(value, str | Styled) else text(value), _tone(value)) for value in values]
         if cells and not any(words for words, _ in cells):
             continue

@@ -255,11 +255,13 @@ def _validity_warnings(
         notes.append(
             coded("short-record", f"record of {cycles} mesh cycles is shorter than the hunting period of {period}")
         )
-    lost = _names(meshes, open_)
+    lost = _names(meshes, open_ & loaded)
     if lost and method != "static":
-        notes.append(
-            coded("tension-in-teeth", f"linear model invalid: mesh force falls below zero in {lost}; try method static")
+        text = (
+            f"linear model invalid: mesh force falls below zero in {lost}; "
+            "teeth may part at rest with --method static, in vibration with steady --contact-loss"
         )
+        notes.append(coded("tension-in-teeth", text))
         open_ = np.zeros_like(open_)
     notes += sharing_warnings(meshes, open_, loaded)
     return notes + far_warnings(meshes, far)

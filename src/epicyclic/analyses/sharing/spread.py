@@ -66,7 +66,7 @@ class SpreadSharing:
         """Largest ratio b in each of so many parts of the hunting period, (w, parts) [1]; nan of parts without one."""
         result = np.full((len(self.mesh), parts), -np.inf)
         part = np.minimum((self.place * parts).astype(np.int64), parts - 1)
-        for row in range(len(self.mesh)):
+        for row in np.flatnonzero(self.loaded):
             np.maximum.at(result[row], part[row], self.ratio[row])
         return np.where(np.isneginf(result), np.nan, result)
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...results.ties import largest
 from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
@@ -93,8 +94,11 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
         words = f"largest mesh force at the operating point, any shaft phases: {mesh}"
         found.append((f"{engineering(float(result.mesh_force_bound.values[at]) / 1e3)} kN", words))
     if "contact_lost" in result.variables:
-        lost = int(np.sum(result.contact_lost.values > 0))
-        found.append((f"{lost or 'none'} of {result.sizes['mesh']}", "meshes whose teeth part at the operating point"))
+        loaded = _loaded(result)
+        lost = int(np.sum(result.contact_lost.values[loaded] > 0))
+        idle = "" if loaded.all() else f", {np.count_nonzero(~loaded)} without load left out"
+        words = f"meshes whose teeth part at the operating point{idle}"
+        found.append((f"{lost or 'none'} of {np.count_nonzero(loaded)}", words))
     return found
 
 
@@ -103,14 +107,17 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     found: list[Finding] = []
     stages = stage_count(texts(result, "mesh"))
     if "contact_lost" in result.variables:
-        lost = [name for name, one in zip(texts(result, "mesh"), result.contact_lost.values, strict=True) if one]
-        count = result.sizes["mesh"]
+        loaded = _loaded(result)
+        open_ = result.contact_lost.values.astype(bool) & loaded
+        lost = [name for name, one in zip(texts(result, "mesh"), open_, strict=True) if one]
+        count = np.count_nonzero(loaded)
+        which = f"{count} meshes" if loaded.all() else f"{count} meshes that carry a load"
         if lost:
             pairs = ", ".join(dict.fromkeys(_pair(name, stages) for name in lost))
-            text = f"Teeth part at the operating point in {len(lost)} of {count} meshes: {pairs}."
+            text = f"Teeth part at the operating point in {len(lost)} of {which}: {pairs}."
             found.append(Finding(tone="bad", text=text, change=_CHANGE, anchor="sharing"))
         else:
-            text = f"Teeth stay in contact in all {count} meshes at the operating point."
+            text = f"Teeth stay in contact in all {which} at the operating point."
             found.append(Finding(tone="good", text=text, anchor="sharing"))
     if "mean-load" in texts(result, "definition"):
         values = result.load_sharing.sel(definition="mean-load").values
@@ -133,6 +140,14 @@ def _k_gamma(value: float, mesh: str) -> Finding:
     return Finding(tone="", text=text, anchor="sharing")
 
 
+def _loaded(result: xr.Dataset) -> NDArray[np.bool_]:
+    """Meshes (m,) that carry a load in the mean; the teeth of others rattle, which is no loss of contact."""
+    if "load_sharing" not in result.variables:
+        return np.ones(result.sizes["mesh"], bool)
+    loaded: NDArray[np.bool_] = np.isfinite(result.load_sharing.transpose("mesh", ...).values).any(axis=1)
+    return loaded
+
+
 def _pair(name: str, stages: int) -> str:
     """``differential sun-planet``."""
     stage, pair, *_ = name.split("/")
@@ -146,5 +161,6 @@ def _coefficients(result: xr.Dataset, meshes: Sequence[str], definitions: Sequen
     for name, row, one in zip(definitions, values, whole, strict=True):
         columns[name] = [_UNDEFINED if np.isinf(value) else value for value in (*row, one)]
     if "contact_lost" in result.variables:
-        columns["contact"] = [*("lost" if lost else "" for lost in result.contact_lost.values), ""]
+        state = zip(result.contact_lost.values, _loaded(result), strict=True)
+        columns["contact"] = [*(("lost" if lost else "") if loaded else "no load" for lost, loaded in state), ""]
     return Table(title=title, columns=columns, decimals=4)

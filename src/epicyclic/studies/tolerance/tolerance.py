@@ -151,9 +151,7 @@ def tolerance(
         write_worst(worst, train, found, value, number)
     columns, coords = _statistics(drawn, tally, limit)
     columns |= _worst_columns(value, number, found, drawn.evaluate(u, method=method).load[:, 0])
-    shortfall = _shortfall(drawn, np.concatenate([u, piece_uniforms(plan, 0, u.shape[1])[:_SEARCHED]]), method)
-    columns["turning_shortfall"] = ((), shortfall)
-    columns |= further.columns
+    columns |= {"turning_shortfall": ((), _shortfall(drawn, plan, u, method))} | further.columns
     if reference:
         columns["reference_k_gamma"] = ("reference", np.array(list(reference.values()), dtype=float))
         coords["reference"] = list(reference)
@@ -165,7 +163,7 @@ def tolerance(
         verb="tolerance",
         options={"samples": plan.samples, "seed": seed, "method": method, "sampler": sampler, "effects": chosen},
         provenance=train_provenance(train),
-        warnings=[*drawn.warnings, *idle, *_warnings(tally, samples, plan), *_searched(tally, shortfall)],
+        warnings=[*drawn.warnings, *idle, *_warnings(tally, samples, plan), *_searched(tally, columns)],
     )
     return result.assign_attrs(
         samples=plan.samples,
@@ -185,10 +183,11 @@ def tolerance(
     )
 
 
-def _shortfall(drawn: SampleMap, u: Array, method: ContactMethod) -> float:
-    """Share by which K_gamma while turning of samples (S, d) whose contact opens rises with many slow phases [1]."""
+def _shortfall(drawn: SampleMap, plan: SamplingPlan, worst: Array, method: ContactMethod) -> float:
+    """Share by which K_gamma while turning of open samples rises with many slow phases [1]; worst : (n, d) of them."""
     if drawn.lawful:  # phases of the whole train take as long as all samples
         return 0.0
+    u = np.concatenate([worst, piece_uniforms(plan, 0, worst.shape[1])[:_SEARCHED]])
     found = drawn.evaluate(u, method=method)
     if not found.open.any():
         return 0.0
@@ -196,8 +195,9 @@ def _shortfall(drawn: SampleMap, u: Array, method: ContactMethod) -> float:
     return max(0.0, float(np.nanmax(dense / found.k[found.open, 1], initial=1.0)) - 1.0)
 
 
-def _searched(tally: SampleTally, shortfall: float) -> list[CodedText]:
+def _searched(tally: SampleTally, columns: Columns) -> list[CodedText]:
     """What the search for the largest load while turning leaves where contact opens; nothing of less than 1e-4."""
+    shortfall = float(columns["turning_shortfall"][1])
     if shortfall < _SHORTFALL:
         return []
     text = (

@@ -11,6 +11,9 @@ import xarray as xr
 import epicyclic
 from epicyclic.analyses.static.loaded import loaded_meshes
 from epicyclic.analyses.steady.measures import dynamic_factor
+from epicyclic.show.elements import number, shown_columns
+from epicyclic.show.rows import force_table
+from epicyclic.show.views import sharing as sharing_view
 from epicyclic.show.views import sweep as sweep_view
 
 # Two suns; the torque goes from the small one to the ring, and the large one turns idle.
@@ -117,3 +120,21 @@ def test_a_tenth_of_the_load_or_a_ten_thousandth_is_a_load() -> None:
     mean = np.array([1.0, 1e-1, 1e-4, 1e-5])
     loaded = loaded_meshes(mean, groups, most=mean, rounding=0.0)
     assert loaded.all()
+
+
+def test_teeth_without_load_are_not_counted_as_parting(model: str) -> None:
+    """They part and touch again at every speed: the verdict is on the nine meshes that carry."""
+    result = epicyclic.sharing(model, cycles=2)
+    assert result.contact_lost.values[IDLE].all()
+    assert ("none of 9", "meshes whose teeth part at the operating point, 3 without load left out") in (
+        sharing_view.key_figures(result)
+    )
+    (first, *_) = sharing_view.findings(result, {})
+    assert first.text == "Teeth stay in contact in all 9 meshes that carry a load at the operating point."
+    assert "tension-in-teeth" not in str(result.attrs["warnings"])
+    (table, *_) = sharing_view.tables(result)
+    assert table.columns["contact"][IDLE] == ["no load"] * 3
+    rounding = force_table(result).columns["mean [N]"]
+    assert abs(rounding[3]) < 1e-9 * rounding[0]
+    shown = {heading: cells for heading, _, cells in shown_columns(force_table(result), number)}
+    assert [text for text, _ in shown["mean [N]"]][IDLE] == ["0"] * 3

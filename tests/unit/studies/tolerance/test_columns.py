@@ -342,7 +342,7 @@ def test_overrides_reproduce_a_sample(torque: str) -> None:
     model = ren(**{"main.sun": torque})
     given = tolerance_map(load(model))
     u = np.random.default_rng(5).random((2, len(given.dimension_entry)))
-    values = given.evaluate(u)
+    values = given.evaluate(u, dense=True)  # as of one train
     for sample in range(2):
         system = assemble(load(model, overrides=given.overrides(u[sample])))
         found = sharing(system, method="static", cycles=1, samples=9).load_sharing
@@ -478,7 +478,7 @@ def test_every_kind_of_deviation() -> None:
     assert any("profile" in text and "mesh orders" in text for text in quiet)
     assert any("unbalance" in text and "speed" in text for text in quiet)
     u = np.random.default_rng(8).random((6, len(given.dimension_entry)))
-    found = given.evaluate(u)
+    found = given.evaluate(u, dense=True)  # as of one train
     bare = {name: value for name, value in model.items() if name not in ("tolerance", "assumed")}
     for sample in range(len(u)):
         alone = mean_loads(assemble(load(bare, overrides=given.overrides(u[sample]))))
