@@ -365,3 +365,30 @@ def test_the_example_of_the_page_runs(tmp_path: Path, capsys: pytest.CaptureFixt
     assert (result.status == "ok").all()
     exec(compile(code, "study.md", "exec"), {})
     assert "stages.main.sun.support.radial" in capsys.readouterr().out
+
+
+def test_labels_stand_in_the_unit_that_was_written(torsional: Tables) -> None:
+    job = {
+        "verb": "modes",
+        "model": torsional,
+        "grid": {"stages.main.planet.mass": {"from": "300 g", "to": "700 g", "points": 3}},
+        "list": {"operation.speed.sun": ["1000 rpm", "2500 rpm"], "stages.main.sun.mass": ["1 kg", "900 g"]},
+    }
+    result = epicyclic.study(job)
+    for path, unit, values in (
+        ("stages.main.planet.mass", "g", [300, 500, 700]),
+        ("operation.speed.sun", "rpm", [1000, 2500]),
+        ("stages.main.sun.mass", "kg", [1, 0.9]),  # written in two units: SI
+    ):
+        assert result[path].attrs["units"] == unit
+        assert result[path].values.tolist() == values
+    single = epicyclic.modes(torsional, overrides={"stages.main.planet.mass": "500 g", "stages.main.sun.mass": "900 g"})
+    np.testing.assert_array_almost_equal_nulp(result.frequency[1, 1].values, single.frequency.values, 4096)
+
+
+def test_a_list_in_a_job_is_labelled_as_the_text_of_the_same_list(torsional: Tables) -> None:
+    path = "deviations.planet.position.y"
+    given = [["20 um", "0 um", "0 um"], "[20, 0, 0] um", ["20 um", "0 mm", "0 mm"]]
+    result = epicyclic.study({"verb": "matrices", "model": torsional, "list": {path: given}})
+    assert result[path].values.tolist() == ["[20, 0, 0] um", "[20, 0, 0] um", "[20 um, 0 mm, 0 mm]"]
+    assert result["status"].values.tolist() == ["ok"] * 3

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -38,7 +39,7 @@ class Variation:
     """One path of a job and its values.
 
     path : override path, or `options.` and an option of the verb.  values : in the order of the points.
-    labels : (P,) float in SI where all values are single numbers, else texts.  unit : of the numbers, SI.
+    labels : (P,) float where all values are single numbers, else texts.  unit : of the numbers, as written, else SI.
     """
 
     path: str
@@ -99,7 +100,7 @@ def axis_of(document: Document, folder: Path | None, where: str, path: str, give
     else:
         raise ModelError("not values", path=where, given=given, allowed=f'["5 um", "10 um"], or {_ALLOWED_RANGE}')
     _check_values(document, place, values)
-    labels, unit = _labels(place, values)
+    labels, unit = _labels(place, values, given)
     return Variation(path=path, values=tuple(values), labels=labels, unit=unit)
 
 
@@ -188,24 +189,47 @@ def _check_values(document: Document, place: _Place, values: Sequence[Any]) -> N
         raise ModelError(error.problem, path=place.where, given=values[0], allowed=error.allowed)
 
 
-def _labels(place: _Place, values: Sequence[Any]) -> tuple[NDArray[Any], str]:
-    """Labels of values: SI numbers with their unit where all are single numbers, else texts."""
+def _labels(place: _Place, values: Sequence[Any], given: Any) -> tuple[NDArray[Any], str]:
+    """Labels of values: numbers with their unit where all are single numbers, else texts.
+
+    The unit is the one in which all values, or both ends of a range, were written, else that of SI.
+    """
+    if place.kinds and not any(isinstance(value, bool) for value in values):
+        with suppress(ModelError, AssertionError):
+            numbers = [_number(place, value, place.where) for value in values]
+            if len({unit for _, unit in numbers}) == 1:
+                return _as_written(place, np.array([number for number, _ in numbers]), numbers[0][1], given)
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         unit = KINDS[place.kinds[0]].unit if place.kinds else ""
         return np.array([float(value) for value in values]), unit
-    if place.kinds:
-        try:
-            numbers = [_number(place, value, place.where) for value in values]
-            if len({unit for _, unit in numbers}) == 1:
-                return np.array([number for number, _ in numbers]), numbers[0][1]
-        except (ModelError, AssertionError):
-            pass
-    elif all(isinstance(value, str) and (found := _TEXT.fullmatch(value)) and found[2] for value in values):
-        parts = [_TEXT.fullmatch(value) for value in values]
-        units = {part[2] for part in parts if part}
-        if len(units) == 1:
-            return np.array([float(part[1]) for part in parts if part]), units.pop()
-    return np.array([value if isinstance(value, str) else str(value) for value in values], dtype=object), ""
+    if not place.kinds and (unit := _unit_of(values)):
+        return np.array([float(found[1]) for value in values if (found := _TEXT.fullmatch(value))]), unit
+    return np.array([_text(value) for value in values], dtype=object), ""
+
+
+def _as_written(place: _Place, numbers: NDArray[np.float64], unit: str, given: Any) -> tuple[NDArray[np.float64], str]:
+    """SI numbers in the unit of all that is given, without the rounding of the conversion there and back."""
+    written = _unit_of([given["from"], given["to"]] if is_range(given) else given)
+    if not written or written == unit:
+        return numbers, unit
+    size, _ = _number(place, f"1 {written}", place.where)
+    return np.array([float(f"{number / size:.15g}") for number in numbers]), written
+
+
+def _unit_of(values: Sequence[Any]) -> str:
+    """The one unit of all texts of a number with a unit, empty where there is none."""
+    found = [_TEXT.fullmatch(value) if isinstance(value, str) else None for value in values]
+    units = {one[2] if one else None for one in found}
+    return (units.pop() or "") if len(units) == 1 else ""
+
+
+def _text(value: Any) -> str:
+    """A value as text: a list whose entries have one unit as a person writes it, ``[20, 0, 0] um``."""
+    if isinstance(value, str) or not isinstance(value, Sequence):
+        return str(value)
+    if unit := _unit_of(value):
+        return f"[{', '.join(found[1] for one in value if (found := _TEXT.fullmatch(one)))}] {unit}"
+    return f"[{', '.join(map(str, value))}]"
 
 
 def drawn(
@@ -250,5 +274,5 @@ def drawn(
         allowed = f'"normal(0, 12 um)", {_ALLOWED_RANGE.replace(" points = 9,", "")}, or a list to choose from'
         raise ModelError("not a distribution", path=where, given=given, allowed=allowed)
     _check_values(document, place, found)
-    labels, unit = _labels(place, found)
+    labels, unit = _labels(place, found, given)
     return [Variation(path=path, values=tuple(found), labels=labels, unit=unit)]
