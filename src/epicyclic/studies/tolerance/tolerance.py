@@ -151,7 +151,7 @@ def tolerance(
         write_worst(worst, train, found, value, number)
     columns, coords = _statistics(drawn, tally, limit)
     columns |= _worst_columns(value, number, found, drawn.evaluate(u, method=method).load[:, 0])
-    columns |= {"turning_shortfall": ((), _shortfall(drawn, plan, u, method))} | further.columns
+    columns |= {"turning_shortfall": ((), _shortfall(drawn, plan, u, method)), **further.columns}
     if reference:
         columns["reference_k_gamma"] = ("reference", np.array(list(reference.values()), dtype=float))
         coords["reference"] = list(reference)
