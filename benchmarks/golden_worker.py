@@ -99,7 +99,7 @@ MASKS = (
     (re.compile(r"\d{4}-\d\d-\d\d"), "(date)"),
     (re.compile(r"\b\d+\.\d+\.\d+(\.?(dev|rc|a|b|post)\d*)?(\+\w+)?\b"), "(version)"),
     (re.compile(r"\bin \d+(\.\d+)? (ms|s|min)\b"), "in (duration)"),
-    (re.compile(r"(/[\w.+-]+){2,}/"), "(folder)/"),
+    (re.compile(r"(?<![\w)])(/[\w.+-]+){2,}/"), "(folder)/"),
     (re.compile(r"\b[0-9a-f]{16,64}\b"), "(hash)"),
     (re.compile(r"(computed_ms) [\d.e+-]+"), r"\1 (duration)"),
 )
@@ -207,7 +207,7 @@ def leaves(value: object, path: str = "") -> Iterator[str]:
 
 
 class _Text(HTMLParser):
-    """Text of a page, and the JSON of its figures."""
+    """Text of a page without its scripts and styles."""
 
     def __init__(self) -> None:
         super().__init__()

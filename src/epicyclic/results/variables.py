@@ -367,7 +367,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "separation_probability": ("1", "probability that the mesh is without load at some phase of the shafts"),
     "separation_probability_low": ("1", "lower end of its 95 % band"),
     "separation_probability_high": ("1", "upper end of its 95 % band"),
-    "turning_shortfall": ("1", "share by which K_gamma of open samples rises with thirty times the slow phases"),
+    "turning_shortfall": ("1", "share by which K_gamma of open samples rises with four times the slow phases"),
     "system_separation_probability": ("1", "probability that any mesh is"),
     "system_separation_probability_low": ("1", "lower end of its 95 % band"),
     "system_separation_probability_high": ("1", "upper end of its 95 % band"),

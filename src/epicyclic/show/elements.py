@@ -154,7 +154,8 @@ def shown_columns(table: Table, text: Callable[[Any], str]) -> list[tuple[str, b
     """
     found = []
     for heading, values in table.columns.items():
-        values = _without_rounding(values)
+        if "[" in heading:  # numbers of one unit; others stand beside each other with units of their own
+            values = _without_rounding(values)
         cells = [(str(value) if isinstance(value, str | Styled) else text(value), _tone(value)) for value in values]
         if cells and not any(words for words, _ in cells):
             continue

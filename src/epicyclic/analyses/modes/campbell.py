@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["campbell"]
 
 # Share of the largest |mu| within which modes are repeated.
-EQUAL = 1e-9
+_REPEATED = 1e-9
 
 
 def campbell(
@@ -80,7 +80,7 @@ def _tracked(before: Whirl, here: Whirl, system: System, alike: np.ndarray) -> W
 def _repeated(mu: np.ndarray, alike: np.ndarray) -> np.ndarray:
     """Labels (n,) of modes that are alike so far and whose mu (n,) [rad/s] are equal here but for rounding."""
     rank = np.lexsort((mu.imag, alike))
-    apart = np.abs(np.diff(mu[rank])) > EQUAL * np.abs(mu).max()
+    apart = np.abs(np.diff(mu[rank])) > _REPEATED * np.abs(mu).max()
     found = np.zeros_like(alike)
     found[rank[1:]] = np.cumsum(apart | (np.diff(alike[rank]) != 0))
     return found

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...analyses.samples.law_contact import LawMap, law_map
 from ...analyses.samples.load_map import LoadMap, load_map
-from ...analyses.samples.sample_loads import DENSE_PHASES, ContactMethod, nominal_signs, sample_loads
+from ...analyses.samples.sample_loads import ContactMethod, nominal_signs, sample_loads
 from ...analyses.static.tangent import linear, linear_columns
 from ...assemble import assemble
 from ...assemble.unit_lines import unit_lines
@@ -122,7 +122,7 @@ class ToleranceMap:
         Parameters
         ----------
         u : (S, d) uniform numbers in (0, 1).  scale : (E,) factors on the spread of each entry about its mean.
-        torque : factor on all torques.  method : as of `sample_loads`.  dense : at `DENSE_PHASES` slow phases.
+        torque : factor on all torques.  method : as of `sample_loads`.  dense : likewise.
 
         Raises
         ------
@@ -243,7 +243,7 @@ class ToleranceMap:
             method=method,
             count=S,
             laws=self.tables if method == "static" and self.tables is not None else self.laws,
-            **({"phases": DENSE_PHASES} if dense else {}),
+            dense=dense,
         )
         k = found.k[:, :, self.chosen]
         # without load, or with a load of the other sense, nothing is shared

@@ -184,8 +184,11 @@ def tolerance(
 
 
 def _shortfall(drawn: SampleMap, plan: SamplingPlan, worst: Array, method: ContactMethod) -> float:
-    """Share by which K_gamma while turning of open samples rises with many slow phases [1]; worst : (n, d) of them."""
-    if drawn.lawful:  # phases of the whole train take as long as all samples
+    """Share by which K_gamma while turning of open samples rises with many slow phases [1]; worst : (n, d) of them.
+
+    0 where links follow laws, which are asked at the same phases.
+    """
+    if drawn.lawful:
         return 0.0
     u = np.concatenate([worst, piece_uniforms(plan, 0, worst.shape[1])[:_SEARCHED]])
     found = drawn.evaluate(u, method=method)
@@ -202,7 +205,7 @@ def _searched(tally: SampleTally, columns: Columns) -> list[CodedText]:
         return []
     text = (
         f"the largest load while turning of {tally.open} samples whose contact opens is searched for and may be low: "
-        f"by up to {100 * shortfall:.2g} % in those that were searched with thirty times as many slow phases"
+        f"by up to {100 * shortfall:.2g} % in those that were searched with four times as many slow phases"
     )
     return [coded("turning-searched", text)]
 

@@ -11,7 +11,7 @@ import xarray as xr
 import epicyclic
 from epicyclic.analyses.static.loaded import loaded_meshes
 from epicyclic.analyses.steady.measures import dynamic_factor
-from epicyclic.show.elements import number, shown_columns
+from epicyclic.show.elements import Table, number, shown_columns
 from epicyclic.show.rows import force_table
 from epicyclic.show.views import sharing as sharing_view
 from epicyclic.show.views import sweep as sweep_view
@@ -138,3 +138,10 @@ def test_teeth_without_load_are_not_counted_as_parting(model: str) -> None:
     assert abs(rounding[3]) < 1e-9 * rounding[0]
     shown = {heading: cells for heading, _, cells in shown_columns(force_table(result), number)}
     assert [text for text, _ in shown["mean [N]"]][IDLE] == ["0"] * 3
+
+
+def test_numbers_of_different_units_in_one_column_are_all_shown() -> None:
+    """A helix angle of 0.38 rad is no rounding of a modulus of 2e11 Pa."""
+    table = Table(title="", columns={"value": [2.1e11, 0.383972], "force [N]": [2.1e11, 0.383972]})
+    shown = {heading: [text for text, _ in cells] for heading, _, cells in shown_columns(table, number)}
+    assert shown == {"value": ["2.1e+11", "0.383972"], "force [N]": ["2.1e+11", "0"]}
