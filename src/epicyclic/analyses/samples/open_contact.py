@@ -24,7 +24,8 @@ _NEWTON, _STEPS = 12, 120
 _OPEN = 1e-9
 # Stretch that is neither open nor closed, per the largest of the sample: rounding.
 _ROUNDING = 1e-12
-# Part of the closed stretches that a solution of a singular set may miss.
+# Part of the largest closed stretch of a sample that a solution of its set may miss: not of the stretches of the set,
+# which rounding alone may be, where a branch is open on both sides and its gaps are not unique.
 _CONSISTENT = 1e-9
 # Numbers of one batch of matrices.
 _BATCH = 4_000_000
@@ -100,7 +101,8 @@ def _stretch_of(
             matrix = np.eye(M) - S * (k0 - kappa[part])[:, None, :]
             stretch[part], regular[part] = _solved(matrix, closed[part])
             if not open_part:
-                regular[part] &= _consistent((matrix @ stretch[part, :, None])[..., 0], closed[part])
+                missed = (matrix @ stretch[part, :, None])[..., 0] - closed[part]
+                regular[part] &= _consistent(missed, closed[part])
         return stretch, regular
     for at in _alike(state, np.flatnonzero((state != (k0[:F] > 0)).any(axis=1))):
         kappa = k0.copy()
@@ -111,7 +113,7 @@ def _stretch_of(
         right = closed[np.ix_(at, differs)]
         own, regular[at] = _solved(matrix[None], right.T[None])
         if not open_part:
-            regular[at] &= _consistent((matrix @ own[0]).T, right)
+            regular[at] &= _consistent((matrix @ own[0]).T - right, closed[at])
         stretch[at] = closed[at] + (own[0].T * D) @ S[:, differs].T
     return stretch, regular
 
@@ -146,11 +148,11 @@ def _of_least_size(matrix: Array, right: Array) -> tuple[Array, NDArray[np.bool_
     A branch that is open on both sides turns freely: the gaps of its rows are not unique, all forces are.
     """
     found = np.linalg.lstsq(matrix[0], right[0], rcond=None)[0]
-    return found[None], _consistent((matrix[0] @ found).reshape(1, -1), right.reshape(1, -1))
+    return found[None], _consistent((matrix[0] @ found - right[0]).reshape(1, -1), right.reshape(1, -1))
 
 
-def _consistent(left: Array, right: Array) -> NDArray[np.bool_]:
-    """Whether two sides (T, n) [m] of equations agree, of each sample (T,)."""
-    missed = np.max(np.abs(left - right), axis=1, initial=0.0)
-    agree: NDArray[np.bool_] = missed <= _CONSISTENT * np.max(np.abs(right), axis=1, initial=0.0)
+def _consistent(missed: Array, closed: Array) -> NDArray[np.bool_]:
+    """Whether what equations miss (T, n) [m] is rounding beside the closed stretches (T, M) [m], each sample (T,)."""
+    size = np.max(np.abs(closed), axis=1, initial=0.0)
+    agree: NDArray[np.bool_] = np.max(np.abs(missed), axis=1, initial=0.0) <= _CONSISTENT * size
     return agree

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...results.ties import largest, ranked
 from ...show.figures.series import label
+from ...show.figures.tolerance_labels import scattering_pair
 from ...train.train import Train
 from .answer import Answer, answer, number, per_cent
 from .halved import halved_tolerance
@@ -207,7 +208,7 @@ def tolerance_shares(result: xr.Dataset) -> Array:
     The numbers that the verb `tolerance` prints.
     """
     one = result.sel(definition="mean-load")
-    pair = int(np.nanargmax(one["k_gamma_std"].values))
+    pair = scattering_pair(one)
     total: Array = np.nan_to_num(one["sobol_total"].isel(pair=pair).transpose("tolerance").values)
     return np.clip(total, 0.0, None)
 

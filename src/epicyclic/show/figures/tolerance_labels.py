@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
+from ...results.ties import EQUAL, largest
 from .series import Array, texts
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "of_definition",
     "pair_labels",
     "percent",
+    "scattering_pair",
     "short_entries",
     "system_quantiles",
 ]
@@ -54,6 +56,11 @@ def pair_labels(names: Sequence[str]) -> list[str]:
         words = [word[0].upper() if word in ("left", "right") else word for word in words]
         found.append(" ".join([stage, *words] if several and rest else words))
     return found
+
+
+def scattering_pair(one: xr.Dataset) -> int:
+    """Place of the pair whose K_gamma scatters most, of equal ones the first; 0 where the scatter is not known."""
+    return largest(one["k_gamma_std"].values, equal=EQUAL) if "k_gamma_std" in one else 0
 
 
 def micrometres(result: xr.Dataset) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

@@ -8,7 +8,7 @@ import xarray as xr
 
 from .series import Array, compact, numbers, texts
 from .style import PALETTE, panels, tint
-from .tolerance_labels import micrometres, of_definition, pair_labels, percent, short_entries
+from .tolerance_labels import micrometres, of_definition, pair_labels, percent, scattering_pair, short_entries
 
 __all__ = ["tolerance_shares"]
 
@@ -25,7 +25,7 @@ def tolerance_shares(result: xr.Dataset) -> go.Figure:
         zero are drawn as zero.
     """
     one = of_definition(result)
-    pair = int(np.nanargmax(numbers(one, "k_gamma_std", "pair"))) if "k_gamma_std" in one else 0
+    pair = scattering_pair(one)
     first, total = (one[name].transpose("pair", "tolerance").values[pair] for name in ("sobol_first", "sobol_total"))
     order = np.argsort(np.nan_to_num(total), kind="stable")
     names = [short_entries(texts(one, "tolerance"))[i] for i in order]

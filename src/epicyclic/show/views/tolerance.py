@@ -16,6 +16,7 @@ from ..figures.tolerance_labels import (
     of_definition,
     pair_labels,
     percent,
+    scattering_pair,
     short_entries,
     system_quantiles,
 )
@@ -93,7 +94,7 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         change = ""
         if "sobol_total" in result:
             one = of_definition(result)
-            pair = int(np.nanargmax(one["k_gamma_std"].values))
+            pair = scattering_pair(one)
             total = np.nan_to_num(one["sobol_total"].isel(pair=pair).values)
             name = short_entries(texts(result, "tolerance"))[int(total.argmax())]
             change = f"Most of the scatter comes from {name}: {100 * total.max():.0f} % of the variance of K_gamma."
@@ -186,7 +187,7 @@ def _band(one: xr.Dataset, name: str) -> tuple[float, float, float]:
 def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
     """Shares of the variance, slope of a quantile, and what a tenth less spread takes off, of every entry."""
     one = of_definition(result)
-    pair = int(np.nanargmax(one["k_gamma_std"].values))
+    pair = scattering_pair(one)
     shown = one.isel(pair=pair)
     given = one["probability"].values
     slopes = shown["quantile_slope"].transpose("probability", "tolerance").values

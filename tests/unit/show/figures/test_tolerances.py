@@ -174,3 +174,11 @@ def test_the_terminal_says_what_the_next_grade_costs_and_saves(grades: xr.Datase
     assert "82: no grades that meet the target cost less (proven" in totals.columns["value"][1]
     unproven = table(allocate.tables(grades.assign_attrs(proof="open")), "Totals")
     assert "cheaper grades may be left" in unproven.columns["value"][1]
+
+
+def test_pairs_that_scatter_alike_are_told_apart_by_rule_not_by_rounding(result: xr.Dataset) -> None:
+    two = result.isel(pair=[0, 0]).assign_coords(pair=["main.meshes.sun-planet", "main.meshes.planet-ring"])
+    for rounding in (-1e-12, 1e-12):
+        two["k_gamma_std"] = result.k_gamma_std.isel(pair=[0, 0]).drop_vars("pair") * [1, 1 + rounding]
+        assert "of K_gamma, sun-planet," in table(tolerance.tables(two), "What buys what").lead
+        assert "(sun-planet)" in tolerance_shares(two).layout.title.text

@@ -587,3 +587,28 @@ def test_a_set_whose_equations_are_not_solved_is_not_found(own: bool, monkeypatc
     solve = np.linalg.solve
     monkeypatch.setattr(np.linalg, "solve", lambda a, b: solve(a, b) * (1 + 1e-6))
     assert not net_forces(given, closed, *asked)[1].any()
+
+
+def test_branches_that_hang_free_by_a_hair_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two of four planets are open by 1e-11 to 1e-9 of the stretch of the others; their gaps are not unique.
+
+    Both flanks of an open planet leave it free to turn, so that the equations of its gaps are singular: a kernel adds
+    what rounding makes of that motion, here a tenth of a millimetre.
+    """
+    drawn = tolerance_map(load(spur(4, {"deviations.main.planet.position.y": "normal(0 um, 60 um)"})))
+    given, planet = drawn.load_map, np.arange(drawn.load_map.mesh_count) % 4
+    whole, opens = given.stretch.still + given.stretch.torque, planet % 2 == 1
+    closed = np.where(opens, -np.geomspace(1e-11, 1e-9, 40)[:, None], 2) * whole[: planet.size]
+    closed = np.concatenate([closed, np.tile(whole[planet.size :], (40, 1))], axis=1)
+    solve = np.linalg.solve
+
+    def turned(matrix: Array, right: Array) -> Array:
+        _, size, motion = np.linalg.svd(matrix)
+        free = np.where(size[..., None] < 1e-13 * size.max(), motion, 0.0).sum(axis=-2)
+        added: Array = solve(matrix, right) + 1e-4 * free[..., None]
+        return added
+
+    monkeypatch.setattr(np.linalg, "solve", turned)
+    net, found = net_forces(given, closed)
+    assert found.all()
+    np.testing.assert_allclose(net[:, opens] / net.max(), 0, atol=1e-9)
