@@ -189,11 +189,12 @@ def orbit(system: System, solution: Periodic, *, steps: int) -> Array:
     rows, k = system.meshes.B.T @ phi, system.meshes.stiffness
     order = np.arange(1, system.meshes.variation.shape[1] + 1)
     assert system.zeta == 0.03
-    assert not system.lines
+    (centrifugal,) = system.lines
+    assert not centrifugal.gap.any()
     n = omega.size
     damping = np.diag(2 * 0.03 * omega) + s * phi.T @ system.G @ phi
     links = phi.T @ (system.K + s**2 * system.Kg) @ phi
-    load_ = phi.T @ system.force
+    load_ = phi.T @ (system.force + s**2 * centrifugal.force[2].real)
 
     def matrix(phase: float) -> Array:
         wave = np.exp(2j * np.pi * order * phase)

@@ -35,6 +35,11 @@ def run_out(body: str, relative: Fraction, phase: float = 0.4) -> Displacement:
     return Displacement(path=path, cause="run_out", body=body, rows="mesh", vector=vector, frequency=relative / 60)
 
 
+def turning_lines(system: System) -> list[Line]:
+    """Lines without the constant one, the centrifugal load of planets on a carrier that turns."""
+    return [line for line in system.lines if line.frequency]
+
+
 def gap_at(line: Line, time: float) -> NDArray[np.float64]:
     gap: NDArray[np.float64] = (line.gap * np.exp(2j * math.pi * float(line.frequency) * time)).real
     return gap
@@ -48,7 +53,7 @@ def test_run_outs_project_on_the_mesh_normal(hand_built: Maker, mirror: int) -> 
     for body, member in (("main/sun", "sun"), ("main/planet/2", "planet")):
         relative = speeds[f"{member}_speed"] - speeds["frame_speed"]
         system = assemble(dataclasses.replace(train, displacements=(run_out(body, relative),)))
-        (line,) = system.lines
+        (line,) = turning_lines(system)
         assert line.frequency == abs(relative) / 60
         assert line.causes == (f"{body}.run_out",)
         for time in (0.0, 0.0123, 0.03):
@@ -100,7 +105,7 @@ def test_a_rigid_connection_is_the_limit_of_a_stiff_one(
             frequency=Fraction(90),
         )  # fmt: skip
         system = assemble(dataclasses.replace(train, displacements=(item,)))
-        results.append(response(system, system.lines[0]))
+        results.append(response(system, *turning_lines(system)))
     assert np.abs(results[1]).max() > 1e-6
     # k_mesh / k = 5e-6 of a deflection, and 1e-16 * k / k_mesh of rounding in the stiff system
     assert results[0] == pytest.approx(results[1], abs=1e-4 * np.abs(results[1]).max())
@@ -129,7 +134,8 @@ def test_own_and_seat_displace_in_opposite_senses(hand_built: Maker) -> None:
 def test_gravity_turns_backwards_in_the_carrier_frame(hand_built: Maker) -> None:
     train = dataclasses.replace(hand_built(angles=(0.0, 2.0, 4.0), **SPEEDS), gravity=(0.0, -9.81, 0.0))
     system = assemble(train)
-    (line,) = system.lines
+    centrifugal, line = system.lines
+    assert centrifugal.causes == ("stages.main.planet.mass",)
     assert line.frequency == Fraction(5)
     omega = 2 * math.pi * 5
     for time in (0.0, 0.01, 0.07):
@@ -140,6 +146,21 @@ def test_gravity_turns_backwards_in_the_carrier_frame(hand_built: Maker) -> None
         assert by_name["main/sun/y"] == pytest.approx(-9.81 * 2.0 * math.cos(angle), abs=1e-12)
         assert by_name["main/planet/2/x"] == pytest.approx(-9.81 * 2.0 * math.sin(angle + 2.0), abs=1e-12)
         assert by_name["main/planet/2/y"] == pytest.approx(-9.81 * 2.0 * math.cos(angle + 2.0), abs=1e-12)
+
+
+def test_centrifugal_load_is_outward_on_carried_bodies_alone(hand_built: Maker) -> None:
+    """m Omega^2 r_c along x, the radius of the pin, with the square of the speed; none where the carrier stands."""
+    train = hand_built(angles=(0.0, 2.0, 4.0), **SPEEDS)
+    system = assemble(train)
+    (line,) = system.lines
+    assert line.frequency == 0
+    assert not line.force[:2].any()
+    planet = next(body for body in train.bodies if body.name == "main/planet/2")
+    outward = planet.mass * (2 * math.pi * 5) ** 2 * math.hypot(*planet.centre)
+    for name, value in zip(system.dofs.names, line.force[2].real, strict=True):
+        expected = outward if "planet" in name and name.endswith("/x") else 0.0
+        assert value == pytest.approx(expected, rel=1e-12, abs=1e-9), name
+    assert not assemble(hand_built(angles=(0.0, 2.0, 4.0))).lines
 
 
 def test_loads_fixed_in_space_and_turning_with_a_member(hand_built: Maker) -> None:
@@ -162,7 +183,7 @@ def test_loads_fixed_in_space_and_turning_with_a_member(hand_built: Maker) -> No
     assert later[names.index("main/sun/y")] == pytest.approx(-10 * math.sin(0.2 * math.pi))
     # along y it turns the body about -x
     sideways = assemble(dataclasses.replace(train, loads=(dataclasses.replace(fixed, force=(0.0, 10.0, 0.0)),)))
-    assert sideways.lines[0].force[0][names.index("main/sun/rx")].real == pytest.approx(-5.0)
+    assert turning_lines(sideways)[0].force[0][names.index("main/sun/rx")].real == pytest.approx(-5.0)
     system = assemble(dataclasses.replace(train, loads=(turning,)))
     spinning = {line.frequency: line for line in system.lines}
     assert set(spinning) == {Fraction(0), Fraction(900, 60)}
@@ -176,8 +197,8 @@ def test_lines_of_one_frequency_add_as_complex_numbers(hand_built: Maker) -> Non
     relative = SPEEDS["sun_speed"] - SPEEDS["frame_speed"]
     twice = (run_out("main/sun", relative, 0.0), run_out("main/sun", relative, math.pi))
     system = assemble(dataclasses.replace(train, displacements=twice))
-    assert len(system.lines) == 1
-    assert np.abs(system.lines[0].gap).max() < 1e-20
+    (line,) = turning_lines(system)
+    assert np.abs(line.gap).max() < 1e-20
 
 
 @pytest.mark.parametrize("sense", [1, -1])

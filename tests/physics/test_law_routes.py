@@ -360,7 +360,9 @@ def test_far_flanks_by_their_table() -> None:
     assert system.far is not None
     assert len(system.far.laws) == len(system.meshes.laws)
     whole = {order * system.tones[0] for order in range(64)}
-    lines = tuple(line for line in system.lines if line.frequency in whole)
+    # without the centrifugal load: at this speed of a slow drive it throws the planets into the ring, both flanks shut
+    at_rest = np.array([[1.0], [1.0], [0.0]])
+    lines = tuple(replace(line, force=line.force * at_rest) for line in system.lines if line.frequency in whole)
     system = replace(system, force=TORQUE * system.force, lines=lines)
     found, m = balance(system, 140.0), len(system.meshes.name)
     assert found.at.stable

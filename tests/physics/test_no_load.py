@@ -59,10 +59,13 @@ def test_without_torque_nothing_presses(stiffness: object, why: str) -> None:
     assert "no torque passes" not in epicyclic.modes(loaded).attrs["warnings"]
 
 
-@pytest.mark.parametrize("stiffness", [TABLE, "iso6336"])
-def test_teeth_that_rattle_without_torque_are_named(stiffness: object) -> None:
+def test_teeth_that_rattle_without_torque_are_named() -> None:
     with pytest.raises(ConvergenceError, match=r"no torque presses the teeth together \(operation\.torque or"):
-        epicyclic.steady(idle(stiffness), contact_loss=True)
+        epicyclic.steady(idle(TABLE), contact_loss=True)
+    # planets that their centrifugal load centres in the backlash: a motion without force, on which no train stays
+    found = epicyclic.steady(idle("iso6336"), contact_loss=True)
+    warnings = json.loads(found.attrs["warnings"])
+    assert sorted(text.split()[-1] for text in warnings) == ["[lines-superposed]", "[motion-unstable]", "[no-torque]"]
 
 
 @pytest.mark.parametrize("torque", ["0 N m", "1 N m"])

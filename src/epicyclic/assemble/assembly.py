@@ -32,7 +32,7 @@ from ..train.connections import Mesh
 from ..train.train import Train
 from .excitation import FullModel, excitation_lines
 from .gaps import flank_laws, flanks_ignored, idle_friction, law_groups, one_sided_flanks
-from .structure import Structure, structure_of
+from .structure import Structure, own_centres, structure_of
 
 __all__ = ["assemble"]
 
@@ -115,7 +115,7 @@ def assemble(train: Train) -> System:
         groups=law_groups(train, structure.links, L, lag=train.damping.stiffness or 0.0),
         body_turns=structure.spin_turn if train.kinematics.speed is not None else (),
         euler=T.T @ euler @ T,
-        spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, _centres(train)) @ T,
+        spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, own_centres(train)) @ T,
         stage_turns=_stage_turns(train),
         far=_far_flanks(structure, T, meshes) if structure.far_of.size else None,
     )
@@ -135,12 +135,6 @@ def _masses(train: Train, T: Array) -> tuple[Array, tuple[str, ...]]:
     )
     mass, inertia, tilt = np.where(absent, 0.0, values).T
     return mass_diagonal(mass, inertia, tilt), missing
-
-
-def _centres(train: Train) -> Array:
-    """Centre of every body in its own axes, (nb, 2) [m]."""
-    own = [complex(*body.centre) * np.exp(-1j * body.angle) for body in train.bodies]
-    return np.array([(place.real, place.imag) for place in own])
 
 
 def _path(member: str) -> str:
@@ -287,6 +281,7 @@ def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:
 def _link_rows(structure: Structure, L: Array, damping: Array, turning: Array) -> LinkRows:
     """Linear link rows; L : (p, n), damping : (p,) [N s/m], turning : (p, p) [N/m]."""
     rows = [row for row in structure.links if not row.law]
+    turn = tuple(structure.frame_turn[row.first] if row.to_housing else Fraction(0) for row in rows)
     return LinkRows(
         name=tuple(f"{row.link}/{DIRECTIONS[row.direction]}" for row in rows),
         link=tuple(row.link for row in rows),
@@ -294,6 +289,7 @@ def _link_rows(structure: Structure, L: Array, damping: Array, turning: Array) -
         stiffness=np.array([row.stiffness for row in rows]),
         damping=damping,
         skew=turning if turning.any() else np.zeros((0, 0)),
+        turn=turn if any(turn) else (),
     )
 
 

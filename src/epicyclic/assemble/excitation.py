@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from ..system.system import Line
 from ..train.train import Displacement, Load, MeshError, Train
-from .structure import Structure
+from .structure import Structure, own_centres
 
 __all__ = ["FullModel", "excitation_lines", "separate_lines"]
 
@@ -76,6 +76,7 @@ def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tu
         _add_load(lines, load, structure, train)
     if any(train.gravity):
         _add_gravity(lines, structure, train, model)
+    _add_centrifugal(lines, structure, train, model)
     return tuple(_line(f, parts, structure, model) for f, parts in sorted(lines.items()))
 
 
@@ -229,6 +230,16 @@ def _add_gravity(lines: dict[Fraction, _LineParts], structure: Structure, train:
     for i, body in enumerate(train.bodies):
         wrench = model.mass[i, 0] * gravity, np.zeros(3)
         _add_force(lines, "operation.gravity", i, wrench, (structure.frame_turn[i], -1, body.angle), structure, 0)
+
+
+def _add_centrifugal(lines: dict[Fraction, _LineParts], structure: Structure, train: Train, model: FullModel) -> None:
+    """Add m Omega^2 r_c of every body whose centre is off the axis of its turning frame: what its bearing holds."""
+    centres = own_centres(train)
+    for i, (body, speed) in enumerate(zip(train.bodies, structure.frame_speed, strict=True)):
+        outward = model.mass[i, 0] * speed**2 * centres[i]
+        if outward.any():
+            parts, _ = _line_at(lines, Fraction(0), np.zeros(6, complex), f"stages.{body.member}.mass", structure)
+            parts.force[2, 6 * i : 6 * i + 2] += outward
 
 
 def _line(frequency: Fraction, parts: _LineParts, structure: Structure, model: FullModel) -> Line:

@@ -16,7 +16,7 @@ from ..train.connections import Link, Mesh
 from ..train.train import Train
 from .isotropy import check_isotropy
 
-__all__ = ["LinkRow", "MeshRow", "Structure", "gap_rows", "mesh_rows", "structure_of"]
+__all__ = ["LinkRow", "MeshRow", "Structure", "gap_rows", "mesh_rows", "own_centres", "structure_of"]
 
 Array = NDArray[np.float64]
 LATERAL = (0, 1, 3, 4)
@@ -71,6 +71,12 @@ class Structure:
     rigid: Array
     rigids: tuple[LinkRow, ...]
     pivots: NDArray[np.int64]
+
+
+def own_centres(train: Train) -> Array:
+    """Centre of every body in its own axes, (nb, 2) [m]."""
+    own = [complex(*body.centre) * np.exp(-1j * body.angle) for body in train.bodies]
+    return np.array([(place.real, place.imag) for place in own])
 
 
 def structure_of(train: Train) -> Structure:

@@ -119,6 +119,8 @@ def _loads(unit: GearUnit, held: list[StageMember], turning: Parts, speeds: dict
         if name is None:
             if torque is not None or power is not None:
                 unit.view.lose(load, "torque_around_u_axis", "a load on a part that is held, or in no planetary stage")
+                # what gears of no planetary stage take passes through the bodies that carry them
+                ports.update(unit.free.values())
             continue
         ports.add(name)
         defines = unit.view.value(load, "defines_torque") is True

@@ -110,9 +110,9 @@ class Readiness:
 
     def speed(self) -> object:
         """Check that the meshes have a frequency."""
-        if (self.train.kinematics.mesh_frequency or {}).get(self.train.meshes[0].stage):
-            return None if self.problem("equations") else mesh_tones(self.system)
-        raise ModelError("the speed of one member is missing", path="operation.speed", allowed="e.g. 1500 rpm")
+        if self.train.kinematics.speed is None:
+            raise ModelError("the speed of one member is missing", path="operation.speed", allowed="e.g. 1500 rpm")
+        return None if self.problem("equations") else mesh_tones(self.system)
 
     def torque(self) -> None:
         """Check that torque passes the first mesh."""

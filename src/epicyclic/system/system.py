@@ -121,6 +121,8 @@ class LinkRows:
     skew : (p, p) terms of dampers to the housing in a turning frame at s = 1, Cskew = B skew B^T [N/m, N m/rad]; empty
         where there are none.
     preload : (p,) force beside k (B^T q - e) of a linearised law [N, N m]; empty where there is none.
+    turn : (p,) of the frame of a row against the housing that holds it, exact [rev/s], 0 of rows between bodies; empty
+        where no frame turns.
     """
 
     name: tuple[str, ...]
@@ -130,6 +132,7 @@ class LinkRows:
     damping: Array
     skew: Array = field(default_factory=lambda: np.zeros((0, 0)))
     preload: Array = field(default_factory=lambda: np.zeros(0))
+    turn: tuple[Fraction, ...] = ()
 
     def __repr__(self) -> str:
         """One line: number of rows and of links."""

@@ -295,6 +295,31 @@ def test_a_train_written_and_read_is_the_same(name: str, tmp_path: Path) -> None
     assert {str(one) for one in mine["links"]} <= {str(one) for one in theirs["links"]} or name == "stepped"
 
 
+def test_gears_on_parallel_axes_are_of_no_planetary_stage(tmp_path: Path) -> None:
+    """Read again, the planetary stage carries its torque to the shaft of the wheel, which takes the balance."""
+    gear = {"mass": "10 kg", "inertia": "0.1 kg m^2", "tilt_inertia": "0.1 kg m^2", "support": {"radial": "1e9 N/m"}}
+    fast = {"module": "4 mm", "face_width": "40 mm", "wheel": {"teeth": 50, **gear}, "pinion": {"teeth": 20, **gear}}
+    model = changed()
+    model["stages"]["fast"] = fast
+    model["couplings"] = {"shaft": {"between": ["main.sun", "fast.wheel"], "rz": "1e6 N m/rad"}}
+    model["operation"] = {
+        "held": ["main.ring"],
+        "speed": {"main": {"carrier": "300 rpm"}},
+        "torque": {"main": {"carrier": "3200 N m"}, "fast": {"pinion": "balance"}},
+    }
+    path = tmp_path / "wind.rexs"
+    write_rexs(model, path)
+    text = path.read_text()
+    assert text.count('type="planetary_stage"') == 1
+    assert text.count('type="cylindrical_stage"') == 7
+    before, after = epicyclic.load(model), epicyclic.load(path)
+    assert list(after.planets) == ["main"]
+    assert set(before.planets) == {"main", "fast"}
+    (end,) = [body for body in after.torques if body not in ("main/carrier", "main/ring")]
+    assert abs(after.torques[end]) == pytest.approx(3200 * 20 / 80, rel=1e-9)
+    assert epicyclic.static(after).sizes["mesh"] == 6
+
+
 def test_natural_frequencies_of_a_ready_drive(tmp_path: Path) -> None:
     path = tmp_path / "wind.rexsz"
     write_rexs("wind-five", path)

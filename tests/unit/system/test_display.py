@@ -27,7 +27,7 @@ def test_reprs_are_one_short_line(system: System) -> None:
 
 def test_repr_holds_the_key_numbers() -> None:
     text = repr(epicyclic.assemble(epicyclic.load("xu2020")))
-    assert "56 dofs, 16 mesh rows, 78 link rows, 0 laws, 27.392 Hz, 0 lines, damping modal 0.03" in text
+    assert "56 dofs, 16 mesh rows, 78 link rows, 0 laws, 27.392 Hz, 1 lines, damping modal 0.03" in text
 
 
 def test_laws_are_counted() -> None:

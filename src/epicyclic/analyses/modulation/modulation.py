@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...system.system import Array, ComplexArray, System
+from ...system.system import Array, ComplexArray, Line, System
 from ...warning_codes import CodedText, coded
 from ..steady.measures import force_extremes
 from ..steady.periodic import TOLERANCE, solve_speed
@@ -196,10 +196,19 @@ def _radius(system: System, position: SensorPosition) -> float:
 
 def _fault_free(system: System, relative_speed: float, settings: _Settings) -> dict[Fraction, complex]:
     """Signal of the same train without manufacturing deviations, by exact frequency [Hz at s = 1]."""
-    lines = tuple(line for line in system.lines if is_fault_free(line.causes))
+    lines = tuple(_drawn_part(line) for line in system.lines if is_fault_free(line.causes))
     ready, block = solve_speed(replace(system, lines=lines), relative_speed, TOLERANCE)
     at_sensor = _sensor_signal(ready, block, settings)
     return dict(zip(at_sensor.lines.frequency, at_sensor.signal.tolist(), strict=True))
+
+
+def _drawn_part(line: Line) -> Line:
+    """A line without what deviations add to the centrifugal load: no gaps, and loads that grow with the speed alone."""
+    if line.frequency or not any(cause.startswith("deviations.") for cause in line.causes):
+        return line
+    loads = line.force * np.array([[0.0], [0.0], [1.0]])
+    gaps = {"gap": line.gap, "link_gap": line.link_gap, "group_gap": line.group_gap, "far_gap": line.far_gap}
+    return replace(line, force=loads, **{name: np.zeros_like(gap) for name, gap in gaps.items()})
 
 
 def _listed(at_sensor: _SensorSignal, floor: float) -> NDArray[np.int64]:

@@ -44,7 +44,7 @@ class SampleLoads:
 
     k : (S, 2, g) coefficient of each group [1], nan of samples that failed and of groups without load.
     load : (S, 2, w) N F_i / sum F of each whole mesh [1].
-    least : (S, w) least force of each whole mesh at any slow phases [N].
+    least : (S, w) least force of each whole mesh at any slow phases [N], nan of groups without load, which part freely.
     open, failed : (S,) whether contact opens or a far flank touches at some phases; whether no state was found.
     """
 
@@ -117,7 +117,7 @@ def sample_loads(
     load[failed], least[failed] = np.nan, np.nan
     for group, carries in zip(given.group, found.loaded, strict=True):
         if not carries:
-            load[:, :, group] = np.nan
+            load[:, :, group], least[:, group] = np.nan, np.nan
     return SampleLoads(
         k=largest_of_groups(load, given.group), load=load, least=least, open=opens & ~failed, failed=failed
     )

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 
@@ -226,6 +227,7 @@ def _linearised_links(system: System, tangent: Array, axes_of_groups: list[Array
         damping=np.concatenate(damping),
         skew=_padded_skew(links.skew, sum(map(len, stiffness))),
         preload=np.concatenate(preload),
+        turn=(*links.turn, *(Fraction(0),) * sum(map(len, stiffness))) if links.turn else (),
     )
 
 

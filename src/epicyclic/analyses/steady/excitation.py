@@ -119,9 +119,12 @@ def mesh_tones(system: System) -> tuple[Fraction, ...]:
     ModelError : there is none, or one is zero.
     """
     used = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
-    if not used or min(used) <= 0:
+    if not used:
+        turns = any(system.body_turns)
+        reason = ": the members of each stage turn as one" if turns else ""
+        allowed = "members that turn against each other" if turns else "the speed of one member"
         raise ModelError(
-            "the response needs a mesh frequency above zero", path="operation.speed", allowed="the speed of one member"
+            f"the response needs a mesh frequency above zero{reason}", path="operation.speed", allowed=allowed
         )
     return used
 

@@ -34,6 +34,7 @@ __all__ = [
     "dynamic_factor",
     "force_extremes",
     "line_amplitudes",
+    "line_harmonics",
     "link_measures",
     "mean",
     "mean_square",
@@ -54,7 +55,7 @@ class Layout:
 
     axis : (w,) the tone of each whole mesh.  radius : (n,) of the coordinates [m].
     translation : (nb, 3, n) displacement of the centre of every body per coordinate.
-    pairs : (k, 2) link rows that are the two lateral directions of one link.
+    pairs : (k, 2) link rows that are the two lateral directions of one link.  turn : (p,) of `LinkRows`.
     orders : highest mesh order reported.  frequencies : of the other lines reported, exact [Hz at the operating speed].
     groups : whole meshes of one pair and side.  rounding : a mesh force that is none [N].
     """
@@ -63,6 +64,7 @@ class Layout:
     radius: Array
     translation: Array
     pairs: Index
+    turn: Sequence[Fraction]
     orders: int
     frequencies: tuple[Fraction, ...]
     groups: Sequence[MeshGroup]
@@ -91,7 +93,7 @@ def sweep_measures(signals: Signals, layout: Layout) -> dict[str, Array]:
     if signals.motion is not None:
         found |= _motion_measures(signals.motion, signals.speed, layout)
     if signals.links is not None:
-        found |= link_measures(signals.links, layout.pairs)
+        found |= link_measures(signals.links, layout.pairs, layout.turn)
     return found
 
 
@@ -124,19 +126,42 @@ def _motion_measures(motion: Signal, speed: Array, layout: Layout) -> dict[str, 
     }
 
 
-def link_measures(links: Signal, pairs: Index) -> dict[str, Array]:
-    """Measures of the link rows, (p, P), and of the lateral force of the links `pairs` (k, 2), (k, P) [N, N m]."""
+def link_measures(links: Signal, pairs: Index, turn: Sequence[Fraction]) -> dict[str, Array]:
+    """Measures of the link rows, (p, P), and of the lateral force of the links `pairs` (k, 2), (k, P) [N, N m].
+
+    turn : (p,) of `LinkRows`.  The lateral force on a housing is constant where it stands still in the housing.
+    """
     span, average, square = ranges(links, pairs), mean(links), mean_square(links)
     x, y = pairs.T
+    constant = np.hypot(average[x], average[y])
+    whole = constant**2 + square[x] + square[y]
+    held = [place for place, row in enumerate(x) if turn and turn[row]]
+    constant[held] = _standing_forces(links, pairs[held], [turn[row] for row in x[held]])
     return {
         "link_force_mean": average,
         "link_force_rms": np.sqrt(square),
         "link_force_peak": np.maximum(span.high, -span.low),
         "link_force_peak_to_peak": span.high - span.low,
-        "bearing_force_mean": np.hypot(average[x], average[y]),
-        "bearing_force_rms": np.sqrt(square[x] + square[y]),
+        "bearing_force_mean": constant,
+        "bearing_force_rms": np.sqrt(np.maximum(whole - constant**2, 0.0)),
         "bearing_force_peak": span.length,
     }
+
+
+def _standing_forces(links: Signal, pairs: Index, turn: Sequence[Fraction]) -> Array:
+    """Length (k, P) [N] of the part of lateral forces in turning frames that stands still in the housing.
+
+    It is the part that turns against the frame: of F = Re((a_x, a_y) exp(i w t)), w the speed of the frame, that of
+    size abs(a_x - i a_y) / 2; with + for a frame that turns backwards.
+
+    pairs : (k, 2) link rows.  turn : (k,) of their frames, exact, not 0 [rev/s at the operating speed].
+    """
+    found = np.zeros((len(pairs), links.values.shape[1]))
+    for one in set(turn):
+        mine = [place for place, other in enumerate(turn) if other == one]
+        x, y = (line_harmonics(links, [abs(one)])[pairs[mine, side], 0] for side in (0, 1))
+        found[mine] = np.abs(x - 1j * y if one > 0 else x + 1j * y) / 2
+    return found
 
 
 def dynamic_factor(largest: Array, transmitted: Array, groups: Sequence[MeshGroup], rounding: float) -> Array:
@@ -217,9 +242,13 @@ def order_harmonics(signal: Signal, axis: Index, orders: int) -> ComplexArray:
 
 
 def line_amplitudes(signal: Signal, frequencies: Sequence[Fraction]) -> Array:
-    """Amplitude at exact frequencies [Hz at the operating speed], (rows, L, P); harmonics of one frequency are
-    added.
-    """
+    """Amplitude at exact frequencies [Hz at the operating speed], (rows, L, P)."""
+    size: Array = np.abs(line_harmonics(signal, frequencies))
+    return size
+
+
+def line_harmonics(signal: Signal, frequencies: Sequence[Fraction]) -> ComplexArray:
+    """One-sided amplitude at exact frequencies [Hz at the operating speed], (rows, L, P), harmonics of one added."""
     line_frequencies, amplitude = signal.line_frequencies, signal.values
     reported = line_frequencies.index_of(frequencies)
     wanted = np.full(line_frequencies.distinct.size + 1, -1)
@@ -229,8 +258,7 @@ def line_amplitudes(signal: Signal, frequencies: Sequence[Fraction]) -> Array:
     values = np.where(line_frequencies.negative[rows], amplitude[..., rows].conj(), amplitude[..., rows])
     found = np.zeros((len(reported), *amplitude.shape[:2]), complex)
     np.add.at(found, wanted[line_frequencies.line[rows]], np.moveaxis(values, -1, 0))
-    size: Array = np.abs(found).transpose(1, 0, 2)
-    return size
+    return found.transpose(1, 0, 2)
 
 
 # Phases of each tone on the grid: least, by the number of tones.

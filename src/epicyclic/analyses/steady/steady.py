@@ -134,7 +134,7 @@ def _link_variables(ready: Response, block: Block, theta: Array) -> dict[str, An
     if not ready.system.links.name:
         return {}
     links, pairs = link_signal(ready, block), lateral_pairs(ready.system)
-    found = {name: values[:, 0] for name, values in link_measures(links, pairs).items()}
+    found = {name: values[:, 0] for name, values in link_measures(links, pairs, ready.system.links.turn).items()}
     by_bearing = {
         name: ("bearing", values) for name, values in found.items() if name.startswith("bearing") and values.size
     }

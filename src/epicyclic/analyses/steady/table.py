@@ -107,6 +107,7 @@ def layout_of(system: System, lines: LineExcitation, *, orders: int, shafts: boo
         radius=dofs.radius,
         translation=translation,
         pairs=lateral_pairs(system),
+        turn=system.links.turn,
         orders=orders,
         frequencies=reported.frequency,
         groups=parallel_meshes(system.meshes),

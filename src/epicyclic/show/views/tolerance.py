@@ -226,7 +226,9 @@ def _digits(value: float) -> float:
 def _worst(result: xr.Dataset) -> Table:
     """Loads of the branches in the worst samples, one a column."""
     loads = result["worst_load_sharing"].transpose("mesh", "worst").values[:, :_WORST]
-    columns: dict[str, Any] = {"mesh": [*texts(result, "mesh"), "K_gamma"]}
+    carries = np.isfinite(loads).any(axis=1)
+    loads = loads[carries]
+    columns: dict[str, Any] = {"mesh": [*np.array(texts(result, "mesh"))[carries], "K_gamma"]}
     for place, (column, value) in enumerate(zip(loads.T, result["worst_k_gamma"].values, strict=False), start=1):
         columns[f"worst {place}"] = [f"{one:.3f}" for one in (*column, value)]
     return Table(title="Load over its equal share in the worst samples", columns=columns)

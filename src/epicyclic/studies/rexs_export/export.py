@@ -102,7 +102,9 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
     casing = draft.add("gear_casing", "casing")
     draft.relate("assembly", assembly=unit, part=casing)
     materials: dict[object, int] = {}
-    stages = {name: draft.add("planetary_stage", name) for name in train.planets}
+    # gears on parallel axes mesh in a cylindrical_stage of no planetary stage
+    epicyclic = {body.member.split(".")[0] for body in train.bodies if body.kind == "planet"}
+    stages = {name: draft.add("planetary_stage", name) for name in train.planets if name in epicyclic}
     for number in stages.values():
         draft.relate("assembly", assembly=unit, part=number)
     carriers = _carriers(train, draft, stages)
@@ -116,7 +118,7 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
         draft.relate("reference", origin=number, referenced=material_of(train, draft, shaft.first, materials))
         gears |= add_gears(train, draft, shaft, number, materials)
     add_joints(train, draft, shafts, pins, casing)
-    add_meshes(train, draft, stages, gears, mesh_load_factors(train, draft))
+    add_meshes(train, draft, stages, unit, gears, mesh_load_factors(train, draft))
     add_loads(train, draft, shafts)
     file = RexsFile(
         version=VERSION,

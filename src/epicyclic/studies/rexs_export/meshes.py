@@ -61,19 +61,21 @@ def add_meshes(
     train: Train,
     draft: Draft,
     stages: Mapping[str, int],
+    unit: int,
     gears: Mapping[Key, int],
     factors: Mapping[str, float],
 ) -> None:
-    """Add each mesh as a cylindrical stage of its planetary stage, with the data of its gears in it.
+    """Add each mesh as a cylindrical stage of its planetary stage, or of the unit, with the data of its gears in it.
 
-    stages : stage -> id of the planetary stage.  gears : ids of the helices.  factors : K_gamma by mesh.
+    stages : stage -> id of the planetary stage.  unit : id of the gear unit.  gears : ids of the helices.
+    factors : K_gamma by mesh.
     """
     bodies = {body.name: body for body in train.bodies}
     for mesh in train.meshes:
         a, b = bodies[mesh.a], bodies[mesh.b]
         ends = [_helix(gears, mesh.a, mesh.side), _helix(gears, mesh.b, mesh.side)]
         found = draft.add("cylindrical_stage", mesh.name, _attributes(draft, mesh, a, b, factors))
-        draft.relate("assembly", assembly=stages[a.member.split(".")[0]], part=found)
+        draft.relate("assembly", assembly=stages.get(a.member.split(".")[0], unit), part=found)
         draft.relate("stage", stage=found, gear_1=ends[0], gear_2=ends[1])
         driving = _driver(train, mesh, a, b)
         for end, drives in zip(ends, (driving == "a", driving == "b"), strict=True):

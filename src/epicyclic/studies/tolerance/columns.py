@@ -40,7 +40,7 @@ class SampleValues:
     """Load sharing of S samples, definitions D "mean-load" and "mean-load-turning".
 
     k : (S, D, g) coefficient of every group [1].  load : (S, D, w) N F_i / sum F of each mesh [1].
-    least : (S, w) least force of each mesh at any slow phases [N]; 0 or less: it separates.
+    least : (S, w) least force of each mesh at any slow phases [N]; 0 or less: it separates; nan of pairs without load.
     open, failed : (S,) whether contact opens or a far flank touches; whether no state was found or a group carries no
         load of its nominal sense, with nan in all else.
     """

@@ -84,7 +84,7 @@ def unstable_parts(found: Any) -> list[bool]:
 def test_a_branch_that_winds_through_unstable_motions_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut at the second unstable part in place of the sixteenth; the whole of it is through behind 22 folds."""
     system = epicyclic.assemble(epicyclic.load("ren2021"))
-    system = replace(system, lines=tuple(one for one in system.lines if one.frequency % system.tones[0] == 0))
+    system = replace(system, lines=tuple(one for one in system.lines if one.frequency in system.tones))
     monkeypatch.setattr(module, "_UNSTABLE_PARTS", 2)
     found = contact_sweep(system, mesh_frequency=np.array([410.0, 455.0]), harmonics=16, unstable="report")
     assert unstable_parts(found)[:3] == [False, True, True]

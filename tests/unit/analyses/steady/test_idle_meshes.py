@@ -15,6 +15,7 @@ from epicyclic.show.elements import Table, number, shown_columns
 from epicyclic.show.rows import force_table
 from epicyclic.show.views import sharing as sharing_view
 from epicyclic.show.views import sweep as sweep_view
+from epicyclic.show.views import tolerance as tolerance_view
 
 # Two suns; the torque goes from the small one to the ring, and the large one turns idle.
 TWO_SUNS = """
@@ -145,3 +146,23 @@ def test_numbers_of_different_units_in_one_column_are_all_shown() -> None:
     table = Table(title="", columns={"value": [2.1e11, 0.383972], "force [N]": [2.1e11, 0.383972]})
     shown = {heading: [text for text, _ in cells] for heading, _, cells in shown_columns(table, number)}
     assert shown == {"value": ["2.1e+11", "0.383972"], "force [N]": ["2.1e+11", "0"]}
+
+
+def test_idle_meshes_part_in_no_tolerance_run(model: str) -> None:
+    """Errors of the long planets part teeth of the idle sun in every train; those that carry the load stay closed."""
+    found = epicyclic.tolerance(
+        model,
+        overrides={
+            "tolerance": {"deviations.main.long.position": "disc(20 um)"},
+            "stages.main.large.support.radial": "1e7 N/m",
+        },
+        samples=256,
+        effects="none",
+    )
+    assert int(found.attrs["open"]) == 256
+    assert float(found.system_separation_probability) == 0.0
+    idle = [name for name in found.mesh.values if "large-long" in str(name)]
+    assert np.isnan(found.worst_load_sharing.sel(mesh=idle)).all()
+    (worst,) = [one for one in tolerance_view.tables(found) if "worst samples" in one.title]
+    assert not any("large-long" in name for name in worst.columns["mesh"])
+    assert len(worst.columns["mesh"]) == 10  # three loaded pairs of three meshes, and K_gamma

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.analyses.modes.basis import mean_modes
@@ -20,12 +22,23 @@ from epicyclic.analyses.steady.waveform import force_signal, link_signal, motion
 from epicyclic.system.laws.groups import LawGroup
 from epicyclic.system.laws.radial import Law
 from epicyclic.system.system import System
+from epicyclic.train.train import Train
 
 
-def unbalanced(system: System, speed: float) -> tuple[float, float]:
+def outward_loads(system: System, train: Train) -> NDArray[np.float64]:
+    """m Omega^2 r_c along the radius of every body that a carrier carries, (n,) [N]."""
+    load = np.zeros((len(train.bodies), 6))
+    frames = train.kinematics.frame_speed or {}
+    for row, body in zip(load, train.bodies, strict=True):
+        if body.carried_by is not None:
+            row[0] = body.mass * (math.pi / 30 * float(frames[body.frame])) ** 2 * math.hypot(*body.centre)
+    return load.ravel() @ system.dofs.expand
+
+
+def unbalanced(system: System, train: Train, speed: float) -> tuple[float, float]:
     """Largest left over of M q'' + ... = sum of mesh, link and external forces at any frequency [N], and largest force.
 
-    The external force is the torque alone: errors enter through the link and mesh forces.
+    The external force is the torque and the centrifugal load: errors enter through the link and mesh forces.
     """
     ready = response(system)
     block = next(respond(ready, np.array([speed]), tolerance=1e-11))
@@ -37,6 +50,7 @@ def unbalanced(system: System, speed: float) -> tuple[float, float]:
     springs = speed**2 * system.Kg + speed * (system.Cskew - turned)
     signals = motion_signal(ready, block), force_signal(ready, block), link_signal(ready, block)
     left, largest = 0.0, 0.0
+    centrifugal = outward_loads(system, train)
     for kind in ("orders", "lines")[: 1 if block.shaft is None else 2]:
         q, force, held = (getattr(signal, kind).amplitude[:, 0] for signal in signals)
         J = q.shape[2]
@@ -46,7 +60,7 @@ def unbalanced(system: System, speed: float) -> tuple[float, float]:
         total = -(omega**2) * np.tensordot(system.M, q, axes=1) + 1j * omega * np.tensordot(rates, q, axes=1)
         total = total + np.tensordot(springs, q, axes=1) + pushed + pulled
         if kind == "orders":
-            total[:, 0, 0] -= system.force
+            total[:, 0, 0] -= system.force + speed**2 * centrifugal
         left = max(left, float(np.abs(total / system.dofs.radius[:, None, None]).max()))
         largest = max(largest, float(np.abs(pulled / system.dofs.radius[:, None, None]).max()))
     return left, largest
@@ -56,10 +70,11 @@ def unbalanced(system: System, speed: float) -> tuple[float, float]:
 @pytest.mark.parametrize("speed", [1.0, 12.0])
 def test_forces_on_every_body_balance_its_acceleration(drive: str, speed: float) -> None:
     """Run-outs at shaft orders, profile errors, a turning frame; `damped`: a damper to the housing in that frame."""
-    system = epicyclic.assemble(epicyclic.load("ren2021" if drive == "damped" else drive))
+    train = epicyclic.load("ren2021" if drive == "damped" else drive)
+    system = epicyclic.assemble(train)
     if drive == "damped":
         system = damped_support(system)
-    left, largest = unbalanced(system, speed)
+    left, largest = unbalanced(system, train, speed)
     # residual 1e-11 of the response, which forces of stiff modes in balance may multiply
     assert left < 1e-8 * largest
 
@@ -81,12 +96,13 @@ def damped_support(system: System) -> System:
 
 def test_the_assembly_holds_the_part_of_the_turning_frame_in_dampers() -> None:
     damping = {"stages.main.sun.support.damping": {"x": "0.1 MN s/m", "y": "0.1 MN s/m"}}
-    system = epicyclic.assemble(epicyclic.load("ren2021", overrides=damping))
+    train = epicyclic.load("ren2021", overrides=damping)
+    system = epicyclic.assemble(train)
     links = system.links
     assert links.skew.any()
     np.testing.assert_array_equal(links.skew, -links.skew.T)
     np.testing.assert_allclose(links.B @ links.skew @ links.B.T, system.Cskew, atol=1e-9 * np.abs(system.Cskew).max())
-    left, largest = unbalanced(system, 3.0)
+    left, largest = unbalanced(system, train, 3.0)
     assert left < 1e-8 * largest
 
 
@@ -148,3 +164,54 @@ def test_a_law_keeps_its_force_at_the_mean_load(case: Any) -> None:
     np.testing.assert_allclose(result.link_force[across], 0.0, atol=1e-6 * expected)
     np.testing.assert_allclose(result.bearing_force_mean.sel(bearing="main/a/support"), expected, rtol=1e-6)
     assert linear(system).links.preload.any()
+
+
+def test_the_weight_on_a_support_stands_still_in_the_housing() -> None:
+    """It turns in the carrier's frame, forwards or backwards, but loads the bearing as a constant force."""
+    for speed in (300, -300):
+        given = {"operation": {"held": ["ring"], "gravity": True, "speed": {"carrier": f"{speed} rpm"}}}
+        found = steady(epicyclic.assemble(epicyclic.load(weighed(given))))
+        mean, rms = (found[f"bearing_force_{name}"].sel(bearing="main/carrier/support") for name in ("mean", "rms"))
+        # the ring stands on its own; sun and planets hang between the carrier and the ring's teeth
+        assert float(mean) > 9.81 * 40
+        # what varies with the mesh stiffness is left
+        assert float(rms) < 1e-2 * float(mean)
+        rows = [list(found.link_row.values).index(f"main/carrier/support/{one}") for one in "xy"]
+        np.testing.assert_allclose(found.link_force_rms[rows], float(mean) / np.sqrt(2), rtol=1e-2)
+
+
+@pytest.mark.parametrize("speed", [1.0, 3.0])
+def test_a_planet_bearing_holds_the_centrifugal_load_of_its_planet(speed: float) -> None:
+    """T / (N r_c) along the pin's path and m Omega^2 r_c along its radius, with the square of the speed."""
+    given = {"operation": {"held": ["ring"], "speed": {"carrier": "900 rpm"}, "torque": {"carrier": "600 N m"}}}
+    train = epicyclic.load(weighed(given))
+    planet = next(body for body in train.bodies if body.name == "main/planet/1")
+    radius, omega = math.hypot(*planet.centre), speed * 900 * math.pi / 30
+    found = steady(epicyclic.assemble(train), relative_speed=speed)
+    # exact but for the change of the mesh stiffness beside the mean
+    np.testing.assert_allclose(
+        found.bearing_force_mean.sel(bearing="main/planet/1/bearing"),
+        math.hypot(600 / (3 * radius), planet.mass * omega**2 * radius),
+        rtol=1e-3,
+    )
+
+
+def weighed(given: dict[str, Any]) -> dict[str, Any]:
+    """A spur set of three planets on a carrier of 40 kg."""
+    return {
+        "format": 2,
+        "title": "weight",
+        "damping": {"modal": 0.03},
+        "stages": {
+            "main": {
+                "planets": 3,
+                "module": "4 mm",
+                "face_width": "50 mm",
+                "sun": {"teeth": 24, "support": {"radial": "5e7 N/m"}},
+                "planet": {"teeth": 30, "bore": "60 mm", "bearing": {"radial": "4e8 N/m"}},
+                "ring": {"teeth": 84, "rim": "25 mm", "addendum": 0.9},
+                "carrier": {"mass": "40 kg", "inertia": "0.5 kg m^2", "support": {"radial": "5e8 N/m"}},
+            }
+        },
+        **given,
+    }

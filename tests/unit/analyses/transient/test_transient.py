@@ -99,7 +99,7 @@ def test_a_torque_step_and_a_start_up(swinging: System, drive: Drive) -> None:
     assert every.mesh_force[0].max() > 1.6 * at  # it overshoots
     ramp = epicyclic.transient(system, cycles=200, torque_ramp=100 / TONE, decimate=32)
     np.testing.assert_allclose(ramp.mesh_force[0].values[[50, -1]], [at / 2, at], rtol=1e-2)
-    assert ramp.attrs["warnings"].count("contact lost")  # nothing presses at the very beginning
+    assert abs(ramp.mesh_force[0].values[0]) < 1e-6 * at  # nothing presses at the very beginning
 
 
 def history(**torque: Any) -> History:
