@@ -6,6 +6,8 @@ import math
 from dataclasses import replace
 from typing import Literal
 
+import numpy as np
+
 from ..errors import ModelError
 from ..gears.outline import GearForm
 from ..tooth_contact.energy import MeshedTeeth, interference_warnings
@@ -18,6 +20,7 @@ from ..warning_codes import CodedText, placed
 __all__ = [
     "End",
     "axial_offsets",
+    "loaded_mesh",
     "mean_force",
     "pair_of",
     "tooth_warnings",
@@ -25,6 +28,8 @@ __all__ = [
 
 
 End = Literal["left", "right"]
+# Force of a mesh that no torque passes, per the largest of the train: rounding.
+_NONE = 1e-9
 
 
 def pair_of(
@@ -109,6 +114,12 @@ def mean_force(train: Train, mesh: Mesh) -> float:
     alike = sum(other.pair == mesh.pair for other in train.meshes)
     lever = mesh.radius_b * math.cos(mesh.pressure_angle) * math.cos(mesh.base_helix)
     return abs(torques[mesh.pair]) / (alike * lever)
+
+
+def loaded_mesh(train: Train) -> Mesh:
+    """The first mesh that torque passes, the first of all where none does."""
+    forces = np.nan_to_num([mean_force(train, mesh) for mesh in train.meshes])
+    return train.meshes[int(np.argmax(forces > _NONE * forces.max()))]
 
 
 def tooth_warnings(pair: ContactPair, mesh: Mesh) -> tuple[CodedText, ...]:

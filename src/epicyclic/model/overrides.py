@@ -146,7 +146,9 @@ def replace_alternatives(base: PlainTable, layer: PlainTable) -> PlainTable:
     if isinstance(before, dict) and isinstance(after, dict):
         operation = dict(before)
         for mine, other in permutations(_OPERATION):
-            for member in _given(after.get(mine)) & _given(operation.get(other)):
+            stated = after.get(other)
+            removed = {path for path, _ in leaves(stated)} if isinstance(stated, dict) else set()
+            for member in _given(after.get(mine)) & _given(operation.get(other)) - removed:
                 operation[other] = _without(operation[other], tuple(member.split(".")))
         result["operation"] = operation
     return result

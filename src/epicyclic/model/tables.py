@@ -147,7 +147,8 @@ def merge(base: PlainTable, layer: PlainTable, path: str = "") -> PlainTable:
         where = f"{path}.{name}" if path else name
         if value is REMOVE:
             if name not in result:
-                raise ModelError("nothing there to remove", path=where, allowed=f"one of {', '.join(base)}")
+                allowed = f"one of {', '.join(base)}" if base else "nothing: the file has none"
+                raise ModelError("nothing there to remove", path=where, allowed=allowed)
             del result[name]
         elif isinstance(value, dict):
             below = result.get(name)

@@ -12,7 +12,7 @@ from ..analyses.static.equilibrium import compliance_of, require_balance
 from ..analyses.static.tangent import linear
 from ..analyses.steady.excitation import mesh_tones, require_damping
 from ..assemble import assemble
-from ..assemble.tooth_pairs import mean_force, pair_of, tooth_warnings
+from ..assemble.tooth_pairs import loaded_mesh, mean_force, pair_of, tooth_warnings
 from ..errors import ConvergenceError, ModelError
 from ..system.system import Array, System
 from ..train.losses import require_contact, require_flow
@@ -115,8 +115,8 @@ class Readiness:
         return None if self.problem("equations") else mesh_tones(self.system)
 
     def torque(self) -> None:
-        """Check that torque passes the first mesh."""
-        if not mean_force(self.train, self.train.meshes[0]) > 0:
+        """Check that torque passes a mesh."""
+        if not mean_force(self.train, loaded_mesh(self.train)) > 0:
             raise ModelError("no torque loads the teeth", path="operation.torque", allowed="a torque of a member")
 
     def tolerances(self) -> None:
@@ -151,8 +151,8 @@ class Readiness:
             raise ModelError("no stage has a ring for its planets to pass along", path="stages", allowed="a ring")
 
     def first_teeth(self) -> object:
-        """Check that the first mesh has teeth that can bear."""
-        return pair_of(self.train, self.train.meshes[0])
+        """Check that the first mesh that torque passes has teeth that can bear."""
+        return pair_of(self.train, loaded_mesh(self.train))
 
     def any_teeth(self) -> object:
         """Check that some mesh has teeth that can bear."""

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..analyses.cost import require_memory
-from ..assemble.tooth_pairs import End, mean_force, pair_of, tooth_warnings
+from ..assemble.tooth_pairs import End, loaded_mesh, mean_force, pair_of, tooth_warnings
 from ..errors import ModelError
 from ..model.bare_numbers import stated
 from ..results.dataset import dataset
@@ -182,12 +182,15 @@ def _require_room(samples: int, slices: int, loads: int) -> None:
 def helices_of(train: Train, name: str | None) -> tuple[Mesh, ...]:
     """Helices of one mesh, left to right: by its name, with or without side, or by its pair in the first branch.
 
+    None: the first mesh that torque passes.
+
     Raises
     ------
     ModelError : no such mesh.
     """
-    wanted = train.meshes[0].name if name is None else name.strip().strip("/")
-    if name is None and train.meshes[0].side is not None:
+    first = loaded_mesh(train)
+    wanted = first.name if name is None else name.strip().strip("/")
+    if name is None and first.side is not None:
         wanted = wanted.rsplit("/", 1)[0]
     for matching in (
         [m for m in train.meshes if m.name == wanted],
@@ -216,7 +219,13 @@ def normal_force(train: Train, helices: Sequence[Mesh], torque: float | str | No
     if torque is None:
         force = mean_force(train, helices[0])
         if not force > 0:
-            raise ModelError("no torque passes this mesh", path="operation.torque", allowed="a torque, here or there")
+            carrying = dict.fromkeys(_pair_name(mesh) for mesh in train.meshes if mean_force(train, mesh) > 0)
+            others = f", or one of the meshes {', '.join(carrying)}" if carrying else ""
+            raise ModelError(
+                f"no torque passes the mesh {_pair_name(helices[0])}",
+                path="operation.torque",
+                allowed=f"a torque, here or there{others}",
+            )
         return force
     value = stated(torque, "torque", "torque")
     return abs(value) / (len(helices) * _lever(helices[0]))

@@ -16,17 +16,19 @@ from numpy.typing import NDArray
 from ..analyses.cost import require_memory
 from ..analyses.static.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from ..analyses.static.equilibrium import Compliance, compliance_of, equilibrium, require_balance
+from ..analyses.static.loaded import idle_warnings, loaded_meshes
 from ..analyses.static.record import (
     Record,
     RecordExcitation,
     excitation,
     excitation_at,
+    parallel_meshes,
     positive_count,
     record_of,
     reference_tone,
     turn_fraction,
 )
-from ..analyses.static.static import free_position_warnings, law_attributes
+from ..analyses.static.static import free_position_warnings, law_attributes, rounding_of
 from ..assemble import assemble
 from ..assemble.faces import FaceLoad, MeshFaceLaw, face_laws, with_three_rows
 from ..assemble.tooth_pairs import tooth_warnings
@@ -37,7 +39,7 @@ from ..system.system import System
 from ..tooth_contact.line_load import averaging_length, largest_part_mean
 from ..tooth_contact.phases import corner_phases
 from ..train.train import Train
-from ..warning_codes import CodedText, coded
+from ..warning_codes import CodedText, code_of, coded
 from .contact_resolution import PHASE_SHARE, check_tolerance, doubled, estimated_error
 from .root_columns import GEARS, largest_root_stresses
 from .tooth_contact import TOLERANCE, flank_map
@@ -50,6 +52,8 @@ TORQUES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
 """Torques by default, relative to the operating ones [1]."""
 # places along the path of contact of a flank map
 _PLACES = 81
+# mean force of a pair that carries none, per the largest force
+_NONE = 1e-6
 # mesh force per largest one below which a mesh is open: rounding of the equilibrium is far below
 _OPEN_RATIO = 1e-7
 # First and most instants of a mesh cycle, slices of each face.  The corners of contact of all meshes are among the
@@ -125,10 +129,15 @@ def train_contact(
     force = np.array([_mesh_force(state) for state in states])
     options = {"samples": samples, "slices": slices, "tolerance": tolerance, **teeth}
     instants = case.record.instants
+    columns = {
+        **_force_columns(case.system, case.record, force[..., :instants]),
+        **_face_columns(laws, loads, operating, case.weight),
+    }
+    for name in ("side_share", "face_load_factor"):
+        columns[name][1][:, ~_loaded(case, force[operating])] = np.nan
     result = dataset(
         {
-            **_force_columns(case.system, case.record, force[..., :instants]),
-            **_face_columns(laws, loads, operating, case.weight),
+            **columns,
             **_root_columns(laws, loads),
             **_motion_columns(case, states[operating]),
             "averaging_length": ("mesh", _gathered(laws, [_averaging_lengths(law) for law in laws])),
@@ -358,7 +367,8 @@ def _numbers(train: Train, laws: Sequence[MeshFaceLaw], case: _Case) -> tuple[Ar
     """Largest loads of the meshes [N/m] and K_gamma of the pairs [1] at the operating torque with what their errors are
     relative to, (2, w + p), and K_Hbeta of the meshes (w,) [1].
 
-    The error of a load is relative to the largest of its pair: a branch may carry next to nothing.
+    The error of a load is relative to the largest of its pair: a branch may carry next to nothing.  Meshes of a pair
+    that carries nothing are counted by the largest of the train.
     """
     _require_room(case, laws)
     contacts = _face_contacts(case, laws)
@@ -369,8 +379,17 @@ def _numbers(train: Train, laws: Sequence[MeshFaceLaw], case: _Case) -> tuple[Ar
     pair = np.array([mesh.pair for mesh in train.meshes])
     scale = np.array([load[pair == name].max() for name in pair])
     branch = _force_columns(case.system, case.record, force)["branch_load_factor"][1][0]
+    loaded = _loaded(case, force[0])
+    # pairs without load have no numbers to resolve
+    scale, branch = np.where(loaded, scale, load.max()), np.where(np.isfinite(branch), branch, 1.0)
     held = np.array([np.concatenate([load, branch]), np.concatenate([scale, branch])])
-    return held, columns["face_load_factor"][1][0]
+    return held, np.where(loaded, columns["face_load_factor"][1][0], 1.0)
+
+
+def _loaded(case: _Case, force: Array) -> NDArray[np.bool_]:
+    """Meshes (w,) of pairs that carry load in the mean, of forces (w, T) [N]."""
+    groups, rounding = parallel_meshes(case.system.meshes), rounding_of(case.system)
+    return loaded_meshes(force.mean(axis=1), groups, most=force.max(axis=1), rounding=rounding)
 
 
 def _require_room(case: _Case, laws: Sequence[MeshFaceLaw]) -> None:
@@ -456,7 +475,9 @@ def _force_columns(system: System, record: Record, force: Array) -> dict[str, An
     for column, name in enumerate(dict.fromkeys(pair)):
         mine = [np.flatnonzero((pair == name) & (branch == b)) for b in np.unique(branch[pair == name])]
         each = np.array([cycle[:, meshes].sum(axis=1) for meshes in mine])
-        factor[:, column] = (len(mine) * each / each.sum(axis=0)).max(axis=(0, 2))
+        total = each.sum(axis=0)
+        total = np.where(total > _NONE * force.max(axis=1).max(axis=1)[:, None], total, np.nan)
+        factor[:, column] = (len(mine) * each / total).max(axis=(0, 2))
         for meshes in mine:
             mean = force[:, meshes].mean(axis=2)
             whole = mean.sum(axis=1, keepdims=True)
@@ -549,7 +570,9 @@ def _warnings(train: Train, case: _Case, laws: Sequence[MeshFaceLaw], force: Arr
     """Warnings of train, teeth and record, and the meshes that open; force : (w, T) of the meshes [N]."""
     system = case.system
     messages = [text for law in laws for text in tooth_warnings(law.pair, train.meshes[law.meshes[0]])]
-    parted = (force <= _OPEN_RATIO * force.max(initial=0.0)).any(axis=1)
+    loaded = _loaded(case, force)
+    parted = (force <= _OPEN_RATIO * force.max(initial=0.0)).any(axis=1) & loaded
+    messages += idle_warnings(faces(system.meshes).name, loaded, "load factor")
     names = [name for name, lost in zip(faces(system.meshes).name, parted, strict=True) if lost]
     if names:
         messages.append(coded("contact-lost", f"meshes open at some instants: {', '.join(names)}"))
@@ -558,7 +581,8 @@ def _warnings(train: Train, case: _Case, laws: Sequence[MeshFaceLaw], force: Arr
             coded("friction-without-history", "friction of splines has no history here: they follow their first pull")
         )
     return [
-        *system.warnings,
+        # the flanks count here: teeth in contact replace the stiffness of the train
+        *(text for text in system.warnings if code_of(text) != "flank-without-effect"),
         *dict.fromkeys(messages),
         *free_position_warnings(system, case.flexible.free),
         *case.record.warnings,

@@ -284,6 +284,34 @@ def test_all_meshes_of_a_train_at_once() -> None:
     }
 
 
+def test_the_answer_is_no_worse_than_the_drawing_at_the_phases_of_the_answer() -> None:
+    """The search takes few phases: its best, 18.68 um, is worse than the 18 um drawn once both are solved finely."""
+    helicopter: dict[str, Any] = {
+        "format": 2,
+        "title": "Helicopter stage",
+        "damping": {"modal": 0.02},
+        "stages": {
+            "main": {
+                "planets": 5,
+                "module": "3 mm",
+                "pressure_angle": "22.5 deg",
+                "face_width": "45 mm",
+                "flank": {"tip_relief": {"amount": "18 um", "length": "1.2 mm"}},
+                "sun": {"teeth": 36, "support": {"radial": "2e7 N/m"}},
+                "planet": {"teeth": 39, "bore": "70 mm", "bearing": {"radial": "4e8 N/m"}},
+                "ring": {"teeth": 114, "rim": "12 mm", "addendum": 0.9},
+                "carrier": {"mass": "14 kg", "inertia": "0.12 kg m^2"},
+            }
+        },
+        "operation": {"held": ["ring"], "speed": {"sun": "6000 rpm"}, "power": {"sun": "1200 kW"}},
+    }
+    searched = epicyclic.relief(
+        helicopter, vary={"sun.tip_relief.amount": "0..40 um"}, population=12, generations=8, loads=(0.5, 1.0)
+    )
+    assert (searched.objective_after <= searched.objective_before).all()
+    assert "loads 0.5, 1," in str(searched.objective_meaning.values[0])
+
+
 def test_slope_takes_misalignment_back() -> None:
     """The slope that is best is the one that makes the face parallel again."""
     result = found(

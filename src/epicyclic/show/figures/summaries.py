@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from ...results.ties import largest
 from .series import Array, numbers, short_names, split_name, stage_count, texts
 
 __all__ = [
@@ -26,6 +27,9 @@ __all__ = [
     "stability_verdict",
     "summed_shares",
 ]
+
+# Definitions of load sharing by the size of a deviation, too much or too little [ren2021, eq. 21-24].
+_BY_SIZE = ("cycle-peak", "worst-case")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,13 +140,20 @@ def readable(name: str) -> str:
 
 
 def largest_coefficients(sharing: xr.Dataset) -> list[tuple[str, float, str]]:
-    """Largest coefficient by each definition and the mesh that has it."""
+    """Largest coefficient by each definition and the mesh that has it.
+
+    Definitions by the size of a deviation count meshes that carry more than their share alone: a mesh that carries too
+    little is no overload.
+    """
     values = sharing["load_sharing"].transpose("definition", "mesh").values
-    names = texts(sharing, "mesh")
+    names, definitions = texts(sharing, "mesh"), texts(sharing, "definition")
     found = []
-    for definition, row in zip(texts(sharing, "definition"), values, strict=True):
+    for definition, row in zip(definitions, values, strict=True):
+        if definition in _BY_SIZE and "signed-overload" in definitions:
+            over = values[definitions.index("signed-overload")]
+            row = np.where(~(over < 1), row, np.nan)
         if np.isfinite(row).any():
-            place = int(np.nanargmax(row))
+            place = largest(row)
             found.append((definition, float(row[place]), names[place]))
     return found
 

@@ -59,7 +59,10 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
 
     parts: list[Part] = []
     if "load_sharing" in result.variables:
-        words = "1: every branch carries the same."
+        words = (
+            "1: every branch carries the same. Cycle peak and worst case count the size of a deviation: a mesh that "
+            "carries too little has a coefficient above 1 too."
+        )
         parts.append(Drawing(anchor="sharing", figure=load_sharing(result), caption=words))
         definitions = [readable(name) for name in texts(result, "definition")]
         title = "Load-sharing coefficients by definition"

@@ -143,6 +143,7 @@ def relief(
         **{"factors": list(factors), **asdict(settings)},
         **({"speeds": speeds, "speed_points": speed_points} if dynamic else {}),
     }
+    drawn = _drawn_candidate(problem, flanks)
     result = genetic_search(
         problem,
         len(variables),
@@ -150,14 +151,14 @@ def relief(
         population=population,
         generations=generations,
         seed=seed,
-        start=_drawn_candidate(problem, flanks),
+        start=drawn,
         record=None if resume is None else Path(resume),
         problem=_fingerprint(train, options),
         progress=progress,
     )
     if not result.best.size:
         raise ModelError("no candidate could be computed", path="vary", given=dict(vary))
-    solved = verified(problem, result, settings, tolerance=tolerance, pick=pick)
+    solved = verified(problem, result, settings, tolerance=tolerance, pick=pick, drawn=drawn)
     best = solved.settings
     changes = overrides_of(best, flanks)
     after = _modified_train(source, train, {**(overrides or {}), **changes}, changes)
@@ -318,6 +319,13 @@ def _mesh_name(helices: Sequence[HelixContact]) -> str:
     return name if len(helices) == 1 else name.rsplit("/", 1)[0]
 
 
+def _meaning(objective: str, problem: ReliefProblem) -> str:
+    """What an objective makes least, with the loads that it counts, relative to the operating one."""
+    loads = ", ".join(f"{factor:g}" for factor in problem.factors)
+    text = OBJECTIVES[objective][1]
+    return text.replace("over the loads", f"over the loads {loads}").replace(", loads and", f", loads {loads} and")
+
+
 def _solutions(solved: Finalists, result: SearchResult, flanks: Mapping[str, Flank]) -> Columns:
     """Variables of the solutions (solution, ...), of before and after (objective), and of the evaluations."""
     problem, candidates = solved.problem, solved.candidates
@@ -334,7 +342,7 @@ def _solutions(solved: Finalists, result: SearchResult, flanks: Mapping[str, Fla
         "solution_objective": (("solution", "objective"), solved.objectives),
         "objective_before": ("objective", drawn),
         "objective_after": ("objective", solved.objectives[solved.answer]),
-        "objective_meaning": ("objective", np.array([OBJECTIVES[name][1] for name in objectives], dtype=object)),
+        "objective_meaning": ("objective", np.array([_meaning(name, problem) for name in objectives], dtype=object)),
         "objective_unit": ("objective", np.array([OBJECTIVES[name][0] for name in objectives], dtype=object)),
         "evaluated_place": (("evaluation", "variable"), result.candidates[:_MOST_EVALUATIONS]),
         "evaluated_objective": (("evaluation", "objective"), result.objectives[:_MOST_EVALUATIONS]),

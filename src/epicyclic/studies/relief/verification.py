@@ -52,11 +52,13 @@ def verified(
     *,
     tolerance: float,
     pick: int | None,
+    drawn: Array | None,
 ) -> Finalists:
     """Best candidates of a search, solved with phases and slices that hold for the answer among them.
 
     Parameters
     ----------
+    drawn : (v,) candidate of the flanks as drawn, which the answer has to beat; None where the bounds exclude it.
     settings : of the contact; given phases and slices are kept.  tolerance : as of `contact` [1].
     pick : index of the solution that is the answer; None: the nearest to the best of each objective.
 
@@ -75,6 +77,9 @@ def verified(
             answer=answer,
         )
     chosen = _chosen(problem, result)
+    if drawn is not None:
+        same = np.flatnonzero((result.candidates == drawn).all(axis=1))[:1]
+        chosen = np.unique(np.concatenate([chosen, same]))
     candidates, values = result.candidates[chosen], result.objectives[chosen]
     front = non_dominated(values)
     answer = int(front[_answer(values[front], pick)])

@@ -11,6 +11,7 @@ import xarray as xr
 import epicyclic
 from epicyclic.analyses.static.loaded import loaded_meshes
 from epicyclic.analyses.steady.measures import dynamic_factor
+from epicyclic.errors import ModelError
 from epicyclic.show.elements import Table, number, shown_columns
 from epicyclic.show.rows import force_table
 from epicyclic.show.views import sharing as sharing_view
@@ -166,3 +167,28 @@ def test_idle_meshes_part_in_no_tolerance_run(model: str) -> None:
     (worst,) = [one for one in tolerance_view.tables(found) if "worst samples" in one.title]
     assert not any("large-long" in name for name in worst.columns["mesh"])
     assert len(worst.columns["mesh"]) == 10  # three loaded pairs of three meshes, and K_gamma
+
+
+def test_train_contact_resolves_the_meshes_that_carry(model: str) -> None:
+    """Idle teeth have no load that slices could resolve: no factor, no loss of contact, no estimated error."""
+    found = epicyclic.train_contact(model, loads=(1.0,))
+    idle = np.array(["short-long" not in name and "small" not in name for name in found.mesh.values.astype(str)])
+    idle &= np.array(["long-ring" not in name for name in found.mesh.values.astype(str)])
+    assert idle.sum() == 3
+    assert np.isnan(found.face_load_factor.values[:, idle]).all()
+    assert np.isfinite(found.face_load_factor.values[:, ~idle]).all()
+    assert found.attrs["estimated_error"] < 0.01
+    codes = found.attrs["warnings"]
+    assert "mesh-without-load" in codes
+    assert "contact-lost" not in codes
+    assert "resolution-insufficient" not in codes
+
+
+def test_contact_takes_the_first_mesh_that_carries(model: str) -> None:
+    turned = {"operation.torque.small": None, "operation.speed.small": None, "operation.speed.large": "3000 rpm"}
+    given = {**turned, "operation.torque.large": "300 N m"}
+    assert "large-long" in epicyclic.contact(model, overrides=given).attrs["mesh"]
+    with pytest.raises(ModelError, match=r"no torque passes the mesh main/small-short; allowed: .*main/large-long"):
+        epicyclic.contact(model, mesh="small-short", overrides=given)
+    ready = epicyclic.check(model, overrides=given)
+    assert "no torque loads the teeth" not in str(ready.attrs)
