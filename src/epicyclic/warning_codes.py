@@ -302,7 +302,7 @@ The option for shaft orders includes them, at a price in time.
 
 shaft-orders-failed contact-shaft-orders.md
 With shaft orders nothing is known at some points of the sweep.
-Read the reason in status; steady --contact-loss at that speed tries harder.
+Read the reason in status; steady --contact-loss at that speed tries harder, transient and static need no such orders.
 
 rows-dropped contact-shaft-orders.md
 Harmonics and combinations left out carry a notable share of the motion: forces at an instant have about that error.

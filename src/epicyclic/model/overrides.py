@@ -78,14 +78,27 @@ def _removes(value: object) -> bool:
 def layer_of(overrides: Mapping[str, object], base: PlainTable) -> PlainTable:
     """Return overrides as one layer; None or an empty text removes the key.
 
-    Raises ModelError where one reaches into a stage, body, coupling or load that the file does not have.
+    Raises ModelError where one reaches into a stage, body, coupling or load that the file does not have, and where an
+    empty table is laid over one that is not empty.
     """
     layer: PlainTable = {}
     for text, value in overrides.items():
         path = split_path(str(text), path=str(text))
         _check_known(path, value, base)
+        if value == {} and _table_at(base, path):
+            raise ModelError(
+                "an empty table changes nothing", path=str(text), given="{}", allowed=f"{text}= removes it"
+            )
         layer = union(layer, nested(path, REMOVE if _removes(value) else clean(value, str(text))), "")
     return layer
+
+
+def _table_at(base: PlainTable, path: tuple[str, ...]) -> object:
+    """What stands at a path, None where nothing does."""
+    found: object = base
+    for name in path:
+        found = found.get(name) if isinstance(found, dict) else None
+    return found
 
 
 def settings_of(overrides: Mapping[str, object]) -> PlainTable:

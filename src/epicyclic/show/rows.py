@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .elements import Table
 from .figures.series import engineering
@@ -56,8 +57,8 @@ def force_table(result: xr.Dataset) -> Table:
     columns: dict[str, Any] = {
         "mesh": list(map(str, result.mesh.values)),
         "mean [N]": list(force.mean(axis=1)),
-        "least [N]": list(force.min(axis=1)),
-        "most [N]": list(force.max(axis=1)),
+        "least [N]": list(_over_phases(result, "mesh_force_least", force).min(axis=1)),
+        "most [N]": list(_over_phases(result, "mesh_force_most", force).max(axis=1)),
     }
     further = {
         "mesh_force_bound": "bound over all phases [N]",
@@ -71,6 +72,14 @@ def force_table(result: xr.Dataset) -> Table:
     if "contact_lost" in result:
         columns["contact lost"] = ["yes" if lost else "no" for lost in result.contact_lost.values]
     return Table(title="Mesh forces along the tooth normal", columns=columns)
+
+
+def _over_phases(result: xr.Dataset, name: str, force: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Extremes of the forces over the phases of the other lines too, where the result has them, (mesh, ..) [N]."""
+    if name not in result:
+        return force
+    values: NDArray[np.float64] = result[name].transpose("mesh", ...).values.reshape(result.sizes["mesh"], -1)
+    return values
 
 
 def largest_heading(result: xr.Dataset) -> str:

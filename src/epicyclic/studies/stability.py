@@ -260,5 +260,6 @@ def _warnings(rows: Sequence[_MapRow]) -> list[CodedText]:
         kind=np.concatenate([one.kind for one in scans]),
         steps=np.concatenate([one.steps for one in scans]),
         status=np.concatenate([one.status for one in scans]),
+        alone=np.concatenate([one.alone for one in scans]),
     )
     return messages + scan_warnings(whole)

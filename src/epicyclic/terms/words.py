@@ -48,6 +48,11 @@ WORDS: dict[str, tuple[str, str]] = {
     "in turn": ("phases of the meshes of a pair: each branch the same part of a cycle earlier or later than the one "
                 "before", _MODES),
     "in opposite pairs": ("phases of the meshes of a pair: half of the branches half a cycle after the others", _MODES),
+    "centrifugal": ("load m Omega^2 r_c of a planet in the frame of its carrier, which its bearing holds; counted by "
+                    "steady, sweep and transient", _RESPONSE),
+    "thrust": ("axial force of a helical mesh, F_n sin(beta_b); rows z of link_force hold it, and rx, ry its tilting "
+               "moment", _RESPONSE),
+    "axial": ("along z: rows z of supports and bearings hold the thrust of helical meshes", _RESPONSE),
     "iso6336": ("mean mesh stiffness by ISO 6336-1, method B", _FILE),
 }  # fmt: skip
 """word -> (meaning, page)."""

@@ -357,10 +357,10 @@ def _external_torques(
         found = _reactions(free, loads, unknown)
     if found is None:
         raise ModelError(
-            f"the torques do not balance, missing {sums}",
+            f"the torques do not balance, they need further {sums}",
             path="operation.torque",
             given={named[name]: float(value) for name, value in loads.items()},
-            allowed=f'torques in equilibrium, or "balance" at {len(motions)} of the members',
+            allowed=f'torques in equilibrium, or "balance" at {len(motions)} of {", ".join(map(named.get, ends))}',
         )
     torque = {name: loads.get(name, Fraction(0)) + found.get(name, Fraction(0)) for name in members}
     return torque, tuple(unknown)
@@ -385,7 +385,7 @@ def _balancing_ends(
     offered = [name for name in idle if name not in set(coupled)]
     if idle and not 0 < len(offered) <= needed:
         raise ModelError(
-            f"which end takes the balance is not clear, missing {sums}",
+            f"which end takes the balance is not clear, the torques need further {sums}",
             path="operation.torque",
             given={named[name]: float(value) for name, value in loads.items()},
             allowed=f'"balance" at one of {", ".join(named[name] for name in offered or idle)}',

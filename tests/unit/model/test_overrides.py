@@ -100,6 +100,18 @@ def test_stage_may_be_left_out_and_tables_added() -> None:
     assert document.model.deviations.members["brake"].unbalance is not None
 
 
+def test_what_an_alternative_replaces_may_be_removed_too() -> None:
+    power = {"operation.torque": "", "operation.power.sun": "10 kW", "operation.speed.sun": "1000 rpm"}
+    model = read("ren2021", power).data
+    for overrides in (
+        {"operation.torque.sun": "5 N m"},
+        {"operation.torque.sun": "5 N m", "operation.power.sun": ""},
+    ):
+        operation = read(model, overrides).model.operation
+        assert operation.torque
+        assert not operation.power
+
+
 @pytest.mark.parametrize(
     ("overrides", "message"),
     [
@@ -113,6 +125,11 @@ def test_stage_may_be_left_out_and_tables_added() -> None:
         ({"bodies.g1.mass": 3}, "bodies.g1.mass"),
         ({"doi.x": None}, "nothing there to remove"),
         ({"notes": None}, "notes: nothing there to remove"),
+        (
+            {"stages.main.sun": {}},
+            r"stages.main.sun = {}: an empty table changes nothing; allowed: stages.main.sun= removes",
+        ),
+        ({"operation.torque.main.ring": None}, "nothing there to remove"),
         ({"stages.main.planets": 3, "stages.main.planet_angles": [0, 1, 2]}, "says the same"),
         ({"stages.main.sun.support.radial": 1, "stages.main.sun.support.x": 2}, "stands beside"),
         ({"": 3}, "not a path"),

@@ -173,7 +173,8 @@ def test_a_run_out_and_the_errors_it_means_are_one_system(
 def test_a_far_flank_without_errors_of_its_own_differs() -> None:
     """What `flanks` is for: the loaded flank alone is no eccentricity where the far one may touch."""
     changes = {"stages.main.meshes.sun-planet.backlash": "0.3 mm"}
-    (line,) = assemble(with_error({**ECCENTRIC, "flanks": "loaded"}, changes)).lines
+    *_, line = assemble(with_error({**ECCENTRIC, "flanks": "loaded"}, changes)).lines
+    assert line.gap.any()
     assert not line.far_gap.any()
 
 

@@ -103,12 +103,12 @@ def contact_steady(
             raise ConvergenceError(
                 "the torus of shaft orders was not solved, and lines superposed on the laws of links or tables, or on "
                 f"teeth that part, are off by {off:.2g} of their own forces: {loose}"
-                "try transient, or a slightly different speed"
+                "transient follows the motion, static slow shafts; or try a slightly different speed"
             )
         raise ConvergenceError(
             f"no steady motion with contact loss found at {float(given.ready.lines.tone) * relative_speed:.6g} Hz mesh "
             f"frequency ({point.status}, residual {point.residual:.2g}): {loose}"
-            "try a slightly different speed or more damping"
+            "transient follows the motion, static slow shafts; or try a slightly different speed, or more damping"
         )
     options = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
     stability, coarse = mesh_order_stability(given, point), _coarse(given, point, linear)
@@ -208,6 +208,7 @@ def _labelled(
             (found.force + found.reach, "max"),
         )
     )
+    pulled = ((found.force < found.reach) & (found.reach > 0)).any(axis=0)
     combined, label = _combinations(given, point, found)
     along, slices = _along_the_face(given, found, counts)
     return dataset(
@@ -220,7 +221,8 @@ def _labelled(
             "mesh_force_minimum": ("mesh", found.minimum),
             "open_share": ("mesh", _apart(given, point)),
             "far_share": ("mesh", found.far),
-            "contact_lost": ("mesh", face.any(found.row_open > 0)),
+            # a superposed line pulls where teeth would part
+            "contact_lost": ("mesh", face.any(found.row_open > 0) | pulled),
             "amplitude": ("dof", torus_amplitudes(given, point, lines)),
             **along,
             **combined,
@@ -251,7 +253,7 @@ def _labelled(
             *law_warnings(ready, point.problem.rows),
             *_instability(stability),
             *coarse,
-            *_warnings(lines),
+            *_warnings(lines, bool(pulled.any())),
             *past_the_end(system, point.problem.rows.flanks, found.flank),
             *_links_past_the_end(ready, point),
         ],
@@ -372,9 +374,10 @@ def _coarse(given: Torus, point: TorusPoint, linear: LinearMotion | None) -> lis
     ]
 
 
-def _warnings(lines: Sequence[SuperposedLine]) -> list[CodedText]:
-    """Which lines are superposed on flanks that part."""
+def _warnings(lines: Sequence[SuperposedLine], pulled: bool) -> list[CodedText]:
+    """Which lines are superposed on flanks that part; pulled : they pull on teeth."""
     notes = []
+    other = "; it parts teeth, which changes the mean forces too: transient or static shows them" if pulled else ""
     for line in lines:
         if line.error < NEGLIGIBLE:
             continue
@@ -382,7 +385,7 @@ def _warnings(lines: Sequence[SuperposedLine]) -> list[CodedText]:
             coded(
                 "lines-superposed",
                 f"{'; '.join(line.shaft.causes) or 'a shaft line'}: superposed linearly on laws that part or bend; "
-                f"its force is off by {line.error:.2g} of itself (RMS)",
+                f"its force is off by {line.error:.2g} of itself (RMS){other}",
             )
         )
     return notes

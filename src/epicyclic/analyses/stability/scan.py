@@ -19,6 +19,7 @@ from ..parallel import each
 from ..result_imports import import_results
 from ..static.tangent import linear
 from ..steady.excitation import mesh_tones
+from ..steady.resonances import of_one_tone
 from ..steady.response import FrameSpeed
 from .combinations import Combination, combinations
 from .floquet import STABLE, Floquet, floquet, multiplier_kind, steps_needed
@@ -55,6 +56,7 @@ class ParametricSystem:
     tones : (D,) mesh frequencies at the operating speed [Hz], that of the first mesh first.
     cycles : cycles of the first mesh in the common period of all meshes that vary.
     fastest : largest of the tones that vary per the first [1].  harmonics : of the stiffness.
+    single : of several tones that vary, the System with each alone, the other meshes at their mean stiffness.
     """
 
     system: System
@@ -64,13 +66,15 @@ class ParametricSystem:
     fastest: float
     harmonics: int
     frame_speed: FrameSpeed
+    single: tuple[ParametricSystem, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FloquetScan:
     """Stability at P speeds.
 
-    Multipliers (P, 2n), largest |mu| [1] and growth rate [1/s] (P,), kinds, steps, status (P,).
+    Multipliers (P, 2n), largest |mu| [1] and growth rate [1/s] (P,), kinds, steps, status (P,).  alone : (P,) whether
+    each mesh frequency was judged alone, for the common period is too long; the values are those that grow fastest.
     """
 
     multipliers: ComplexArray
@@ -79,6 +83,7 @@ class FloquetScan:
     kind: NDArray[np.object_]
     steps: NDArray[np.int64]
     status: NDArray[np.object_]
+    alone: NDArray[np.bool_]
 
 
 def parametric_system(
@@ -107,6 +112,8 @@ def parametric_system(
     used = {system.tones[i] for i, varies in zip(meshes.tone, varying, strict=True) if varies} or {tones[0]}
     common = Fraction(gcd(*(t.numerator for t in used)), lcm(*(t.denominator for t in used)))
     orders = np.flatnonzero(np.any(meshes.variation != 0, axis=0))
+    own = {tone: np.array([system.tones[i] == tone for i in meshes.tone]) for tone in sorted(used)}
+    single = [of_one_tone(system, tone, mine) for tone, mine in own.items()] if len(used) > 1 else []
     return ParametricSystem(
         system=system,
         modal=modal_form(system),
@@ -115,6 +122,7 @@ def parametric_system(
         fastest=float(max(used) / tones[0]),
         harmonics=int(orders[-1]) + 1 if orders.size else 0,
         frame_speed=frame_speed,
+        single=tuple(parametric_system(one, frame_speed=frame_speed) for one in single),
     )
 
 
@@ -147,6 +155,7 @@ def floquet_scan(
         kind=np.full(P, "", dtype=object),
         steps=np.zeros(P, np.int64),
         status=np.full(P, "ok", dtype=object),
+        alone=np.zeros(P, bool),
     )
     done = 0
 
@@ -157,7 +166,7 @@ def floquet_scan(
             found.status[i] = point
         else:
             found.multipliers[i], found.largest[i], found.growth[i] = point.multipliers, point.largest, point.growth
-            found.kind[i], found.steps[i] = point.kind, point.steps
+            found.kind[i], found.steps[i], found.alone[i] = point.kind, point.steps, point.alone
         done += 1
         if progress is not None:
             progress(done, P)
@@ -176,6 +185,7 @@ class _Point:
     growth: float
     kind: str
     steps: int
+    alone: bool = False
 
 
 def _point_or_reason(ready: ParametricSystem, frequency: float) -> _Point | str:
@@ -184,16 +194,6 @@ def _point_or_reason(ready: ParametricSystem, frequency: float) -> _Point | str:
         return _point(ready, frequency)
     except (ModelError, np.linalg.LinAlgError, FloatingPointError) as error:
         return str(error)
-
-
-def _too_long(cycles: float) -> str:
-    """Why a speed has no multipliers whose common period has so many mesh cycles, and what helps."""
-    if cycles == 1:
-        return "a mesh cycle has too many steps of the highest mode: the speed is too low"
-    return (
-        f"the common period of all meshes, {cycles:g} cycles, is too long: "
-        "judge one mesh frequency at a time, with variation = none in the meshes of the others"
-    )
 
 
 def _point(ready: ParametricSystem, frequency: float) -> _Point:
@@ -207,8 +207,11 @@ def _point(ready: ParametricSystem, frequency: float) -> _Point:
         raise ModelError("speed is not a number above zero")
     period = float(ready.cycles) / frequency
     steps = steps_needed(ready.modal, period=period, cycle=1 / (frequency * ready.fastest), harmonics=ready.harmonics)
+    if steps > _MOST_STEPS and ready.single:
+        each_alone = [_point(one, frequency * float(one.tones[0] / ready.tones[0])) for one in ready.single]
+        return replace(max(each_alone, key=lambda one: one.growth), alone=True)
     if steps > _MOST_STEPS:
-        raise ModelError(_too_long(float(ready.cycles)))
+        raise ModelError("a mesh cycle has too many steps of the highest mode: the speed is too low")
     one = _floquet_at(ready, frequency, steps)
     if abs(_largest(one) - 1) < _NEAR and 2 * steps <= _MOST_STEPS:
         steps *= 2

@@ -176,6 +176,13 @@ def scan_warnings(found: FloquetScan) -> list[CodedText]:
         if failed
         else []
     )
+    if found.alone.any():
+        text = (
+            f"{np.count_nonzero(found.alone)} of {found.alone.size} speeds: the common period of all meshes is too "
+            "long; each mesh frequency is judged alone, with the mean stiffness of the other meshes, combinations of "
+            "several are not"
+        )
+        notes.append(coded("stability-unknown", text))
     return notes + (
         [coded("motion-unstable", f"unstable at {unstable} of {found.status.size} speeds")] if unstable else []
     )

@@ -39,7 +39,8 @@ class _Forces:
 
     factor : largest dynamic factor of any mesh [1], mesh : which.  amplitude : largest amplitude of the order that
     meets the mode, of the meshes that have its mesh frequency [N].  own : of that the amplitude that the mode itself
-    makes [N], share : energy of the mode per energy of the motion at that order [1].  note : what is missing, and why.
+    makes [N], share : energy of the mode per energy of the motion at that order [1].  pulls : teeth are pulled there,
+    where they would part.  note : what is missing, and why.
     """
 
     factor: Array
@@ -47,6 +48,7 @@ class _Forces:
     share: Array
     mesh: NDArray[np.object_]
     amplitude: Array
+    pulls: NDArray[np.bool_]
     note: str = ""
 
 
@@ -189,14 +191,20 @@ def _forces(
         amplitude=np.full(count, np.nan),
         own=np.full(count, np.nan),
         share=np.full(count, np.nan),
+        pulls=np.zeros(count, bool),
     )
     try:
         for tone in np.unique(found.tone):
             _enter_forces(empty, system, found, int(tone), tones, shapes, how or {"shaft_orders": len(tones) == 1})
     except ModelError as error:
         return replace(empty, note=f"no forces: {error}")
-    alone = count > 0 and len(tones) > 1
-    return replace(empty, note="K_v: the mesh orders of one stage at a time, without shaft orders" if alone else "")
+    notes = ["K_v: the mesh orders of one stage at a time, without shaft orders"] if count and len(tones) > 1 else []
+    if empty.pulls.any():
+        notes.append(
+            f"at {np.count_nonzero(empty.pulls)} of {count} speeds the linear model pulls on teeth that would part: "
+            "K_v with contact loss is that of sweep --contact-loss"
+        )
+    return replace(empty, note="; ".join(notes))
 
 
 def _enter_forces(
@@ -219,14 +227,16 @@ def _enter_forces(
     swept = sweep(excited, relative_speed=speeds, orders=MESH_ORDERS, forces_alone=True, **how)
     factor = swept["dynamic_factor"].transpose("mesh", "speed").values[:, at]
     amplitude = swept["mesh_force_order"].transpose("order", "mesh", "speed").values
+    lowest = swept["mesh_force_minimum"].transpose("mesh", "speed").values[:, at]
     mine = own[faces(system.meshes).first]
     amplitude = amplitude[:, mine][..., at]
     motion = swept["displacement_harmonic"].transpose("order", "speed", "dof").values / system.dofs.radius
     for column, place in enumerate(places):
+        loaded = np.isfinite(factor[:, column])
+        forces.pulls[place] = (lowest[loaded, column] < 0).any()
         order = amplitude[found.order[place] - 1, :, column]
         forces.amplitude[place] = np.max(order) if np.isfinite(order).all() else np.nan
-        known = np.isfinite(factor[:, column])
-        if known.any():
+        if loaded.any():
             # of equal branches the first: rounding does not choose
             (most,) = first_largest(factor[:, column])
             forces.factor[place], forces.mesh[place] = np.nanmax(factor[:, column]), str(swept["mesh"].values[most])

@@ -221,7 +221,7 @@ def _resonances(result: xr.Dataset, places: NDArray[np.int64], title: str, most:
         "most kinetic energy": _shares(result, "body", shown),
         "excited": [str(excited[i]) for i in shown],
         "force of the mode [N]": [own for own in numbers(result, "resonance_own_force", "resonance")[shown]],
-        "largest K_v": [float(result["resonance_dynamic_factor"].values[i]) for i in shown],
+        "K_v at this speed": [float(result["resonance_dynamic_factor"].values[i]) for i in shown],
         "K_v of": [
             unbroken(str(name), stages=_stages(result)) if name else ""
             for name in result["resonance_mesh"].values[shown]
