@@ -360,7 +360,7 @@ def _external_torques(
             f"the torques do not balance, they need further {sums}",
             path="operation.torque",
             given={named[name]: float(value) for name, value in loads.items()},
-            allowed=f'torques in equilibrium, or "balance" at {len(motions)} of {", ".join(map(named.get, ends))}',
+            allowed=f'torques in equilibrium, or "balance" at {len(motions)} of {", ".join(named[end] for end in ends)}',
         )
     torque = {name: loads.get(name, Fraction(0)) + found.get(name, Fraction(0)) for name in members}
     return torque, tuple(unknown)

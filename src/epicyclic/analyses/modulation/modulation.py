@@ -206,9 +206,14 @@ def _drawn_part(line: Line) -> Line:
     """A line without what deviations add to the centrifugal load: no gaps, and loads that grow with the speed alone."""
     if line.frequency or not any(cause.startswith("deviations.") for cause in line.causes):
         return line
-    loads = line.force * np.array([[0.0], [0.0], [1.0]])
-    gaps = {"gap": line.gap, "link_gap": line.link_gap, "group_gap": line.group_gap, "far_gap": line.far_gap}
-    return replace(line, force=loads, **{name: np.zeros_like(gap) for name, gap in gaps.items()})
+    return replace(
+        line,
+        gap=np.zeros_like(line.gap),
+        link_gap=np.zeros_like(line.link_gap),
+        group_gap=np.zeros_like(line.group_gap),
+        far_gap=np.zeros_like(line.far_gap),
+        force=line.force * np.array([[0.0], [0.0], [1.0]]),
+    )
 
 
 def _listed(at_sensor: _SensorSignal, floor: float) -> NDArray[np.int64]:
