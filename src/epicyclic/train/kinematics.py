@@ -356,11 +356,12 @@ def _external_torques(
         loads = {name: value + spread[name] for name, value in loads.items()}
         found = _reactions(free, loads, unknown)
     if found is None:
+        members_named = ", ".join(named[end] for end in ends)
         raise ModelError(
             f"the torques do not balance, they need further {sums}",
             path="operation.torque",
             given={named[name]: float(value) for name, value in loads.items()},
-            allowed=f'torques in equilibrium, or "balance" at {len(motions)} of {", ".join(named[end] for end in ends)}',
+            allowed=f'torques in equilibrium, or "balance" at {len(motions)} of {members_named}',
         )
     torque = {name: loads.get(name, Fraction(0)) + found.get(name, Fraction(0)) for name in members}
     return torque, tuple(unknown)
