@@ -356,7 +356,7 @@ def _external_torques(
         loads = {name: value + spread[name] for name, value in loads.items()}
         found = _reactions(free, loads, unknown)
     if found is None:
-        members_named = ", ".join(named[end] for end in ends)
+        members_named = ", ".join(named[end] for end in ends or members)
         raise ModelError(
             f"the torques do not balance, they need further {sums}",
             path="operation.torque",

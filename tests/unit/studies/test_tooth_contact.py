@@ -222,5 +222,5 @@ def test_what_is_refused(options: dict[str, Any], words: str) -> None:
 
 
 def test_no_torque_is_said() -> None:
-    with pytest.raises(ModelError, match="no torque passes this mesh"):
+    with pytest.raises(ModelError, match="no torque passes the mesh main/sun-p"):
         epicyclic.contact("yue2014-i")

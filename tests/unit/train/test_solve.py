@@ -98,8 +98,8 @@ def test_a_missing_carrier_is_named_where_it_locks_the_train() -> None:
             "one of the two",
         ),
         ({"ties": (Tie(name="shaft", a="sun", b="motor"),)}, "couplings.shaft", "motor"),
-        ({"torques": {"sun": 23.0, "carrier": -70.0}}, "operation.torque", "missing -2.875 N m at sun"),
-        ({"torques": {"sun": 23.0}, "ends": ()}, "operation.torque", "missing -80 N m at carrier"),
+        ({"torques": {"sun": 23.0, "carrier": -70.0}}, "operation.torque", "need further -2.875 N m at sun"),
+        ({"torques": {"sun": 23.0}, "ends": ()}, "operation.torque", "need further -80 N m at carrier"),
     ],
 )
 def test_refusals_name_path_and_cure(changes: dict[str, Any], path: str, words: str) -> None:
@@ -125,7 +125,7 @@ def test_several_ends_might_balance() -> None:
     error = refusal(**shafts)
     assert error.path == "operation.torque"
     assert "carrier, left, right" in str(error)
-    assert "missing -23 N m at sun" in str(error)
+    assert "need further -23 N m at sun" in str(error)
     found = simple(**shafts, balance=("right",))
     assert found.torque is not None
     assert found.torque["right"] == -80.0
