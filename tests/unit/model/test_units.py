@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from epicyclic import load
 from epicyclic.errors import ModelError
 from epicyclic.model.units import COMMON, KINDS, Bounds, Quantity, factor, read_quantity
 
@@ -176,3 +177,9 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 def test_common_units_need_no_pint() -> None:
     code = "import sys; from epicyclic.model.document import read; read('ren2021'); assert 'pint' not in sys.modules"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("path", ["planet.bearing.radial", "sun.support.radial", "face_width"])
+def test_a_number_too_small_for_double_precision_is_refused(path: str) -> None:
+    with pytest.raises(ModelError, match="out of range, 0 is written as 0"):
+        load("wind-stage", {f"stages.main.{path}": 1e-200})
