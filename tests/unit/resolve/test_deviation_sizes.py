@@ -131,7 +131,7 @@ def test_a_variation_that_leaves_stiffness_is_taken(variation: dict[str, list[fl
         np.testing.assert_allclose(mesh.variation, series, rtol=1e-12)
 
 
-@pytest.mark.parametrize(("given", "fine"), [("1e-300 m", False), ("0.3 mm", False), ("0 mm", True), ("1 mm", True)])
+@pytest.mark.parametrize(("given", "fine"), [("1e-30 m", False), ("0.3 mm", False), ("0 mm", True), ("1 mm", True)])
 def test_a_bore_beside_the_gear(given: str, fine: bool) -> None:
     """The sun of xu2020 has a pitch circle above 300 mm."""
     settings = {"stages.main.sun.bore": given}
@@ -157,12 +157,12 @@ def test_teeth_beyond_any_gear() -> None:
 
 def test_a_helix_that_is_none() -> None:
     with pytest.raises(ModelError, match="is no helix") as caught:
-        epicyclic.load("ren2021", {"stages.main.helix_angle": "1e-300 deg"})
+        epicyclic.load("ren2021", {"stages.main.helix_angle": "1e-30 deg"})
     assert caught.value.path == "stages.main.helix_angle"
     epicyclic.load("ren2021", {"stages.main.helix_angle": "0.01 deg"})
 
 
 def test_points_of_a_force_table_that_hardly_rise() -> None:
-    table = {"deflection": "[0, 1e-300, 9] um", "force": "[0, 1, 2] kN"}
+    table = {"deflection": "[0, 1e-30, 9] um", "force": "[0, 1, 2] kN"}
     with pytest.raises(ModelError, match="hardly rises"):
         epicyclic.load("ren2021", {"stages.main.meshes.sun-planet.stiffness": table})
