@@ -201,7 +201,7 @@ def _forces(
     notes = ["K_v: the mesh orders of one stage at a time, without shaft orders"] if count and len(tones) > 1 else []
     if empty.pulls.any():
         notes.append(
-            f"at {np.count_nonzero(empty.pulls)} of {count} speeds the linear model pulls on teeth that would part: "
+            f"At {np.count_nonzero(empty.pulls)} of {count} speeds the linear model pulls on teeth that would part: "
             "K_v with contact loss is that of sweep --contact-loss"
         )
     return replace(empty, note="; ".join(notes))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from ...results.ties import largest
+from ...results.ties import EQUAL, largest
 from .series import Array, numbers, short_names, split_name, stage_count, texts
 
 __all__ = [
@@ -151,9 +151,9 @@ def largest_coefficients(sharing: xr.Dataset) -> list[tuple[str, float, str]]:
     for definition, row in zip(definitions, values, strict=True):
         if definition in _BY_SIZE and "signed-overload" in definitions:
             over = values[definitions.index("signed-overload")]
-            row = np.where(~(over < 1), row, np.nan)
+            row = np.where(~(over < 1 - EQUAL), row, np.nan)
         if np.isfinite(row).any():
-            place = largest(row)
+            place = largest(row, equal=EQUAL)
             found.append((definition, float(row[place]), names[place]))
     return found
 

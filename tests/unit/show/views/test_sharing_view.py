@@ -8,6 +8,7 @@ import numpy as np
 
 import epicyclic
 from epicyclic.show.figures.series import unbroken
+from epicyclic.show.figures.summaries import largest_coefficients
 from epicyclic.show.views.sharing import key_figures, tables
 
 
@@ -41,3 +42,32 @@ def test_an_infinite_coefficient_is_told_as_undefined() -> None:
     assert ("undefined", f"load sharing, simultaneous: {unbroken('main/planet-ring/1')}") in key_figures(result)
     static = epicyclic.sharing(model, method="static", cycles=4)
     assert np.isfinite(static.system_load_sharing.values).all()
+
+
+def test_a_planet_that_carries_too_little_leads_no_headline() -> None:
+    """One pin out of place so that its planet carries least: cycle-peak counts what it lacks, the headline does not."""
+    model: dict[str, object] = {
+        "format": 2,
+        "title": "spur",
+        "damping": {"modal": 0.05},
+        "stages": {
+            "main": {
+                "planets": 3,
+                "module": "4 mm",
+                "face_width": "50 mm",
+                "sun": {"teeth": 24, "support": {"radial": "5e9 N/m"}},
+                "planet": {"teeth": 30, "bore": "60 mm", "bearing": {"radial": "4e8 N/m"}},
+                "ring": {"teeth": 84, "rim": "25 mm", "addendum": 0.9},
+                "carrier": {"mass": "40 kg", "inertia": "0.5 kg m^2"},
+            }
+        },
+        "operation": {"held": ["ring"], "speed": {"sun": "300 rpm"}, "torque": {"sun": "800 N m"}},
+        "deviations": {"planet": {"position": {"y": "[20, 0, 0] um"}}},
+    }
+    result = epicyclic.sharing(model, cycles=4, samples=32)
+    sizes = result.load_sharing.sel(definition="cycle-peak")
+    signed = result.load_sharing.sel(definition="signed-overload")
+    least = str(result.mesh.values[int(np.argmax(sizes.values))])
+    assert float(signed.sel(mesh=least)) < 0.99  # the largest deviation is of a planet that carries too little
+    for _, value, mesh in largest_coefficients(result):
+        assert float(signed.sel(mesh=mesh)) > 1, (value, mesh)
