@@ -10,9 +10,10 @@ import signal
 import threading
 import warnings
 import weakref
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from importlib import import_module
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
@@ -53,7 +54,7 @@ def spawned(function: Callable[..., None], *arguments: Any) -> Started:
         before = {name: os.environ.get(name) for name in BLAS_THREADS}
         os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
         try:
-            with without_script():
+            with without_script(), _without_interrupts():
                 process.start()
         finally:
             for name, value in before.items():
@@ -64,6 +65,20 @@ def spawned(function: Callable[..., None], *arguments: Any) -> Started:
     theirs.close()
     _started.add(process)
     return process, ours
+
+
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Ctrl-C blocked in a process that starts meanwhile, until `_begin` ignores it: its imports take half a second."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # its own start would unblock them
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def kill_group(process: SpawnProcess) -> None:
@@ -148,6 +163,8 @@ async def _end(started: Started) -> None:
 
 def _begin(function: Callable[..., None], connection: Connection, *arguments: Any) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     if hasattr(os, "setpgid"):
         with suppress(OSError):
             os.setpgid(0, 0)
