@@ -5,13 +5,11 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-import signal
 import subprocess
 import sys
 import time
 from collections.abc import AsyncIterator, Callable, Coroutine, Mapping
 from contextlib import asynccontextmanager
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +20,7 @@ from tests.unit.cockpit import fake_compute
 from epicyclic.cockpit.computing.frames import PageFrame, pack, unpack
 from epicyclic.cockpit.processes.levers import levers_at
 from epicyclic.cockpit.processes.session import Session
-from epicyclic.cockpit.processes.spawned import Spare, spawned
+from epicyclic.cockpit.processes.spawned import Spare
 from epicyclic.cockpit.processes.tasks import Task
 from epicyclic.cockpit.processes.worker import Worker
 from epicyclic.cockpit.state.history import StateHistory, Step
@@ -582,22 +580,3 @@ def test_a_result_belongs_to_every_state_of_its_model() -> None:
             await session.close()
 
     run(test())
-
-
-def echo(connection: Connection) -> None:
-    """Send one word."""
-    connection.send("ready")
-
-
-@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals of POSIX")
-def test_ctrl_c_does_not_reach_a_process_that_is_being_started() -> None:
-    """Sent at once, while the interpreter of the process has not come to its first line."""
-    process, connection = spawned(echo)
-    assert process.pid is not None
-    for _ in range(20):
-        os.kill(process.pid, signal.SIGINT)
-        time.sleep(0.005)
-    assert connection.poll(20)
-    assert connection.recv() == "ready"
-    process.join(10)
-    assert process.exitcode == 0
