@@ -11,6 +11,8 @@ import sys
 
 # names of NumPy 2.4; another version warns of names that it does not know
 WIDE = "X86_V3 X86_V4 AVX512_ICL AVX512_SPR"
+# tables of one kernel that OpenBLAS builds once for 64 bits, by the name that it gives
+SAME = {"Prescott": "Katmai"}
 PROBE = """
 import numpy, threadpoolctl
 numpy.linalg.inv(numpy.eye(200) + 1)
@@ -26,7 +28,7 @@ def main(name: str, *arguments: str) -> int:
         changed["NPY_DISABLE_CPU_FEATURES"] = WIDE
     environment = os.environ | changed
     probe = subprocess.run([sys.executable, "-c", PROBE], env=environment, capture_output=True, text=True)
-    if probe.returncode or probe.stdout.split() != [core]:
+    if probe.returncode or probe.stdout.split() not in ([core], [SAME.get(core)]):
         given = probe.stdout.strip() or f"status {probe.returncode}"
         print(f"kernel {name}: not tried, this processor and this OpenBLAS give {given}")
         return 0

@@ -234,12 +234,10 @@ def _add_gravity(lines: dict[Fraction, _LineParts], structure: Structure, train:
 
 def _add_centrifugal(lines: dict[Fraction, _LineParts], structure: Structure, train: Train, model: FullModel) -> None:
     """Add m Omega^2 r_c of every body whose centre is off the axis of its turning frame: what its bearing holds."""
-    centres = own_centres(train)
-    for i, (body, speed) in enumerate(zip(train.bodies, structure.frame_speed, strict=True)):
-        outward = model.mass[i, 0] * speed**2 * centres[i]
-        if outward.any():
-            parts, _ = _line_at(lines, Fraction(0), np.zeros(6, complex), f"stages.{body.member}.mass", structure)
-            parts.force[2, 6 * i : 6 * i + 2] += outward
+    for i, (body, centre) in enumerate(zip(train.bodies, own_centres(train), strict=True)):
+        outward = model.mass[i, 0] * structure.frame_speed[i] ** 2 * np.append(centre, 0.0)
+        standing = Fraction(0), 1, 0.0
+        _add_force(lines, f"stages.{body.member}.mass", i, (outward, np.zeros(3)), standing, structure, 2)
 
 
 def _line(frequency: Fraction, parts: _LineParts, structure: Structure, model: FullModel) -> Line:

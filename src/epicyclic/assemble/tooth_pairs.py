@@ -6,8 +6,6 @@ import math
 from dataclasses import replace
 from typing import Literal
 
-import numpy as np
-
 from ..errors import ModelError
 from ..gears.outline import GearForm
 from ..tooth_contact.energy import MeshedTeeth, interference_warnings
@@ -28,8 +26,6 @@ __all__ = [
 
 
 End = Literal["left", "right"]
-# Force of a mesh that no torque passes, per the largest of the train: rounding.
-_NONE = 1e-9
 
 
 def pair_of(
@@ -118,8 +114,7 @@ def mean_force(train: Train, mesh: Mesh) -> float:
 
 def loaded_mesh(train: Train) -> Mesh:
     """The first mesh that torque passes, the first of all where none does."""
-    forces = np.nan_to_num([mean_force(train, mesh) for mesh in train.meshes])
-    return train.meshes[int(np.argmax(forces > _NONE * forces.max()))]
+    return next((mesh for mesh in train.meshes if mean_force(train, mesh) > 0), train.meshes[0])
 
 
 def tooth_warnings(pair: ContactPair, mesh: Mesh) -> tuple[CodedText, ...]:

@@ -276,8 +276,10 @@ def _check(number: float, unit: str, kinds: tuple[str, ...], bounds: Bounds, wro
         if not bounds.inf or number < 0:
             raise wrong("must be finite")
         return
-    if abs(number) > limit or 0 < abs(number) < _LEAST:
-        raise wrong("out of range, 0 is written as 0" if abs(number) < 1 else "out of range")
+    if abs(number) > limit:
+        raise wrong("out of range")
+    if 0 < abs(number) < _LEAST:
+        raise wrong("out of range, 0 is written as 0")
     low, high = bounds.low, bounds.high
     if low is not None and (number < low or (bounds.above and number == low)):
         raise wrong("out of range")

@@ -52,8 +52,6 @@ TORQUES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
 """Torques by default, relative to the operating ones [1]."""
 # places along the path of contact of a flank map
 _PLACES = 81
-# mean force of a pair that carries none, per the largest force
-_NONE = 1e-6
 # mesh force per largest one below which a mesh is open: rounding of the equilibrium is far below
 _OPEN_RATIO = 1e-7
 # First and most instants of a mesh cycle, slices of each face.  The corners of contact of all meshes are among the
@@ -129,15 +127,10 @@ def train_contact(
     force = np.array([_mesh_force(state) for state in states])
     options = {"samples": samples, "slices": slices, "tolerance": tolerance, **teeth}
     instants = case.record.instants
-    columns = {
-        **_force_columns(case.system, case.record, force[..., :instants]),
-        **_face_columns(laws, loads, operating, case.weight),
-    }
-    for name in ("side_share", "face_load_factor"):
-        columns[name][1][:, ~_loaded(case, force[operating])] = np.nan
     result = dataset(
         {
-            **columns,
+            **_force_columns(case.system, case.record, force[..., :instants]),
+            **_face_columns(laws, loads, operating, case.weight, _loaded(case.system, force)),
             **_root_columns(laws, loads),
             **_motion_columns(case, states[operating]),
             "averaging_length": ("mesh", _gathered(laws, [_averaging_lengths(law) for law in laws])),
@@ -373,23 +366,24 @@ def _numbers(train: Train, laws: Sequence[MeshFaceLaw], case: _Case) -> tuple[Ar
     _require_room(case, laws)
     contacts = _face_contacts(case, laws)
     state = _equilibrium(case, contacts, 1.0)
-    columns = _face_columns(laws, [_face_loads(laws, contacts, state)], 0, case.weight)
     force = _mesh_force(state)[None, :, : case.record.instants]
+    loaded = _loaded(case.system, force)
+    columns = _face_columns(laws, [_face_loads(laws, contacts, state)], 0, case.weight, loaded)
     load = columns["largest_load_per_length"][1][0]
     pair = np.array([mesh.pair for mesh in train.meshes])
     scale = np.array([load[pair == name].max() for name in pair])
     branch = _force_columns(case.system, case.record, force)["branch_load_factor"][1][0]
-    loaded = _loaded(case, force[0])
     # pairs without load have no numbers to resolve
-    scale, branch = np.where(loaded, scale, load.max()), np.where(np.isfinite(branch), branch, 1.0)
+    scale, branch = np.where(loaded[0], scale, load.max()), np.where(np.isfinite(branch), branch, 1.0)
     held = np.array([np.concatenate([load, branch]), np.concatenate([scale, branch])])
-    return held, np.where(loaded, columns["face_load_factor"][1][0], 1.0)
+    return held, np.where(loaded[0], columns["face_load_factor"][1][0], 1.0)
 
 
-def _loaded(case: _Case, force: Array) -> NDArray[np.bool_]:
-    """Meshes (w,) of pairs that carry load in the mean, of forces (w, T) [N]."""
-    groups, rounding = parallel_meshes(case.system.meshes), rounding_of(case.system)
-    return loaded_meshes(force.mean(axis=1), groups, most=force.max(axis=1), rounding=rounding)
+def _loaded(system: System, force: Array) -> NDArray[np.bool_]:
+    """Meshes (F, w) of pairs that carry load in the mean, of forces (F, w, T) [N]."""
+    groups, rounding = parallel_meshes(system.meshes), rounding_of(system)
+    mean, most = force.mean(axis=2).T, force.max(axis=2).T
+    return np.asarray(loaded_meshes(mean, groups, most=most, rounding=rounding).T)
 
 
 def _require_room(case: _Case, laws: Sequence[MeshFaceLaw]) -> None:
@@ -470,19 +464,20 @@ def _force_columns(system: System, record: Record, force: Array) -> dict[str, An
     pair = np.array(system.meshes.pair, dtype=object)[face.first]
     branch = np.array(system.meshes.branch)[face.first]
     cycle = force.reshape(*force.shape[:2], record.count, record.samples).mean(axis=3)
-    factor = np.ones((len(force), len(dict.fromkeys(pair))))
-    share = np.ones(force.shape[:2])
+    loaded = _loaded(system, force)
+    factor = np.full((len(force), len(dict.fromkeys(pair))), np.nan)
+    share = np.full(force.shape[:2], np.nan)
     for column, name in enumerate(dict.fromkeys(pair)):
         mine = [np.flatnonzero((pair == name) & (branch == b)) for b in np.unique(branch[pair == name])]
-        each = np.array([cycle[:, meshes].sum(axis=1) for meshes in mine])
-        total = each.sum(axis=0)
-        total = np.where(total > _NONE * force.max(axis=1).max(axis=1)[:, None], total, np.nan)
-        factor[:, column] = (len(mine) * each / total).max(axis=(0, 2))
+        at = loaded[:, pair == name].any(axis=1)
+        each = np.array([cycle[at][:, meshes].sum(axis=1) for meshes in mine])
+        factor[at, column] = (len(mine) * each / each.sum(axis=0)).max(axis=(0, 2))
         for meshes in mine:
             mean = force[:, meshes].mean(axis=2)
             whole = mean.sum(axis=1, keepdims=True)
             # a branch that carries nothing at a small torque has no share
-            share[:, meshes] = np.where(whole > 0, mean / np.where(whole > 0, whole, 1.0), np.nan)
+            carries = loaded[:, meshes].any(axis=1, keepdims=True) & (whole > 0)
+            share[:, meshes] = np.where(carries, mean / np.where(carries, whole, 1.0), np.nan)
     return {
         "mesh_force": (("torque_factor", "mesh", "time"), force),
         "branch_load_factor": (("torque_factor", "mesh_pair"), factor),
@@ -501,11 +496,16 @@ def _averaging_lengths(law: MeshFaceLaw) -> Array:
 
 
 def _face_columns(
-    laws: Sequence[MeshFaceLaw], loads: Sequence[Sequence[FaceLoad]], operating: int, weight: Array
+    laws: Sequence[MeshFaceLaw],
+    loads: Sequence[Sequence[FaceLoad]],
+    operating: int,
+    weight: Array,
+    loaded: NDArray[np.bool_],
 ) -> dict[str, Any]:
     """Variables along the faces of all meshes.
 
     loads : at each torque, by law.  operating : index of that torque.  weight : (T,) of the instants in a mean [1].
+    loaded : (F, w) meshes that carry load, the others have no factor.
     """
 
     def gathered(parts: Sequence[Array]) -> Array:
@@ -519,7 +519,7 @@ def _face_columns(
     slice_load = np.array(mean)
     span = gathered([np.full(len(law.meshes), law.pair.plane.width / law.pair.slices) for law in laws])
     with np.errstate(invalid="ignore", divide="ignore"):
-        factor = largest_part_mean(slice_load) / slice_load.mean(axis=2)
+        factor = np.where(loaded, largest_part_mean(slice_load) / slice_load.mean(axis=2), np.nan)
     return {
         "face_load": (("torque_factor", "mesh", "width"), slice_load / span[:, None]),
         "face_load_factor": (("torque_factor", "mesh"), factor),
@@ -570,7 +570,7 @@ def _warnings(train: Train, case: _Case, laws: Sequence[MeshFaceLaw], force: Arr
     """Warnings of train, teeth and record, and the meshes that open; force : (w, T) of the meshes [N]."""
     system = case.system
     messages = [text for law in laws for text in tooth_warnings(law.pair, train.meshes[law.meshes[0]])]
-    loaded = _loaded(case, force)
+    loaded = _loaded(system, force[None])[0]
     parted = (force <= _OPEN_RATIO * force.max(initial=0.0)).any(axis=1) & loaded
     messages += idle_warnings(faces(system.meshes).name, loaded, "load factor")
     names = [name for name, lost in zip(faces(system.meshes).name, parted, strict=True) if lost]

@@ -143,3 +143,17 @@ def test_without_damping_there_are_no_forces_and_without_speed_no_table(ren: Sys
     assert np.isnan(undamped.resonance_amplitude.values).all()
     assert "damping" in undamped.attrs["resonance_note"]
     assert "resonance" not in epicyclic.modes("lin1999-n4").sizes
+
+
+def test_teeth_that_the_linear_model_pulls_are_named(one_stage: dict[str, Any]) -> None:
+    """At as many resonances as a sweep over their speeds finds tensile mesh forces."""
+    model = epicyclic.load(one_stage, {"stages.main.helix_angle": "0 deg", "operation.speed.carrier": "333 rpm"})
+    found = epicyclic.modes(model)
+    swept = epicyclic.sweep(model, relative_speed=np.unique(found.resonance_speed.values))
+    pulled = swept.speed.values[(swept.mesh_force_minimum < 0).any("mesh").values]
+    count = int(np.isin(found.resonance_speed.values, pulled).sum())
+    assert 0 < count < found.sizes["resonance"]
+    note = f"At {count} of {found.sizes['resonance']} speeds the linear model pulls on teeth that would part"
+    assert note in found.attrs["resonance_note"]
+    loaded = epicyclic.load(one_stage, {"operation.torque.carrier": "80 kN m"})
+    assert "pulls" not in epicyclic.modes(loaded).attrs["resonance_note"]

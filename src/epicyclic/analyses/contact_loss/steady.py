@@ -208,7 +208,9 @@ def _labelled(
             (found.force + found.reach, "max"),
         )
     )
-    pulled = ((found.force < found.reach) & (found.reach > 0)).any(axis=0)
+    opens = face.any(found.row_open > 0)
+    # a superposed line pulls where teeth would part
+    pulled = ((found.force < found.reach) & (found.reach > 0)).any(axis=0) & ~opens
     combined, label = _combinations(given, point, found)
     along, slices = _along_the_face(given, found, counts)
     return dataset(
@@ -221,8 +223,7 @@ def _labelled(
             "mesh_force_minimum": ("mesh", found.minimum),
             "open_share": ("mesh", _apart(given, point)),
             "far_share": ("mesh", found.far),
-            # a superposed line pulls where teeth would part
-            "contact_lost": ("mesh", face.any(found.row_open > 0) | pulled),
+            "contact_lost": ("mesh", opens | pulled),
             "amplitude": ("dof", torus_amplitudes(given, point, lines)),
             **along,
             **combined,
@@ -375,7 +376,7 @@ def _coarse(given: Torus, point: TorusPoint, linear: LinearMotion | None) -> lis
 
 
 def _warnings(lines: Sequence[SuperposedLine], pulled: bool) -> list[CodedText]:
-    """Which lines are superposed on flanks that part; pulled : they pull on teeth."""
+    """Which lines are superposed on flanks that part; pulled : they part teeth that touch without them."""
     notes = []
     other = "; it parts teeth, which changes the mean forces too: transient or static shows them" if pulled else ""
     for line in lines:

@@ -203,8 +203,9 @@ def _fault_free(system: System, relative_speed: float, settings: _Settings) -> d
 
 
 def _drawn_part(line: Line) -> Line:
-    """A line without what deviations add to the centrifugal load: no gaps, and loads that grow with the speed alone."""
-    if line.frequency or not any(cause.startswith("deviations.") for cause in line.causes):
+    """A line of the centrifugal load without the deviations in it: no gaps, loads that grow with the speed alone."""
+    drawn = [cause for cause in line.causes if not cause.startswith("deviations.")]
+    if not 0 < len(drawn) < len(line.causes) or not all(cause.endswith(".mass") for cause in drawn):
         return line
     return replace(
         line,

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...results.ties import largest
 from ...system.system import Array, ComplexArray, System
 from ..modes.basis import Modal, modal_form
 from ..parallel import each
@@ -56,7 +57,6 @@ class ParametricSystem:
     tones : (D,) mesh frequencies at the operating speed [Hz], that of the first mesh first.
     cycles : cycles of the first mesh in the common period of all meshes that vary.
     fastest : largest of the tones that vary per the first [1].  harmonics : of the stiffness.
-    single : of several tones that vary, the System with each alone, the other meshes at their mean stiffness.
     """
 
     system: System
@@ -66,7 +66,6 @@ class ParametricSystem:
     fastest: float
     harmonics: int
     frame_speed: FrameSpeed
-    single: tuple[ParametricSystem, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -112,8 +111,6 @@ def parametric_system(
     used = {system.tones[i] for i, varies in zip(meshes.tone, varying, strict=True) if varies} or {tones[0]}
     common = Fraction(gcd(*(t.numerator for t in used)), lcm(*(t.denominator for t in used)))
     orders = np.flatnonzero(np.any(meshes.variation != 0, axis=0))
-    own = {tone: np.array([system.tones[i] == tone for i in meshes.tone]) for tone in sorted(used)}
-    single = [of_one_tone(system, tone, mine) for tone, mine in own.items()] if len(used) > 1 else []
     return ParametricSystem(
         system=system,
         modal=modal_form(system),
@@ -122,7 +119,6 @@ def parametric_system(
         fastest=float(max(used) / tones[0]),
         harmonics=int(orders[-1]) + 1 if orders.size else 0,
         frame_speed=frame_speed,
-        single=tuple(parametric_system(one, frame_speed=frame_speed) for one in single),
     )
 
 
@@ -207,23 +203,32 @@ def _point(ready: ParametricSystem, frequency: float) -> _Point:
         raise ModelError("speed is not a number above zero")
     period = float(ready.cycles) / frequency
     steps = steps_needed(ready.modal, period=period, cycle=1 / (frequency * ready.fastest), harmonics=ready.harmonics)
-    if steps > _MOST_STEPS and ready.single:
-        each_alone = [_point(one, frequency * float(one.tones[0] / ready.tones[0])) for one in ready.single]
-        return replace(max(each_alone, key=lambda one: one.growth), alone=True)
     if steps > _MOST_STEPS:
+        singles = _each_alone(ready)
+        if len(singles) > 1:
+            points = [_point(one, frequency * float(one.tones[0] / ready.tones[0])) for one in singles]
+            return replace(points[largest([point.growth for point in points])], alone=True)
         raise ModelError("a mesh cycle has too many steps of the highest mode: the speed is too low")
     one = _floquet_at(ready, frequency, steps)
     if abs(_largest(one) - 1) < _NEAR and 2 * steps <= _MOST_STEPS:
         steps *= 2
         one = _floquet_at(ready, frequency, steps)
-    largest = _largest(one)
+    size = _largest(one)
     return _Point(
         multipliers=one.multipliers,
-        largest=largest,
-        growth=float(np.log(largest) / period) if largest > 0 else np.nan,
+        largest=size,
+        growth=float(np.log(size) / period) if size > 0 else np.nan,
         kind=instability_kind(one.multipliers[~one.free]),
         steps=steps,
     )
+
+
+def _each_alone(ready: ParametricSystem) -> list[ParametricSystem]:
+    """The System with each mesh frequency that varies alone, the other meshes at their mean stiffness."""
+    system, tone = ready.system, np.asarray(ready.system.meshes.tone)
+    varying = np.unique(tone[system.meshes.variation.any(axis=1)])
+    alone = {system.tones[i]: of_one_tone(system, system.tones[i], tone == i) for i in varying}
+    return [replace(ready, system=one, tones=(f,), cycles=Fraction(1), fastest=1.0) for f, one in alone.items()]
 
 
 def _floquet_at(ready: ParametricSystem, frequency: float, steps: int) -> Floquet:

@@ -119,7 +119,7 @@ def mesh_tones(system: System) -> tuple[Fraction, ...]:
     ModelError : there is none, or one is zero.
     """
     used = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
-    if not used:
+    if not used or min(used) <= 0:
         turns = any(system.body_turns)
         reason = ": the members of each stage turn as one" if turns else ""
         allowed = "members that turn against each other" if turns else "the speed of one member"

@@ -133,17 +133,18 @@ def link_measures(links: Signal, pairs: Index, turn: Sequence[Fraction]) -> dict
     """
     span, average, square = ranges(links, pairs), mean(links), mean_square(links)
     x, y = pairs.T
-    constant = np.hypot(average[x], average[y])
-    whole = constant**2 + square[x] + square[y]
+    constant, varying = np.hypot(average[x], average[y]), square[x] + square[y]
     held = [place for place, row in enumerate(x) if turn and turn[row]]
-    constant[held] = _standing_forces(links, pairs[held], [turn[row] for row in x[held]])
+    standing = _standing_forces(links, pairs[held], [turn[row] for row in x[held]])
+    varying[held] = np.maximum(varying[held] + constant[held] ** 2 - standing**2, 0.0)
+    constant[held] = standing
     return {
         "link_force_mean": average,
         "link_force_rms": np.sqrt(square),
         "link_force_peak": np.maximum(span.high, -span.low),
         "link_force_peak_to_peak": span.high - span.low,
         "bearing_force_mean": constant,
-        "bearing_force_rms": np.sqrt(np.maximum(whole - constant**2, 0.0)),
+        "bearing_force_rms": np.sqrt(varying),
         "bearing_force_peak": span.length,
     }
 
@@ -159,7 +160,7 @@ def _standing_forces(links: Signal, pairs: Index, turn: Sequence[Fraction]) -> A
     found = np.zeros((len(pairs), links.values.shape[1]))
     for one in set(turn):
         mine = [place for place, other in enumerate(turn) if other == one]
-        x, y = (line_harmonics(links, [abs(one)])[pairs[mine, side], 0] for side in (0, 1))
+        x, y = line_harmonics(links, [abs(one)])[pairs[mine].T, 0]
         found[mine] = np.abs(x - 1j * y if one > 0 else x + 1j * y) / 2
     return found
 

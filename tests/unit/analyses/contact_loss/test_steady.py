@@ -27,6 +27,7 @@ from epicyclic.analyses.transient.outputs import mesh_force
 from epicyclic.analyses.transient.program import constant
 from epicyclic.analyses.transient.transient import transient
 from epicyclic.errors import ConvergenceError, ModelError
+from epicyclic.show.rows import force_table
 from epicyclic.system.faces import faces
 from epicyclic.system.system import System
 
@@ -161,6 +162,18 @@ def test_lines_that_found_no_phase_are_named(train: Train) -> None:
     np.testing.assert_allclose(one.mesh_force_rms, both.mesh_force_rms, rtol=0.02)
     none = contact_steady(system, relative_speed=2.0, shaft_orders=False)
     assert json.loads(none.attrs["warnings"]) == []
+
+
+def test_contact_is_lost_where_a_superposed_line_pulls(train: Train) -> None:
+    """The motion of mesh orders parts the first mesh alone; a line of 0.1 mm has more force than the other carries."""
+    for size, pulls in ((1e-6, False), (1e-4, True)):
+        found = contact_steady(train(slow=[(F(1, 27), size)]), relative_speed=2.0, shaft_tones=0)
+        table = force_table(found).columns
+        np.testing.assert_allclose(table["least [N]"], found.mesh_force_least.min("mesh_phase"))
+        assert (table["least [N]"][1] < 0) == pulls
+        assert table["contact lost"] == ["yes", "yes" if pulls else "no"]
+        assert (found.open_share.values > 0).tolist() == [True, False]
+        assert ("transient or static shows them" in found.attrs["warnings"]) == pulls
 
 
 @pytest.mark.parametrize("options", [{"relative_speed": 0.0}, {"relative_speed": np.nan}, {"shaft_tones": 4}])

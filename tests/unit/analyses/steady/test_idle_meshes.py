@@ -184,11 +184,32 @@ def test_train_contact_resolves_the_meshes_that_carry(model: str) -> None:
     assert "resolution-insufficient" not in codes
 
 
+def needs(model: str, overrides: dict[str, object], verb: str) -> str:
+    """What `check` says a verb still needs, empty where it is ready."""
+    return str(epicyclic.check(model, overrides=overrides).verb_needs.sel(verb_name=verb).item())
+
+
 def test_contact_takes_the_first_mesh_that_carries(model: str) -> None:
     turned = {"operation.torque.small": None, "operation.speed.small": None, "operation.speed.large": "3000 rpm"}
     given = {**turned, "operation.torque.large": "300 N m"}
     assert "large-long" in epicyclic.contact(model, overrides=given).attrs["mesh"]
     with pytest.raises(ModelError, match=r"no torque passes the mesh main/small-short; allowed: .*main/large-long"):
         epicyclic.contact(model, mesh="small-short", overrides=given)
-    ready = epicyclic.check(model, overrides=given)
-    assert "no torque loads the teeth" not in str(ready.attrs)
+    assert not needs(model, given, "contact")
+    assert "no torque loads the teeth" in needs(model, {"operation.torque.small": "0 N m"}, "contact")
+
+
+def test_a_train_that_turns_as_one_says_so(model: str) -> None:
+    direct = {"operation.held": [], "operation.speed.carrier": "3000 rpm", "operation.torque.carrier": "420 N m"}
+    with pytest.raises(ModelError, match="the members of each stage turn as one; allowed: members that turn against"):
+        epicyclic.steady(model, overrides=direct)
+    assert "the members of each stage turn as one" in needs(model, direct, "steady")
+    with pytest.raises(ModelError, match="allowed: the speed of one member"):
+        epicyclic.steady(model, overrides={"operation.speed": None})
+
+
+def test_relief_counts_in_train_contact(model: str) -> None:
+    relieved = {"stages.main.flank.tip_relief": {"amount": "10 um", "length": "0.5 mm"}}
+    assert "flank-without-effect" in epicyclic.steady(model, overrides=relieved).attrs["warnings"]
+    found = epicyclic.train_contact(model, loads=(1.0,), samples=16, slices=4, overrides=relieved)
+    assert "flank-without-effect" not in found.attrs["warnings"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 
@@ -11,27 +12,13 @@ from epicyclic.show.figures.series import unbroken
 from epicyclic.show.figures.summaries import largest_coefficients
 from epicyclic.show.views.sharing import key_figures, tables
 
+SPUR: dict[str, Any] = {"stages.main.helix_angle": "0 deg", "operation.torque.carrier": "3600 N m"}
 
-def test_an_infinite_coefficient_is_told_as_undefined() -> None:
+
+def test_an_infinite_coefficient_is_told_as_undefined(one_stage: dict[str, Any]) -> None:
     """A spur set near a resonance, pulled open by the linear model: the forces of the ring mesh sum to less than 0."""
-    model: dict[str, object] = {
-        "format": 1,
-        "title": "spur",
-        "damping": {"modal": 0.03},
-        "stages": {
-            "main": {
-                "planets": 3,
-                "module": "4 mm",
-                "face_width": "50 mm",
-                "sun": {"teeth": 24, "support": {"radial": "5e7 N/m"}},
-                "planet": {"teeth": 30, "bore": "60 mm", "bearing": {"radial": "4e8 N/m"}},
-                "ring": {"teeth": 84, "rim": "25 mm"},
-                "carrier": {"mass": "40 kg", "inertia": "0.5 kg m^2"},
-            }
-        },
-        "operation": {"held": ["ring"], "speed": {"sun": "1500 rpm"}, "torque": {"sun": "800 N m"}},
-        "deviations": {"planet": {"run_out": "15 um", "position": {"y": "[20, 0, 0] um"}}},
-    }
+    errors = {"planet": {"run_out": "15 um", "position": {"y": "[20, 0, 0] um"}}}
+    model = epicyclic.load(one_stage, SPUR | {"operation.speed.carrier": f"{1500 / 4.5} rpm", "deviations": errors})
     result = epicyclic.sharing(model, cycles=4, samples=32)
     assert np.isinf(result.system_load_sharing.sel(definition="simultaneous").item())
     (said,) = (text for text in json.loads(result.attrs["warnings"]) if "undefined" in text)
@@ -44,27 +31,11 @@ def test_an_infinite_coefficient_is_told_as_undefined() -> None:
     assert np.isfinite(static.system_load_sharing.values).all()
 
 
-def test_a_planet_that_carries_too_little_leads_no_headline() -> None:
+def test_a_planet_that_carries_too_little_leads_no_headline(one_stage: dict[str, Any]) -> None:
     """One pin out of place so that its planet carries least: cycle-peak counts what it lacks, the headline does not."""
-    model: dict[str, object] = {
-        "format": 2,
-        "title": "spur",
-        "damping": {"modal": 0.05},
-        "stages": {
-            "main": {
-                "planets": 3,
-                "module": "4 mm",
-                "face_width": "50 mm",
-                "sun": {"teeth": 24, "support": {"radial": "5e9 N/m"}},
-                "planet": {"teeth": 30, "bore": "60 mm", "bearing": {"radial": "4e8 N/m"}},
-                "ring": {"teeth": 84, "rim": "25 mm", "addendum": 0.9},
-                "carrier": {"mass": "40 kg", "inertia": "0.5 kg m^2"},
-            }
-        },
-        "operation": {"held": ["ring"], "speed": {"sun": "300 rpm"}, "torque": {"sun": "800 N m"}},
-        "deviations": {"planet": {"position": {"y": "[20, 0, 0] um"}}},
-    }
-    result = epicyclic.sharing(model, cycles=4, samples=32)
+    slow = {"stages.main.sun.support.radial": "5e9 N/m", "operation.speed.carrier": f"{300 / 4.5} rpm"}
+    errors = {"deviations": {"planet": {"position": {"y": "[-20, 0, 0] um"}}}}
+    result = epicyclic.sharing(epicyclic.load(one_stage, SPUR | slow | errors), cycles=4, samples=32)
     sizes = result.load_sharing.sel(definition="cycle-peak")
     signed = result.load_sharing.sel(definition="signed-overload")
     least = str(result.mesh.values[int(np.argmax(sizes.values))])
