@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -184,7 +185,7 @@ def test_train_contact_resolves_the_meshes_that_carry(model: str) -> None:
     assert "resolution-insufficient" not in codes
 
 
-def needs(model: str, overrides: dict[str, object], verb: str) -> str:
+def needs(model: str, overrides: Mapping[str, object], verb: str) -> str:
     """What `check` says a verb still needs, empty where it is ready."""
     return str(epicyclic.check(model, overrides=overrides).verb_needs.sel(verb_name=verb).item())
 
