@@ -299,11 +299,11 @@ def fig16() -> go.Figure:
     cases: dict[str, Overrides] = {
         "one error, as printed, both afloat: 1.008": ONE,
         "one error, as printed, sun rigid: 1.012": {**ONE, **FIXED_SUN},
-        "one error, exchanged, sun rigid: 1.023": {**ONE, **EXCHANGED, **FIXED_SUN},
+        "one error, exchanged (fitted), sun rigid: 1.023": {**ONE, **EXCHANGED, **FIXED_SUN},
         "sun's three, as printed, sun on its spline shaft: 1.023": SUN_THREE,
         "sun's three, as printed, the ring rigid too: 1.065": {**SUN_THREE, **FIXED_RING},
     }
-    title = "Two ways to 1.023 of Fig. 16: K_w and K_r exchanged, or the sun's three errors; 1.058 by neither"
+    title = "Two ways to 1.023 of Fig. 16: the sun's three errors, or K_w and K_r exchanged; 1.058 by neither"
     drawn = figure(title, x="turns of the sun", y="share J of the star with the largest peak [-]")
     for place, (name, held) in enumerate(cases.items()):
         result = static(held, 2, 48)
