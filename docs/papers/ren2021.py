@@ -236,7 +236,7 @@ def errors() -> go.Figure:
     bars = {
         "errors put right, 100 kN m on the sun": [lsc(right) for _, right in cases.values()],
         "errors put right, 100 kN m on the carrier": [lsc({**right, **ON_CARRIER}) for _, right in cases.values()],
-        "printed signs, on the carrier, Table 2 exchanged": [
+        "printed signs, on the carrier, Table 2 exchanged (fitted)": [
             lsc({**PRINTED[name], **exchanged}, **AT_REST) for name, _ in cases.values()
         ],
     }
