@@ -200,15 +200,18 @@ def fig7() -> go.Figure:
     """Amplitude of every member at each natural frequency, root mean square over branches and over a double mode."""
     found = modes("i").full_shape
     kinds = modes("i").mode_kind.values
-    values = np.zeros((len(BODIES), 6))
+    values = np.zeros((len(BODIES) + 1, 6))
     for order, mode in enumerate(distinct("i")):
         both = [mode, mode + 1] if kinds[mode] == "translational" else [mode]
         for place, name in enumerate(BODIES):
             own = [f"main/{name}/{i}" for i in (1, 2, 3)] if name in ("p", "d") else [f"main/{name}"]
             turning = found.isel(mode=both).sel(body=own, direction="rz").values
             values[place, order] = np.sqrt(np.mean(turning**2))
-    title = "Fig. 7 in kind: amplitude of the rotations at the base circle, case I; the largest of each mode is 1"
-    return _bars(title, BODIES, values / values.max(axis=0), "amplitude")
+        aside = found.isel(mode=both).sel(body="main/sun", direction=["x", "y"]).values
+        values[-1, order] = np.sqrt(np.sum(aside**2) / len(both))
+    title = "Fig. 7 in kind: rotations at the base circle and the sun's float, case I; the largest of each mode is 1"
+    drawn = _bars(title, (*BODIES, "sun<br>aside"), values / values.max(axis=0), "amplitude")
+    return drawn.update_xaxes(tickangle=0, tickfont={"size": 10})
 
 
 def _panel(case: str, mode: int) -> str:
