@@ -1,4 +1,7 @@
-"""Figures of the page on encased-differential: its two tables as curves, the power paths, the load of single meshes."""
+"""Figures of the page on encased-differential: its two tables as curves, the power paths, the load of single meshes.
+
+Run by itself, it prints what the page says of random draws of the phases.
+"""
 
 from __future__ import annotations
 
@@ -106,6 +109,25 @@ def _coefficients(changes: str, method: str) -> tuple[float, float]:
 def coefficients(changes: Changes, method: str = "superposition") -> tuple[float, float]:
     """B_p and B_m by the printed definition."""
     return _coefficients(json.dumps(changes), method)
+
+
+def draws(count: int = 40) -> dict[str, Array]:
+    """B_p and B_m (count, 2) over random draws of the phases: run-out of 20 um alone, mesh errors of 8 um alone."""
+    mean = epicyclic.check(DRIVE).mean_mesh_stiffness
+    soft = {
+        f"stages.{stage}.meshes.{pair}.stiffness": 0.3 * float(mean.sel(mesh=f"{stage}/{pair}/1/left"))
+        for stage in STAGES
+        for pair in PAIRS
+    }
+    cases: Mapping[str, tuple[float, float, Changes]] = {
+        "run-out": (20.0, 0.0, {}),
+        "mesh errors": (0.0, 8.0, {}),
+        "mesh errors, 0.3 of the mesh stiffness": (0.0, 8.0, soft),
+    }
+    return {
+        name: np.array([coefficients({**drawn_at_random(seed)(run_out, mesh), **changes}) for seed in range(count)])
+        for name, (run_out, mesh, changes) in cases.items()
+    }
 
 
 def _over(points: Sequence[tuple[float, float]], errors: Errors, method: str = "superposition") -> Array:
@@ -252,3 +274,9 @@ def history() -> go.Figure:
 
 
 FIGURES: dict[str, Callable[[], go.Figure]] = {"run-out": run_out, "mesh": mesh, "power": power, "history": history}
+
+if __name__ == "__main__":
+    for case, found in draws().items():
+        (p_low, m_low), (p_high, m_high) = np.quantile(found, (0.1, 0.9), axis=0)
+        print(f"{case}, 10 to 90 %: B_p {p_low:.2f} to {p_high:.2f}, B_m {m_low:.2f} to {m_high:.2f};", end=" ")
+        print(f"B_p is the larger in {np.sum(found[:, 0] > found[:, 1])} of {len(found)}")
