@@ -68,3 +68,9 @@ def test_a_blown_up_exponent_is_noticed() -> None:
 @pytest.mark.parametrize("path", DRAWN, ids=identifier)
 def test_cairo_draws_what_a_browser_draws(path: Path) -> None:
     assert not inked(path.read_text(encoding="utf-8"))
+
+
+def test_no_drawing_of_yue2014_names_a_speed() -> None:
+    """The source prints none; the front view has the senses of rotation alone."""
+    named = [path.stem for path in DRAWN if path.stem.startswith("yue2014") and "rpm" in path.read_text("utf-8")]
+    assert named == []
