@@ -103,29 +103,31 @@ def test_verdicts_of_ren2021() -> None:
 
 
 def test_verdicts_of_encased_differential() -> None:
-    """One coefficient follows without a fitted number; none of B_m over the run-out does, with one."""
+    """One coefficient follows without a fitted number, the four B_m over the run-out under a fitted reading."""
     result = audited("encased-differential")
     verdict, fitted = result.verdict.values, result.fitted.values
     coefficients = [at for at, name in enumerate(result.quantity.values.tolist()) if name[:4] in ("B_p,", "B_m,")]
     source = [at for at in coefficients if result.origin.values[at] == "source"]
     assert len(source) == len({float(result.published.values[at]) for at in source}) == 18
     held = {float(result.published.values[at]): bool(fitted[at]) for at in source if verdict[at] == "under a reading"}
-    assert held == {1.0233: False}
+    over_run_out = [1.0802, 1.1442, 1.198, 1.2455]
+    assert held == {1.0233: False} | dict.fromkeys(over_run_out, True)
     # what is printed to 1e-4 is claimed to half of it, but where damping, which is not printed, decides
     tolerance = {float(result.published.values[at]): float(result.tolerance.values[at]) for at in source}
     assert {value for b, value in tolerance.items() if b not in held} == {5e-5}
-    # peaks that are linear in the run-out E give c E / (1 + a E): no a and c come nearer to the four printed numbers
-    excess, E = np.array([1.0802, 1.1442, 1.198, 1.2455]) - 1, np.arange(1, 5)
+    # peaks that are linear in the run-out E give c E / (1 + a E): no a and c come nearer to the four printed numbers,
+    # which bounds what the fitted reading may miss
+    excess, E = np.array(over_run_out) - 1, np.arange(1, 5)
     a, c = np.meshgrid(np.linspace(0.1, 0.12, 401), np.linspace(0.087, 0.09, 601))
     nearest = np.abs(c[..., None] * E / (1 + a[..., None] * E) - excess).max(axis=-1).min()
-    assert 0.0007 < nearest < 0.0008
+    assert [tolerance[b] for b in over_run_out] == [pytest.approx(nearest, abs=4e-5)] * 4
 
 
-@pytest.mark.parametrize(("drive", "fitted"), [("encased-differential", set()), ("xu2020", {"under a reading"})])
-def test_what_is_lost_is_not_shown_as_fitted(drive: str, fitted: set[str]) -> None:
+@pytest.mark.parametrize("drive", ["encased-differential", "xu2020"])
+def test_what_is_lost_is_not_shown_as_fitted(drive: str) -> None:
     """A row that holds under no reading shows a number without a fitted value; one that is fitted, only a reading."""
     result = audited(drive)
-    assert set(result.verdict.values[result.fitted.values].tolist()) == fitted
+    assert set(result.verdict.values[result.fitted.values].tolist()) == {"under a reading"}
 
 
 @pytest.mark.parametrize("drive", ["encased-differential", "xu2020"])
