@@ -148,7 +148,7 @@ def test_verdicts_of_xu2020() -> None:
     lost = {f"{together}, K_1 to K_5", f"{together}, slide of 1 mm and K_5 together"}
     lost.add("second group of peaks, the higher of left and right")
     for side in ("left", "right"):
-        lost |= {f"largest load factor at 1440 Hz, {side}", f"smallest unit load, {side}, K_1"}
+        lost |= {f"largest load factor at 1440 Hz, {side}", f"smallest per largest unit load, {side}, K_1"}
         lost |= {f"change of the smallest less that of the largest unit load, {side}, slide of 1 mm"}
         lost |= {f"shift of the main peak, {side}, K_1 to K_5"}
     assert {verdict[name] for name in lost} == {"not reproducible"}
@@ -160,7 +160,7 @@ def test_verdicts_of_xu2020() -> None:
 
 
 def test_changes_of_the_loads_of_xu2020_are_claimed_to_their_rounding() -> None:
-    """Loads printed to 10 N/mm lie within 5: a change of them is claimed to no more than the nearer end allows."""
+    """Loads printed to 10 N/mm lie within 5: a change of them is claimed to no more than that allows."""
     largest, smallest = {"K_1": (880, 850), "K_5": (940, 780), "mm": (790, 940)}, {"K_1": (260, 270), "K_5": (280, 240)}
     smallest["mm"] = (250, 280)
 
@@ -181,7 +181,7 @@ def test_changes_of_the_loads_of_xu2020_are_claimed_to_their_rounding() -> None:
     for name, (low, middle, high) in expected.items():
         row = result.isel(row=names.index(name))
         assert float(row.published) == pytest.approx(middle, abs=6e-5)
-        assert 0.9 < float(row.tolerance) / min(high - middle, middle - low) <= 1.0
+        assert 0.9 < float(row.tolerance) / max(high - middle, middle - low) <= 1.0
 
 
 @pytest.mark.parametrize("drive", SEARCHED)
