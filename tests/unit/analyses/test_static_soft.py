@@ -113,6 +113,39 @@ def test_forces_that_double_precision_does_not_balance_are_refused() -> None:
         star_forces(arms, np.full((3, 2), 1e15), gap, 1e9, np.array([0.0, 0.0, TORQUE]))
 
 
+@pytest.mark.parametrize("torque", ["1 N m", "0.01 N m"])
+def test_what_statics_refuse_for_balance_no_verb_answers(torque: str) -> None:
+    """Run-out of 3 mm in meshes of 1e15 N/m: rounding of the gap is some 1e-4 N, which no planet balances."""
+    stage: dict[str, Any] = {
+        "planets": 3,
+        "module": "4 mm",
+        "face_width": "40 mm",
+        "sun": {"teeth": 24, "support": {"radial": 0}},
+        "planet": {"teeth": 24, "bearing": {"radial": "1e6 N/m"}},
+        "ring": {"teeth": 72},
+        "carrier": {},
+        "meshes": {"sun-planet": {"stiffness": "1e15 N/m"}, "planet-ring": {"stiffness": "1e15 N/m"}},
+    }
+    model: dict[str, Any] = {
+        "format": 2,
+        "title": "stiff meshes",
+        "damping": {"modal": 0.03},
+        "stages": {"main": stage},
+        "operation": {"held": ["ring"], "speed": {"sun": "1000 rpm"}, "torque": {"sun": torque}},
+        "deviations": {"sun": {"run_out": "3 mm"}},
+        "tolerance": {"deviations.planet.position.y": "normal(0 um, 0.001 um)"},
+    }
+    with pytest.raises(ConvergenceError, match="do not balance"):
+        epicyclic.static(model, cycles=8)
+    with pytest.raises(ConvergenceError, match="do not balance"):
+        epicyclic.sharing(model, method="static", cycles=8)
+    drawn = epicyclic.tolerance(model, samples=64)
+    assert drawn.attrs["failed"] == drawn.attrs["samples"]
+    soft = {f"stages.main.meshes.{mesh}.stiffness": "1e9 N/m" for mesh in ("sun-planet", "planet-ring")}
+    bearing = {"stages.main.planet.bearing.radial": "1e9 N/m", "operation.torque.sun": "1 kN m"}
+    assert epicyclic.tolerance(model, samples=64, overrides=soft | bearing).attrs["failed"] == 0
+
+
 @pytest.mark.parametrize("support", ["0 N/m", "1e3 N/m", "1e4 N/m", "1e5 N/m"])
 def test_a_star_off_its_place_between_soft_supports(support: str) -> None:
     """The sun passes no force to a support that is soft beside meshes: branch forces tend to those without any."""

@@ -11,6 +11,7 @@ are left out: their phase is that of the mesh cycle, whose mean this is.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -22,7 +23,7 @@ from ...system.faces import Faces, faces
 from ...system.stiffness_rows import elastic_rows
 from ...system.system import Array, ComplexArray, Line, System
 from ..static.both_flanks import held_train
-from ..static.equilibrium import Compliance, Values, compliance, require_balance
+from ..static.equilibrium import Compliance, Values, compliance, imbalance, require_balance
 from ..static.record import MeshGroup, parallel_meshes
 
 __all__ = ["LineMap", "LoadMap", "at_mesh_order", "group_names", "line_map", "load_map", "turning_frequencies"]
@@ -75,7 +76,7 @@ class LoadMap:
 
     flexible : the train seen from these rows, loaded flanks and links closed.
     mesh_count, far : m; (c,) mesh row of each far flank.  far_stiffness : (c,) of one that presses [N/m].
-    stretch : of the M rows [m].
+    stretch : of the M rows [m].  left : (1,) largest force on a body that these leave [N], of sizes of factors.
     face, group, pair : whole meshes (w,), groups of them that share a load (g,) and their names.
     """
 
@@ -84,6 +85,7 @@ class LoadMap:
     far: NDArray[np.int64]
     far_stiffness: Array
     stretch: LineMap
+    left: LineMap
     face: Faces
     group: tuple[MeshGroup, ...]
     pair: tuple[str, ...]
@@ -157,21 +159,23 @@ def load_map(system: System, columns: Sequence[Line] = (), *, links: NDArray[np.
     m, c = len(meshes.name), far.mesh.size
     flexible = _flexible(system, own)
     require_balance(flexible.free, system.force[None], system)
-    none = np.zeros(flexible.stiffness.size)
-    opening = none.copy()
+    opening = np.zeros(flexible.stiffness.size)
     opening[m : m + c] = meshes.backlash[far.mesh]
+    constant = _closed(flexible, opening, np.zeros_like(system.force))
+    torque = _closed(flexible, np.zeros_like(opening), system.force)
+
+    @functools.cache
+    def solved(line: Line) -> tuple[ComplexArray, ComplexArray]:
+        """Stretch and what it leaves of one line."""
+        return _closed(flexible, *_gap_and_force(system, flexible, own, line))
+
     return LoadMap(
         flexible=flexible,
         mesh_count=m,
         far=far.mesh,
         far_stiffness=meshes.stiffness[far.mesh],
-        stretch=line_map(
-            system,
-            columns,
-            lambda line: _stretch(system, flexible, own, line),
-            constant=_closed(flexible, opening, none),
-            torque=_closed(flexible, none, flexible.gap_of_force @ system.force),
-        ),
+        stretch=line_map(system, columns, lambda line: solved(line)[0], constant=constant[0], torque=torque[0]),
+        left=line_map(system, columns, lambda line: solved(line)[1], constant=constant[1], torque=torque[1]),
         face=faces(meshes),
         group=tuple(parallel_meshes(meshes)),
         pair=group_names(system),
@@ -193,8 +197,10 @@ def _flexible(system: System, links: NDArray[np.int64]) -> Compliance:
     return compliance(elastic_rows(system, links), rows, np.concatenate([meshes.stiffness, behind, k]))
 
 
-def _stretch(system: System, flexible: Compliance, links: NDArray[np.int64], line: Line) -> ComplexArray:
-    """Complex stretch of every row (M,) [m] under one line.
+def _gap_and_force(
+    system: System, flexible: Compliance, links: NDArray[np.int64], line: Line
+) -> tuple[ComplexArray, ComplexArray]:
+    """Complex errors of every row (M,) [m] and force (n,) [N, N m] of one line.
 
     Raises
     ------
@@ -205,10 +211,14 @@ def _stretch(system: System, flexible: Compliance, links: NDArray[np.int64], lin
     require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), system)
     force = line.force[0] - system.links.B[:, links] @ (system.links.stiffness[links] * own)
     flanks = system.flank_gaps(line)[: len(system.meshes.name) + system.far_flanks.mesh.size]
-    return _closed(flexible, np.concatenate([flanks, own]), flexible.gap_of_force @ force)
+    return np.concatenate([flanks, own]), force
 
 
-def _closed(flexible: Compliance, gap: Values, free_gap: Values) -> Values:
-    """Stretch (M,) of all rows where each has its stiffness of `flexible`; gap, free_gap : (M,) [m]."""
-    stretch: Values = free_gap + flexible.to_mesh @ (flexible.stiffness * gap) - gap
-    return stretch
+def _closed(flexible: Compliance, gap: Values, force: Values) -> tuple[Values, Values]:
+    """Stretch (M,) [m] of all rows where each has its stiffness of `flexible`, and the force it leaves on a body (1,).
+
+    gap : (M,) [m].  force : (n,) [N, N m].
+    """
+    pull = flexible.stiffness * gap
+    stretch: Values = flexible.gap_of_force @ force + flexible.to_mesh @ pull - gap
+    return stretch, imbalance(flexible, force[None], pull[None], (flexible.stiffness * stretch)[None])[0]

@@ -4,7 +4,8 @@ A row whose stiffness is kappa instead of k0 adds the pull y = (k0 - kappa) g to
 (`load_map`).  Samples with one set of such rows share one small inverse.  All rows change at first that contradict
 their state, a Newton step of the contact problem; samples that still change after some steps go on with the first
 contradicting row alone, which ends where S is that of a train that is held [murty1974].  A set that contradicts none
-of its rows is the equilibrium; stretches that do not solve its equations to `_CONSISTENT` are not found.
+of its rows is the equilibrium; stretches that do not solve its equations to `_CONSISTENT` are not found, nor are those
+whose rows would press otherwise by `LEFT` of the largest force.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array
+from ..static.equilibrium import LEFT
 from .load_map import LoadMap
 
 __all__ = ["net_forces"]
@@ -103,6 +105,7 @@ def _stretch_of(
             if not open_part:
                 missed = (matrix @ stretch[part, :, None])[..., 0] - closed[part]
                 regular[part] &= _consistent(missed, closed[part])
+                regular[part] &= _balanced(np.maximum(k0, kappa[part]) * missed, kappa[part] * stretch[part])
         return stretch, regular
     for at in _alike(state, np.flatnonzero((state != (k0[:F] > 0)).any(axis=1))):
         kappa = k0.copy()
@@ -115,6 +118,9 @@ def _stretch_of(
         if not open_part:
             regular[at] &= _consistent((matrix @ own[0]).T - right, closed[at])
         stretch[at] = closed[at] + (own[0].T * D) @ S[:, differs].T
+        if not open_part:
+            missed = stretch[np.ix_(at, differs)] - own[0].T
+            regular[at] &= _balanced(np.maximum(k0, kappa)[differs] * missed, kappa * stretch[at])
     return stretch, regular
 
 
@@ -156,3 +162,10 @@ def _consistent(missed: Array, closed: Array) -> NDArray[np.bool_]:
     size = np.max(np.abs(closed), axis=1, initial=0.0)
     agree: NDArray[np.bool_] = np.max(np.abs(missed), axis=1, initial=0.0) <= _CONSISTENT * size
     return agree
+
+
+def _balanced(missed: Array, force: Array) -> NDArray[np.bool_]:
+    """Whether forces that rows miss (T, n) [N] are rounding beside those of all rows (T, M) [N], each sample (T,)."""
+    left = np.max(np.abs(missed), axis=1, initial=0.0)
+    largest = np.max(np.abs(force), axis=1, initial=0.0)
+    return np.asarray((left <= LEFT * largest) | (largest == 0))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...system.system import Array, ComplexArray, System
+from ..static.equilibrium import LEFT
 from ..static.tangent import linear
 from .law_contact import LawMap, law_forces, law_map
 from .load_map import LoadMap, load_map
@@ -96,7 +97,8 @@ def sample_loads(
     S = len(still)
     load = closed_loads(found.force, found.wave, given.group, found.phases)
     least = least_forces(found.force, found.wave, found.phases)
-    failed, opens = found.failed.copy(), found.leaves.copy()
+    balanced = _left(given, factors, torque)[:count] + found.left <= LEFT * found.nominal
+    failed, opens = found.failed | ~balanced, found.leaves.copy()
     wanted = {"auto": opens, "linear": np.zeros(S, bool), "static": np.ones(S, bool)}[method] & ~failed
     again = np.flatnonzero(wanted)
     phases = _LAW_PHASES if laws is not None else _DENSE_PHASES if dense else _PHASES
@@ -146,6 +148,7 @@ class _ClosedContact:
 
     still, turning : (S, M), (G, S, M) stretches with the stiffness of the map [m].  stiffness : (S, M) [N/m].
     force, wave : (S, w), (G, S, w) of the whole meshes [N], positive where the train of the map loads them.
+    left : (S,) force on a body that a stiffness of its own leaves [N].  nominal : (S,) largest mean of a group [N].
     leaves, failed : (S,) whether a row leaves its state at some phases; whether a stiffness is no stiffness.
     sign, loaded : (w,) and (g,) as of `nominal_signs`.
     """
@@ -155,6 +158,8 @@ class _ClosedContact:
     stiffness: Array
     force: Array
     wave: ComplexArray
+    left: Array
+    nominal: Array
     leaves: NDArray[np.bool_]
     failed: NDArray[np.bool_]
     phases: SlowPhases
@@ -168,23 +173,27 @@ def _closed(
     """Closed contact of S samples, of their stretches (S, M), (G, S, M) with the stiffness of the map [m]."""
     phases = slow_phases(given.stretch.frequency)
     failed = np.zeros(len(still), bool)
-    closed, waves = still, turning
+    closed, waves, left = still, turning, np.zeros(len(still))
     k = np.broadcast_to(given.flexible.stiffness, still.shape)
     if rows is not None and stiffness is not None:
         failed |= ~((stiffness > 0) & np.isfinite(stiffness)).all(axis=1)
         k = k.copy()
         # samples that failed keep the stiffness of the map, so that they do not disturb the others
         k[np.ix_(~failed, rows)] = stiffness[~failed]
-        closed, waves = _with_stiffness(given, still, turning, rows, k[:, rows])
+        closed, waves, left = _with_stiffness(given, still, turning, rows, k[:, rows])
     sign, loaded = nominal_signs(given)
     m = given.mesh_count
     force, wave = k[:, :m] * closed[:, :m], k[:, :m] * waves[:, :, :m]
+    whole = sign * given.face.total(force, axis=1)
+    nominal = np.max([np.abs(whole[:, group].mean(axis=1)) for group in given.group], axis=0, initial=0.0)
     return _ClosedContact(
         still=still,
         turning=turning,
         stiffness=k,
-        force=sign * given.face.total(force, axis=1),
+        force=whole,
         wave=sign * given.face.total(wave, axis=2),
+        left=left,
+        nominal=nominal,
         leaves=_leaves(given, closed, waves, force, wave, phases),
         failed=failed,
         phases=phases,
@@ -282,8 +291,11 @@ def _mean_of(found: _ClosedContact, at: NDArray[np.int64], units: ComplexArray, 
 
 def _with_stiffness(
     given: LoadMap, still: Array, turning: ComplexArray, rows: NDArray[np.int64], stiffness: Array
-) -> tuple[Array, ComplexArray]:
-    """Stretches (S, M), (G, S, M) [m] where some rows have another stiffness (S, V), all loaded flanks closed."""
+) -> tuple[Array, ComplexArray, Array]:
+    """Stretches (S, M), (G, S, M) [m] where some rows have another stiffness (S, V), all loaded flanks closed.
+
+    With them the largest force that rounding leaves in one of these rows (S,) [N].
+    """
     S = given.flexible.to_mesh
     D = given.flexible.stiffness[rows] - stiffness
     matrix = np.eye(rows.size) - S[np.ix_(rows, rows)] * D[:, None, :]
@@ -291,7 +303,19 @@ def _with_stiffness(
     own = np.linalg.solve(matrix, right.transpose(1, 2, 0))  # (S, V, 1 + 2 G)
     added = (own * D[:, :, None]).transpose(2, 0, 1) @ S[:, rows].T
     G = len(turning)
-    return still + added[0], turning + added[1 : G + 1] + 1j * added[G + 1 :]
+    missed = np.abs(right + added[:, :, rows] - own.transpose(2, 0, 1)).sum(axis=0)
+    return (
+        still + added[0],
+        turning + added[1 : G + 1] + 1j * added[G + 1 :],
+        np.max(np.abs(D) * missed, axis=1, initial=0.0),
+    )
+
+
+def _left(given: LoadMap, factors: Array, torque: float | Array) -> Array:
+    """Largest force (S,) [N] that rounding of the map leaves on a body of each sample."""
+    still, turning = given.left.values(np.abs(factors), np.abs(torque))
+    left: Array = still[:, 0] + turning[:, :, 0].real.sum(axis=0)
+    return left
 
 
 def _leaves(

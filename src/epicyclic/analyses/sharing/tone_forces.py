@@ -245,7 +245,7 @@ def mean_force(system: System, train: HeldTrain | None = None) -> Array:
     gap = sum((line.gap.real for line in still), np.zeros(len(system.meshes.name)))
     balanced(train, load[None])
     flexible = train.loaded
-    force: Array = closed_force(flexible, flexible.stiffness[None], gap[None], (flexible.gap_of_force @ load)[None])[0]
+    force: Array = closed_force(flexible, flexible.stiffness[None], gap[None], load[None])[0][0]
     return force
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ...system.gaps import flanks
 from ...system.system import Array, ComplexArray, System
 from ..static.both_flanks import HeldTrain
-from ..static.equilibrium import Compliance, Values, closed_approach, closed_force, require_balance
+from ..static.equilibrium import Compliance, Values, closed_approach, closed_force, require_balance, require_forces
 from ..static.record import mesh_stiffness, turn_fraction
 
 if TYPE_CHECKING:
@@ -65,17 +65,27 @@ def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: 
     Raises
     ------
     ModelError : a load works on a free motion.
+    ConvergenceError : forces on a body do not balance.
     """
     k = mesh_stiffness(system, tone, np.arange(samples), samples)
     require_balance(flexible.free, system.force[None], system)
     for line in system.lines:
         require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), system)
 
+    left, size = np.zeros(samples), np.zeros(samples)
+
     def solved(gap: Values, load: Values) -> Values:
         """Forces (Nt, m) [N] under errors (Nt, m) [m] and loads (Nt, n) [N, N m]."""
-        return closed_force(flexible, k, gap, load @ flexible.gap_of_force.T)
+        force, missed, largest = closed_force(flexible, k, gap, load)
+        np.add(left, missed, out=left)
+        if load.any():
+            np.maximum(size, largest, out=size)
+        return force
 
-    return _summed(system, tone, samples, solved, [line.gap for line in system.lines], np.zeros(k.shape[1]))
+    found = _summed(system, tone, samples, solved, [line.gap for line in system.lines], np.zeros(k.shape[1]))
+    if size.any():
+        require_forces(left, size)
+    return found
 
 
 def far_waves(system: System, train: HeldTrain, tone: Fraction, samples: int) -> Waves | None:

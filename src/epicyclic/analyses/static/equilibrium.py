@@ -40,6 +40,7 @@ from .unheld import contradicting_radii, unheld, unheld_error
 Values = NDArray[Any]  # real or complex
 
 __all__ = [
+    "LEFT",
     "Compliance",
     "Equilibrium",
     "Values",
@@ -48,7 +49,9 @@ __all__ = [
     "compliance",
     "compliance_of",
     "equilibrium",
+    "imbalance",
     "require_balance",
+    "require_forces",
 ]
 
 # Part of a unit motion that is rounding of the null space; 1e-14 is seen.
@@ -72,9 +75,7 @@ _FLAT = 1e-12
 # Strain of links, per motion, that is rounding: what a direction leaves of flanks in it is `_OPEN` of the motion.
 _UNSTRAINED = 1e-9
 # Force on a body that may be left, per load.
-_LEFT = 1e-9
-# Approach [m] of the stiffest row below which a load is none, but rounding of displacements.
-_NO_LOAD = 1e-15
+LEFT = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -277,16 +278,17 @@ def require_balance(free: Array, force: Array, system: System) -> None:
     )
 
 
-def closed_force(flexible: Compliance, stiffness: Array, gap: Values, free_gap: Values) -> Values:
-    """Mesh forces (..., T, m) [N] with all meshes closed, tension allowed.
+def closed_force(flexible: Compliance, stiffness: Array, gap: Values, load: Values) -> tuple[Values, Array, Array]:
+    """Mesh forces (..., T, m) [N] with all meshes closed, tension allowed, and their `imbalance`, twice (..., T) [N].
 
     Parameters
     ----------
-    stiffness : (T, m) [N/m].  gap : (..., T, m) errors e [m], real or complex.  free_gap : (..., T, m) B'H^+ F [m].
+    stiffness : (T, m) [N/m].  gap : (..., T, m) errors e [m], real or complex.  load : (..., T, n) F [N, N m].
     """
+    free_gap = load @ flexible.gap_of_force.T
     pull = _closed_pull(flexible, stiffness, gap, free_gap)
     force: Values = flexible.stiffness * (free_gap + pull @ flexible.to_mesh) - pull
-    return force
+    return force, *imbalance(flexible, load, pull, force)
 
 
 def closed_approach(flexible: Compliance, stiffness: Array, gap: Values, free_gap: Values) -> Values:
@@ -488,30 +490,36 @@ def _unstrained(flexible: Compliance, direction: Array) -> NDArray[np.bool_]:
     return still
 
 
-def _require_forces(flexible: Compliance, load: Array, pull: Array, contact: Array) -> None:
-    """Check K q + B f - F (T, n) of the forces of all rows, without what works on free motions.
+def imbalance(flexible: Compliance, load: Values, pull: Values, contact: Values) -> tuple[Array, Array]:
+    """Largest force that K q + B f - F leaves on a body (..., T) [N], and that of load and rows (..., T) [N].
+
+    Moments count by the largest arm of a row; what works on free motions is left out.
 
     Parameters
     ----------
-    load : (T, n) F [N, N m].  pull, contact : (T, M) p, f [N].
-
-    Raises
-    ------
-    ConvergenceError : what is left is above a part of the load; moments count by the largest arm of a row.
+    load : (..., T, n) F [N, N m].  pull, contact : (..., T, M) p, f of all rows [N].
     """
     elastic = (load @ flexible.motion + pull @ flexible.gap) @ flexible.strain.T
     left = elastic @ flexible.elastic.T + contact @ flexible.rows.T - load
     if flexible.free.size:
         across, _ = np.linalg.qr(flexible.free / flexible.scale[:, None])
-        left -= ((left * flexible.scale) @ across) @ across.T / flexible.scale
+        left = left - ((left * flexible.scale) @ across) @ across.T / flexible.scale
     arm = np.max(np.abs(flexible.rows), axis=1, initial=0.0)
     arm[arm <= _NULL_ROUNDING * np.max(arm, initial=0.0)] = 1.0  # no flank moves it, but for rounding
-    size = np.maximum(np.max(np.abs(load) / arm, axis=1, initial=0.0), np.max(np.abs(contact), axis=1, initial=0.0))
-    wrong = ~(np.max(np.abs(left) / arm, axis=1, initial=0.0) <= _LEFT * size)
-    wrong &= ~(size <= _NO_LOAD * np.max(flexible.stiffness, initial=0.0))
-    if wrong.any():
+    size = np.maximum(np.max(np.abs(load) / arm, axis=-1, initial=0.0), np.max(np.abs(contact), axis=-1, initial=0.0))
+    return np.asarray(np.max(np.abs(left) / arm, axis=-1, initial=0.0)), np.asarray(size)
+
+
+def require_forces(left: Array, size: Array) -> None:
+    """Check what is left on a body (T,) [N] against load and forces (T,) [N], as of `imbalance`.
+
+    Raises
+    ------
+    ConvergenceError : what is left is above a part of the load.
+    """
+    if np.any(wrong := ~(left <= LEFT * size)):
         raise ConvergenceError(
-            f"forces on a body do not balance to {_LEFT:g} of the load at {np.count_nonzero(wrong)} of {len(load)} "
+            f"forces on a body do not balance to {LEFT:g} of the load at {np.count_nonzero(wrong)} of {wrong.size} "
             "instants: stiffnesses or errors too far apart for double precision"
         )
 
@@ -522,7 +530,9 @@ def _result(
     """The state at pulls (T, M) [N] that solve the condensed problem, expanded to all coordinates; m loaded flanks."""
     approach, F = free_gap + pull @ flexible.to_mesh, rows.F
     contact = rows.force(approach)
-    _require_forces(flexible, force, pull, contact)
+    left, size = imbalance(flexible, force, pull, contact)
+    # without a load all forces are rounding
+    require_forces(np.where(np.any(force != 0, axis=1), left, 0.0), size)
     return Equilibrium(
         displacement=force @ flexible.inverse + pull @ flexible.to_body.T,
         mesh_force=contact[:, :m],

@@ -386,7 +386,8 @@ def _warnings(tally: SampleTally, asked: int, plan: SamplingPlan) -> list[CodedT
             coded(
                 "points-failed",
                 f"{tally.failed} of {tally.done} samples have no solution, or no load of the nominal sense to share "
-                "(a torque drawn at zero or beyond, a stiffness below zero), and count nowhere",
+                "(a torque drawn at zero or beyond, a stiffness below zero or too far from others for "
+                "double precision), and count nowhere",
             )
         )
     return messages
