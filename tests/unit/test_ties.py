@@ -31,3 +31,9 @@ def test_indices_of_the_largest() -> None:
     assert first_largest([[1.0, np.nan], [3.0, 3.0 * (1 + 1e-3)]]) == (1, 1)
     with pytest.raises(ValueError, match="known"):
         first_largest([np.nan])
+
+
+def test_values_that_rounding_alone_makes_are_ranked_by_place() -> None:
+    """Modes that no order excites have forces of 1e-13 N beside one of 10 N, in an order of each kernel."""
+    assert ranked([1e-13, 10.0, 7e-13, np.nan, -2e-13, 0.0], equal=1e-4).tolist() == [1, 0, 2, 4, 5, 3]
+    assert ranked([1e-13, 7e-13, np.nan, np.inf]).tolist() == [3, 1, 0, 2]

@@ -20,9 +20,13 @@ _ROUNDING = 1e-9
 def ranked(values: ArrayLike, *, equal: float = _ROUNDING) -> NDArray[np.int64]:
     """Places of values (n,), the largest first, nan last; of values equal to the largest of them the first leads.
 
+    Values below 1e-9 of the largest magnitude are 0, as tables show them: a mode at rest has the force of rounding.
+
     equal : share [1] of the largest magnitude of a run of equal values within which they are.
     """
-    given = np.nan_to_num(np.asarray(values, dtype=float), nan=-np.inf)
+    raw = np.asarray(values, dtype=float)
+    given = np.nan_to_num(raw, nan=-np.inf)
+    given[np.abs(given) <= _ROUNDING * np.abs(raw[np.isfinite(raw)]).max(initial=0.0)] = 0.0
     order = np.argsort(-given, kind="stable")
     found: list[int] = []
     run: list[int] = []
