@@ -460,7 +460,8 @@ def _check_overlaps(entries: Iterable[_Entry], names: Names) -> None:
         for path in _numbers_of(entry, names):
             if (other := drawn.setdefault(path, entry.path)) != entry.path:
                 problem = f"draws what {other} draws, or what stands in its place"
-                raise ModelError(problem, path=f"tolerance.{entry.path}", allowed="one of the two")
+                allowed = "one of the two; an empty value removes an entry of the file"
+                raise ModelError(problem, path=f"tolerance.{entry.path}", allowed=allowed)
 
 
 def _numbers_of(entry: _Entry, names: Names) -> list[str]:

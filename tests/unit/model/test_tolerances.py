@@ -290,6 +290,17 @@ def test_a_number_is_drawn_once(first: str, second: str) -> None:
     assert error.value.path.startswith("tolerance.deviations.")
 
 
+def test_a_tolerance_beside_that_of_the_file_says_how_the_other_is_removed() -> None:
+    """What the refusal of a number for a pin names is taken once the zone of the file is removed."""
+    filed = toleranced_all({PIN: "disc(40 um)"}).data
+    tangential = {f"tolerance.{PIN}.y": "uniform(-20 um, 20 um)"}
+    with pytest.raises(ModelError, match="draws what") as error:
+        read(filed, tangential)
+    assert "an empty value removes" in str(error.value.allowed)
+    (entry,) = tolerances(read(filed, {**tangential, f"tolerance.{PIN}": ""}))
+    assert entry.path == f"{PIN}.y"
+
+
 def toleranced_all(table: Mapping[str, object]) -> Document:
     return read(PLAIN, {"tolerance": table})
 
