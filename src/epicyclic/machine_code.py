@@ -29,7 +29,13 @@ def machine_code(function: F, **options: Any) -> F:
 
         def save_overload(self, signature: Any, code: Any) -> None:
             with suppress(OSError):
-                super().save_overload(signature, code)  # type: ignore[no-untyped-call]
+                try:
+                    super().save_overload(signature, code)  # type: ignore[no-untyped-call]
+                except RuntimeError as error:
+                    if "no compiled object" not in str(error):
+                        raise
+                    # Ctrl-C fell in the function that LLVM calls with the code, where ctypes drops it
+                    raise KeyboardInterrupt from None
 
     made = numba.njit(error_model="numpy", **options)(function)
     with suppress(RuntimeError):  # no folder that can be written

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..analyses.cost import MOST_NUMBERS, require_memory
 from ..results.dataset import dataset
 from ..train.connections import Mesh
 from ..train.train import Train
@@ -26,7 +27,14 @@ def stiffness(train: Train, *, samples: int = 256) -> xr.Dataset:
     Dataset : mesh_stiffness (mesh, mesh_phase) and mean_mesh_stiffness (mesh) [N/m] along the tooth normal, phase_lead
         (mesh) [mesh cycles].  mesh_phase is time in mesh cycles and contains the lead: k_i(t) = k_1(t + lead_i T), see
         docs/conventions.md.
+
+    Raises
+    ------
+    ModelError : more samples than memory holds.
     """
+    # values of all meshes, and the terms of one, complex with their angles
+    width = len(train.meshes) + 5 * max((len(mesh.variation) for mesh in train.meshes), default=0) + 2
+    require_memory(samples * width, path="samples", given=samples, allowed=f"at most {MOST_NUMBERS // width}")
     phase = np.arange(samples) / samples
     return dataset(
         {

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import epicyclic
+from epicyclic.errors import ModelError
 from epicyclic.studies.stiffness import stiffness_history
 
 
@@ -39,3 +40,10 @@ def test_series_of_one_mesh() -> None:
         mesh.stiffness * (1 + sum((mesh.variation * np.exp(2j * np.pi * order * mesh.sense * t)).real)) for t in phase
     ]
     np.testing.assert_allclose(stiffness_history(mesh, phase), expected, rtol=1e-13)  # rounding of the sum
+
+
+def test_more_samples_than_memory_holds_are_refused() -> None:
+    with pytest.raises(ModelError, match="would need some") as error:
+        epicyclic.stiffness("ren2021", samples=2_000_000_000)
+    assert error.value.path == "samples"
+    assert "at most" in error.value.allowed
