@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
 from functools import cache, wraps
 from inspect import Parameter, signature
 from numbers import Integral, Real
@@ -26,7 +27,7 @@ class _ByName(type):
 
 
 _Train, _System, _Dataset = _ByName("Train", (), {}), _ByName("System", (), {}), _ByName("Dataset", (), {})
-_Numbers = Real | Sequence[Any]
+_Numbers = float | Sequence[float]
 # names in annotations that stand as texts
 _NAMES: dict[str, Any] = {
     **{"Any": Any, "Callable": Callable, "Literal": Literal, "Mapping": Mapping, "Path": Path, "Sequence": Sequence},
@@ -43,17 +44,17 @@ _NAMES: dict[str, Any] = {
     "np": SimpleNamespace(float64=float),
     "xr": SimpleNamespace(Dataset=_Dataset),
     "go": SimpleNamespace(Figure=_ByName("Figure", (), {})),
-    "Datasets": Mapping,
+    "Datasets": Mapping[str, _Dataset],  # type: ignore[valid-type]
     "Each": Callable[..., Any],
 }
 _WORDS = {
     **{
         Any: "a value",
+        object: "a value",
         NoneType: "None",
         bool: "True or False",
         int: "a whole number",
         float: "a number",
-        Real: "a number",
     },
     **{str: "a text", Path: "a path", bytes: "bytes", Mapping: "a mapping", Callable: "a function"},
 }
@@ -78,8 +79,8 @@ def checked(function: Run) -> Run:
 def check_arguments(function: Callable[..., Any], arguments: Sequence[Any], options: Mapping[str, Any]) -> None:
     """Refuse arguments of other types than the annotations of a function say.
 
-    A float is any real number, also one of NumPy, an int a whole one, neither is a truth value; a sequence is whatever
-    has a length and is counted through, but no text and no mapping.
+    A float is any real number, also one of NumPy, but no fraction, an int a whole one, neither is a truth value; a
+    sequence is whatever has a length and is counted through, but no text and no mapping.
 
     Raises
     ------
@@ -123,8 +124,12 @@ def _fits(value: Any, kind: Any) -> bool:
     if origin in (Sequence, tuple):
         long = origin is Sequence or (_is_sequence(value) and len(value) == len(inner))
         return _is_sequence(value) and long and all(_fits(one, inner[0]) for one in value)
+    if origin is Mapping:
+        return isinstance(value, Mapping) and all(
+            _fits(key, inner[0]) and _fits(one, inner[1]) for key, one in value.items()
+        )
     if kind in (int, float):
-        return isinstance(value, Integral if kind is int else Real) and not isinstance(value, bool)
+        return isinstance(value, Integral if kind is int else Real) and not isinstance(value, bool | Fraction)
     if kind is Any:
         return True
     return isinstance(value, {None: NoneType, Path: PathLike}.get(kind, origin or kind))
@@ -146,5 +151,7 @@ def _words(kind: Any) -> Iterator[str]:
     elif origin in (Sequence, tuple):
         one = " or ".join(_words(inner[0]))
         yield f"({', '.join([one] * len(inner))})" if origin is tuple else f"a sequence [{one}, ...]"
+    elif origin is Mapping:
+        yield f"a mapping of {_WORDS[inner[0]]} to {' or '.join(_words(inner[1]))}"
     else:
         yield _WORDS.get(NoneType if kind is None else origin or kind, f"a {getattr(kind, '__name__', kind)}")

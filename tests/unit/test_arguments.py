@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from inspect import Parameter, signature
 from pathlib import Path
 from typing import Any
@@ -59,6 +60,22 @@ def test_an_argument_of_a_wrong_type_is_named(function: Callable[..., Any], name
         (lambda: epicyclic.sharing("lin1999-n4", cycles=True), "cycles"),
         (lambda: epicyclic.load("lin1999-n4", overrides=["a=1"]), "overrides"),  # type: ignore[arg-type]
         (lambda: epicyclic.static(epicyclic.modes), "source"),  # type: ignore[arg-type]
+        (lambda: epicyclic.modes("lin1999-n4", relative_speed=Fraction(1, 2)), "relative_speed"),  # type: ignore[arg-type]
+        (lambda: epicyclic.modes("lin1999-n4", overrides={1: "1 kg"}), "overrides"),  # type: ignore[dict-item]
+        (
+            lambda: epicyclic.modes("lin1999-n4", overrides={"stages.main.sun.mass": np.ones(2)}),
+            "stages.main.sun.mass",
+        ),
+        (lambda: epicyclic.sweep("ren2021", mesh_frequency=np.ones((2, 2))), "mesh_frequency"),
+        (lambda: epicyclic.sweep("ren2021", relative_speed=["1"]), "relative_speed"),
+        (lambda: epicyclic.transient("ren2021", initial=np.array(["rest"])), "initial"),
+        (lambda: epicyclic.vary("lin1999-n4", {"stages.main.sun.mass": 5}), "path_values"),  # type: ignore[dict-item]
+        (lambda: epicyclic.write_report("page.html", {"modes": 5}), "datasets"),  # type: ignore[dict-item]
+        (lambda: epicyclic.write_report("page.html", {}, figures={"modes": 5}), "figures"),
+        (
+            lambda: epicyclic.differential(teeth="21/39/99", speed={"sun": None, "ring": 1.0}),  # type: ignore[dict-item]
+            "speed",
+        ),
     ],
 )
 def test_misuse_is_named(call: Callable[[], object], name: str) -> None:

@@ -85,7 +85,7 @@ def layer_of(overrides: Mapping[str, object], base: PlainTable) -> PlainTable:
     for text, value in overrides.items():
         path = split_path(str(text), path=str(text))
         _check_known(path, value, base)
-        if value == {} and _table_at(base, path):
+        if isinstance(value, Mapping) and not value and _table_at(base, path):
             raise ModelError(
                 "an empty table changes nothing", path=str(text), given="{}", allowed=f"{text}= removes it"
             )

@@ -260,12 +260,13 @@ def _state(moving: Motion, start: object) -> Array:
             raise ModelError("is not a transient of this train", path="initial", allowed="a result of `transient`")
         state = np.stack([result["end_displacement"].values, result["end_velocity"].values]) / dofs.radius
     else:
-        state = np.asarray(start, dtype=float)
-    if state.shape != (2, len(dofs.names)) or not np.isfinite(state).all():
+        state = np.asarray(start)
+    numbers = np.can_cast(state.dtype, float, "same_kind")
+    if not numbers or state.shape != (2, len(dofs.names)) or not np.isfinite(state).all():
         raise ModelError(
             "not a state", path="initial", given=str(state.shape), allowed=f"(2, {len(dofs.names)}) finite numbers"
         )
-    return state
+    return state.astype(float)
 
 
 def _slider_of(moving: Motion, start: object) -> Array | None:
