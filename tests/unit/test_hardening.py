@@ -89,6 +89,12 @@ def test_a_run_whose_segments_find_no_room_is_refused(tmp_path: Path) -> None:
     assert not list(tmp_path.rglob("*.part"))
 
 
+def test_a_report_whose_sections_find_no_room_is_refused(tmp_path: Path) -> None:
+    with small_files(40_000):  # the model has room, the results have none
+        text = refused("report", "lin1999-n3", "-o", str(tmp_path / "page.html"))
+    assert "check.kept.nc: cannot be written: File too large" in text
+
+
 def on_stream(arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
     """A command in a shell, with its redirections."""
     command = f"{sys.executable} -m epicyclic {arguments}"

@@ -131,6 +131,9 @@ def _run_steps(
         try:
             return steps[name]() if place is None else _kept(place, name, steps[name])
         except (ModelError, ConvergenceError) as error:
+            path = error.path if isinstance(error, ModelError) else ""
+            if place is not None and Path(path).is_relative_to(place):
+                raise  # a folder that takes nothing is no property of the model
             return str(error)
 
     def arrived(turn: int, _: xr.Dataset | str) -> None:
