@@ -76,6 +76,10 @@ rexs-assumed rexs.md
 The model is a REXS file: what it does not say is assumed, and what the model has no place for is dropped.
 Read the list that `epicyclic import FILE` prints; with -o it writes the model file, in which values can be replaced.
 
+rexs-stages-unread rexs.md
+Gear stages without planets, as parallel ones, are not read from a REXS file: the train ends before them.
+Import with -o and add these stages and their couplings to the model file: a stage table of two gears without planets.
+
 contact-ratio-below-one teeth.md
 The transverse contact ratio is below 1: one pair of teeth parts before the next one meets.
 Longer addenda, another profile shift or more teeth; check centre distance and tip diameters.

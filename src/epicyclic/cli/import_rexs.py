@@ -11,7 +11,7 @@ import typer
 from ..errors import ModelError
 from ..results.whole_file import write_text
 from .command import file_name
-from .console import complain, on_stdout, reported, require_stdout, target_of
+from .console import complain, complain_of, on_stdout, reported, require_stdout, target_of
 
 if TYPE_CHECKING:
     from ..rexs.import_train import RexsImport
@@ -60,6 +60,7 @@ def _import(file: str, load_case: int | None, *, as_json: bool, output: Path | N
     if output is not None:
         write_text(output, rexs_model_text(found, file))
         complain(f"written: {output}")
+    complain_of(found.warnings)
     with on_stdout():
         if as_json:
             typer.echo(json.dumps(_as_tables(found)))

@@ -127,7 +127,7 @@ def _open(source: object) -> tuple[PlainTable, str, Path | None]:
 
 
 def _read_rexs(path: str | Path, overrides: Mapping[str, object] | None) -> Document:
-    """Return the document of a REXS file, with one warning that says how much of it is assumed. Raises ModelError."""
+    """Return the document of a REXS file, with warnings of what is assumed and not read. Raises ModelError."""
     from ..rexs.import_train import read_rexs, traced  # only here: few models are REXS files
 
     found = read_rexs(path)
@@ -140,7 +140,7 @@ def _read_rexs(path: str | Path, overrides: Mapping[str, object] | None) -> Docu
         f"read from a REXS file: {len(found.assumed)} values assumed, {len(found.dropped)} entries dropped; "
         f"`epicyclic import {path}` lists them",
     )
-    return replace(document, source=str(path), warnings=(told, *document.warnings))
+    return replace(document, source=str(path), warnings=(told, *found.warnings, *document.warnings))
 
 
 def file_text(path: Path) -> str:

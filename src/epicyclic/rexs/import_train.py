@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from ..arguments import checked
 from ..errors import ModelError
+from ..warning_codes import CodedText, coded
 from .damage import check_damage, false_texts
 from .gear_tables import material_of
 from .link_tables import couplings_table
@@ -17,6 +18,7 @@ from .operation_table import operation_table, tell_gravity
 from .reading import read_rexs_file
 from .reasons import reason_of
 from .stage_table import stage_table, x_axis_of
+from .stages import Branch, StageParts
 from .structure import RexsFile
 from .view import Entry, View, view_of
 
@@ -34,7 +36,7 @@ class RexsImport:
     document : nested tables of a model file, units in the texts; its table `assumed` has the reasons by path.
     comments : by path, from which component a value is.
     read, assumed, dropped : entries with the id of their component; together they have every attribute of the file.
-    file : the REXS file.
+    file : the REXS file.  warnings : of stages that are not read.
     """
 
     document: Mapping[str, object]
@@ -43,6 +45,7 @@ class RexsImport:
     assumed: tuple[Entry, ...]
     dropped: tuple[Entry, ...]
     file: RexsFile
+    warnings: tuple[CodedText, ...] = ()
 
 
 @checked
@@ -103,8 +106,9 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
         comments=_comments(view, unit, document),
         read=tuple(view.entries),
         assumed=tuple(view.assumptions),
-        dropped=(*view.losses, *_dropped(view, file)),
+        dropped=(*view.losses, *_dropped(unit, file)),
         file=file,
+        warnings=_warnings(unit),
     )
 
 
@@ -252,13 +256,70 @@ def _called(view: View, component: int) -> str:
     return name if f"[{component}]" in name else f"{name} [{component}]".strip()
 
 
-def _dropped(view: View, file: RexsFile) -> list[Entry]:
+def _warnings(unit: GearUnit) -> tuple[CodedText, ...]:
+    """One warning of the stages that are not read, and where the train ends for it."""
+    unread = unit.view.unread
+    if not unread:
+        return ()
+    ends: dict[str, None] = {}
+    for gear in (gear for pair in unread.values() for gear in pair):
+        shaft = unit.view.shaft_of(gear)
+        root = unit.rigid.root(gear if shaft is None else shaft)
+        ends |= dict.fromkeys([unit.free[root]] if root in unit.free else [m.path for m in unit.turning.get(root, ())])
+    verb = "s without planets are" if len(unread) > 1 else " without planets is"
+    where = f"the train ends at {', '.join(ends)}" if ends else "nothing read is joined to them"
+    return (coded("rexs-stages-unread", f"{len(unread)} gear stage{verb} not read: {where}"),)
+
+
+def _unread(unit: GearUnit) -> set[int]:
+    """Ids of what belongs to stages that are not read: gears, flanks, shafts no member has, with what is on them."""
+    view = unit.view
+    gears = {gear for pair in view.unread.values() for gear in pair}
+    shafts = {shaft for gear in gears if (shaft := view.shaft_of(gear)) is not None}
+    shafts = {s for s in shafts if not {unit.rigid.root(s)} & (unit.turning.keys() | unit.free.keys())}
+    data = {r.part("stage_gear_data") for r in view.relations("stage_gear_data") if r.part("stage") in view.unread}
+    found = {*view.unread, *gears, *shafts, *(flank.id for gear in gears for flank in view.flanks_of(gear))}
+    found |= {part for shaft in shafts for part in view.parts(shaft)} | {one for one in data if one is not None}
+    return found | {joint.id for joint in unit.joints if {joint.inner, joint.outer} & shafts}
+
+
+def _counterparts(unit: GearUnit) -> dict[int, int]:
+    """Components of planets 2..n and of their meshes -> the same of planet 1."""
+    view = unit.view
+
+    def of(stage: StageParts, branch: Branch) -> Iterator[int]:
+        gears = [*branch.gears, *(stage.twins[gear] for gear in branch.gears if gear in stage.twins)]
+        flanks = [flank.id for gear in gears for flank in view.flanks_of(gear)]
+        yield from (*gears, *flanks, branch.shaft, *view.parts(branch.shaft, "additional_mass", "shaft_section"))
+        yield from (one.id for flank in flanks for one in view.referenced(flank))
+
+    found: dict[int, int] = {}
+    for stage in unit.stages:
+        first = list(of(stage, stage.branches[0]))
+        for branch in stage.branches[1:]:
+            found |= {b: a for a, b in zip(first, of(stage, branch), strict=False) if a != b}
+        found |= {mesh: meshes[0] for meshes in stage.meshes.values() for mesh in meshes[1:]}
+    return found
+
+
+def _dropped(unit: GearUnit, file: RexsFile) -> list[Entry]:
     """Every attribute that nobody asked for, by component, with the reason."""
     found = []
+    view, unread, firsts = unit.view, _unread(unit), _counterparts(unit)
     for component in sorted(file.components, key=lambda c: c.id):
-        names = [name for name in component.attributes if name not in view.asked.get(component.id, ())]
-        if names:
-            found.append(Entry(component.id, ", ".join(names), "", reason_of(component.type)))
+        first = view.components.get(firsts.get(component.id, -1))
+        reasons: dict[str, list[str]] = {}
+        for name, attribute in component.attributes.items():
+            if name in view.asked.get(component.id, ()):
+                continue
+            reason = reason_of(component.type)
+            if component.id in unread:
+                reason = "of no planetary stage"
+            elif first is not None and name in view.asked.get(first.id, ()):
+                same = first.attributes.get(name) == attribute
+                reason = "equal to planet 1" if same else f"component {first.id}, of planet 1, counts for all planets"
+            reasons.setdefault(reason, []).append(name)
+        found += [Entry(component.id, ", ".join(names), "", reason) for reason, names in reasons.items()]
     found += [
         Entry(None, note, "", "a name of the user's own, which the standard leaves to him") for note in file.notes
     ]

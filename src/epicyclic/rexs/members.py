@@ -269,7 +269,8 @@ def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
     if mass > 0:
         table |= _stated(Inertia(mass, polar, tilt), extra, lumped=not sections)
         ids = ", ".join(map(str, own))
-        unit.view.read(own[0], "sections", f"{member.path}.mass", f"{mass:.6g} kg, from the sections of {ids}")
+        name, words = ("sections", "sections") if sections else ("additional_mass", "additional masses")
+        unit.view.read(own[0], name, f"{member.path}.mass", f"{mass:.6g} kg, from the {words} of {ids}")
     return table
 
 
@@ -288,7 +289,11 @@ def body_tables(unit: GearUnit) -> Table:
         total = Inertia(*(getattr(solid, k) + sum(getattr(e, k) for e in extra) for k in ("mass", "polar", "tilt")))
         tables[name] = _stated(total, extra, lumped=not sections)
         for part in parts:
-            unit.view.read(part, "sections", f"bodies.{name}", f"{total.mass:.6g} kg, a body between members")
+            source = "sections" if sections else "additional_mass"
+            unit.view.read(part, source, f"bodies.{name}", f"{total.mass:.6g} kg, a body between members")
+        for joint in unit.joints_at(parts):
+            if joint.bearing:
+                unit.view.lose(joint.id, "stiffness", f"bearings of a shaft between members, {name}, are not read")
     return tables
 
 

@@ -78,6 +78,7 @@ def planetary_stages(view: View, places: Places) -> tuple[StageParts, ...]:
     for mesh in meshes:
         if not {mesh.a, mesh.b} & planets:
             view.lose(mesh.stage, "stage", f"gears {mesh.a} and {mesh.b} are in no planetary stage")
+            view.unread[mesh.stage] = (mesh.a, mesh.b)
     return stages
 
 

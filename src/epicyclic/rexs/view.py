@@ -38,6 +38,7 @@ class View:
     references : origin -> referenced.  flanks : gear -> left and right flank.  by_type : relations by their type.
     entries, assumptions, losses : each entry once, in the order of the questions.
     asked : component -> attributes that were asked for.
+    unread : stages without planets, which are not read -> their two gears.
     """
 
     file: RexsFile
@@ -52,6 +53,7 @@ class View:
     assumptions: dict[Entry, None] = field(default_factory=dict)
     losses: dict[Entry, None] = field(default_factory=dict)
     asked: dict[int, dict[str, None]] = field(default_factory=dict)
+    unread: dict[int, tuple[int, int]] = field(default_factory=dict)
 
     def of_type(self, *types: str) -> list[Component]:
         """Components of some types, by id."""

@@ -23,5 +23,6 @@ def rexs_model_text(found: RexsImport, file: str) -> str:
         f"From the REXS file {Path(file).name}{date}.",
         f"{len(found.read)} values read, {len(found.assumed)} assumed, {len(found.dropped)} dropped: the numbers in",
         "brackets are ids of components of that file; [assumed] at the end has what it does not say.",
+        *found.warnings,
     )
     return commented_text(found.document, head=head, comments=found.comments)

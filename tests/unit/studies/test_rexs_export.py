@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from typer.testing import CliRunner
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
-from epicyclic.rexs.import_train import import_file
+from epicyclic.rexs.import_train import import_file, read_rexs
 from epicyclic.rexs.reading import read_rexs_file
 from epicyclic.rexs.structure import Component, RexsFile
 from epicyclic.studies.rexs_export.export import rexs_of, write_rexs
@@ -308,7 +309,8 @@ def test_gears_on_parallel_axes_are_of_no_planetary_stage(tmp_path: Path) -> Non
         "torque": {"main": {"carrier": "3200 N m"}, "fast": {"pinion": "balance"}},
     }
     path = tmp_path / "wind.rexs"
-    write_rexs(model, path)
+    written = write_rexs(model, path)
+    assert ["stages.fast"] == [entry.path for entry in written.dropped if "reads planetary stages alone" in entry.text]
     text = path.read_text()
     assert text.count('type="planetary_stage"') == 1
     assert text.count('type="cylindrical_stage"') == 7
@@ -317,7 +319,69 @@ def test_gears_on_parallel_axes_are_of_no_planetary_stage(tmp_path: Path) -> Non
     assert set(before.planets) == {"main", "fast"}
     (end,) = [body for body in after.torques if body not in ("main/carrier", "main/ring")]
     assert abs(after.torques[end]) == pytest.approx(3200 * 20 / 80, rel=1e-9)
-    assert epicyclic.static(after).sizes["mesh"] == 6
+    result = epicyclic.static(after)
+    assert result.sizes["mesh"] == 6
+    told = f"1 gear stage without planets is not read: the train ends at {end} [rexs-stages-unread]"
+    assert told in json.loads(result.attrs["warnings"])
+    reasons = {(e.component, e.text) for e in read_rexs(path).dropped}
+    apart = [c.id for c in written.file.components if c.name.startswith("fast.pinion")]
+    apart += [c.id for c in written.file.components if c.type == "cylindrical_gear" and c.name == "fast.wheel"]
+    assert {one for one, text in reasons if text == "of no planetary stage"} >= set(apart) != set()
+
+
+@pytest.mark.parametrize(
+    ("changes", "thin"),
+    [
+        ({"rim": "3 mm"}, True),
+        ({"rim": "3 mm", "mass": "9 kg", "inertia": "0.3 kg m^2", "tilt_inertia": "0.2 kg m^2"}, True),
+        ({"outer_diameter": "320 mm", "mass": None, "inertia": None, "tilt_inertia": None}, False),
+        ({"rim": "3 mm", "mass": "0.1 kg"}, None),
+    ],
+)
+def test_the_rim_of_a_ring(changes: dict[str, Any], thin: bool | None, tmp_path: Path) -> None:
+    """A section of its shaft from the pitch circle out has the rim; the additional mass what is left of the mass."""
+    model = changed(**{f"stages__main__ring__{key}": value for key, value in changes.items() if value is not None})
+    for key in [key for key, value in changes.items() if value is None]:
+        model["stages"]["main"]["ring"].pop(key, None)
+    path = tmp_path / "rim.rexs"
+    written = write_rexs(model, path)
+    before, after = epicyclic.load(model), epicyclic.load(path)
+    mine, theirs = (next(b for b in train.bodies if b.kind == "ring") for train in (before, after))
+    masses = [(b.mass, b.inertia, b.tilt_inertia) for b in (mine, theirs)]
+    assert masses[1] == pytest.approx(masses[0], rel=1e-8)
+    if thin is None:  # more than all of the mass stated: no rim in the file
+        assert theirs.outer_radius != mine.outer_radius
+        assert "stages.main.ring.rim" in [entry.path for entry in written.dropped]
+        return
+    assert theirs.outer_radius == pytest.approx(mine.outer_radius, rel=1e-9)
+    assert any("[thin-rim]" in text for text in before.warnings) is thin
+    assert any("[thin-rim]" in text for text in after.warnings) is thin
+    assert not any(entry.path.startswith("stages.main.ring") for entry in written.dropped)
+
+
+def test_reasons_of_what_an_import_drops() -> None:
+    """Masses of planets 2 and 3 are read with planet 1; the mass of a shaft without sections is no section's."""
+    file = rexs_of(epicyclic.load(SPUR)).file
+    ids = {(c.type, c.name): c.id for c in file.components}
+    found = import_file(file)
+    for i in (2, 3):
+        lines = {
+            e.attribute: e.text for e in found.dropped if e.component == ids["additional_mass", f"main.planet {i} mass"]
+        }
+        assert (
+            lines["mass, moment_of_inertia_u_axis, moment_of_inertia_v_axis, moment_of_inertia_w_axis"]
+            == "equal to planet 1"
+        )
+    assert {e.attribute for e in found.read if e.path == "stages.main.sun.mass"} == {"additional_mass"}
+    heavier = [
+        replace(c, attributes={**c.attributes, "mass": replace(c.attributes["mass"], value=9.0)})
+        if c.name == "main.planet 3 mass" else c for c in file.components
+    ]  # fmt: skip
+    dropped = import_file(replace(file, components=tuple(heavier))).dropped
+    text = next(
+        e.text for e in dropped if e.component == ids["additional_mass", "main.planet 3 mass"] and e.attribute == "mass"
+    )
+    assert text == f"component {ids['additional_mass', 'main.planet 1 mass']}, of planet 1, counts for all planets"
 
 
 def test_natural_frequencies_of_a_ready_drive(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ _CARRIED = re.compile(
     r"|herringbone|gap|split)"
     r"|stages\.[\w-]+\.(?!meshes)[\w-]+\.(?:teeth|module|helix_angle|pressure_angle|face_width|profile_shift|addendum"
     r"|dedendum|tip_diameter|root_diameter|base_radius|mass|inertia|tilt_inertia|hand|kind|on|station|pin_radius|gap"
-    r"|split|herringbone|outer_radius)"
+    r"|split|herringbone|rim|outer_diameter)"
     r"|stages\.[\w-]+\.(?:[\w-]+\.)?material\.\w+"
     rf"|stages\.[\w-]+\.[\w-]+\.(?:support|bearing){_LINK}"
     r"|stages\.[\w-]+\.(?:[\w-]+\.)?flank\.(?:tip_relief\.(?:amount|length|shape)|crown)"
@@ -35,7 +35,7 @@ _REASONS = (
     (r"tolerance\..*", "distributions of deviations have no place"),
     (r"deviations\..*", "deviations have no place; what they do to the mean load is in K_gamma"),
     (r"loads\..*|operation\.loads.*", "forces on members are not written"),
-    (r".*\.(?:bore|rim|outer_diameter)$", "only the mass that follows from it is written"),
+    (r".*\.bore$", "only the mass that follows from it is written"),
     (r".*\.meshes\.[^.]+\.variation.*", "the file has the mean stiffness"),
     (r".*\.meshes\.[^.]+\.(?:phase|pressure_angle)", "follows from the geometry in the file"),
     (r".*\.(?:neck|shaft)(?:\..*)?$", "one rigid shaft in the file"),

@@ -14,6 +14,7 @@ from ...errors import ModelError
 from ...input_files import as_output, outputs_apart
 from ...results.package_version import package_version
 from ...results.whole_file import whole_file
+from ...rexs.solids import Inertia, SolidSection, inertia_of
 from ...rexs.structure import RexsFile
 from ...rexs.writing import encoding_of, rexs_bytes
 from ...train.train import Train
@@ -105,6 +106,11 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
     # gears on parallel axes mesh in a cylindrical_stage of no planetary stage
     epicyclic = {body.member.split(".")[0] for body in train.bodies if body.kind == "planet"}
     stages = {name: draft.add("planetary_stage", name) for name in train.planets if name in epicyclic}
+    for name in train.planets:
+        if name not in epicyclic:
+            draft.drop(
+                f"stages.{name}", "written as cylindrical_stage; `epicyclic import` reads planetary stages alone"
+            )
     for number in stages.values():
         draft.relate("assembly", assembly=unit, part=number)
     carriers = _carriers(train, draft, stages)
@@ -112,10 +118,9 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
     gears: dict[Key, int] = {}
     pins: dict[str, int] = {}
     for shaft in shafts_of(train, draft):
-        number = _shaft(train, draft, shaft, unit)
+        number = _shaft(train, draft, shaft, unit, material_of(train, draft, shaft.first, materials))
         shafts |= {body.name: (shaft, number) for body in shaft.bodies}
         _in_stage(draft, shaft, number, stages, carriers, pins)
-        draft.relate("reference", origin=number, referenced=material_of(train, draft, shaft.first, materials))
         gears |= add_gears(train, draft, shaft, number, materials)
     add_joints(train, draft, shafts, pins, casing)
     add_meshes(train, draft, stages, unit, gears, mesh_load_factors(train, draft))
@@ -161,26 +166,56 @@ def _carriers(train: Train, draft: Draft, stages: Mapping[str, int]) -> dict[str
     return found
 
 
-def _shaft(train: Train, draft: Draft, shaft: ShaftPart, unit: int) -> int:
-    """Add a shaft with its place, speed and mass; its id."""
+def _shaft(train: Train, draft: Draft, shaft: ShaftPart, unit: int, material: int) -> int:
+    """Add a shaft with its place, speed, material, rim and what the rim leaves of its mass; its id."""
     attributes: Attributes = {**place(shaft.start, *shaft.first.centre), **speed_of(train, shaft)}
     number = draft.add("shaft", shaft.name, attributes)
     draft.relate("assembly", assembly=unit, part=number)
+    draft.relate("reference", origin=number, referenced=material)
     for body in shaft.bodies:
         if not (math.isfinite(body.mass) and math.isfinite(body.inertia)):
             where = f"stages.{body.member}" if "." in body.member else f"bodies.{body.member}"
             draft.drop(f"{where}.mass", "not in the model: the file has none either")
-    if shaft.mass > 0 and math.isfinite(shaft.inertia):
-        tilt = shaft.tilt_inertia if math.isfinite(shaft.tilt_inertia) else None
+    whole = Inertia(shaft.mass, shaft.inertia, shaft.tilt_inertia)
+    left = _beside_rim(draft, shaft, number, material, whole)
+    tilt = left.tilt if math.isfinite(left.tilt) else None
+    if math.isfinite(left.polar) and max(left.mass, left.polar, tilt or 0.0) > 0:
         mass: Attributes = {
             "u_coordinate_on_shaft": (in_unit(shaft.station - shaft.start, 1e-3), "mm"),
-            "mass": (shaft.mass, "kg"),
-            "moment_of_inertia_u_axis": (shaft.inertia, "kg m^2"),
+            "mass": (left.mass, "kg"),
+            "moment_of_inertia_u_axis": (left.polar, "kg m^2"),
             "moment_of_inertia_v_axis": (tilt, "kg m^2"),
             "moment_of_inertia_w_axis": (tilt, "kg m^2"),
         }
         draft.relate("assembly", assembly=number, part=draft.add("additional_mass", f"{shaft.name} mass", mass))
     return number
+
+
+def _beside_rim(draft: Draft, shaft: ShaftPart, number: int, material: int, whole: Inertia) -> Inertia:
+    """Add the rim of a ring, from its pitch circle out, as a section of its shaft; mass and inertias that it leaves.
+
+    Where these would be negative or are not known, no section is written, which is noted: all is left.
+    """
+    outer, gear = shaft.first.outer_radius, shaft.first.gear
+    if outer is None or gear is None:
+        return whole
+    length = max(g.station for g in shaft.gears) + (gear.face_width or 0.0) / 2 - shaft.start
+    density = draft.components[material - 1].attributes["density"].value
+    assert isinstance(density, float)
+    diameters = (2 * outer, 2 * outer), (2 * gear.reference_radius, 2 * gear.reference_radius)
+    solid = inertia_of([SolidSection(shaft.start - shaft.station, length, *diameters, 1e3 * density)])
+    pairs = ((whole.mass, solid.mass), (whole.polar, solid.polar), (whole.tilt, solid.tilt))
+    rest = [0.0 if abs(all_ - own) <= 1e-9 * all_ else all_ - own for all_, own in pairs]  # beside rounding
+    if not all(value >= 0 for value in rest):
+        draft.drop(
+            f"stages.{shaft.first.member}.rim", "more than the mass and inertias stated: these alone are written"
+        )
+        return whole
+    section: Attributes = {"u_coordinate_on_shaft": (0.0, "mm"), "length": (in_unit(length, 1e-3), "mm")}
+    for name, (diameter, _) in zip(("outer_diameter", "inner_diameter"), diameters, strict=True):
+        section = {**section, **{f"{name}_{end}": (in_unit(diameter, 1e-3), "mm") for end in ("begin", "end")}}
+    draft.relate("assembly", assembly=number, part=draft.add("shaft_section", f"{shaft.name} rim", section))
+    return Inertia(*rest)
 
 
 def _in_stage(
