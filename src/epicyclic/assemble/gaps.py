@@ -178,20 +178,17 @@ def _modified(*flanks: Flank) -> bool:
 
 
 def flanks_ignored(train: Train) -> list[CodedText]:
-    """A warning for every pair with micro-geometry whose stiffness is linear and does not know it."""
+    """One warning of all pairs with micro-geometry whose stiffness is linear and does not know it."""
     pairs = dict.fromkeys(
         mesh.pair
         for mesh in train.meshes
         if mesh.table is None and mesh.teeth is not None and _modified(mesh.teeth.flank_a, mesh.teeth.flank_b)
     )
-    return [
-        coded(
-            "flank-without-effect",
-            f"{pair}: the stiffness ignores relief, crown and slope of its flanks; they count with "
-            f'{pair}.stiffness = "contact"',
-        )
-        for pair in pairs
-    ]
+    if not pairs:
+        return []
+    keys = ", ".join(f"{pair}.stiffness" for pair in pairs)
+    text = f'relief, crown and slope of the flanks are ignored by {keys}; they count with "contact" there'
+    return [coded("flank-without-effect", text)]
 
 
 def one_sided_flanks(train: Train) -> list[CodedText]:

@@ -585,5 +585,5 @@ def _warnings(train: Train, case: _Case, laws: Sequence[MeshFaceLaw], force: Arr
         *(text for text in system.warnings if code_of(text) != "flank-without-effect"),
         *dict.fromkeys(messages),
         *free_position_warnings(system, case.flexible.free),
-        *case.record.warnings,
+        *case.record.warnings(force.min(axis=1), force.max(axis=1)),
     ]

@@ -106,11 +106,11 @@ def run_report(
             steps = {name: step for name, step in steps.items() if _section(name) in chosen}
         elif _several_tones(train):
             words = "takes long with several mesh frequencies; it runs where --sections names it,"
-            left_out += [coded("section-left-out", f"no {name}: {words} {_section(name)}") for name in STUDIES]
+            left_out += [coded("section-left-out", f"{name} {words} {_section(name)}") for name in STUDIES]
             steps = {name: step for name, step in steps.items() if name not in STUDIES}
         for name, found in zip(steps, _run_steps(steps, place, progress), strict=True):
             if isinstance(found, str):
-                left_out.append(coded("section-left-out", f"no {name}: {found}"))
+                left_out.append(coded("section-left-out", f"{name}, as {found}"))
             else:
                 results[name] = found
     first = next(iter(results.values()))
@@ -130,10 +130,10 @@ def _run_steps(
     def made(name: str) -> xr.Dataset | str:
         try:
             return steps[name]() if place is None else _kept(place, name, steps[name])
-        except (ModelError, ConvergenceError) as error:
-            path = error.path if isinstance(error, ModelError) else ""
-            if place is not None and Path(path).is_relative_to(place):
-                raise  # a folder that takes nothing is no property of the model
+        except ModelError as error:  # a sentence, where nothing wrong was given
+            plain = error.path and error.allowed and f"{error.path} = " not in str(error)
+            return f"{error.problem}; it needs {error.allowed} in {error.path}" if plain else str(error)
+        except ConvergenceError as error:
             return str(error)
 
     def arrived(turn: int, _: xr.Dataset | str) -> None:

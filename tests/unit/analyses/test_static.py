@@ -13,6 +13,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+import epicyclic
 from epicyclic.analyses.static.equilibrium import compliance, compliance_of, equilibrium
 from epicyclic.analyses.static.record import hunting_cycles, turn_fraction
 from epicyclic.analyses.static.static import static
@@ -274,3 +275,16 @@ def test_no_support_leaves_a_motion_free() -> None:
     found = compliance(np.zeros((2, 0)), np.array([[1.0], [-1.0]]), np.array([1e9]))
     assert found.free.shape[1] == 1
     assert np.abs(found.free[:, 0]) == pytest.approx([0.5**0.5] * 2, rel=1e-12)
+
+
+def test_the_period_of_several_mesh_frequencies_is_no_hunting_period() -> None:
+    """Two stages: 220 cycles of the first mesh are whole cycles of the other; errors and weight add shaft orders."""
+    plain = {"deviations": None, "operation.gravity": None}
+    for verb in (epicyclic.static, epicyclic.sharing):
+        told = json.loads(verb("encased-differential", overrides=plain, cycles=2).attrs["warnings"])
+        short = (
+            "record of 2 mesh cycles is shorter than the common period of the mesh frequencies of 220; --cycles takes"
+        )
+        assert any(text.startswith(short) for text in told), told
+    told = json.loads(epicyclic.static("encased-differential", cycles=2).attrs["warnings"])
+    assert any("common period of the mesh frequencies and shaft orders of" in text for text in told)

@@ -109,7 +109,9 @@ def test_report_says_what_is_left_out() -> None:
     assert list(results) == ["check", "stiffness", "modes"]
     left_out = json.loads(results["check"].attrs["not_run"])
     for name in ("campbell", "sharing", "sweep", *STUDIES):
-        assert any(text.startswith(f"no {name}: ") for text in left_out), left_out
+        assert any(text.startswith(f"{name}, as ") for text in left_out), left_out
+    sentence = 'run-out, as no member has a run-out; it needs run_out = "20 um" in deviations [section-left-out]'
+    assert sentence in left_out
     # a model without tolerances lacks nothing
     assert not any("tolerance" in text for text in left_out)
 

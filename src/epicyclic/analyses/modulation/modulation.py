@@ -11,13 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...system.faces import faces
 from ...system.system import Array, ComplexArray, Line, System
 from ...warning_codes import CodedText, coded
-from ..steady.measures import force_extremes
+from ..static.record import parallel_meshes
+from ..static.static import rounding_of
+from ..steady.measures import dynamic_factor, force_extremes, mean
 from ..steady.periodic import TOLERANCE, solve_speed
 from ..steady.response import Block, Response
 from ..steady.steady import tension_warnings
-from ..steady.waveform import force_signal
+from ..steady.waveform import force_signal, mesh_axis, whole_mesh_signal
 from .labels import LineLabels, is_fault_free
 from .path import ACCELERATION, Transfer, Window, named_window
 from .sensor import SensorPosition, sensor_position
@@ -358,7 +361,11 @@ def _passages(position: SensorPosition, speed: float) -> Array:
 
 def _warnings(ready: Response, block: Block, settings: _Settings, at_sensor: _SensorSignal) -> list[CodedText]:
     """Warnings: teeth that pull, a window cut short, lines outside the transfer function."""
-    found = tension_warnings(ready.system, force_extremes(force_signal(ready, block), axis=ready.lines.axis)[0])
+    system, rows = ready.system, force_signal(ready, block)
+    every = whole_mesh_signal(rows, faces(system.meshes))
+    most = force_extremes(every, axis=mesh_axis(ready))[1]
+    factor = dynamic_factor(most, mean(every), parallel_meshes(system.meshes), rounding_of(system))
+    found = tension_warnings(system, force_extremes(rows, axis=ready.lines.axis)[0], factor)
     if settings.window.remainder > 1e-2:
         last = len(settings.window.coefficients) - 1
         found.append(

@@ -66,13 +66,14 @@ def meshes_with_load(mean: Array, members: Sequence[MeshGroup], *, most: Array, 
 
 
 def sharing_warnings(meshes: tuple[str, ...], open_: NDArray[np.bool_], loaded: NDArray[np.bool_]) -> list[CodedText]:
-    """Warnings of meshes that open, (m,), and of those without load, (m,)."""
+    """Warnings of meshes with load that open, (m,), and of those without load, (m,)."""
 
     def names(chosen: NDArray[np.bool_]) -> str:
         """Names of the chosen meshes (m,)."""
         return ", ".join(name for name, yes in zip(meshes, chosen, strict=True) if yes)
 
-    notes = [coded("contact-lost", f"meshes open: {names(open_)}")] if open_.any() else []
+    parted = open_ & loaded
+    notes = [coded("contact-lost", f"meshes open: {names(parted)}")] if parted.any() else []
     return notes + idle_warnings(meshes, loaded, "load sharing")
 
 

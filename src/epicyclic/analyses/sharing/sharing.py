@@ -14,7 +14,15 @@ from ...system.faces import faces
 from ...system.system import Array, System
 from ...warning_codes import CodedText, coded
 from ..cost import MOST_NUMBERS, require_memory, require_time
-from ..static.record import parallel_meshes, positive_count, record_of, samples_per_cycle
+from ..static.record import (
+    changing,
+    parallel_meshes,
+    period_name,
+    positive_count,
+    record_of,
+    samples_per_cycle,
+    short_record,
+)
 from ..static.static import OPEN_RATIO, rounding_of
 from ..static.tangent import linear
 from .definitions import DEFINITIONS, Extremes, coefficients, extremes, instant_ratio, merge_extremes
@@ -146,10 +154,13 @@ def sharing(
     }
     touch = OPEN_RATIO * float(top.max()) if method == "static" else 0.0
     lost, behind = least <= touch, (least < -touch) & (method == "static")
-    notes += _validity_warnings(names, method, (lost, behind), loaded, cycles, reference.period)
+    if cycles < reference.period and changing(bottom, top):
+        notes.append(short_record(cycles, "mesh cycles", period_name(system), reference.period))
+    notes += _validity_warnings(names, method, (lost, behind), loaded)
     parted = lost & (method == "static")
     largest = np.where(parted, np.nan, largest)
-    notes += bound_warnings(names, largest, np.where(parted, "teeth part", unknown).tolist())
+    why = np.where(loaded, np.where(parted, "teeth part", unknown), "")  # of idle meshes it is said that they are
+    notes += bound_warnings(names, largest, why.tolist())
     history = reference.force(np.arange(stored))
     ratio = np.empty_like(history)
     for group in parallel_meshes(system.meshes):
@@ -242,19 +253,13 @@ def _validity_warnings(
     method: str,
     contact: tuple[np.ndarray, np.ndarray],
     loaded: np.ndarray,
-    cycles: int,
-    period: int,
 ) -> list[CodedText]:
-    """Warnings of a short record, of a linear model pulled open, of meshes that open and of those without load.
+    """Warnings of a linear model pulled open, of meshes that open and of those without load.
 
     contact : whether each mesh opens (m,), and whether it rests on its far flank (m,).  loaded : (m,).
     """
     notes: list[CodedText] = []
     open_, far = contact
-    if cycles < period:
-        notes.append(
-            coded("short-record", f"record of {cycles} mesh cycles is shorter than the hunting period of {period}")
-        )
     lost = _names(meshes, open_ & loaded)
     if lost and method != "static":
         text = (

@@ -93,7 +93,11 @@ def sharing_of_record(
     values = np.where(loaded, coefficients(over, worst, mean_load, members), np.nan)
     touching = mesh_contact(face, contact)
     lost = face.any(np.asarray(~contact.loaded.all(axis=0)))
-    notes = [*free_position_warnings(system, train.loaded.free), *record.warnings, *unknown]
+    notes = [
+        *free_position_warnings(system, train.loaded.free),
+        *record.warnings(net.min(axis=0), net.max(axis=0)),
+        *unknown,
+    ]
     notes += sharing_warnings(face.name, np.asarray(~touching.all(axis=0)), loaded)
     notes += far_warnings(face.name, face.any(np.asarray(contact.far.any(axis=0))))
     most_known = np.where(whole, net.max(axis=0), np.nan)

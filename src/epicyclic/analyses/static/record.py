@@ -22,6 +22,7 @@ __all__ = [
     "MeshGroup",
     "Record",
     "RecordExcitation",
+    "changing",
     "excitation",
     "excitation_at",
     "group_gap",
@@ -29,10 +30,12 @@ __all__ = [
     "mesh_phases",
     "mesh_stiffness",
     "parallel_meshes",
+    "period_name",
     "positive_count",
     "record_of",
     "reference_tone",
     "samples_per_cycle",
+    "short_record",
     "stiffness_at",
     "turn_fraction",
 ]
@@ -40,6 +43,8 @@ __all__ = [
 MeshGroup = NDArray[np.int64]
 """Indices of meshes that share a load, one per branch; slices of a mesh count once."""
 
+# Forces are solved to a relative residual of 1e-9 and better: one that changes by less than this part stands still.
+_CONSTANT = 1e-8
 # The product of two numbers below this stays exact in int64.
 _EXACT_PRODUCT = 2**31
 
@@ -83,7 +88,7 @@ class Record:
 
     unit : frequency of what is counted, exact [Hz].  name : what that is, ``mesh cycles``.
     count : units of the record.  samples : instants per unit.
-    period : units after which all lines and mesh stiffnesses are as they were.
+    period : units after which all lines and mesh stiffnesses are as they were.  period_name : what that is.
     """
 
     unit: Fraction
@@ -91,21 +96,42 @@ class Record:
     count: int
     samples: int
     period: int
+    period_name: str = "common period"
 
     @property
     def instants(self) -> int:
         """Number of instants."""
         return self.count * self.samples
 
-    @property
-    def warnings(self) -> list[CodedText]:
-        """A warning where the record is shorter than the period."""
-        if self.count >= self.period:
+    def warnings(self, least: Array, most: Array) -> list[CodedText]:
+        """A warning where the record is shorter than the period and the forces change in it.
+
+        least, most : extremes of forces over the record (m,) [N, N m].
+        """
+        if self.count >= self.period or not changing(least, most):
             return []
-        what = "hunting period" if self.name == "mesh cycles" else "common period"
-        return [
-            coded("short-record", f"record of {self.count} {self.name} is shorter than the {what} of {self.period}")
-        ]
+        option = "--turns" if self.name.startswith("turns") else "--cycles"
+        return [short_record(self.count, self.name, self.period_name, self.period, option)]
+
+
+def short_record(count: int, name: str, period_name: str, period: int, option: str = "--cycles") -> CodedText:
+    """The warning of a record of `count` units that are shorter than a period, with the option that cures it."""
+    text = f"record of {count} {name} is shorter than the {period_name} of {period}; {option} takes more of it"
+    return coded("short-record", text)
+
+
+def changing(least: Array, most: Array) -> bool:
+    """Whether any force changes by more than rounding; least, most : its extremes (m,) [N, N m]."""
+    largest = np.max(np.abs([least, most]), initial=0.0)
+    return bool(np.max(most - least, initial=0.0) > _CONSTANT * largest)
+
+
+def period_name(system: System, mesh_cycles: bool = True) -> str:
+    """What the period of a record is, counted in mesh cycles or in others."""
+    if len(system.tones) > 1:
+        shafts = any(line.frequency not in (0, *system.tones) for line in system.lines)
+        return f"common period of the mesh frequencies{' and shaft orders' if shafts else ''}"
+    return "hunting period" if mesh_cycles else "common period"
 
 
 def positive_count(name: str, value: int | None, default: int) -> int:
@@ -174,7 +200,8 @@ def record_of(
         given=f"{count} {name} of {samples} instants",
         allowed=f"{MOST_NUMBERS // width} instants or fewer",
     )
-    return Record(unit=unit, name=name, count=count, samples=samples, period=period)
+    called = period_name(system, name == "mesh cycles")
+    return Record(unit=unit, name=name, count=count, samples=samples, period=period, period_name=called)
 
 
 def _turn_rate(system: System, body: str | None) -> Fraction:

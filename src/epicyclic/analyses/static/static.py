@@ -17,8 +17,9 @@ from ...system.laws.groups import STATES
 from ...system.system import Array, System
 from ...warning_codes import CodedText, coded
 from .both_flanks import held_train
+from .loaded import idle_warnings, loaded_meshes
 from .quasi_static import RecordPiece, history_note, quasi_static
-from .record import Record, positive_count, record_of
+from .record import Record, parallel_meshes, positive_count, record_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,7 +88,9 @@ def static(
     pieces = list(quasi_static(system, train, record, progress))
     contact = flank_contact(system, [(piece.state.mesh_force, piece.state.far_force) for piece in pieces])
     warnings = [*system.warnings, *free_position_warnings(system, train.loaded.free), *_zero_warnings(system)]
-    warnings += record.warnings
+    links = system.links.stiffness * np.concatenate([piece.link_deflection for piece in pieces])
+    forces = np.hstack([faces(system.meshes).total(contact.force, axis=1), links])
+    warnings += record.warnings(forces.min(axis=0), forces.max(axis=0))
     return _dataset(system, record, pieces, contact, [*warnings, *contact_warnings(system, contact)])
 
 
@@ -131,10 +134,19 @@ def flank_contact(system: System, forces: Sequence[tuple[Array, Array]]) -> Flan
 
 
 def contact_warnings(system: System, contact: FlankContact) -> list[CodedText]:
-    """Warnings of rows without any contact at some instant, of those on their far flank, and of the ends of tables."""
+    """Warnings of rows without any contact at some instant, of those on their far flank, and of the ends of tables.
+
+    Meshes without load beside loaded ones are told as such, and not of those that open.
+    """
     notes: list[CodedText] = []
-    names = np.array(system.meshes.name, dtype=object)
-    apart = ~np.all(contact.loaded | contact.far, axis=0)
+    names, face = np.array(system.meshes.name, dtype=object), faces(system.meshes)
+    net, groups, rounding = face.total(contact.force, axis=1), parallel_meshes(system.meshes), rounding_of(system)
+    most = np.abs(net).max(axis=0)
+    either = [loaded_meshes(s * net.mean(axis=0), groups, most=most, rounding=rounding) for s in (1, -1)]  # any flank
+    loaded = either[0] | either[1]
+    if loaded.any():
+        notes += idle_warnings(face.name, loaded, "contact that holds a body")
+    apart = ~np.all(contact.loaded | contact.far, axis=0) & (loaded[face.row] | ~loaded.any())
     if apart.any():
         open_ = ", ".join(names[apart])
         notes.append(coded("contact-lost", f"meshes open: {open_}; bodies held by them alone have no unique position"))

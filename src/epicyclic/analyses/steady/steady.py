@@ -122,7 +122,7 @@ def steady(
         verb="steady",
         options={"method": method, "relative_speed": relative_speed, "samples": samples, "harmonics": block.harmonics},
         provenance=system.provenance,
-        warnings=[*system.warnings, *tension_warnings(system, lowest), *factor_warnings(system, factor)],
+        warnings=[*system.warnings, *tension_warnings(system, lowest, factor), *factor_warnings(system, factor)],
     )
     return with_bounds_named(result, len(ready.lines.tones))
 
@@ -156,12 +156,13 @@ def _link_names(system: System) -> dict[Hashable, Any]:
     return {**names, "bearing": [links.link[x] for x in pairs[:, 0]]} if len(pairs) else names
 
 
-def tension_warnings(system: System, lowest: Array) -> list[CodedText]:
-    """Warning where the linear model pulls on teeth.
+def tension_warnings(system: System, lowest: Array, factor: Array) -> list[CodedText]:
+    """Warning where the linear model pulls on teeth that carry load, or on any where none do.
 
-    lowest : (m, P) smallest force of every mesh row at every speed [N].
+    lowest : smallest force of every mesh row at every speed, (rows, P) [N].  factor : K_v of the meshes (m, P) [1].
     """
-    pulled = np.nan_to_num(lowest, nan=np.inf) < 0
+    carried = _with_factor(system, factor) if np.isfinite(factor).any() else np.ones(len(factor), dtype=bool)
+    pulled = (np.nan_to_num(lowest, nan=np.inf) < 0) & carried[faces(system.meshes).row, None]
     if not pulled.any():
         return []
     names = [name for name, row in zip(system.meshes.name, pulled, strict=True) if row.any()]
@@ -177,11 +178,17 @@ def tension_warnings(system: System, lowest: Array) -> list[CodedText]:
 
 def factor_warnings(system: System, factor: Array) -> list[CodedText]:
     """A warning of the pairs of gears without a K_v (m, P) at any speed, where another pair has one."""
+    loaded = _with_factor(system, factor)
+    return idle_warnings(faces(system.meshes).name, loaded, "dynamic factor K_v") if loaded.any() else []
+
+
+def _with_factor(system: System, factor: Array) -> NDArray[np.bool_]:
+    """Meshes (m,) of pairs of gears that have a K_v (m, P) at any speed."""
     known = np.asarray(np.isfinite(factor).any(axis=1))
     loaded = np.zeros_like(known)
     for group in parallel_meshes(system.meshes):
         loaded[group] = known[group].any()
-    return idle_warnings(faces(system.meshes).name, loaded, "dynamic factor K_v") if known.any() else []
+    return loaded
 
 
 def _stiffness_harmonics(ready: Response) -> int:

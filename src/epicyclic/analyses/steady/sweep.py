@@ -137,7 +137,7 @@ def sweep(
         warnings=[
             *ready.system.warnings,
             *instability_warnings(ready, speed[unstable]),
-            *tension_warnings(system, table.minimum_force),
+            *tension_warnings(system, table.minimum_force, table.values["dynamic_factor"]),
             *factor_warnings(system, table.values["dynamic_factor"]),
         ],
         further={"cross_order": ("speed", cross)} if len(ready.lines.tones) > 1 else None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -89,6 +90,29 @@ def test_the_idle_pair_alone_has_no_dynamic_factor(model: str, swept: xr.Dataset
     assert np.isfinite(np.delete(swept.dynamic_factor.transpose("mesh", "speed").values, IDLE, axis=0)).all()
     for result in (one, swept):
         assert "main/large-long/1, main/large-long/2, main/large-long/3 [mesh-without-load]" in str(result.attrs)
+
+
+@pytest.mark.parametrize("verb", ["static", "sharing", "sharing static", "steady", "sweep"])
+def test_of_an_idle_mesh_it_is_said_that_it_has_no_load_and_nothing_else(
+    verb: str, model: str, swept: xr.Dataset
+) -> None:
+    results = {
+        "static": lambda: epicyclic.static(model),
+        "sharing": lambda: epicyclic.sharing(model, cycles=1),
+        "sharing static": lambda: epicyclic.sharing(model, method="static", cycles=1),
+        "steady": lambda: epicyclic.steady(model, samples=64),
+        "sweep": lambda: swept,
+    }
+    told = [text for text in json.loads(results[verb]().attrs["warnings"]) if "large-long" in text]
+    assert len(told) == 1
+    assert told[0].endswith("main/large-long/1, main/large-long/2, main/large-long/3 [mesh-without-load]")
+
+
+def test_a_train_without_load_still_says_which_meshes_open(model: str) -> None:
+    unloaded = {"operation.torque.small": None, "operation.torque.ring": None}
+    told = json.loads(epicyclic.static(model, overrides=unloaded).attrs["warnings"])
+    assert any("[contact-lost]" in text for text in told)
+    assert not any("[mesh-without-load]" in text for text in told)
 
 
 def test_no_resonance_and_no_headline_counts_it(model: str, swept: xr.Dataset) -> None:
