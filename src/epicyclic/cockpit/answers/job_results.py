@@ -196,31 +196,31 @@ def tolerance_frame(train: Train, result: xr.Dataset) -> JobFrame:
         f"{per_cent(above)} are above {limit:g}. What is drawn stands in place of the numbers of the model."
     )
     change = halved_tolerance(train, names[order[0]]) if len(order) else {}
-    found = _tolerance_answer(train, names, total, order, change)
+    found = _tolerance_answer(train, names, total, tolerance_shares(result, "sobol_first"), order, change)
     return job_frame(
         "tolerance", "Tolerances", text, drawn, apply=change, apply_label="Halve the first", answers=[found]
     )
 
 
-def tolerance_shares(result: xr.Dataset) -> Array:
-    """Shares of the variance of K_gamma (mean-load) with interactions (tolerance,) [1], of the pair that scatters most.
+def tolerance_shares(result: xr.Dataset, name: str = "sobol_total") -> Array:
+    """Shares of the variance of K_gamma (mean-load) (tolerance,) [1], of the pair that scatters most.
 
-    The numbers that the verb `tolerance` prints.
+    The numbers that the verb `tolerance` prints.  name : ``sobol_total``, with interactions; ``sobol_first``, alone.
     """
     one = result.sel(definition="mean-load")
     pair = scattering_pair(one)
-    total: Array = np.nan_to_num(one["sobol_total"].isel(pair=pair).transpose("tolerance").values)
-    return np.clip(total, 0.0, None)
+    share: Array = np.nan_to_num(one[name].isel(pair=pair).transpose("tolerance").values)
+    return np.clip(share, 0.0, None)
 
 
 def _tolerance_answer(
-    train: Train, names: Sequence[str], total: Array, order: NDArray[np.int64], change: dict[str, Any]
+    train: Train, names: Sequence[str], total: Array, alone: Array, order: NDArray[np.int64], change: dict[str, Any]
 ) -> Answer:
     first = int(order[0])
     share = float(total[first])
     text = (
         f"of the variance of K_gamma among trains of this drawing involves the tolerance of "
-        f"{_entry_words(names[first], train)}, alone or with others"
+        f"{_entry_words(names[first], train)} with its interactions ({100 * float(alone[first]):.0f} % alone)"
     )
     if len(order) > 1 and total[order[1]] >= _AS_LARGE * share > 0:
         text += f"; {100 * float(total[order[1]]):.0f} % that of {_entry_words(names[int(order[1])], train)}"

@@ -95,9 +95,11 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         if "sobol_total" in result:
             one = of_definition(result)
             pair = scattering_pair(one)
-            total = np.nan_to_num(one["sobol_total"].isel(pair=pair).values)
-            name = short_entries(texts(result, "tolerance"))[int(total.argmax())]
-            change = f"Most of the scatter comes from {name}: {100 * total.max():.0f} % of the variance of K_gamma."
+            total, alone = (np.nan_to_num(one[f"sobol_{kind}"].isel(pair=pair).values) for kind in ("total", "first"))
+            most = int(total.argmax())
+            name = short_entries(texts(result, "tolerance"))[most]
+            shares = f"{_share(alone[most]):.0f} % of its variance alone, {_share(total[most]):.0f} % with interactions"
+            change = f"K_gamma scatters most by {name}: {shares}."
         text = f"With tolerances K_gamma stays below {value:.3f} in {percent(p)} of the trains{_turning(result, p)}."
         found.append(Finding(tone="", text=text, change=change, anchor="tolerances"))
     apart = float(result["system_separation_probability"]) if "system_separation_probability" in result else 0.0

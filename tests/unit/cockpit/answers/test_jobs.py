@@ -112,6 +112,8 @@ def test_tolerance_shares_are_those_of_the_verb() -> None:
     assert f"below {quantile:.3f} in 99 %" in frame.head["job"]["text"]
     (answer,) = frame.head["answers"]
     assert (answer["key"], answer["figure"]) == ("error", f"{100 * shares[0]:.0f} %")
+    alone = one["sobol_first"].values[pair][np.nanargmax(one["sobol_total"].values[pair])]
+    assert f"with its interactions ({100 * max(alone, 0):.0f} % alone)" in answer["text"]
 
 
 def test_shares_are_those_of_the_pair_that_scatters_most() -> None:
