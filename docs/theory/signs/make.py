@@ -215,7 +215,7 @@ def _axes_picture() -> str:
     parts += [
         _text(560, 150, "x_i outward through the pin,", TEAL),
         _text(560, 170, "y_i = z cross x_i: a pin with", PUSH),
-        _text(560, 190, "position.y &gt; 0 stands ahead,", PUSH),
+        _text(560, 190, "position.y &gt; 0 is displaced", PUSH),
         _text(560, 210, "counter-clockwise", PUSH),
     ]
     return _svg(840, 500, parts)
