@@ -99,11 +99,7 @@ def sharing(
         count = positive_count("samples", samples, record_samples(system))
         window = record_of(system, cycles=cycles, turns=turns, of=of, samples=count, most=_SOLVED, slow=True)
         return sharing_of_record(
-            system,
-            record=window,
-            relative_speed=relative_speed,
-            stored=stored_cycles,
-            progress=progress,
+            system, record=window, relative_speed=relative_speed, stored=stored_cycles, progress=progress
         )
     if turns is not None or of is not None:
         raise ModelError("a record in turns is static", path="turns, of", allowed='method = "static", or cycles')
@@ -154,13 +150,11 @@ def sharing(
     }
     touch = OPEN_RATIO * float(top.max()) if method == "static" else 0.0
     lost, behind = least <= touch, (least < -touch) & (method == "static")
-    if cycles < reference.period and changing(bottom, top):
-        notes.append(short_record(cycles, "mesh cycles", period_name(system), reference.period))
+    notes += _short_warnings(system, cycles, reference.period, (bottom, top))
     notes += _validity_warnings(names, method, (lost, behind), loaded)
     parted = lost & (method == "static")
     largest = np.where(parted, np.nan, largest)
-    why = np.where(loaded, np.where(parted, "teeth part", unknown), "")  # of idle meshes it is said that they are
-    notes += bound_warnings(names, largest, why.tolist())
+    notes += bound_warnings(names, largest, np.where(loaded, np.where(parted, "teeth part", unknown), "").tolist())
     history = reference.force(np.arange(stored))
     ratio = np.empty_like(history)
     for group in parallel_meshes(system.meshes):
@@ -246,6 +240,12 @@ def _worst_case(part: ToneForces, record: Extremes, cycles: int) -> tuple[Array,
     worst, every = worst_case(part.by_phase, part.ratios, part.members, meshes=len(seen), points=points)
     how = "every cycle of the hunting period" if every else "refined grid over the slow phases"
     return np.maximum(worst, seen), how
+
+
+def _short_warnings(system: System, cycles: int, period: int, extremes_: tuple[Array, Array]) -> list[CodedText]:
+    """A warning of a record of fewer cycles than the period, where the forces change; their least and most (m,) [N]."""
+    short = cycles < period and changing(*extremes_)
+    return [short_record(cycles, "mesh cycles", period_name(system), period)] if short else []
 
 
 def _validity_warnings(
