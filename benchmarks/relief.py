@@ -14,12 +14,12 @@ import xarray as xr
 from scipy.optimize import differential_evolution
 
 from epicyclic.assemble.tooth_pairs import pair_of
-from epicyclic.gears.flank import Flank, Relief
 from epicyclic.resolve import load
 from epicyclic.studies.relief.optimisation import relief
-from epicyclic.tooth_contact.loaded_contact import loaded_contact
-from epicyclic.tooth_contact.microgeometries import microgeometry_contact
-from epicyclic.tooth_contact.segments import ContactSegments, contact_segments
+from epicyclic.teeth.flank import Flank, Relief
+from epicyclic.teeth.loaded_contact import loaded_contact
+from epicyclic.teeth.microgeometries import microgeometry_contact
+from epicyclic.teeth.segments import ContactSegments, contact_segments
 
 __all__ = ["rows"]
 

@@ -26,7 +26,7 @@ from epicyclic.assemble import assemble
 from epicyclic.assemble.faces import face_laws, with_three_rows
 from epicyclic.assemble.tooth_pairs import mean_force, pair_of
 from epicyclic.resolve import load
-from epicyclic.tooth_contact.table import contact_table
+from epicyclic.teeth.loaded_contact import contact_table
 
 _INSTANTS, _TABLE = 32, 0.5
 

@@ -21,15 +21,14 @@ import table
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from epicyclic.gears import geometry
-from epicyclic.gears.flank import Flank, Relief
-from epicyclic.gears.outline import GearForm
-from epicyclic.tooth_contact import compiled, solve
-from epicyclic.tooth_contact.lines import PlaneOfAction
-from epicyclic.tooth_contact.loaded_contact import loaded_contact, loaded_segments
-from epicyclic.tooth_contact.pair import ContactPair
-from epicyclic.tooth_contact.segments import ContactSegments, contact_segments
-from epicyclic.tooth_contact.tooth import tooth_compliance
+from epicyclic.teeth import compiled_pivoting, contact_solver, geometry
+from epicyclic.teeth.compliance import tooth_compliance
+from epicyclic.teeth.contact_lines import PlaneOfAction
+from epicyclic.teeth.flank import Flank, Relief
+from epicyclic.teeth.gear_pair import ContactPair
+from epicyclic.teeth.loaded_contact import loaded_contact, loaded_segments
+from epicyclic.teeth.outline import GearForm
+from epicyclic.teeth.segments import ContactSegments, contact_segments
 
 __all__ = ["rows"]
 
@@ -79,25 +78,27 @@ def pair(**more: float) -> ContactPair:
 def rows(quick: bool) -> list[table.Row]:
     """Times, residuals, targets.  quick : fewer repeats."""
     times = 3 if quick else 9
-    hertz, linear = contact_segments(pair(), PHASES), contact_segments(pair(linear_at=5e5), PHASES)
+    gear_pair, linear = contact_segments(pair(), PHASES), contact_segments(pair(linear_at=5e5), PHASES)
     size = f"50 phases x {linear.valid.sum(axis=1).max()} pieces"
     load, count = np.full(50, FORCE), linear.valid.sum(axis=1)
     given = linear.compliance, linear.gap, linear.valid
     found = {
         f"nnls with a heavy row, linear, {size}": (lambda: _nnls(linear), math.inf),
-        "active sets, numpy, linear": (lambda: _of(solve.solve_linear(*given, load)), 3e-3),
+        "active sets, numpy, linear": (lambda: _of(contact_solver.solve_linear(*given, load)), 3e-3),
         "Newton, numpy, Hertz": (
-            lambda: _of(solve.solve_hertzian(hertz.compliance, hertz.gap, hertz.valid, load, hertz.law)),
+            lambda: _of(
+                contact_solver.solve_hertzian(gear_pair.compliance, gear_pair.gap, gear_pair.valid, load, gear_pair.law)
+            ),
             25e-3,
         ),
     }
     table = [
-        _row(name, run, limit, hertz if "Hertz" in name else linear, times) for name, (run, limit) in found.items()
+        _row(name, run, limit, gear_pair if "Hertz" in name else linear, times) for name, (run, limit) in found.items()
     ]
     return [*table, _many(linear, count, times), *_table(times)]
 
 
-def _of(found: solve.ContactSolution) -> tuple[Array, Array]:
+def _of(found: contact_solver.ContactSolution) -> tuple[Array, Array]:
     return found.force, found.approach
 
 
@@ -107,7 +108,7 @@ def _row(
     took = _median(run, times)
     force, approach = run()
     own = _own(pieces, force, approach) if pieces.line is not None else None
-    checked = solve.with_residuals(
+    checked = contact_solver.with_residuals(
         pieces.compliance, pieces.gap, pieces.valid, np.full(50, FORCE), force, approach, own=own
     )
     short = float(np.abs(force.sum(axis=1) / FORCE - 1).max())
@@ -122,9 +123,9 @@ def _row(
 
 def _own(pieces: ContactSegments, force: Array, approach: Array) -> Array:
     """Own approach that the Hertz law has at the forces found."""
-    from epicyclic.tooth_contact import hertz
+    from epicyclic.teeth import gear_pair
 
-    bears = np.asarray(hertz.approach(pieces.contact, force / pieces.length))
+    bears = np.asarray(gear_pair.approach(pieces.contact, force / pieces.length))
     level = approach[:, None] - pieces.gap - np.matmul(pieces.compliance, force[:, :, None])[:, :, 0]
     return np.where(force > 0, bears, np.minimum(level, 0.0))
 
@@ -145,13 +146,13 @@ def _nnls(pieces: ContactSegments) -> tuple[Array, Array]:
 
 def _many(pieces: ContactSegments, count: NDArray[np.int64], times: int) -> table.Row:
     def run() -> tuple[Array, Array]:
-        return compiled.principal_pivoting_batch(pieces.compliance, pieces.gap, count, LOADS)
+        return compiled_pivoting.principal_pivoting_batch(pieces.compliance, pieces.gap, count, LOADS)
 
     took = _median(run, times)
     force, approach = run()
     worst = max(
         float(
-            solve.with_residuals(
+            contact_solver.with_residuals(
                 pieces.compliance, pieces.gap, pieces.valid, np.full(50, load), force[i], approach[i]
             ).residual.max()
         )

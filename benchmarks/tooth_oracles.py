@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from epicyclic.gears import geometry
-from epicyclic.gears.involute import involute
+from epicyclic.teeth import geometry
+from epicyclic.teeth.geometry import involute
 
 __all__ = ["contact_line_length", "tip_thickness"]
 

@@ -10,11 +10,10 @@ from collections.abc import Callable
 import numpy as np
 import table
 
-from epicyclic.gears import geometry
-from epicyclic.gears.outline import GearForm
-from epicyclic.tooth_contact.energy import MeshedTeeth, energy_series, section_stiffness
-from epicyclic.tooth_contact.kernel import face_coupling
-from epicyclic.tooth_contact.tooth import tooth_compliance
+from epicyclic.teeth import geometry
+from epicyclic.teeth.compliance import face_coupling, tooth_compliance
+from epicyclic.teeth.energy_stiffness import MeshedTeeth, energy_series, section_stiffness
+from epicyclic.teeth.outline import GearForm
 
 REPEATS = 9
 

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.assemble.tooth_pairs import pair_of
-from epicyclic.gears.flank import Flank, Relief
 from epicyclic.show.figures.style import INK, PALE, PALETTE, figure, mode_colour, note, panels
-from epicyclic.tooth_contact.microgeometries import microgeometry_contact
-from epicyclic.tooth_contact.segments import contact_segments
+from epicyclic.teeth.flank import Flank, Relief
+from epicyclic.teeth.microgeometries import microgeometry_contact
+from epicyclic.teeth.segments import contact_segments
 
 Array = NDArray[np.float64]
 

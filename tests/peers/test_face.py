@@ -9,8 +9,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from epicyclic.tooth_contact.kernel import face_coupling
-from epicyclic.tooth_contact.tooth import tooth_compliance
+from epicyclic.teeth.compliance import face_coupling, tooth_compliance
 
 pytestmark = [
     pytest.mark.slow,

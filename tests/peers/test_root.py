@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from epicyclic.tooth_contact.root_influence import fillet_stress, root_influence
+from epicyclic.teeth.root_stress import fillet_stress, root_influence
 
 pytestmark = [
     pytest.mark.slow,

@@ -15,10 +15,10 @@ from tooth_oracles import contact_line_length
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.gears.series import evaluate_series
 from epicyclic.resolve import load
 from epicyclic.system.faces import faces
 from epicyclic.system.system import System
+from epicyclic.teeth.mesh_stiffness import evaluate_series
 
 Document = dict[str, Any]
 PAIRS = ("sun-planet", "planet-ring")

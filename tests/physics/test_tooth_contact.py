@@ -12,11 +12,11 @@ import pytest
 import epicyclic
 from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.errors import ModelError
-from epicyclic.gears.flank import Flank, Relief
-from epicyclic.tooth_contact.energy import MeshedTeeth, section_stiffness
-from epicyclic.tooth_contact.loaded_contact import loaded_contact
-from epicyclic.tooth_contact.pair import ContactPair
-from epicyclic.tooth_contact.tooth import ToothCompliance
+from epicyclic.teeth.compliance import ToothCompliance
+from epicyclic.teeth.energy_stiffness import MeshedTeeth, section_stiffness
+from epicyclic.teeth.flank import Flank, Relief
+from epicyclic.teeth.gear_pair import ContactPair
+from epicyclic.teeth.loaded_contact import loaded_contact
 from epicyclic.train.train import Train
 
 STAGE: dict[str, Any] = {

@@ -22,9 +22,9 @@ from epicyclic.resolve import load
 from epicyclic.system.faces import faces
 from epicyclic.system.laws.face import FaceForce
 from epicyclic.system.system import System
-from epicyclic.tooth_contact.face_rows import RowStations, row_response, row_weights
-from epicyclic.tooth_contact.loaded_contact import loaded_contact
-from epicyclic.tooth_contact.segments import contact_segments
+from epicyclic.teeth.face_rows import RowStations, row_response, row_weights
+from epicyclic.teeth.loaded_contact import loaded_contact
+from epicyclic.teeth.segments import contact_segments
 from epicyclic.train.train import Train
 
 Array = NDArray[np.float64]

@@ -21,7 +21,9 @@ DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
 ROWS = re.findall(r"^\| `(\w+)/?` \|.*\|([^|]*)\|$", DESIGN, re.MULTILINE)
 ALLOWED = {room: set(re.findall(r"`(\w+)`", arrows)) for room, arrows in ROWS}
 # those may be imported everywhere
-COMMON = set(re.findall(r"`(\w+)`", re.findall(r"^(`arguments`.*) may be imported everywhere\.", DESIGN, re.MULTILINE)[0]))
+COMMON = set(
+    re.findall(r"`(\w+)`", re.findall(r"^(`arguments`.*) may be imported everywhere\.", DESIGN, re.MULTILINE)[0])
+)
 
 
 def room_of(module: str) -> str:
@@ -81,7 +83,9 @@ def imported_names(path: Path, module: str) -> set[tuple[str, str]]:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.level:
             target = ".".join([*here[: len(here) - node.level], *(node.module or "").split(".")]).strip(".")
-            found |= {(target, alias.name) for alias in node.names if f"{target}.{alias.name}".strip(".") not in MODULES}
+            found |= {
+                (target, alias.name) for alias in node.names if f"{target}.{alias.name}".strip(".") not in MODULES
+            }
     return found
 
 

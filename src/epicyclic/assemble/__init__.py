@@ -3,7 +3,7 @@
 Every mesh, bearing, pin and support becomes rows of gaps; rigid connections are eliminated; displaced features become
 excitation lines of exact frequency.  Frames, rows, signs and phases are those of docs/conventions.md.
 
-Depends on: train, gears, tooth_contact, system.
+Depends on: train, teeth, system.
 """
 
 from __future__ import annotations

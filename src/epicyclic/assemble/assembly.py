@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from ..arguments import checked
 from ..errors import ModelError
-from ..gears.phasing import HALF, Phase
-from ..gears.series import series_in_time
 from ..system.elimination import eliminate
 from ..system.inertia import (
     carried_stiffness,
@@ -27,6 +25,8 @@ from ..system.inertia import (
 )
 from ..system.symmetry import commutes, reduced_operator, turn_operator
 from ..system.system import Dofs, FarFlanks, LinkRows, MeshRows, Symmetry, System
+from ..teeth.mesh_stiffness import series_in_time
+from ..teeth.phasing import HALF, Phase
 from ..train.bodies import DIRECTIONS
 from ..train.connections import Mesh
 from ..train.train import Train
@@ -217,7 +217,7 @@ def _stage_turns(train: Train) -> dict[str, Fraction]:
 def _far_flanks(structure: Structure, T: Array, meshes: MeshRows) -> FarFlanks:
     """Far flanks, those without mean load; T : (6 nb, n).
 
-    Mirrored about the tooth, the contact of gear a is at 1/2 + 2 c_a - sigma, c_a of `gears.phasing`: the contact of
+    Mirrored about the tooth, the contact of gear a is at 1/2 + 2 c_a - sigma, c_a of `teeth.phasing`: the contact of
     the far flank moves in the opposite sense, with a lead less by sense (1/2 + 2 c_a).  Its table is that of the pair
     at the mirrored phase.  Derived here.
     """

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..system.laws.face import ROWS, FaceForce
-from ..tooth_contact.face_rows import RowStations, row_response, row_weights
-from ..tooth_contact.line_load import averaging_length, line_windows
-from ..tooth_contact.pair import ContactPair
-from ..tooth_contact.segments import ContactSegments, contact_segments
+from ..teeth.contact_lines import averaging_length, line_windows
+from ..teeth.face_rows import RowStations, row_response, row_weights
+from ..teeth.gear_pair import ContactPair
+from ..teeth.segments import ContactSegments, contact_segments
 from ..train.connections import Mesh, MeshSlice
 from ..train.train import Train
 from .tooth_pairs import axial_offsets, pair_of
@@ -55,7 +55,7 @@ class FaceLoad:
     """Load on g meshes at T instants, K slices of the face, J lines.
 
     force : (T, g, J, K) along the normal [N].  per_length : (T, g, J, K) of contact line [N/m], means over a length
-    about each slice as of `line_load`, nan out of contact.  whole : (T, g, J, K) where that length is on the contact
+    about each slice as of `LoadMean`, nan out of contact.  whole : (T, g, J, K) where that length is on the contact
     line.  sigma : (T, g, J, K) places on the path of contact [base pitches].
     """
 

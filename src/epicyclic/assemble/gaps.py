@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..gears.flank import PLAIN, Flank
 from ..system.laws.flank import LawRows
 from ..system.laws.groups import LawGroup
 from ..system.laws.radial import Law, RadialLaw
 from ..system.laws.radial_table import RadialTable
 from ..system.laws.tabulated import TabulatedLaw
+from ..teeth.flank import PLAIN, Flank
 from ..train.bodies import DIRECTIONS
 from ..train.connections import Link, Mesh
 from ..train.train import Train

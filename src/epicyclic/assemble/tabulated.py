@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..gears.series import ComplexArray, mesh_phasor, series_in_time, table_series
 from ..system.system import Line, System
-from ..tooth_contact.loaded_contact import harmonics
+from ..teeth.loaded_contact import harmonics
+from ..teeth.mesh_stiffness import ComplexArray, mesh_phasor, series_in_time, table_series
 from ..train.connections import Mesh
 from ..train.train import Train
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import Literal
 
 from ..errors import ModelError
-from ..gears.outline import GearForm
-from ..tooth_contact.energy import MeshedTeeth, interference_warnings
-from ..tooth_contact.pair import ContactPair, Torsion, check_pair, drawn_pair
-from ..tooth_contact.tooth import ToothCompliance
+from ..teeth.compliance import ToothCompliance
+from ..teeth.energy_stiffness import MeshedTeeth, interference_warnings
+from ..teeth.gear_pair import ContactPair, Torsion, check_pair, drawn_pair
+from ..teeth.outline import GearForm
 from ..train.connections import Mesh
 from ..train.train import Train
 from ..warning_codes import CodedText, placed

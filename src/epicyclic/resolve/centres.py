@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ..errors import ModelError
-from ..gears import geometry
-from ..gears.phasing import Angle, Phase
+from ..teeth import geometry
+from ..teeth.phasing import Angle, Phase
 from ..train.bodies import GearData
 from ..warning_codes import coded
 from .gears import Teeth, finish_gear, teeth_of_stage, width_of

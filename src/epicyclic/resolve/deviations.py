@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..gears.deviations import pitch_lines, profile_amplitude, random_phases, tooth_phase
 from ..model.deviations import DisplacementTable, ProfileErrorTable, TiltTable, TurningErrorTable, UnbalanceTable
 from ..model.schema import ModelFile
+from ..teeth.grades import pitch_lines, profile_amplitude, random_phases, tooth_phase
 from ..train.bodies import DIRECTIONS, Body
 from ..train.connections import Link, Mesh
 from ..train.kinematics import Kinematics

@@ -5,11 +5,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 from ..errors import ModelError
-from ..gears import geometry
-from ..gears.flank import PLAIN, Flank, Relief, Wave, amounts, check_flank
-from ..gears.tooth_pair import ToothPair
 from ..model.schema import ModelFile, ProfileTable, ReliefTable, WaveTable
-from ..tooth_contact.lines import PlaneOfAction
+from ..teeth import geometry
+from ..teeth.contact_lines import PlaneOfAction
+from ..teeth.flank import PLAIN, Flank, Relief, Wave, amounts, check_flank
+from ..teeth.mesh_stiffness import ToothPair
 from ..warning_codes import coded
 from .bodies import half_station
 from .centres import StageShape

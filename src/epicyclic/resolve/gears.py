@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ..errors import ModelError
-from ..gears import geometry
+from ..teeth import geometry
 from ..train.bodies import GearData
 from ..warning_codes import coded
 from .inheritance import origin_of, stated, stated_value

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from ..errors import ModelError
-from ..gears.force_curve import ForceCurve, force_curve
 from ..model.force_tables import ForceTableOf
 from ..model.schema_links import BoltsTable, LinkTable
 from ..model.units import Quantity
+from ..teeth.mesh_stiffness import ForceCurve, force_curve
 from ..train.bodies import DIRECTIONS, Body
 from ..train.connections import Link
 from .bodies import member_centre

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..gears.stiffness import STEEL_MODULUS
 from ..model.schema import ModelFile
+from ..teeth.mesh_stiffness import STEEL_MODULUS
 from .inheritance import Level, Levels, stated_value, subtables
 from .plan import Plan
 

@@ -13,14 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..gears import stiffness as teeth_stiffness
-from ..gears.force_curve import force_curve, given_table
-from ..gears.series import fourier_series, series_in_time, table_series
-from ..gears.stiffness import STEEL_MODULUS
-from ..gears.tooth_pair import ContactTable, ToothPair
 from ..model.force_tables import MeshForceTable
 from ..model.schema import ModelFile, VariationTable
 from ..model.units import Quantity
+from ..teeth import mesh_stiffness as teeth_stiffness
+from ..teeth.mesh_stiffness import (
+    STEEL_MODULUS,
+    ContactTable,
+    ToothPair,
+    force_curve,
+    fourier_series,
+    given_table,
+    series_in_time,
+    table_series,
+)
 from ..train.connections import Mesh
 from ..train.kinematics import Kinematics
 from ..train.train import MeshError
@@ -365,7 +371,7 @@ def _contact_law(
 
     Raises
     ------
-    ModelError : what loaded contact refuses, see `pair.check_pair`.
+    ModelError : what loaded contact refuses, see `gear_pair.check_pair`.
     """
     meshing = shape.meshes[p.name]
     width = min(teeth.face_a[1], teeth.face_b[1]) - max(teeth.face_a[0], teeth.face_b[0])
@@ -387,10 +393,10 @@ def _table_of_pair(
     teeth: ToothPair, internal: bool, base_helix: float, lean: int, force: float, path: str, names: tuple[str, str]
 ) -> tuple[ContactTable, tuple[CodedText, ...]]:
     """Table of one pair around a normal force [N], and its warnings; kept, because sides and branches share it."""
-    from ..tooth_contact.energy import MeshedTeeth, interference_warnings  # heavy, and needed by loaded contact alone
-    from ..tooth_contact.pair import check_pair, drawn_pair
-    from ..tooth_contact.table import contact_table
-    from ..tooth_contact.tooth import ToothCompliance
+    from ..teeth.compliance import ToothCompliance
+    from ..teeth.energy_stiffness import MeshedTeeth, interference_warnings  # heavy, and needed by loaded contact alone
+    from ..teeth.gear_pair import check_pair, drawn_pair
+    from ..teeth.loaded_contact import contact_table
 
     pair = drawn_pair(teeth, internal=internal, base_helix=base_helix, lean=lean)
     check_pair(pair, path=path, paths=teeth.paths)

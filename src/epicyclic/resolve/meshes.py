@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..gears.phasing import shift_term
-from ..gears.stiffness import face_average
 from ..model.schema import ModelFile
+from ..teeth.mesh_stiffness import face_average
+from ..teeth.phasing import shift_term
 from ..train.connections import Mesh, MeshSlice
 from ..train.kinematics import Kinematics
 from ..train.phasing import StagePhases, ToothedGear, ToothMesh, chain_flanks, flank_of_torque, stage_leads, staggered
@@ -123,7 +123,7 @@ def _hand(shape: StageShape, p: GearPair, side: str | None) -> int:
 
 
 def _shift(shape: StageShape, p: GearPair) -> float:
-    """c of gear a in this mesh [pitches], see `gears.phasing`."""
+    """c of gear a in this mesh [pitches], see `teeth.phasing`."""
     return shift_term(
         teeth=shape.plan.gears[p.a].teeth or 0,
         profile_shift=next(iter(shape.gears[p.a].values())).profile_shift,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from ..errors import ModelError
-from ..gears import geometry
+from ..teeth import geometry
 from ..warning_codes import coded
 from .gears import Teeth
 from .plan import GearPair, Plan

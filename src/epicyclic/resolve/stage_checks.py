@@ -8,8 +8,8 @@ from itertools import combinations, product
 import numpy as np
 
 from ..errors import ModelError
-from ..gears import geometry
 from ..model.names import SIDES
+from ..teeth import geometry
 from ..train.phasing import disc_gaps
 from ..warning_codes import coded
 from .bodies import half_station

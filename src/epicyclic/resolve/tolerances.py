@@ -7,19 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ..errors import ModelError
-from ..gears.grades import (
-    FLANK_GRADES,
-    SIZE_GRADES,
-    in_flank_range,
-    profile_width,
-    run_out_width,
-    size_width,
-)
 from ..model.correlation import Correlations, read_correlations
 from ..model.distributions import Distribution, StandardGrade
 from ..model.document import Document
 from ..model.names import SIDES, collect
 from ..model.tolerances import Grade, Tolerance, Width, costs, tolerances, tolerances_and_costs
+from ..teeth.grades import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
 from ..train.bodies import Body
 from ..train.connections import Mesh
 from ..train.train import Train

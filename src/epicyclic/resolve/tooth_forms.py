@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping
 from typing import Literal
 
-from ..gears.outline import GearForm
-from ..gears.series import ComplexArray
 from ..model.schema import ModelFile
+from ..teeth.mesh_stiffness import ComplexArray
+from ..teeth.outline import GearForm
 from ..warning_codes import placed
 from .centres import StageShape
 from .inheritance import stated_value
@@ -95,13 +95,8 @@ def tooth_law(
     ------
     ModelError : teeth that cannot be, that interfere, that part between pairs.
     """
-    from ..tooth_contact.energy import (  # heavy, and needed by energy alone
-        MeshedTeeth,
-        energy_series,
-        interference_warnings,
-    )
-    from ..tooth_contact.ishikawa import ishikawa_series
-    from ..tooth_contact.tooth import tooth_compliance
+    from ..teeth.compliance import tooth_compliance
+    from ..teeth.energy_stiffness import MeshedTeeth, energy_series, interference_warnings, ishikawa_series
 
     meshing = shape.meshes[p.name]
     width = meshing.width[side]

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from ..model.bare_numbers import stated
 from ..model.units import Bounds
-from ..tooth_contact.loaded_contact import loaded_contact
-from ..tooth_contact.pair import ContactPair, MeshWave, uniform_along_face
+from ..teeth.gear_pair import ContactPair, MeshWave, uniform_along_face
+from ..teeth.loaded_contact import loaded_contact
 from ..train.connections import Mesh
 from ..train.train import Train
 from ..warning_codes import CodedText, coded
@@ -154,7 +154,7 @@ def placed_errors(
 def pair_gaps(train: Train, helix: Mesh, numbers: Index) -> Array:
     """Gaps (n,) of pairs of teeth by their numbers (n,), from the pitch deviations of the file [m].
 
-    The lines of the train are those of a gap that is linear from tooth to tooth (`gears.deviations.pitch_lines`), z of
+    The lines of the train are those of a gap that is linear from tooth to tooth (`teeth.grades.pitch_lines`), z of
     them.  At the moment in which a pair is at the pitch point the orders j and z - j are the same: without the factor
     2 sinc^2 of each they add up to the deviation of its teeth, exactly.
     """

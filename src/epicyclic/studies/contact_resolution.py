@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..tooth_contact.loaded_contact import LoadedContact
-from ..tooth_contact.mirror import all_loaded, all_segments
-from ..tooth_contact.pair import ContactPair, uniform_along_face
-from ..tooth_contact.phases import corner_phases, graded_phases
+from ..teeth.contact_lines import corner_phases, graded_phases
+from ..teeth.gear_pair import ContactPair, uniform_along_face
+from ..teeth.loaded_contact import LoadedContact, all_loaded, all_segments
 from ..train.connections import Mesh
 
 __all__ = [

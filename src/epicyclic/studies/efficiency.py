@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from ..assemble.tooth_pairs import mean_force, pair_of
 from ..errors import ConvergenceError, ModelError
-from ..gears import geometry
-from ..gears.loss_factor import Rolling, loss_factor, mean_friction, path_load, sliding_distance
 from ..results.dataset import dataset
-from ..tooth_contact.loaded_contact import LoadedContact
-from ..tooth_contact.mirror import all_loaded, all_segments
-from ..tooth_contact.phases import cycle_mean
+from ..teeth import geometry
+from ..teeth.contact_lines import cycle_mean
+from ..teeth.loaded_contact import LoadedContact, all_loaded, all_segments
+from ..teeth.loss_factor import Rolling, loss_factor, mean_friction, path_load, sliding_distance
 from ..train.bodies import Body, GearData
 from ..train.connections import Mesh
 from ..train.kinematics import Gearing

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..assemble.faces import FaceLoad, MeshFaceLaw
-from ..tooth_contact.loaded_contact import LoadedContact
-from ..tooth_contact.mirror import first_images
-from ..tooth_contact.root_stress import RootStress, pair_influences, root_stress
+from ..teeth.loaded_contact import LoadedContact, first_images
+from ..teeth.root_stress import RootStress, pair_influences, root_stress
 
 __all__ = ["GEARS", "RootColumns", "largest_root_stresses", "root_columns"]
 

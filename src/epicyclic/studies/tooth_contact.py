@@ -16,11 +16,9 @@ from ..assemble.tooth_pairs import End, loaded_mesh, mean_force, pair_of, tooth_
 from ..errors import ModelError
 from ..model.bare_numbers import stated
 from ..results.dataset import dataset
-from ..tooth_contact.line_load import averaging_length
-from ..tooth_contact.loaded_contact import LoadedContact, harmonics
-from ..tooth_contact.mirror import all_loaded, all_segments
-from ..tooth_contact.phases import cycle_harmonics, cycle_mean
-from ..tooth_contact.segments import ContactSegments, with_microgeometry
+from ..teeth.contact_lines import averaging_length, cycle_harmonics, cycle_mean
+from ..teeth.loaded_contact import LoadedContact, all_loaded, all_segments, harmonics
+from ..teeth.segments import ContactSegments, with_microgeometry
 from ..train.connections import Mesh
 from ..train.train import Train
 from ..warning_codes import CodedText, coded
@@ -92,7 +90,7 @@ def contact(
     Dataset : loaded transmission error [m] (mesh_load, mesh_phase); stiffness [N/m], largest load per length [N/m] and
         pressure [Pa] (side, mesh_load, ...); at the operating load transmission error, share of the tooth pairs, load
         and pressure over the face (side, width, mesh_phase) and over the flank (side, width, path_place).  Loads per
-        length and pressures are means over a length of contact line (`line_load`).  Stress in the tooth roots [Pa]
+        length and pressures are means over a length of contact line.  Stress in the tooth roots [Pa]
         (`root_columns`).  Attributes: samples, slices,
         averaging_length [m], tolerance, estimated_error (of the three numbers, largest; nan where both are given).
 

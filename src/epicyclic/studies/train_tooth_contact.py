@@ -36,8 +36,7 @@ from ..errors import ModelError
 from ..results.dataset import dataset
 from ..system.faces import faces
 from ..system.system import System
-from ..tooth_contact.line_load import averaging_length, largest_part_mean
-from ..tooth_contact.phases import corner_phases
+from ..teeth.contact_lines import averaging_length, corner_phases, largest_part_mean
 from ..train.train import Train
 from ..warning_codes import CodedText, code_of, coded
 from .contact_resolution import PHASE_SHARE, check_tolerance, doubled, estimated_error
@@ -98,7 +97,7 @@ def train_contact(
     Dataset : mesh_force [N] (torque_factor, mesh, time), face_load [N/m] (torque_factor, mesh, width), factors of face,
         side and branch (torque_factor, mesh or mesh_pair), flank_load_per_length [N/m] (mesh, width, flank_place),
         displacement [m, rad] (dof, time), link_force and link_deflection (link_row, time), relative residuals
-        (torque_factor).  Loads per length are means over a length of contact line (`line_load`), averaging_length [m]
+        (torque_factor).  Loads per length are means over a length of contact line, averaging_length [m]
         (mesh), largest_root_stress and lowest_root_stress [Pa] (torque_factor, mesh, mesh_gear).  Attributes: samples,
         slices, tolerance, estimated_error (of largest load and K_gamma, largest; nan where both are given),
         estimated_face_error (of K_Hbeta).

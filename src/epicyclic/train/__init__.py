@@ -1,4 +1,4 @@
 """The resolved train as frozen data: bodies, connections, kinematics, mesh phases, power flow.
 
-Depends on: gears.
+Depends on: teeth.
 """

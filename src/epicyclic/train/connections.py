@@ -8,8 +8,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gears.force_curve import ForceCurve
-from ..gears.tooth_pair import ContactTable, ToothPair
+from ..teeth.mesh_stiffness import ContactTable, ForceCurve, ToothPair
 
 __all__ = ["Link", "Mesh", "MeshSlice"]
 

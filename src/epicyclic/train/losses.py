@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..gears.loss_factor import touches_always
+from ..teeth.loss_factor import touches_always
 from .connections import Mesh
 from .kinematics import Gearing, Kinematics
 

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..gears.phasing import Angle, Phase, driver_tooth, mate_tooth, shift_term
+from ..teeth.phasing import Angle, Phase, driver_tooth, mate_tooth, shift_term
 from .rational import whole_solution
 
 __all__ = [

@@ -15,12 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from epicyclic.gears import geometry
-from epicyclic.gears.outline import GearForm
-from epicyclic.tooth_contact import hertz
-from epicyclic.tooth_contact.energy import MeshedTeeth
-from epicyclic.tooth_contact.solve import solve_hertzian
-from epicyclic.tooth_contact.tooth import tooth_compliance
+from epicyclic.teeth import gear_pair, geometry
+from epicyclic.teeth.compliance import tooth_compliance
+from epicyclic.teeth.contact_solver import solve_hertzian
+from epicyclic.teeth.energy_stiffness import MeshedTeeth
+from epicyclic.teeth.outline import GearForm
 
 from .gear import Load, solve
 
@@ -35,7 +34,7 @@ class Elements:
     """What the finite elements say of a pair at one place; n contacts.
 
     compliance : (n, n) of both gears with pressures over `half_width` (n,) [m^2/N, m].  A [m^2/N] and radius (n,) [m]
-    of `hertz.LineContact`.
+    of `gear_pair.LineContact`.
     """
 
     compliance: Array
@@ -78,7 +77,7 @@ def elements(mesh: MeshedTeeth, sigma: float, load: float, *, pairs: Index | Non
     """Solve both gears at a place; load : per face width, for the width of the contacts [N/m]."""
     pairs = pairs_at(mesh, sigma) if pairs is None else pairs
     line, radii = _line(mesh, sigma + pairs.astype(float))
-    half = hertz.half_width(line, np.full(len(pairs), load / len(pairs)))
+    half = gear_pair.half_width(line, np.full(len(pairs), load / len(pairs)))
     total = np.zeros((len(pairs), len(pairs)))
     for tooth, radius, sign in ((mesh.a, radii[0], 1), (mesh.b, radii[1], -1)):
         loads = [
@@ -116,16 +115,16 @@ def by_energy(mesh: MeshedTeeth, sigma: float, load: float, *, pairs: Index | No
         np.zeros((1, len(pairs))),
         np.ones((1, len(pairs)), dtype=bool),
         np.array([load]),
-        lambda u, index: hertz.load(line, u),
+        lambda u, index: gear_pair.load(line, u),
     )
     return float(found.approach[0]), found.force[0]
 
 
-def _line(mesh: MeshedTeeth, place: Array) -> tuple[hertz.LineContact, tuple[Array, Array]]:
+def _line(mesh: MeshedTeeth, place: Array) -> tuple[gear_pair.LineContact, tuple[Array, Array]]:
     on_a, on_b = mesh.rolled(place)
     radii = mesh.radii(place)
     curvature = 1 / on_a + (-1 / on_b if mesh.b.gear.internal else 1 / on_b)
-    line = hertz.line_contact(
+    line = gear_pair.line_contact(
         1 / curvature,
         mesh.a.depth(radii[0]),
         mesh.b.depth(radii[1]),

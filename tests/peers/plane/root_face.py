@@ -12,9 +12,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from epicyclic.tooth_contact.kernel import face_coupling
-from epicyclic.tooth_contact.root_influence import fillet_stress, root_influence
-from epicyclic.tooth_contact.tooth import tooth_compliance
+from epicyclic.teeth.compliance import face_coupling, tooth_compliance
+from epicyclic.teeth.root_stress import fillet_stress, root_influence
 
 from .solid import SolidMesh, spur_motion
 from .tabulate_face import TARGET, form_of

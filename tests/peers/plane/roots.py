@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from epicyclic.gears import geometry
-from epicyclic.gears.outline import GearForm, tooth_outline
+from epicyclic.teeth import geometry
+from epicyclic.teeth.outline import GearForm, tooth_outline
 
 from .gear import Fineness, Load, calculix, gear_mesh, held_nodes, pressed
 

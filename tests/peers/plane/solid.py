@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
-from epicyclic.gears import geometry
-from epicyclic.gears.outline import GearForm, Outline, tooth_outline
+from epicyclic.teeth import geometry
+from epicyclic.teeth.outline import GearForm, Outline, tooth_outline
 
 from .gear import SOLVER, graded, tip_bulge, with_middles
 

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from epicyclic.gears import geometry
-from epicyclic.gears.outline import GearForm
-from epicyclic.tooth_contact.tooth import tooth_compliance
+from epicyclic.teeth import geometry
+from epicyclic.teeth.compliance import tooth_compliance
+from epicyclic.teeth.outline import GearForm
 
 from .solid import SolidMesh, face_compliance
 

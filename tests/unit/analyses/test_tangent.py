@@ -17,12 +17,12 @@ from epicyclic.analyses.samples.error_map import error_map
 from epicyclic.analyses.static.tangent import flank_warnings, linear
 from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.transient.motion import motion
-from epicyclic.gears.series import evaluate_series
 from epicyclic.resolve import load
 from epicyclic.system.gaps import flanks
 from epicyclic.system.laws.flank import LawRows
 from epicyclic.system.laws.tabulated import TabulatedLaw
 from epicyclic.system.system import System
+from epicyclic.teeth.mesh_stiffness import evaluate_series
 
 Array = NDArray[np.float64]
 PAIRS = tuple(f"stages.main.meshes.{pair}" for pair in ("sun-planet", "planet-ring"))

@@ -11,12 +11,12 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.gears.geometry import contact_limits
-from epicyclic.gears.outline import GearForm
 from epicyclic.model.model_writer import model_text
 from epicyclic.resolve.resolved_document import resolved_document
-from epicyclic.tooth_contact.energy import MeshedTeeth, section_stiffness
-from epicyclic.tooth_contact.tooth import tooth_compliance
+from epicyclic.teeth.compliance import tooth_compliance
+from epicyclic.teeth.energy_stiffness import MeshedTeeth, section_stiffness
+from epicyclic.teeth.geometry import contact_limits
+from epicyclic.teeth.outline import GearForm
 from epicyclic.train.train import Train
 
 MESHES = "stages.main.meshes"

@@ -9,10 +9,10 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.gears.flank import PLAIN, Flank, Relief, Wave
-from epicyclic.gears.tooth_pair import ToothPair
 from epicyclic.model.model_writer import model_text
 from epicyclic.resolve.resolved_document import resolved_document
+from epicyclic.teeth.flank import PLAIN, Flank, Relief, Wave
+from epicyclic.teeth.mesh_stiffness import ToothPair
 from epicyclic.train.connections import Mesh
 from epicyclic.train.train import Train
 

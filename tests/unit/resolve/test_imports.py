@@ -11,10 +11,10 @@ def test_a_plain_train_is_resolved_without_tooth_contact() -> None:
 import sys
 from epicyclic.resolve import load
 load("ren2021")
-heavy = {"scipy", "pint", "xarray", "epicyclic.tooth_contact.tooth", "epicyclic.tooth_contact.table"}
+heavy = {"scipy", "pint", "xarray", "epicyclic.teeth.compliance", "epicyclic.teeth.loaded_contact"}
 assert not heavy & set(sys.modules), heavy & set(sys.modules)
 load("ren2021", {"stages.main.meshes.sun-planet.stiffness": "energy"})
-assert "epicyclic.tooth_contact.tooth" in sys.modules
+assert "epicyclic.teeth.compliance" in sys.modules
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

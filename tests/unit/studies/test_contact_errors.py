@@ -12,9 +12,9 @@ import xarray as xr
 import epicyclic
 from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.errors import ModelError
-from epicyclic.gears.flank import Flank
 from epicyclic.studies.contact_errors import pair_gaps
-from epicyclic.tooth_contact.loaded_contact import loaded_contact
+from epicyclic.teeth.flank import Flank
+from epicyclic.teeth.loaded_contact import loaded_contact
 
 MODEL: dict[str, Any] = {
     "format": 2,

@@ -14,7 +14,7 @@ from epicyclic.assemble.tabulated import ContactHistory, with_contact_tangent
 from epicyclic.assemble.tooth_pairs import mean_force, pair_of
 from epicyclic.errors import ModelError
 from epicyclic.system.system import System
-from epicyclic.tooth_contact.loaded_contact import loaded_contact
+from epicyclic.teeth.loaded_contact import loaded_contact
 from epicyclic.train.connections import Mesh
 from epicyclic.train.train import Train
 

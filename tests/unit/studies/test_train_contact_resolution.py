@@ -11,7 +11,7 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.tooth_contact.line_load import largest_part_mean
+from epicyclic.teeth.contact_lines import largest_part_mean
 
 # one helical pair between stiff supports: its mesh force is that of the torque at every instant
 PAIR: dict[str, Any] = {

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.gears.force_curve import force_curve
 from epicyclic.system.laws.groups import LawGroup, Laws, stacked
 from epicyclic.system.laws.radial import Law, RadialLaw
 from epicyclic.system.laws.radial_table import RadialTable
+from epicyclic.teeth.mesh_stiffness import force_curve
 
 Array = NDArray[np.float64]
 UM = 1e-6

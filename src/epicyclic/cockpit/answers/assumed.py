@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ...gears.grades import run_out_width
 from ...model.model_writer import quantity_text
+from ...teeth.grades import run_out_width
 from ...train.bodies import Body
 from ...train.train import Train
 

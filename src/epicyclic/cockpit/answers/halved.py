@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from ...gears.grades import FLANK_GRADES, SIZE_GRADES
 from ...model.written import written
+from ...teeth.grades import FLANK_GRADES, SIZE_GRADES
 from ...train.train import Train
 from .paths import in_short
 

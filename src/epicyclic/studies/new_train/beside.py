@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...gears import geometry
-from ...gears.grades import in_flank_range, run_out_width
 from ...model.model_writer import quantity_text
+from ...teeth import geometry
+from ...teeth.grades import in_flank_range, run_out_width
 from .tooth_counts import Held, ToothCounts
 
 __all__ = ["Blank", "beside", "shifts_of"]

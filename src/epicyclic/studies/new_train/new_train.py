@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...errors import ModelError
-from ...gears.geometry import overlap_ratio
 from ...model.commented_writer import commented_text
 from ...model.model_writer import quantity_text
 from ...resolve import load
+from ...teeth.geometry import overlap_ratio
 from ...train.train import Train
 from .beside import Blank, beside, shifts_of
 from .sizes import LOAD_FIGURE, GearSize, size_of

@@ -19,10 +19,10 @@ from ...assemble.tabulated import ContactHistory, with_contact_tangent
 from ...assemble.tooth_pairs import pair_of
 from ...errors import ModelError
 from ...system.system import System
-from ...tooth_contact.microgeometries import MicrogeometryContact, microgeometry_contact
-from ...tooth_contact.mirror import all_segments, first_images
-from ...tooth_contact.pair import ContactPair, uniform_along_face
-from ...tooth_contact.segments import ContactSegments
+from ...teeth.gear_pair import ContactPair, uniform_along_face
+from ...teeth.loaded_contact import all_segments, first_images
+from ...teeth.microgeometries import MicrogeometryContact, microgeometry_contact
+from ...teeth.segments import ContactSegments
 from ...train.connections import Mesh
 from ...train.train import Train
 from ..contact_resolution import Resolution, mesh_phases, sigma_at

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from ...assemble import assemble
 from ...errors import ModelError
-from ...gears.flank import Flank
 from ...resolve import load
 from ...results.dataset import dataset
 from ...system.system import System
-from ...tooth_contact.pair import check_pair
-from ...tooth_contact.segments import ContactSegments
+from ...teeth.flank import Flank
+from ...teeth.gear_pair import check_pair
+from ...teeth.segments import ContactSegments
 from ...train.connections import Mesh
 from ...train.train import Train
 from ...warning_codes import CodedText, coded

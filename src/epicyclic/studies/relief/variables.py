@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...gears.flank import Flank, Relief
+from ...teeth.flank import Flank, Relief
 
 __all__ = [
     "KEYS",

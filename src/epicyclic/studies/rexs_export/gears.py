@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 
 from ...errors import ModelError
-from ...gears.flank import PLAIN, Flank
 from ...model.units import Bounds, read_quantity
+from ...teeth.flank import PLAIN, Flank
 from ...train.bodies import Body, GearData
 from ...train.train import Train
 from .draft import Attributes, Draft, in_unit, place

@@ -1,4 +1,0 @@
-"""Geometry, micro-geometry, phasing, deviations and ISO stiffness of one gear or of one pair of gears.
-
-Depends on: nothing of the package but errors.
-"""

@@ -1,0 +1,1 @@
+"""What a tooth is and what it does under load: geometry, micro-geometry, grades, compliance, contact, root stress."""

@@ -1,0 +1,494 @@
+"""Compliance of a tooth, of the gear body under it, and their coupling along the face.
+
+Coupling along the face: Green's function of a tooth as a clamped plate with free ends.
+
+Along its width a load per length p twists and bends a tooth like a beam on an elastic foundation (derived here),
+
+    kappa^4 lambda^4 u'''' - lambda^2 u'' + u = q p,    u'' = 0 and kappa^4 lambda^2 u''' = u' at both ends
+
+The second derivative is torsion about an axis along the face; the fourth is bending along the face, which spreads the
+load of a point and lets the free ends tilt.  Green's function G is symmetric and positive definite, and its integral
+over the face is 1: a uniform load has the plane compliance.  With the roots r of kappa^4 r^4 - r^2 + 1 = 0 it is a sum
+of exp(-r |z - s|/lambda), one wide and one local, and of what both ends return.
+
+A thin cantilever plate of height h that deflects over its height like a beam under an end load has lambda = 0.71 h and
+kappa = 0.75 (nu = 0.3).  A tooth is as thick as it is high and stands on an elastic body: `face_decay`.
+
+Compliance of the gear body under the teeth (foundation): an elastic ring held at its bore, loaded at tooth roots.
+
+A ring gear is held at its rim.  The root of a tooth loads the arc it spans: a cross force and a normal force evenly, a
+moment linearly distributed [sainsot2004].  Plane strain of the ring is solved exactly, harmonic by harmonic, with the
+potentials of Kolosov and Muskhelishvili (derived here).  The motion of a root is the work conjugate of the same
+distribution of load, so that the compliance is symmetric.  The displacement field reaches the neighbouring teeth and
+couples them.  The teeth do not stiffen the ring.
+
+The published fit [sainsot2004, eq. 5] is the same ring with the motion read at the middle of the root, which gives 10
+to 30 % more; it is kept for comparison, with its limits of validity.
+
+Compliance of a tooth over the height of the load, by the potential-energy method, with the gear body under it.
+
+The load of one length of contact line acts along the normal of the flank and meets the middle of the tooth at a depth
+h below the flank [weber1953].  From there to the root the tooth is a beam of variable section in plane strain with
+bending, shear (6/5) and compression.  It is clamped in the critical section of [iso6336] part 3, where the tangent of
+the fillet is at 30 deg to the middle line (of a ring at 60 deg); below it an elastic ring is the compliance of the gear
+body, which couples neighbouring teeth.  The deformation between flank and middle is that of the line contact,
+whose depth is h.
+
+Helical teeth: the normal section of the virtual spur gear, per length of contact line.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
+
+from ..errors import ModelError
+from ..warning_codes import CodedText, coded
+from . import geometry
+from .outline import GearForm, Outline, tooth_outline
+
+Array = NDArray[np.float64]
+
+# Fitted to finite elements of teeth on gear bodies (docs/theory/teeth/face.json, table in docs/theory/contact.md):
+# lambda per height, its powers of the depth of the body and of the thickness of the tooth, each per height, and
+# kappa.  A deep body spreads the load further; a thick tooth yields more by shear and by its body than by bending.
+_PER_HEIGHT, _BODY, _THICKNESS, _BENDING = 0.65, 0.12, -0.37, 0.6
+
+_ROOTS = np.sqrt((1 + np.array([-1, 1]) * math.sqrt(1 - 4 * _BENDING**4)) / (2 * _BENDING**4))
+# of the endless face: G = sum of _SHARES exp(-_ROOTS |z - s|/lambda)/lambda
+_SHARES = np.array([1, -1]) / (2 * _BENDING**4 * (_ROOTS[1] ** 2 - _ROOTS[0] ** 2) * _ROOTS)
+
+# A face narrower than this many lambda tilts by less than 4e-3 of its deflection; a wider lambda changes nothing there,
+# and the waves of both ends would cancel with the fourth power.
+_NARROW = 0.2
+# Below this the mean over the own segment cancels; the series to the fourth power is exact to rounding.
+_SHORT = 1e-3
+
+
+def face_decay(height: float, thickness: float, body: float, width: float) -> float:
+    """Decay length lambda of a tooth along its face [m]; fitted to finite elements in three dimensions.
+
+    lambda^2 goes with the torsional stiffness of the tooth, a bar whose section is a rectangle of width and thickness.
+
+    Parameters
+    ----------
+    height : of the tooth above its critical section [m].  thickness : there [m].  body : depth of the gear body, from
+        the root circle to where it is held [m].  width : of the face [m].
+    """
+    shape = (body / height) ** _BODY * (thickness / height) ** _THICKNESS
+    return float(_PER_HEIGHT * height * shape * math.sqrt(_torsion_share(width / thickness)))
+
+
+def face_coupling(zeta: Array, width: float, decay: float, lengths: Array) -> Array:
+    """Coupling matrix K: mean of G over pairs of segments of the face, (n, n) [1/m], symmetric, positive definite.
+
+    Under loads P_j = p_j l_j on segments of plane compliance q [m^2/N] the mean deflection is u_i = q K_ij P_j.  Where
+    the segments cover the face, K l = 1.  Derived here.
+
+    Parameters
+    ----------
+    zeta : (n,) middles of the segments from the middle of the face [m].  lengths : (n,) of the segments, within the
+        face and disjoint [m].  width : of the face [m].  decay : lambda [m].
+    """
+    decay = min(decay, width / _NARROW)
+    total = width / decay
+    length = np.asarray(lengths, dtype=float) / decay
+    edge = 0.5 * (total - length)
+    place = np.minimum(np.maximum(np.asarray(zeta, dtype=float) / decay, -edge), edge)
+    half = 0.5 * length
+    apart = np.maximum(np.abs(place[:, None] - place) - (half[:, None] + half), 0.0)
+    mean, own = _segment_means(_ROOTS[:, None] * length)
+    found = np.zeros(apart.shape)
+    for share, root, ends, at in zip(_SHARES, _ROOTS, mean, own, strict=True):
+        term = np.exp(-root * apart)
+        term *= share * ends[:, None]
+        term *= ends
+        term.flat[:: len(ends) + 1] = share * at
+        found += term
+    mean *= 0.5
+    right, left = (np.exp(_ROOTS[:, None] * gap) * mean for gap in (place - edge, -place - edge))
+    for returned, waves in zip(_returned(total), (right + left, right - left), strict=True):
+        found += waves.T @ returned @ waves
+    found += found.T.copy()
+    found *= 0.5 / decay
+    return found
+
+
+def _returned(total: float) -> Array:
+    """Amplitudes of the free waves that make both ends free, per wave of the load at the ends, (2, 2, 2) [1].
+
+    Even waves (first) are cosh(r z), odd ones sinh(r z), both over exp(r W/2); total : W, lengths in lambda.
+    Both conditions at the end, moment and shear, read r^2 and 1/r of a wave (kappa^4 r^2 - 1 = -1/r^2).
+    """
+    found = np.empty((2, 2, 2))
+    (a, b), (share_a, share_b) = _ROOTS.tolist(), _SHARES.tolist()
+    for returned, sign in zip(found, (1, -1), strict=True):
+        # Cramer's rule in plain numbers: arrays of two are all overhead
+        moment_a, moment_b = (0.5 * root**2 * (1 + sign * math.exp(-root * total)) for root in (a, b))
+        shear_a, shear_b = (-0.5 / root * (1 - sign * math.exp(-root * total)) for root in (a, b))
+        scale = -1 / (moment_a * shear_b - moment_b * shear_a)
+        returned[0] = (a**2 * shear_b - moment_b / a) * share_a, (b**2 * shear_b - moment_b / b) * share_b
+        returned[1] = (moment_a / a - a**2 * shear_a) * share_a, (moment_a / b - b**2 * shear_a) * share_b
+        returned *= scale
+    return found
+
+
+def _segment_means(x: Array) -> tuple[Array, Array]:
+    """Means of exp(-s) over 0 <= s <= x and of exp(-|s - t|) over 0 <= s, t <= x (...) [1]."""
+    safe = np.maximum(x, _SHORT)
+    fallen = np.expm1(-safe)
+    single, double = fallen / -safe, 2 * (safe + fallen) / safe**2
+    short = x < _SHORT
+    if short.any():
+        single = np.where(short, 1 - x / 2 * (1 - x / 3 * (1 - x / 4)), single)
+        double = np.where(short, 1 - x / 3 * (1 - x / 4 * (1 - x / 5 * (1 - x / 6))), double)
+    return single, double
+
+
+def _torsion_share(ratio: float) -> float:
+    """Torsional stiffness of a bar of rectangular section b, t over that of a thin one, b t^3/3 [1]; ratio : b/t.
+
+    Saint-Venant's series: 1 - 0.63 t/b for b > 2 t.
+    """
+    if ratio < 1:
+        return ratio**2 * _torsion_share(1 / ratio)
+    n = np.arange(1, 20, 2)
+    return float(1 - 192 / (math.pi**5 * ratio) * np.sum(np.tanh(0.5 * math.pi * n * ratio) / n**5))
+
+
+# Orders up to _ORDERS/theta: what is dropped goes with their square and is 2e-4 of the whole.
+_ORDERS = 80
+_ANGLE_POINTS, _ANGLE_WEIGHTS = np.polynomial.legendre.leggauss(96)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ToothRoot:
+    """Root of a tooth on the gear body; lengths [m].
+
+    circle : radius of the loaded circle through the roots.  held : radius at which the body is held, inside or outside
+    that circle.  thickness : of the tooth at its root.  pitch : angle between neighbouring teeth [rad].
+    """
+
+    circle: float
+    held: float
+    thickness: float
+    pitch: float
+
+    @property
+    def theta(self) -> float:
+        """Half the angle of the arc of the root, theta_f [rad] [sainsot2004]."""
+        return math.asin(0.5 * self.thickness / self.circle)
+
+    @property
+    def middle(self) -> float:
+        """Radius of the centroid of the arc, the reference point of the moment [m]."""
+        return self.circle * math.sin(self.theta) / self.theta
+
+
+def root_compliance(root: ToothRoot, neighbours: int, *, youngs_modulus: float, poisson: float) -> Array:
+    """Compliance of the roots: motion of one per load on another, (neighbours + 1, 3, 3), plane strain, per length.
+
+    First axis: the loaded tooth is 0, 1, ... pitches from the moved one, clockwise.  Loads and motions of a tooth that
+    points along y: along x, along y [m^2/N], and about the centroid of the root, clockwise [1/N].
+    youngs_modulus : [Pa].  poisson : [1].  Derived here.
+    """
+    theta, R = root.theta, root.circle
+    outward = 1.0 if root.held < R else -1.0
+    orders = np.arange(int(_ORDERS / theta) + 1)
+    angle, length = theta * _ANGLE_POINTS, theta * R * _ANGLE_WEIGHTS
+    even, odd = _components(angle, length, R)
+    cos, sin = np.cos(np.outer(orders, angle)) * length, np.sin(np.outer(orders, angle)) * length
+    # of the tractions (radial, tangential) on the circle, cos and sin parts of every order: two families that a quarter
+    # of a wave turns into each other, (U cos, V sin) and (-U sin, V cos)
+    first = np.stack([even @ cos.T, odd @ sin.T], axis=-1)
+    second = np.stack([-even @ sin.T, odd @ cos.T], axis=-1)
+    norm = np.where(orders == 0, 0.5, 1.0) / (np.pi * R) * outward
+    C = _harmonics(orders[-1], root.held / R, youngs_modulus, poisson) * (R * norm)[:, None, None]
+    # work of the first family on itself and of one on the other: a load turned by s is cos(ns) of its own family and
+    # sin(ns) of the other
+    own = np.einsum("ina,nab,jnb->nij", first, C, first) + np.einsum("ina,nab,jnb->nij", second, C, second)
+    mixed = np.einsum("ina,nab,jnb->nij", first, C, second) - np.einsum("ina,nab,jnb->nij", second, C, first)
+    turned = np.outer(np.arange(neighbours + 1) * root.pitch, orders)
+    return np.asarray(np.einsum("sn,nij->sij", np.cos(turned), own) + np.einsum("sn,nij->sij", np.sin(turned), mixed))
+
+
+def _components(angle: Array, length: Array, radius: float) -> tuple[Array, Array]:
+    """Radial and tangential tractions (3, points) [1/m] of unit loads: uniform along x, uniform along y, linear over x.
+
+    angle : (points,) clockwise from y [rad].  length : (points,) quadrature weights along the arc [m].
+    """
+    x = radius * np.sin(angle)
+    across = np.full_like(angle, 1 / length.sum())
+    tilt = -x / np.sum(length * x**2)
+    zero = np.zeros_like(angle)
+    tx, ty = np.stack([across, zero, zero]), np.stack([zero, across, tilt])
+    radial, tangent = (np.sin(angle), np.cos(angle)), (np.cos(angle), -np.sin(angle))
+    return tx * radial[0] + ty * radial[1], tx * tangent[0] + ty * tangent[1]
+
+
+def _harmonics(highest: int, held: float, E: float, nu: float) -> Array:
+    """Motion (U, V) per stress (radial, shear) on a circle of radius 1, orders 0 .. highest, (orders, 2, 2) [1/Pa].
+
+    u_r = U cos n t, u_t = V sin n t; the circle of radius `held` is fixed.
+    """
+    kappa, mu = 3 - 4 * nu, E / (2 * (1 + nu))
+    n = np.arange(1.0, highest + 1)
+    loaded, fixed = (_fields(n, r, kappa, (min(1.0, held), max(1.0, held))) for r in (1.0, held))
+    # order 1 carries a resultant force: a logarithm takes the place of one of its two rigid motions
+    loaded[0, :, 1], fixed[0, :, 1] = _source(1.0, kappa), _source(held, kappa)
+    system = np.concatenate([loaded[:, 2:], fixed[:, :2]], axis=1)
+    right = np.zeros((len(n), 4, 2))
+    right[:, 0, 0] = right[:, 1, 1] = 1.0
+    found = np.zeros((highest + 1, 2, 2))
+    found[1:] = loaded[:, :2] @ np.linalg.solve(system, right)
+    lame = np.linalg.solve([[2.0, 1.0], [held * (kappa - 1), -1 / held]], [1.0, 0.0])
+    found[0] = np.diag([(kappa - 1) * lame[0] - lame[1], held**-2 - 1])  # breathing, and winding: a ring in torsion
+    return found / (2 * mu)
+
+
+def _fields(n: Array, r: float, kappa: float, circles: tuple[float, float]) -> Array:
+    """2 mu (U, V) and (radial stress, shear) at a radius, of the four elementary solutions of order n, (orders, 4, 4).
+
+    phi = z^(1 + n), z^(1 - n), then psi = z^(n - 1), z^(-n - 1), each scaled to 1 where it is largest in the ring.
+    """
+    columns = []
+    for k, sense in ((1 + n, 1.0), (1 - n, -1.0)):
+        x = (r / np.where(k > 0, circles[1], circles[0])) ** k
+        columns.append([x * (kappa - k), sense * x * (kappa + k), x * k * (3 - k) / r, sense * x * k * (k - 1) / r])
+    for k, sense in ((n - 1, 1.0), (-n - 1, -1.0)):
+        x = (r / np.where(k > 0, circles[1], circles[0])) ** k
+        columns.append([-x, sense * x, -k * x / r, sense * k * x / r])
+    return np.moveaxis(np.array(columns), 2, 0).swapaxes(1, 2).copy()
+
+
+def _source(r: float, kappa: float) -> Array:
+    """2 mu (U, V) and (radial stress, shear), (4,), of phi = log z, psi = -kappa log z, which is single-valued."""
+    log = 2 * kappa * math.log(r)
+    return np.array([log - 1, -log - 1, (3 + kappa) / r, (1 - kappa) / r])
+
+
+def torsional_compliance(root: ToothRoot, base: float, *, youngs_modulus: float, poisson: float) -> float:
+    """Compliance of the ring in torsion along the line of action, common to all teeth [m^2/N].
+
+    A moment p r_b causes the shear stress p r_b/(2 pi r^2) and turns the loaded circle by
+    p r_b/(4 pi G) |1/r_i^2 - 1/r_o^2|.  base : base radius r_b [m].  Derived here.
+    """
+    G = youngs_modulus / (2 * (1 + poisson))
+    return base**2 / (4 * math.pi * G) * abs(root.held**-2 - root.circle**-2)
+
+
+# the published fit ---------------------------------------------------------------------------------------------------
+
+# Rows L, M, P, Q of X = A/theta^2 + B h^2 + C h/theta + D/theta + E h + F, h = r_f/r_int [sainsot2004, table 1].
+_FIT = (
+    (-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045),
+    (60.111e-5, 28.100e-3, -83.431e-4, -9.9256e-3, 0.1624, 0.9086),
+    (-50.952e-5, 185.50e-3, 0.0538e-4, 53.300e-3, 0.2895, 0.9236),
+    (-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904),
+)
+FIT_LIMITS = {"r_f/r_int": (1.4, 7.0), "theta_f": (0.01, 0.12)}
+
+
+def sainsot_compliance(root: ToothRoot, *, youngs_modulus: float) -> tuple[Array, tuple[CodedText, ...]]:
+    """Compliance of a root (3, 3) [m^2/N] as of `root_compliance`, by the published fit, with warnings on its limits.
+
+    cos^2 g/E [L (u/S)^2 + M u/S + P (1 + Q tan^2 g)] [sainsot2004, eq. 5] at an angle g and a distance u is linear in
+    force and moment.
+    """
+    ratio, theta = root.circle / root.held, root.theta
+    terms = (theta**-2, ratio**2, ratio / theta, 1 / theta, ratio, 1.0)
+    L, M, P, Q = (math.fsum(c * t for c, t in zip(row, terms, strict=True)) for row in _FIT)
+    S = root.thickness
+    motion = np.array([[P, 0.0, 0.5 * M / S], [0.0, P * Q, 0.0], [0.5 * M / S, 0.0, L / S**2]])
+    messages = tuple(
+        coded(
+            "formula-outside-limits",
+            f"gear body: {name} {value:.3g} is outside {low:g} .. {high:g} (Sainsot, Velex & Duverger 2004)",
+        )
+        for (name, (low, high)), value in zip(FIT_LIMITS.items(), (ratio, theta), strict=True)
+        if not low <= value <= high
+    )
+    return motion / youngs_modulus, messages
+
+
+NEIGHBOURS = 4  # pitches over which the body couples teeth; those in contact together are nearer
+_KNOTS = 64
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(48)
+_SHEAR = 6 / 5
+_LEAN, _LEAN_RING = math.radians(30), math.radians(60)  # of the tangent in the critical section
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ComplianceParts:
+    """Compliance of a tooth by cause, each (...) [m^2/N]: displacement along the normal per load per length."""
+
+    bending: Array
+    shear: Array
+    compression: Array
+    body: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ToothCompliance:
+    """Compliance of a tooth against the radius of the load on the gear itself (not on its virtual gear).
+
+    knots : (n,) rising radii from the start of the involute to the tip (of a ring from the tip outward) [m].
+    table : over them bending, shear, compression [m^2/N], depth [m], and the load of 1 N/m on the root (3,) in the
+        components of the gear body.  roots : (NEIGHBOURS + 1, 3, 3) compliance of the roots, see `root_compliance`.
+    shared : winding of the body, common to all teeth of the gear and part of the body compliance [m^2/N].
+    height : of the tooth above its critical section [m].  thickness : of the tooth there [m].
+    warnings : of formulas outside their limits.
+    """
+
+    gear: GearForm
+    outline: Outline
+    knots: Array
+    table: CubicSpline
+    roots: Array
+    shared: float
+    height: float
+    thickness: float
+    warnings: tuple[CodedText, ...]
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Least and largest radius of the involute [m]."""
+        return float(self.knots[0]), float(self.knots[-1])
+
+    def face_decay(self, width: float) -> float:
+        """Decay length of the coupling along the face, along the tooth [m], see `face_decay`.
+
+        width : of the face along the tooth [m].  Load spreads along the axis: on an inclined tooth it reaches further.
+        """
+        gear = self.gear
+        slant = math.cos(geometry.base_helix_angle(gear.pressure_angle, gear.helix_angle))
+        return face_decay(self.height, self.thickness, abs(gear.bore - gear.root), width) / slant
+
+    def bending(self, radius: ArrayLike) -> Array:
+        """Whole compliance q of the tooth and its body, without contact, (...) [m^2/N] at radii (...) [m].
+
+        Beyond the involute the value at its end.
+        """
+        found = self.parts(radius)
+        return found.bending + found.shear + found.compression + found.body
+
+    def parts(self, radius: ArrayLike) -> ComplianceParts:
+        """Compliance of the tooth by cause, (...) [m^2/N] at radii (...) [m]."""
+        at = self._at(radius)
+        under = np.einsum("...i,ij,...j->...", at[..., 4:], self.roots[0], at[..., 4:])
+        return ComplianceParts(bending=at[..., 0], shear=at[..., 1], compression=at[..., 2], body=under)
+
+    def depth(self, radius: ArrayLike) -> Array:
+        """Distance (...) [m] from the flank to the middle of the tooth along the normal, at radii (...) [m]."""
+        return np.asarray(self._at(radius)[..., 3])
+
+    def cross(self, radius: ArrayLike, other: ArrayLike, ahead: ArrayLike) -> Array:
+        """Cross compliance of the body (...) [m^2/N]: motion of a tooth at `radius` per load per length at `other`.
+
+        radius, other : (...) [m].  ahead : (...) whole pitches, of any sign, by which the loaded tooth is ahead on the
+            side that the loaded flanks face; 0 is the same tooth; beyond NEIGHBOURS as there.  With flanks that face
+            the push (gear a of a pair) the pair at sigma + 1 is one pitch ahead, else (gear b) one behind.
+        """
+        count = np.clip(np.asarray(ahead, dtype=np.int64), -NEIGHBOURS, NEIGHBOURS)
+        moved, loaded = self._at(radius)[..., 4:], self._at(other)[..., 4:]
+        found = np.zeros(np.broadcast_shapes(moved.shape[:-1], loaded.shape[:-1], count.shape))
+        # one matrix for each number of pitches: no array of matrices, of which there are as many as results
+        for pitches in range(int(count.min()), int(count.max()) + 1):
+            turned = moved @ (self.roots[pitches] if pitches >= 0 else self.roots[-pitches].T)
+            work = turned[..., 0] * loaded[..., 0] + turned[..., 1] * loaded[..., 1] + turned[..., 2] * loaded[..., 2]
+            np.copyto(found, work, where=count == pitches)
+        return found
+
+    def _at(self, radius: ArrayLike) -> Array:
+        """Columns of the table (..., 7) at radii (...) [m]."""
+        return np.asarray(self.table(np.clip(radius, *self.limits)))
+
+
+def tooth_compliance(gear: GearForm, *, under: Literal["ring", "fit"] = "ring", path: str = "") -> ToothCompliance:
+    """Compliance of the teeth of a gear by the potential-energy method.
+
+    under : gear body as an elastic ring, or by the published fit [sainsot2004] (external teeth; neighbours uncoupled).
+    path : of the gear in the model file, for the message.
+
+    Raises
+    ------
+    ModelError : pointed or undercut teeth, no body under them (see `outline.tooth_outline`), a fit for a ring.
+    """
+    shape = tooth_outline(gear, path=path)
+    low, high = sorted((shape.form_radius, shape.tip))
+    radius = low + (high - low) * 0.5 * (1 - np.cos(np.pi * np.arange(_KNOTS) / (_KNOTS - 1)))
+    psi, gamma = shape.flank_angle(radius)
+    half, along = radius * np.sin(psi), radius * np.cos(psi)
+    crossing = along + half * np.tan(gamma) * (1 if shape.internal else -1)  # of the load and the middle of the tooth
+    section = _critical(shape)
+    root = _root(gear, shape, section)
+    roots, shared, messages = _body(gear, shape, root, under, path)
+    load = np.stack([-np.cos(gamma), np.sin(gamma) * (1 if shape.internal else -1)], axis=1)
+    moment = load[:, 0] * (crossing - root.middle)
+    beam = _beam(shape, crossing, gamma, section, gear)
+    table = np.column_stack([*beam, half / np.cos(gamma), load, moment])
+    knots = radius - gear.to_virtual
+    return ToothCompliance(
+        gear=gear,
+        outline=shape,
+        knots=knots,
+        table=CubicSpline(knots, table),
+        roots=roots,
+        shared=shared,
+        height=float(shape.depth[section]),
+        thickness=root.thickness,
+        warnings=messages,
+    )
+
+
+def _critical(shape: Outline) -> int:
+    """Index of the critical section, in which the tooth is clamped [iso6336]."""
+    lean = _LEAN_RING if shape.internal else _LEAN
+    return int(shape.form + np.searchsorted(shape.slope[shape.form :], lean))
+
+
+def _root(gear: GearForm, shape: Outline, section: int) -> ToothRoot:
+    """Root of the tooth on the body of the virtual gear, whose radii have the ratios of those of the gear."""
+    return ToothRoot(
+        circle=float(shape.radius[section]),
+        held=gear.bore * shape.root / gear.root,
+        thickness=2 * float(shape.x[section]),
+        pitch=2 * shape.half_pitch,
+    )
+
+
+def _body(
+    gear: GearForm, shape: Outline, root: ToothRoot, under: str, path: str
+) -> tuple[Array, float, tuple[CodedText, ...]]:
+    """Compliance of the roots (NEIGHBOURS + 1, 3, 3), of the winding [m^2/N], and warnings."""
+    E, nu = gear.youngs_modulus, gear.poisson
+    shared = torsional_compliance(root, shape.base, youngs_modulus=E, poisson=nu)
+    if under == "ring":
+        return root_compliance(root, NEIGHBOURS, youngs_modulus=E, poisson=nu), shared, ()
+    if shape.internal:
+        raise ModelError("the fit is for external teeth", path=path, given=under, allowed="ring")
+    own, messages = sainsot_compliance(root, youngs_modulus=E)
+    return np.concatenate([own[None], np.zeros((NEIGHBOURS, 3, 3))]), shared, messages
+
+
+def _beam(shape: Outline, crossing: Array, gamma: Array, section: int, gear: GearForm) -> tuple[Array, Array, Array]:
+    """Bending, shear and compression (n,) [m^2/N] of the beam from crossings (n,) [m] to the section.
+
+    gamma : (n,) angle of the load against the cross line [rad].
+    """
+    nu, plane = gear.poisson, gear.youngs_modulus / (1 - gear.poisson**2)
+    G = gear.youngs_modulus / (2 * (1 + nu))
+    place = crossing - shape.tip if shape.internal else shape.tip - crossing
+    length = np.maximum(shape.depth[section] - place, 0.0)
+    arm = length[:, None] * 0.5 * (_POINTS + 1)
+    weight = length[:, None] * 0.5 * _WEIGHTS
+    thick = 2 * np.interp(place[:, None] + arm, shape.depth[: section + 1], shape.x[: section + 1])
+    across, down = np.cos(gamma) ** 2, np.sin(gamma) ** 2
+    bending = across * (12 * arm**2 / thick**3 * weight).sum(axis=1) / plane
+    stretched = (weight / thick).sum(axis=1)
+    return bending, _SHEAR * across * stretched / G, down * stretched / plane

@@ -1,0 +1,288 @@
+"""Involute geometry: the involute function, one cylindrical gear, one pair of gears.
+
+The involute function and its inverse, to the last digits also where tan(angle) - angle cancels.
+
+Involute geometry of one cylindrical gear and of one pair of gears [iso21771].
+
+Numbers of teeth are positive, of a ring too; ``internal=True`` marks a ring (of a pair: gear b).  A positive profile
+shift lengthens the addendum, of a ring too.  Gear a of a pair is external.  The place of contact sigma counts from the
+pitch point along the push of a on b, in base pitches (docs/conventions.md, Phases).  No function here raises: a pair
+that cannot exist returns nan or a negative clearance, and the caller names the entry of the model file.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# tan a - a = a^3/3 + 2 a^5/15 + ...; below _SMALL the first omitted term is 3e-18 of the first.
+_SERIES = (
+    1 / 3,
+    2 / 15,
+    17 / 315,
+    62 / 2835,
+    1382 / 155925,
+    21844 / 6081075,
+    929569 / 638512875,
+    6404582 / 10854718875,
+)
+_SMALL = 0.1
+
+
+@overload
+def involute(angle: float) -> float: ...
+@overload
+def involute(angle: Array) -> Array: ...
+def involute(angle: float | Array) -> float | Array:
+    """Involute function inv a = tan a - a [iso21771], by its series where the difference cancels.
+
+    angle : pressure angle, |angle| < pi/2, a float or of shape (...) [rad].  Returns the same shape [rad].
+    """
+    values = np.asarray(angle, dtype=float)
+    square = np.minimum(values**2, _SMALL**2)
+    series = values * square * np.polynomial.polynomial.polyval(square, _SERIES)
+    return _like(angle, np.where(np.abs(values) < _SMALL, series, np.tan(values) - values))
+
+
+@overload
+def inverse_involute(value: float) -> float: ...
+@overload
+def inverse_involute(value: Array) -> Array: ...
+def inverse_involute(value: float | Array) -> float | Array:
+    """Inverse involute function: pressure angle whose involute is `value`, within 1e-14 rad.
+
+    value : a float or of shape (...) [rad]; negative values give negative angles, nan gives nan.  Returns the same
+    shape [rad].  Newton's method on the whole array: from a start above or near the root it needs no bracket, and the
+    last digits of every working pressure angle are those of this iteration.
+    """
+    given = np.asarray(value, dtype=float)
+    size = np.abs(given)
+    root = np.cbrt(3.0 * size)
+    # u = tan(angle) solves u - atan u = value: u ~ root + root^3/5 near zero, u < value + pi/2 always.
+    tangent = np.minimum(root + root**3 / 5.0, size + 0.5 * np.pi)
+    angle = np.arctan(tangent)
+    for _ in range(8):
+        slope = np.maximum(np.tan(angle) ** 2, np.finfo(float).tiny)
+        angle = np.clip(angle - (np.asarray(involute(angle)) - size) / slope, 0.0, 0.5 * np.pi)
+    return _like(value, np.copysign(angle, given))
+
+
+def _like(model: float | Array, values: Array) -> float | Array:
+    """Values (...) [rad] as a float where the argument was one."""
+    return values if isinstance(model, np.ndarray) else float(values)
+
+
+# one gear ------------------------------------------------------------------------------------------------------------
+
+
+def transverse_module(module: float, helix_angle: float) -> float:
+    """Transverse module m_t = m_n / cos beta [m] from normal module [m] and helix angle [rad] [iso21771]."""
+    return module / math.cos(helix_angle)
+
+
+def transverse_pressure_angle(pressure_angle: float, helix_angle: float) -> float:
+    """Transverse pressure angle, tan alpha_t = tan alpha_n / cos beta [rad] [iso21771]."""
+    return math.atan(math.tan(pressure_angle) / math.cos(helix_angle))
+
+
+def base_helix_angle(pressure_angle: float, helix_angle: float) -> float:
+    """Base helix angle, sin beta_b = sin beta cos alpha_n [rad], alpha_n the normal pressure angle [iso21771]."""
+    return math.asin(math.sin(helix_angle) * math.cos(pressure_angle))
+
+
+def reference_radius(teeth: int, module: float, helix_angle: float) -> float:
+    """Reference radius r = z m_t / 2 [m] [iso21771]."""
+    return 0.5 * teeth * transverse_module(module, helix_angle)
+
+
+def base_radius(teeth: int, module: float, pressure_angle: float, helix_angle: float) -> float:
+    """Base circle radius r_b = r cos alpha_t [m]; normal module [m] and normal pressure angle [rad] [iso21771]."""
+    return reference_radius(teeth, module, helix_angle) * math.cos(
+        transverse_pressure_angle(pressure_angle, helix_angle)
+    )
+
+
+def base_pitch(module: float, pressure_angle: float, helix_angle: float) -> float:
+    """Transverse base pitch p_bt = pi m_t cos alpha_t [m] [iso21771]."""
+    return (
+        math.pi
+        * transverse_module(module, helix_angle)
+        * math.cos(transverse_pressure_angle(pressure_angle, helix_angle))
+    )
+
+
+def tip_radius(
+    teeth: int,
+    module: float,
+    helix_angle: float,
+    *,
+    internal: bool = False,
+    profile_shift: float = 0.0,
+    addendum: float = 1.0,
+) -> float:
+    """Tip radius r +- m (h_a + x) [m], + external, - of a ring, without tip shortening [iso21771].
+
+    profile_shift x, addendum h_a : coefficients per normal module [1].
+    """
+    height = module * (addendum + profile_shift)
+    return reference_radius(teeth, module, helix_angle) + (-height if internal else height)
+
+
+def root_radius(
+    teeth: int,
+    module: float,
+    helix_angle: float,
+    *,
+    internal: bool = False,
+    profile_shift: float = 0.0,
+    dedendum: float = 1.25,
+) -> float:
+    """Root radius r -+ m (h_f - x) [m], - external, + of a ring [iso21771]; coefficients as of `tip_radius`."""
+    depth = module * (dedendum - profile_shift)
+    return reference_radius(teeth, module, helix_angle) + (depth if internal else -depth)
+
+
+# a pair --------------------------------------------------------------------------------------------------------------
+
+
+def reference_centre_distance(
+    teeth_a: int, teeth_b: int, module: float, helix_angle: float, *, internal: bool = False
+) -> float:
+    """Centre distance without shift, (z_b +- z_a) m_t / 2 [m], - for a ring b [iso21771]."""
+    return 0.5 * _teeth_sum(teeth_a, teeth_b, internal) * transverse_module(module, helix_angle)
+
+
+def working_pressure_angle(
+    teeth_a: int,
+    teeth_b: int,
+    pressure_angle: float,
+    helix_angle: float,
+    *,
+    shift_a: float = 0.0,
+    shift_b: float = 0.0,
+    internal: bool = False,
+) -> float:
+    """Working transverse pressure angle of a pair without backlash from its profile shifts [rad]; nan if none exists.
+
+    inv alpha_w = inv alpha_t +- 2 tan alpha_n (x_a + x_b)/(z_b +- z_a) [iso21771], lower signs for a ring b: its
+    positive shift narrows the tooth spaces and draws the planet inward.  pressure_angle : normal [rad].
+    """
+    reference = transverse_pressure_angle(pressure_angle, helix_angle)
+    change = 2.0 * math.tan(pressure_angle) * (shift_a + shift_b) / _teeth_sum(teeth_a, teeth_b, internal)
+    if change == 0.0:
+        return reference  # exactly, so that an unshifted pair works at its reference distance to the last digit
+    value = involute(reference) + (-change if internal else change)
+    return inverse_involute(value) if value >= 0.0 else math.nan
+
+
+def centre_distance(
+    teeth_a: int,
+    teeth_b: int,
+    module: float,
+    helix_angle: float,
+    *,
+    pressure_angle: float,
+    working_pressure_angle: float,
+    internal: bool = False,
+) -> float:
+    """Centre distance at which a pair works at a given angle, a = a_0 cos alpha_t / cos alpha_w [m] [iso21771].
+
+    pressure_angle : normal; working_pressure_angle : transverse [rad].
+    """
+    reference = reference_centre_distance(teeth_a, teeth_b, module, helix_angle, internal=internal)
+    ratio = math.cos(transverse_pressure_angle(pressure_angle, helix_angle)) / math.cos(working_pressure_angle)
+    return reference * ratio
+
+
+def working_pressure_angle_at(
+    centre_distance: float, base_radius_a: float, base_radius_b: float, *, internal: bool = False
+) -> float:
+    """Working transverse pressure angle at a centre distance, cos alpha_w = (r_bB +- r_bA)/a [rad] [iso21771].
+
+    nan where the base circles leave no common tangent (`base_clearance` is then negative).
+    """
+    between = base_radius_b - base_radius_a if internal else base_radius_b + base_radius_a
+    return math.acos(between / centre_distance) if 0.0 < between <= centre_distance else math.nan
+
+
+def shift_sum(
+    teeth_a: int,
+    teeth_b: int,
+    pressure_angle: float,
+    helix_angle: float,
+    *,
+    working_pressure_angle: float,
+    internal: bool = False,
+) -> float:
+    """Sum of the shifts x_a + x_b with which a pair works at a given angle without backlash [1] [iso21771].
+
+    +-(z_b +- z_a)(inv alpha_w - inv alpha_t)/(2 tan alpha_n), lower signs for a ring b.  pressure_angle : normal;
+    working_pressure_angle : transverse [rad].
+    """
+    change = involute(working_pressure_angle) - involute(transverse_pressure_angle(pressure_angle, helix_angle))
+    total = _teeth_sum(teeth_a, teeth_b, internal) * change / (2.0 * math.tan(pressure_angle))
+    return -total if internal else total
+
+
+def contact_limits(
+    base_radius_a: float,
+    tip_radius_a: float,
+    base_radius_b: float,
+    tip_radius_b: float,
+    *,
+    working_pressure_angle: float,
+    base_pitch: float,
+    internal: bool = False,
+) -> tuple[float, float]:
+    """Ends (sigma_min, sigma_max) of the path of contact, from the pitch point [base pitches].
+
+    The tip of a ends the path at sigma_max, the tip of b at sigma_min.  Radii and base pitch p_bt [m], working
+    transverse pressure angle [rad].  A tip inside its base circle counts as lying on it.  Derived here from the line of
+    action [iso21771].
+    """
+    far = _beyond_pitch_point(base_radius_a, tip_radius_a, working_pressure_angle) / base_pitch
+    near = _beyond_pitch_point(base_radius_b, tip_radius_b, working_pressure_angle) / base_pitch
+    return (near if internal else -near), far
+
+
+def transverse_contact_ratio(limits: tuple[float, float]) -> float:
+    """Transverse contact ratio eps_alpha = sigma_max - sigma_min [1] from `contact_limits` [iso21771]."""
+    return limits[1] - limits[0]
+
+
+def overlap_ratio(face_width: float, helix_angle: float, module: float) -> float:
+    """Overlap ratio eps_beta = b sin|beta| / (pi m_n) [1] of one helix of width b [m] [iso21771]."""
+    return face_width * math.sin(abs(helix_angle)) / (math.pi * module)
+
+
+# clearances ----------------------------------------------------------------------------------------------------------
+
+
+def radial_clearance(centre_distance: float, radius_a: float, radius_b: float, *, internal: bool = False) -> float:
+    """Radial clearance of two circles at a centre distance [m]; negative where they overlap.
+
+    External: a - r_a - r_b (tip against root of the mate, tips of neighbouring planets).
+    ``internal``: circle a inside circle b, r_b - a - r_a (planet tip in ring root, planet root in ring tip).
+    """
+    return radius_b - centre_distance - radius_a if internal else centre_distance - radius_a - radius_b
+
+
+def base_clearance(
+    centre_distance: float, base_radius_a: float, base_radius_b: float, *, internal: bool = False
+) -> float:
+    """Centre distance less that at which the base circles touch [m]; negative where no line of action exists."""
+    return centre_distance - (base_radius_b - base_radius_a if internal else base_radius_b + base_radius_a)
+
+
+def _teeth_sum(teeth_a: int, teeth_b: int, internal: bool) -> int:
+    return teeth_b - teeth_a if internal else teeth_b + teeth_a
+
+
+def _beyond_pitch_point(base: float, tip: float, working: float) -> float:
+    """Distance along the line of action from the pitch point to the tip circle [m]; negative for a ring."""
+    return math.sqrt(max(0.0, tip**2 - base**2)) - base * math.tan(working)

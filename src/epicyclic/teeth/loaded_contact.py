@@ -1,0 +1,431 @@
+"""Loaded tooth contact analysis of one pair: over a mesh cycle, of mirrored helices, and as a table over the load.
+
+Loaded tooth contact analysis of one pair of gears on one helix: over a mesh cycle, at several loads.
+
+    result = loaded_contact(pair, [10e3, 20e3], np.arange(50) / 50)
+    result.transmission_error, result.tangent, result.load_per_length()
+
+Forces and stiffnesses are along the tooth normal.  `tangent` is dF/dd at the load, `secant` is F/(d - d_0) from first
+touch, `mean_stiffness` is the tangent averaged over the phases.
+
+Helices that are mirror images of one another, in the plane normal to the axis: one contact serves both.
+
+The two helices of a herringbone gear with equal flanks lean to opposite sides.  Mirrored, the contact lines of one are
+those of the other at every phase, and so are compliance, gaps and loads, from the other end of the face (derived here).
+
+Mesh stiffness by loaded contact: a pair tabulated over the place of the contact and the load.
+
+`loaded_contact` yields the approach d(F, sigma).  The linear model at an operating load F_0 has the tangent there,
+
+    f = k(sigma) (d - e(sigma)),   k = dF/dd at F_0,   e = d(F_0, sigma) - F_0/k(sigma)
+
+and so the exact loaded transmission error at F_0 (derived here).  The table holds d - e over all loads beside it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ModelError
+from . import gear_pair
+from .contact_lines import LineWindows, PlaneOfAction, contact_lines, corner_reach, line_windows, tip_separation
+from .contact_solver import ContactSolution, products, solve_hertzian, solve_linear, tangent_stiffness, with_residuals
+from .flank import Flank
+from .gear_pair import ContactPair, Torsion
+from .mesh_stiffness import DEFAULT_HARMONICS, ComplexArray, ContactTable, evaluate_series, table_series
+from .segments import ContactSegments, contact_segments, initial_gap
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadedContact:
+    """Loaded contact of one pair: F loads, T phases, J pairs of teeth, K segments of the face.
+
+    segments : the model that was solved.  load : (F, T) sum of the forces [N].  force : (F, T, J, K) normal to the
+    tooth [N].  approach : (F, T) d along the normal [m].  no_load : (T,) d at first touch [m].
+    tangent : (F, T) dF/dd [N/m].  residual : (F, T) of the contact conditions [1].  status : (F, T) "" where solved.
+    corner : (F, 2) overlap of tip and flank before and behind the path of contact, largest over the cycle [m]; 0 where
+        they stay apart or corner contact is solved.
+    """
+
+    segments: ContactSegments
+    load: Array
+    force: Array
+    approach: Array
+    no_load: Array
+    tangent: Array
+    residual: Array
+    status: NDArray[np.object_]
+    corner: Array
+
+    @property
+    def sigma(self) -> Array:
+        """Places of the phases, (T,) [base pitches]."""
+        return self.segments.sigma
+
+    @property
+    def transmission_error(self) -> Array:
+        """Loaded transmission error in the transverse plane, lag of the driven gear positive, (F, T) [m]."""
+        return self.approach / math.cos(self.segments.pair.plane.base_helix)
+
+    @property
+    def no_load_error(self) -> Array:
+        """Transmission error of the unloaded flanks in the transverse plane, (T,) [m]."""
+        return self.no_load / math.cos(self.segments.pair.plane.base_helix)
+
+    @property
+    def secant(self) -> Array:
+        """Secant stiffness F/(d - d_0), (F, T) [N/m]; without load its limit, the tangent."""
+        closed = self.approach - self.no_load
+        return np.where(closed > 0, self.load / np.where(closed > 0, closed, 1.0), self.tangent)
+
+    @property
+    def mean_stiffness(self) -> Array:
+        """Tangent stiffness averaged over the phases, (F,) [N/m]."""
+        return np.asarray(self.tangent.mean(axis=1))
+
+    @property
+    def share(self) -> Array:
+        """Share of the load on each pair of teeth, (F, T, J) [1]; 0 without load."""
+        whole = np.where(self.load > 0, self.load, 1.0)
+        return np.asarray(self.force.sum(axis=3) / whole[:, :, None])
+
+    def load_per_length(self) -> Array:
+        """Force per length of contact line, (F, T, J, K) [N/m]; 0 out of contact."""
+        length = self.segments.lines.length
+        return np.asarray(self.force / np.where(length > 0, length, np.inf))
+
+    @property
+    def mean_load(self) -> Array:
+        """Force per length of contact line, mean over a length about each segment, (F, T, J, K) [N/m].
+
+        The mean over a stated length converges with the slices where a line begins at a corner of the flank.
+        """
+        return np.where(self._touched, self._windows.mean(self.force), 0.0)
+
+    @property
+    def mean_pressure(self) -> Array:
+        """Largest contact pressure of `mean_load`, (F, T, J, K) [Pa] [weber1953]."""
+        segments, windows = self.segments, self._windows
+        plane = segments.pair.plane
+        radius = plane.curvature_radius(np.clip(windows.sigma, *plane.limits))
+        line = gear_pair.LineContact(A=segments.contact.A, B=np.zeros_like(radius), radius=radius)
+        return gear_pair.pressure(line, self.mean_load)
+
+    @property
+    def largest_load(self) -> Array:
+        """Largest of `mean_load` over the phases, (F,) [N/m]."""
+        return np.asarray(self.mean_load.max(axis=(1, 2, 3)))
+
+    @property
+    def largest_pressure(self) -> Array:
+        """Largest of `mean_pressure` over the phases, (F,) [Pa]."""
+        return np.asarray(self.mean_pressure.max(axis=(1, 2, 3)))
+
+    @property
+    def _touched(self) -> NDArray[np.bool_]:
+        return np.asarray(self.segments.lines.length > 0)
+
+    @property
+    def _windows(self) -> LineWindows:
+        return line_windows(self.segments.pair.plane, self.segments.lines)
+
+    def pressure(self) -> Array:
+        """Largest contact pressure of `load_per_length`, (F, T, J, K) [Pa] [weber1953]."""
+        segments = self.segments
+        places = np.take_along_axis(
+            self.load_per_length().reshape(*self.load.shape, -1),
+            np.broadcast_to(segments.index, (*self.load.shape[:1], *segments.index.shape)),
+            axis=-1,
+        )
+        return segments.spread(gear_pair.pressure(segments.contact, places))
+
+
+def loaded_contact(pair: ContactPair, loads: ArrayLike, phases: ArrayLike, *, compiled: bool = False) -> LoadedContact:
+    """Loaded contact of a pair at given loads.
+
+    Parameters
+    ----------
+    loads : (F,) or (F, T) forces normal to the tooth, 0 or more [N].  phases : (T,) places sigma of one pair of teeth
+        at mid-face [base pitches]; the cycle of the flanks is 1.  compiled : with a linear law, all loads in one go by
+        numba (extra ``fast``), the same numbers; of a load for every phase and with Hertz it makes no difference.
+
+    Raises
+    ------
+    ModelError : a pair that does not mesh (`check_pair`), a negative or infinite load; `compiled` without numba.
+    """
+    return loaded_segments(contact_segments(pair, phases), loads, compiled=compiled)
+
+
+def loaded_segments(
+    segments: ContactSegments, loads: ArrayLike, *, compiled: bool = False, tangents: bool = True
+) -> LoadedContact:
+    """Loaded contact of given segments at loads (F,) or (F, T) [N], as `loaded_contact`.
+
+    Segments of `with_microgeometry` share the compliance of those they were made from.  tangents : compute the tangent
+    stiffness; else it is nan.
+    """
+    given = np.atleast_1d(np.asarray(loads, dtype=float))
+    wanted = np.broadcast_to(given.reshape(len(given), -1), (len(given), len(segments.sigma)))
+    if not (np.isfinite(wanted).all() and (wanted >= 0).all()):
+        raise ModelError("a load on the teeth", path="loads", given=given.tolist(), allowed="0 or more [N]")
+    if compiled and segments.line is None and given.ndim == 1:
+        return _result(segments, _compiled(segments, given), tangents)
+    found: dict[int, ContactSolution] = {}
+    solved: list[tuple[Array, Array]] = []
+    for i in np.argsort(wanted.max(axis=1), kind="stable").tolist():
+        found[i] = _solution(segments, wanted[i], _extrapolated(solved, wanted[i]))
+        solved = [*solved[-1:], (wanted[i], _own_approach(segments, found[i]))] if (wanted[i] > 0).all() else []
+    return _result(segments, [found[i] for i in range(len(wanted))], tangents)
+
+
+def harmonics(values: Array, count: int) -> NDArray[np.complex128]:
+    """One-sided complex amplitudes c_l (..., count + 1) of samples (..., T) over whole cycles, in the unit of these.
+
+    values = Re sum_l c_l exp(2 pi i l sigma), l = 0 .. count; orders that the samples do not resolve are 0.
+    """
+    spectrum = np.fft.rfft(values, axis=-1) / values.shape[-1]
+    found = np.zeros((*values.shape[:-1], count + 1), complex)
+    most = min(count + 1, (values.shape[-1] + 1) // 2)
+    found[..., :most] = spectrum[..., :most]
+    found[..., 1:] *= 2
+    return found
+
+
+def _solution(segments: ContactSegments, load: Array, start: Array | None) -> ContactSolution:
+    """Contact at one load (T,) [N]; start : (T, n) own approaches of a near load [m]."""
+    model = (segments.compliance, segments.gap, segments.valid)
+    if segments.line is None:
+        return solve_linear(*model, load)
+    phases = np.arange(len(load))
+    return solve_hertzian(
+        *model, load, segments.law, start=start, inverse=lambda force: segments.own_approach(force, phases)
+    )
+
+
+def _extrapolated(solved: list[tuple[Array, Array]], load: Array) -> Array | None:
+    """Own approaches (T, n) [m] to start from at a load (T,) [N], from those at the one or two loads before.
+
+    They are nearly linear in the load while no segment enters contact.
+    """
+    if not solved:
+        return None
+    last, own = solved[-1]
+    if len(solved) < 2:
+        return own
+    first, before = solved[0]
+    step = np.where(last > first, last - first, np.inf)
+    return np.asarray(own + ((load - last) / step)[:, None] * (own - before))
+
+
+def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:
+    """Contact at loads (F,) [N] of a linear law, by numba."""
+    try:
+        from .compiled_pivoting import principal_pivoting_batch
+    except ImportError:
+        raise ModelError("needs numba", path="compiled", allowed='pip install "epicyclic[fast]"') from None
+    order = np.argsort(loads, kind="stable")
+    force, approach = principal_pivoting_batch(
+        segments.compliance, segments.gap, segments.valid.sum(axis=1), loads[order]
+    )
+    back = np.argsort(order, kind="stable")
+    return [
+        with_residuals(
+            segments.compliance, segments.gap, segments.valid, np.full(len(segments.sigma), load), force[i], approach[i]
+        )
+        for load, i in zip(loads, back, strict=True)
+    ]
+
+
+def _own_approach(segments: ContactSegments, found: ContactSolution) -> Array:
+    """Approach of the line contacts themselves, (T, n) [m]."""
+    shared = products(segments.compliance, np.arange(len(found.force)), found.force)
+    return np.asarray(found.approach[:, None] - segments.gap - shared)
+
+
+def _result(segments: ContactSegments, found: list[ContactSolution], tangents: bool) -> LoadedContact:
+    force = np.array([one.force for one in found])
+    approach = np.array([one.approach for one in found])
+    return LoadedContact(
+        segments=segments,
+        load=force.sum(axis=2),
+        force=segments.spread(force),
+        approach=approach,
+        no_load=segments.no_load,
+        tangent=np.array([_tangent(segments, one) for one in found]) if tangents else np.full(approach.shape, np.nan),
+        residual=np.array([one.residual for one in found]),
+        status=np.array([one.status for one in found]),
+        corner=_corner(segments, approach),
+    )
+
+
+def _tangent(segments: ContactSegments, found: ContactSolution) -> Array:
+    """Tangent stiffness dF/dd, (T,) [N/m]."""
+    if segments.line is None:
+        return tangent_stiffness(segments.compliance, found.active)
+    slope = segments.law(_own_approach(segments, found), np.arange(len(found.force)))[1]
+    return tangent_stiffness(segments.compliance, found.active, slope)
+
+
+def _corner(segments: ContactSegments, approach: Array) -> Array:
+    """Overlap of tip and flank before and behind the path of contact, largest over the phases, (F, 2) [m]."""
+    pair = segments.pair
+    overlap = np.zeros((len(approach), 2))
+    if pair.corner:
+        return overlap
+    plane = pair.plane
+    most = max(float(np.nanmax(approach, initial=0.0) - segments.no_load.min()), 0.0)
+    lines = contact_lines(plane, segments.sigma, pair.slices, beyond=corner_reach(plane, most))
+    apart = initial_gap(pair, lines) + tip_separation(plane, lines.sigma)
+    for side, there in enumerate((lines.sigma < plane.limits[0], lines.sigma > plane.limits[1])):
+        nearest = np.where(there & (lines.length > 0), apart, np.inf).min(axis=(1, 2))
+        overlap[:, side] = np.maximum(np.nanmax(approach - nearest, axis=1), 0.0)
+    return overlap
+
+
+def mirrored(pair: ContactPair) -> ContactPair:
+    """Contact pair as a mirror normal to the axis shows it: left and right exchanged."""
+    return replace(
+        pair,
+        plane=_mirrored_plane(pair.plane),
+        flank_a=_mirrored_flank(pair.flank_a),
+        flank_b=_mirrored_flank(pair.flank_b),
+        misalignment=-pair.misalignment,
+        gap=tuple((-zeta, gap) for zeta, gap in reversed(pair.gap)),
+        torsion_a=_mirrored_torsion(pair.torsion_a),
+        torsion_b=_mirrored_torsion(pair.torsion_b),
+    )
+
+
+def first_images(pairs: Sequence[ContactPair], sigma: Sequence[Array]) -> list[int]:
+    """Of every pair the number of the first one that it mirrors, at the same places sigma (T,), or its own number."""
+    found: list[int] = []
+    for i, pair in enumerate(pairs):
+        image = mirrored(pair)
+        same = (j for j in range(i) if np.array_equal(sigma[i], sigma[j]) and _equal(image, pairs[j]))
+        found.append(next(same, i))
+    return found
+
+
+def all_segments(pairs: Sequence[ContactPair], sigma: Sequence[Array]) -> list[ContactSegments]:
+    """`contact_segments` of every pair at its places sigma (T,) [base pitches]; mirror images share their compliance.
+
+    Raises
+    ------
+    ModelError : as of `contact_segments`.
+    """
+    found: list[ContactSegments] = []
+    for i, first in enumerate(first_images(pairs, sigma)):
+        pair = pairs[i]
+        found.append(contact_segments(pair, sigma[i]) if first == i else _mirrored_segments(found[first], pair))
+    return found
+
+
+def all_loaded(segments: Sequence[ContactSegments], loads: ArrayLike, *, tangents: bool) -> list[LoadedContact]:
+    """`loaded_segments` of all segments at the same loads (F,) [N]; mirror images are solved once."""
+    images = first_images([one.pair for one in segments], [one.sigma for one in segments])
+    found: list[LoadedContact] = []
+    for one, first in zip(segments, images, strict=True):
+        if first == len(found):
+            found.append(loaded_segments(one, loads, tangents=tangents))
+        else:
+            found.append(replace(found[first], segments=one, force=found[first].force[..., ::-1]))
+    return found
+
+
+def _equal(one: ContactPair, other: ContactPair) -> bool:
+    """Whether two pairs are the same in every field; teeth are the same objects."""
+    return all(getattr(one, name) == getattr(other, name) for name in one.__dataclass_fields__)
+
+
+def _mirrored_plane(plane: PlaneOfAction) -> PlaneOfAction:
+    a, b = ((-face[1], -face[0]) for face in (plane.face_a, plane.face_b))
+    return replace(plane, lean=-plane.lean, face_a=a, face_b=b)
+
+
+def _mirrored_flank(flank: Flank) -> Flank:
+    return replace(flank, slope=-flank.slope)
+
+
+def _mirrored_torsion(torsion: Torsion | None) -> Torsion | None:
+    return None if torsion is None else replace(torsion, end="right" if torsion.end == "left" else "left")
+
+
+def _mirrored_segments(segments: ContactSegments, pair: ContactPair) -> ContactSegments:
+    """Segments of a pair that is the mirror image of that of `segments`, each at the same place among the (T, n)."""
+    lines = segments.lines
+    tooth, place = np.divmod(segments.index, lines.length.shape[2])
+    return replace(
+        segments,
+        pair=pair,
+        lines=replace(
+            lines,
+            zeta=-lines.zeta[..., ::-1],
+            sigma=lines.sigma[..., ::-1],
+            length=lines.length[..., ::-1],
+            centre=-lines.centre[::-1],
+        ),
+        index=tooth * lines.length.shape[2] + lines.length.shape[2] - 1 - place,
+        zeta=-segments.zeta,
+    )
+
+
+# Loads rise as squares, (i / _OPERATING)^2 times the operating load, which is one of them.
+_STEPS, _OPERATING = 20, 12
+
+
+def contact_table(pair: ContactPair, load: float, *, samples: int = 50, count: int = DEFAULT_HARMONICS) -> ContactTable:
+    """Tabulate the loaded contact of a pair around an operating load [N].
+
+    samples : phases S of a mesh cycle.  count : orders of the linear model.
+
+    Raises
+    ------
+    ModelError : a load that is not positive, a phase without solution, and as of `loaded_contact`.
+    """
+    if not (load > 0 and math.isfinite(load)):
+        raise ModelError("is no mesh force to take the stiffness at", given=load, allowed="above 0 N")
+    sigma = np.arange(samples) / samples
+    force = load * (np.arange(_STEPS + 1) / _OPERATING) ** 2
+    found = loaded_contact(pair, force[1:], sigma)
+    if (found.status != "").any():
+        raise ModelError("tooth contact found no solution", given=str(found.status[found.status != ""][0]))
+    tangent = found.tangent
+    mean, series = table_series(tangent[_OPERATING - 1])
+    series = series[:count]
+    linear = mean * evaluate_series(series, sigma)
+    error = harmonics(found.approach[_OPERATING - 1] - load / linear, count)
+    approach = np.vstack([found.no_load, found.approach]).T - _sampled(error, sigma)[:, None]
+    return ContactTable(
+        load=load,
+        stiffness=mean,
+        variation=series,
+        error=error,
+        force=force,
+        gap=approach,
+        slope=_slopes(approach, force, tangent.T),
+    )
+
+
+def _sampled(series: ComplexArray, sigma: Array) -> Array:
+    """Values (S,) of Re sum_l c_l exp(2 pi i l sigma), l = 0, 1, ..., in the unit of the series (L + 1,)."""
+    return np.asarray((np.exp(2j * np.pi * np.outer(sigma, np.arange(len(series)))) @ series).real)
+
+
+def _slopes(gap: Array, force: Array, tangent: Array) -> Array:
+    """Slopes dF/dd (S, L) [N/m] of a rising cubic through the table: the computed tangents, zero at first touch.
+
+    gap : (S, L) [m].  force : (L,) [N].  tangent : (S, L - 1) [N/m].  A tangent above three times the secants beside it
+    would make the cubic fall somewhere [fritsch1980].
+    """
+    secant = np.diff(force) / np.diff(gap, axis=1)
+    slope = np.hstack([np.zeros((len(gap), 1)), tangent])
+    slope[:, 1:] = np.minimum(slope[:, 1:], 3 * secant)
+    slope[:, :-1] = np.minimum(slope[:, :-1], 3 * secant)
+    return slope

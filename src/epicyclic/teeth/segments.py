@@ -1,0 +1,411 @@
+"""Segments of the contact lines of a pair, whole slices and parts of slices.
+
+Parts of slices: the mean over a part of a slice from the means over cells, and the load of a part on them.
+
+Along the face the deflection is known as means over even cells, several to a slice.  The parabola with the means of a
+cell and of its neighbours gives the mean over any part of the cell, to third order in its width (derived here).  With
+the weights W of that mean, W C W' is the compliance between parts: W takes displacement to the parts and, transposed,
+their loads to the cells with the same work, resultant and moment.  It is as positive as C, and exact for whole slices.
+
+Segments of the contact lines of a pair: initial gaps, line contact and shared compliance.
+
+Displacement along the normal of a segment i under forces P_k of all segments in mesh:
+
+    own approach u_i(P_i/l_i) of the two flanks [weber1953]
+    + sum over both gears: [b_ik + r_ik] G(zeta_i, zeta_k) P_k + s P_k/L
+
+b is the compliance of the tooth itself, (b_i b_k)^1/2 along one tooth, none between two.  r is the compliance of the
+gear body, cross terms between teeth included, without the winding s that all teeth share over the
+length L of the face.  G couples places along the face.  With b, r and G the compliance is symmetric positive
+definite.  Derived here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import gear_pair
+from .compliance import face_coupling
+from .contact_lines import ContactLines, PlaneOfAction, contact_lines, corner_reach, tip_separation
+from .flank import lead_modification, profile_modification
+from .gear_pair import ContactPair, ElasticTooth, check_pair
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+CELLS = 4
+# a shorter part, in cells, is as good as a point: its own length would round
+_POINT = 1e-9
+
+
+def part_weights(middle: Array, length: Array, count: int) -> Array:
+    """Weights (..., C) [1] of the means over C cells in the mean over a part of the face.
+
+    Parameters
+    ----------
+    middle, length : (...) of the part, from the left end of the face, in widths of a cell [1].  count : C.
+    """
+    half = 0.5 * np.maximum(length, _POINT)
+    middle = np.clip(middle, half, count - half)
+    cell = np.arange(count, dtype=float)
+    start = np.maximum((middle - half)[..., None], cell)
+    end = np.minimum((middle + half)[..., None], cell + 1)
+    share = np.maximum(end - start, 0.0)
+    offset = np.where(share > 0, 0.5 * (start + end) - cell - 0.5, 0.0)
+    share = share / share.sum(axis=-1, keepdims=True)
+    return _of_cells(share, offset, np.maximum(end - start, 0.0))
+
+
+def _of_cells(share: Array, offset: Array, length: Array) -> Array:
+    """Weights of the cells and their neighbours.
+
+    share : (..., C) of the part in each cell [1].  offset, length : (..., C) of the middle of that piece from the
+    middle of the cell, and its length, in widths of a cell [1].
+    """
+    curved = 0.5 * (offset**2 + (length**2 - 1.0) / 12)
+    weight = share * (1.0 - 2.0 * curved)
+    before, behind = share * (curved - 0.5 * offset), share * (curved + 0.5 * offset)
+    # at a free end the curvature vanishes (`compliance`): the cell beyond continues the slope of the last two
+    weight[..., :-1] += before[..., 1:]
+    weight[..., 0] += 2 * before[..., 0]
+    weight[..., 1] -= before[..., 0]
+    weight[..., 1:] += behind[..., :-1]
+    weight[..., -1] += 2 * behind[..., -1]
+    weight[..., -2] -= behind[..., -1]
+    return weight
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FaceParts:
+    """Parts of K slices at T phases, n in each: nearly all are whole slices, so few differ.
+
+    slices : K.  weight : (R, C) of the cells in every different part [1], the K whole slices first.  row : (T, n) of
+    each part among those.  column : (T, m) indices among the n of the parts that are cut, padded with n.
+    """
+
+    slices: int
+    weight: Array
+    row: Index
+    column: Index
+
+
+def face_parts(slices: int, place: Index, middle: Array, length: Array) -> FaceParts:
+    """Parts of the slices of a face.
+
+    Parameters
+    ----------
+    slices : K.  place : (T, n) slice of each part.  middle, length : (T, n) of the part, from the left end of the face,
+        in widths of a cell [1]; a length of zero is none, and counts as a whole slice.
+    """
+    cells = slices * CELLS
+    cut = (length > 0) & (length < CELLS - _POINT)
+    edge = CELLS * (np.arange(slices) + 0.5)
+    middles, lengths = np.append(edge, middle[cut]), np.append(np.full(slices, float(CELLS)), length[cut])
+    row = place.astype(np.int64)
+    row[cut] = slices + np.arange(int(cut.sum()))
+    most = int(cut.sum(axis=1).max(initial=0))
+    column = np.argsort(~cut, axis=1, kind="stable")[:, :most]
+    column = np.where(np.take_along_axis(cut, column, axis=1), column, place.shape[1])
+    return FaceParts(slices=slices, weight=part_weights(middles, lengths, cells), row=row, column=column)
+
+
+def between_parts(coupling: Array, parts: FaceParts) -> Iterator[Array]:
+    """Coupling (n, n) between the parts of each phase in turn, W C W' of that between cells (C, C), in its unit."""
+    K, n = parts.slices, parts.row.shape[1]
+    moved = parts.weight @ coupling
+    # of every different part with the whole slices, which are nearly all
+    sliced = moved @ parts.weight[:K].T
+    for row, column in zip(parts.row, parts.column, strict=True):
+        found = np.take(sliced[row], np.minimum(row, K - 1), axis=1)
+        at = column[column < n]
+        if at.size:
+            found[:, at] = found[at].T
+            found[np.ix_(at, at)] = moved[row[at]] @ parts.weight[row[at]].T
+        yield found
+
+
+# Corner contact is considered up to this separation of tip and flank, in modules of the base pitch: far above the
+# deflection of teeth.
+_CORNER = 0.02
+# Largest load of a line that an estimate starts from, of the one at which the approach is largest: there the stiffness
+# is without bound and Newton's method does not move; half is above what any tooth bears.
+_OF_LARGEST = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ContactSegments:
+    """Segments on the path of contact at T phases, n at most in one of them; entries outside `valid` are padding.
+
+    sigma : (T,) of the phases [base pitches].  lines : all segments, (T, J, K).  index : (T, n) of a segment among
+    those J K.  valid : (T, n).  zeta, length : (T, n) [m].  gap : (T, n) initial gap, material missing [m].
+    compliance : (T, n, n) shared between segments [m/N]; with a linear contact law the whole of it.  line : line
+    contact of every segment, None where it is linear.  contact : line contact of every segment, for pressures.
+    """
+
+    pair: ContactPair
+    sigma: Array
+    lines: ContactLines
+    index: Index
+    valid: NDArray[np.bool_]
+    zeta: Array
+    length: Array
+    gap: Array
+    compliance: Array
+    line: gear_pair.LineContact | None
+    contact: gear_pair.LineContact
+
+    @property
+    def no_load(self) -> Array:
+        """Approach at first touch, (T,) [m]."""
+        return np.asarray(np.where(self.valid, self.gap, np.inf).min(axis=1))
+
+    def law(self, approach: Array, phases: Index) -> tuple[Array, Array]:
+        """Force (t, n) [N] and slope (t, n) [N/m] of the line contacts at own approaches (t, n) [m], phases (t,)."""
+        own = self.contact
+        p, slope = gear_pair.load(gear_pair.LineContact(A=own.A, B=own.B[phases], radius=own.radius[phases]), approach)
+        return p * self.length[phases], slope * self.length[phases]
+
+    def own_approach(self, force: Array, phases: Index) -> Array:
+        """Own approach (t, n) [m] of the line contacts under forces (t, n) > 0 [N] at phases (t,): inverse of `law`.
+
+        Beyond half the load per length at which that of [weber1953] is largest it is that of the half.
+        """
+        line = replace(self.contact, B=self.contact.B[phases], radius=self.contact.radius[phases])
+        return gear_pair.approach(
+            line, np.minimum(force / self.length[phases], _OF_LARGEST * gear_pair.largest_load(line))
+        )
+
+    def spread(self, values: Array) -> Array:
+        """Values (..., T, n) of the segments spread over all lines, (..., T, J, K); 0 elsewhere."""
+        shape = self.lines.length.shape
+        flat = np.zeros((*values.shape[:-1], shape[1] * shape[2] + 1))
+        at = np.where(self.valid, self.index, shape[1] * shape[2])
+        np.put_along_axis(flat, np.broadcast_to(at, values.shape), np.where(self.valid, values, 0.0), axis=-1)
+        return flat[..., :-1].reshape(*values.shape[:-1], shape[1], shape[2])
+
+
+def contact_segments(pair: ContactPair, sigma: ArrayLike) -> ContactSegments:
+    """Segments of a pair at places (T,) of one pair of teeth at mid-face [base pitches].
+
+    Raises
+    ------
+    ModelError : what cannot be built or does not mesh, see `check_pair`.
+    """
+    check_pair(pair)
+    beyond = corner_reach(pair.plane, _CORNER * pair.plane.base_pitch / math.pi) if pair.corner else (0.0, 0.0)
+    lines = contact_lines(pair.plane, sigma, pair.slices, beyond=beyond)
+    index, valid = _gathered(lines)
+
+    def take(values: Array) -> Array:
+        return np.take_along_axis(values.reshape(len(index), -1), index, axis=1)
+
+    place, zeta = take(lines.sigma), take(lines.zeta)
+    length = np.where(valid, take(lines.length), 1.0)
+    contact = _contact(pair, place)
+    compliance = _shared_compliance(pair, lines, index, place)
+    if pair.linear_at is not None:
+        n = index.shape[1]
+        secant = contact.A * (contact.B - math.log(pair.linear_at))
+        compliance[:, np.arange(n), np.arange(n)] += secant / length
+    return ContactSegments(
+        pair=pair,
+        sigma=np.atleast_1d(np.asarray(sigma, dtype=float)),
+        lines=lines,
+        index=index,
+        valid=valid,
+        zeta=zeta,
+        length=length,
+        gap=np.where(valid, take(initial_gap(pair, lines)), 0.0),
+        compliance=compliance,
+        line=contact if pair.linear_at is None else None,
+        contact=contact,
+    )
+
+
+def with_microgeometry(segments: ContactSegments, pair: ContactPair) -> ContactSegments:
+    """Segments of a pair that differs in its initial gaps alone: micro-geometry, misalignment, given gaps.
+
+    Raises
+    ------
+    ModelError : as of `check_pair`.
+    """
+    return replace(segments, pair=pair, gap=microgeometry_gaps(segments, [pair])[0])
+
+
+def microgeometry_gaps(segments: ContactSegments, pairs: Sequence[ContactPair]) -> Array:
+    """Initial gaps (S, T, n) [m] at the places of segments, of pairs (S,) that differ in these alone.
+
+    Raises
+    ------
+    ModelError : as of `check_pair`.
+    """
+    lines, count = segments.lines, segments.lines.length.shape[2]
+
+    def take(values: Array) -> Array:
+        return np.take_along_axis(values.reshape(len(segments.index), -1), segments.index, axis=1)
+
+    number = np.take_along_axis(lines.pair, segments.index // count, axis=1)
+    places = _places(segments.pair.plane, take(lines.sigma), take(lines.zeta), number)
+    gaps = np.empty((len(pairs), *segments.gap.shape))
+    for i, pair in enumerate(pairs):
+        check_pair(pair)
+        gaps[i] = np.where(segments.valid, _gap_at(pair, places), 0.0)
+    return gaps
+
+
+def _gathered(lines: ContactLines) -> tuple[Index, NDArray[np.bool_]]:
+    """Indices (T, n) of the segments on the path of contact, padded, and validity (T, n)."""
+    touched = (lines.length > 0).reshape(len(lines.length), -1)
+    most = max(1, int(touched.sum(axis=1).max()))
+    index = np.argsort(~touched, axis=1, kind="stable")[:, :most]
+    return index, np.take_along_axis(touched, index, axis=1)
+
+
+def _contact(pair: ContactPair, place: Array) -> gear_pair.LineContact:
+    """Line contact at places (T, n) on the path of contact [base pitches] [weber1953]."""
+    plane = pair.plane
+    on = np.clip(place, *plane.limits)
+    return gear_pair.line_contact(
+        plane.curvature_radius(on),
+        pair.tooth_a.depth(plane.radius_a(on)),
+        pair.tooth_b.depth(plane.radius_b(on)),
+        youngs_modulus=pair.youngs_modulus,
+        poisson=pair.poisson,
+    )
+
+
+def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, place: Array) -> Array:
+    """Shared compliance of tooth, body and twist between segments, (T, n, n) [m/N]; place : (T, n) [base pitches]."""
+    plane, count = pair.plane, lines.length.shape[2]
+    slant = math.cos(plane.base_helix)
+    on = np.clip(place, *plane.limits)
+    tooth = index // count
+    parts = _parts(lines, index, slant)
+    centre, cell = _cells(lines)
+    whole = np.zeros((*index.shape, index.shape[1]))
+    for gear, face, radius, sense in (
+        (pair.tooth_a, plane.face_a, plane.radius_a(on), 1),
+        (pair.tooth_b, plane.face_b, plane.radius_b(on), -1),
+    ):
+        width = (face[1] - face[0]) / slant
+        middle = (centre - 0.5 * (face[0] + face[1])) / slant
+        spans = np.full(len(centre), cell / slant)
+        kernel = face_coupling(middle, width, gear.face_decay(width), spans)
+        bending = gear.bending(radius)
+        for t, coupled in enumerate(between_parts(kernel, parts)):  # by phases: (n, n) stays in the cache
+            coupled *= _plane_compliance(gear, radius[t], bending[t], sense * (tooth[t] - tooth[t, :, None]))
+            whole[t] += coupled
+        whole += gear.shared / width
+    twist = _twisted(pair, centre)
+    if twist is not None:
+        for matrix, coupled in zip(whole, between_parts(twist, parts), strict=True):
+            matrix += coupled
+    return whole
+
+
+def _plane_compliance(gear: ElasticTooth, radius: Array, bending: Array, ahead: Index) -> Array:
+    """Compliance of tooth and body in one plane without the winding, (n, n) [m^2/N].
+
+    radius : (n,) of the segments [m].  bending : (n,) of tooth and body at these [m^2/N].  ahead : (n, n) pitches.
+    """
+    found = gear.cross(radius[:, None], radius[None, :], ahead)
+    # at the root of a ring no tooth remains between the load and the body
+    root = np.sqrt(np.maximum(bending - np.diagonal(found), 0.0))
+    found += (ahead == 0) * (root[:, None] * root)
+    found -= gear.shared
+    return found
+
+
+def _cells(lines: ContactLines) -> tuple[Array, float]:
+    """Middles (C,) [m] and width [m] of the cells of the face."""
+    count = len(lines.centre) * CELLS
+    width = lines.span / CELLS
+    return lines.centre[0] - 0.5 * lines.span + width * (np.arange(count) + 0.5), width
+
+
+def _parts(lines: ContactLines, index: Index, slant: float) -> FaceParts:
+    """Parts (T, n) of the slices that are on the path, in cells of the face."""
+    width = lines.span / CELLS
+    zeta = np.take_along_axis(lines.zeta.reshape(len(index), -1), index, axis=1)
+    length = np.take_along_axis(lines.length.reshape(len(index), -1), index, axis=1) * slant
+    K = len(lines.centre)
+    return face_parts(K, index % K, (zeta - lines.centre[0] + 0.5 * lines.span) / width, length / width)
+
+
+def _twisted(pair: ContactPair, centre: Array) -> Array | None:
+    """Compliance of cells of the face by the twist of both bodies, (C, C) [m/N]; None where both are rigid."""
+    plane, whole = pair.plane, None
+    for torsion, face, base in (
+        (pair.torsion_a, plane.face_a, plane.base_a),
+        (pair.torsion_b, plane.face_b, plane.base_b),
+    ):
+        if torsion is None:
+            continue
+        away = centre - face[0] if torsion.end == "left" else face[1] - centre
+        lever = (base * math.cos(plane.base_helix)) ** 2 / torsion.rigidity
+        own = lever * np.minimum(away[:, None], away[None, :])
+        whole = own if whole is None else whole + own
+    return whole
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Places:
+    """Places on the flanks, of any shape (...): what every micro-geometry of a pair needs of them.
+
+    sigma : on the path of contact [base pitches].  zeta : along the face [m].  number : of the pair of teeth.
+    heights : below the tip and above the root of each gear [m].
+    """
+
+    sigma: Array
+    zeta: Array
+    number: Index
+    heights: tuple[tuple[Array, Array], tuple[Array, Array]]
+
+
+def _places(plane: PlaneOfAction, sigma: Array, zeta: Array, number: Index) -> _Places:
+    on = np.clip(sigma, *plane.limits)
+    low, high = plane.limits
+    a, b = plane.radius_a(on), plane.radius_b(on)
+    return _Places(
+        sigma=sigma,
+        zeta=zeta,
+        number=number,
+        heights=(
+            (np.abs(a - plane.radius_a(high)), np.abs(a - plane.radius_a(low))),
+            (np.abs(b - plane.radius_b(low)), np.abs(b - plane.radius_b(high))),
+        ),
+    )
+
+
+def initial_gap(pair: ContactPair, lines: ContactLines) -> Array:
+    """Initial gap between the flanks (T, J, K) [m]: micro-geometry of both, misalignment, given gaps, corner."""
+    number = np.broadcast_to(lines.pair[:, :, None], lines.sigma.shape)
+    return _gap_at(pair, _places(pair.plane, lines.sigma, lines.zeta, number))
+
+
+def _gap_at(pair: ContactPair, at: _Places) -> Array:
+    """Initial gap (...) [m] at places, as of `initial_gap`."""
+    plane = pair.plane
+    total = pair.misalignment * at.zeta
+    if pair.corner:
+        total = total + tip_separation(plane, at.sigma)
+    if pair.gap:
+        total = total + np.interp(at.zeta, *np.array(pair.gap).T)
+    if pair.pair_gaps:
+        total = total + np.array(pair.pair_gaps)[np.clip(at.number - pair.first_pair, 0, len(pair.pair_gaps) - 1)]
+    if pair.waves:
+        sigma = at.sigma + at.number - plane.per_pitch * at.zeta  # of the phase, at mid-face
+        for wave in pair.waves:
+            total = total + wave.amplitude * np.cos(2 * np.pi * wave.order * sigma + wave.phase)
+    for flank, gear in ((pair.flank_a, 0), (pair.flank_b, 1)):
+        below_tip, above_root = at.heights[gear]
+        total = total + profile_modification(flank, below_tip=below_tip, above_root=above_root, sigma=at.sigma)
+        total = total + lead_modification(flank, at.zeta, (plane.face_a, plane.face_b)[gear])
+        if flank.pitch:
+            total = total + np.asarray(flank.pitch)[at.number % pair.teeth[gear]]
+    return np.asarray(total)
