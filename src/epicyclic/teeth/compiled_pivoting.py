@@ -1,6 +1,6 @@
 """Linear contact at all loads by principal pivoting, compiled.
 
-Needs numba, so the importing function imports this module.
+Importing it needs numba, so that `loaded_contact` does so only where it is asked for.
 """
 
 from __future__ import annotations

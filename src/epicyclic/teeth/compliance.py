@@ -1,39 +1,31 @@
-"""Compliance of a tooth, of the gear body under it, and their coupling along the face.
+"""Compliance of a tooth: coupling along the face, the gear body under it, and the tooth over the height of the load.
 
-Coupling along the face: Green's function of a tooth as a clamped plate with free ends.
-
-Along its width a load per length p twists and bends a tooth like a beam on an elastic foundation (derived here),
+Along its width a load per length p twists and bends a tooth, a clamped plate with free ends, like a beam on an elastic
+foundation (derived here),
 
     kappa^4 lambda^4 u'''' - lambda^2 u'' + u = q p,    u'' = 0 and kappa^4 lambda^2 u''' = u' at both ends
 
-The second derivative is torsion about an axis along the face; the fourth is bending along the face, which spreads the
-load of a point and lets the free ends tilt.  Green's function G is symmetric and positive definite, and its integral
-over the face is 1: a uniform load has the plane compliance.  With the roots r of kappa^4 r^4 - r^2 + 1 = 0 it is a sum
-of exp(-r |z - s|/lambda), one wide and one local, and of what both ends return.
+where q is the compliance of the plane section.  The second derivative is torsion about an axis along the face; the
+fourth is bending along the face, which spreads the load of a point and lets the free ends tilt.  Green's function G is
+symmetric and positive definite, and its integral over the face is 1: a uniform load has the plane compliance.  With the
+roots r of kappa^4 r^4 - r^2 + 1 = 0 it is a sum of exp(-r |z - s|/lambda), one wide and one local, and of what both
+ends return.  A thin cantilever plate of height h that deflects over its height like a beam under an end load has
+lambda = 0.71 h and kappa = 0.75 (nu = 0.3).  A tooth is as thick as it is high and stands on an elastic body:
+`face_decay`.
 
-A thin cantilever plate of height h that deflects over its height like a beam under an end load has lambda = 0.71 h and
-kappa = 0.75 (nu = 0.3).  A tooth is as thick as it is high and stands on an elastic body: `face_decay`.
-
-Compliance of the gear body under the teeth (foundation): an elastic ring held at its bore, loaded at tooth roots.
-
-A ring gear is held at its rim.  The root of a tooth loads the arc it spans: a cross force and a normal force evenly, a
-moment linearly distributed [sainsot2004].  Plane strain of the ring is solved exactly, harmonic by harmonic, with the
-potentials of Kolosov and Muskhelishvili (derived here).  The motion of a root is the work conjugate of the same
-distribution of load, so that the compliance is symmetric.  The displacement field reaches the neighbouring teeth and
-couples them.  The teeth do not stiffen the ring.
-
+The gear body is an elastic ring held at its bore, of a ring gear at its rim, and loaded at tooth roots.  The root of a
+tooth loads the arc it spans: a cross force and a normal force evenly, a moment linearly distributed [sainsot2004].
+Plane strain of the ring is solved exactly, harmonic by harmonic, with the potentials of Kolosov and Muskhelishvili
+(derived here).  The motion of a root is the work conjugate of the same distribution of load, so that the compliance is
+symmetric.  The displacement field reaches the neighbouring teeth and couples them.  The teeth do not stiffen the ring.
 The published fit [sainsot2004, eq. 5] is the same ring with the motion read at the middle of the root, which gives 10
 to 30 % more; it is kept for comparison, with its limits of validity.
 
-Compliance of a tooth over the height of the load, by the potential-energy method, with the gear body under it.
-
-The load of one length of contact line acts along the normal of the flank and meets the middle of the tooth at a depth
-h below the flank [weber1953].  From there to the root the tooth is a beam of variable section in plane strain with
-bending, shear (6/5) and compression.  It is clamped in the critical section of [iso6336] part 3, where the tangent of
-the fillet is at 30 deg to the middle line (of a ring at 60 deg); below it an elastic ring is the compliance of the gear
-body, which couples neighbouring teeth.  The deformation between flank and middle is that of the line contact,
-whose depth is h.
-
+The tooth is taken by the potential-energy method.  The load of one length of contact line acts along the normal of the
+flank and meets the middle of the tooth at a depth h below the flank [weber1953].  From there to the root the tooth is a
+beam of variable section in plane strain with bending, shear (6/5) and compression.  It is clamped in the critical
+section of [iso6336] part 3, where the tangent of the fillet is at 30 deg to the middle line (of a ring at 60 deg);
+below it stands the gear body.  The deformation between flank and middle is that of the line contact, whose depth is h.
 Helical teeth: the normal section of the virtual spur gear, per length of contact line.
 """
 
@@ -68,6 +60,19 @@ _SHARES = np.array([1, -1]) / (2 * _BENDING**4 * (_ROOTS[1] ** 2 - _ROOTS[0] ** 
 _NARROW = 0.2
 # Below this the mean over the own segment cancels; the series to the fourth power is exact to rounding.
 _SHORT = 1e-3
+
+# Orders up to _ORDERS/theta: what is dropped goes with their square and is 2e-4 of the whole.
+_ORDERS = 80
+_ANGLE_POINTS, _ANGLE_WEIGHTS = np.polynomial.legendre.leggauss(96)
+
+NEIGHBOURS = 4  # pitches over which the body couples teeth; those in contact together are nearer
+_KNOTS = 64
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(48)
+_SHEAR = 6 / 5
+_LEAN, _LEAN_RING = math.radians(30), math.radians(60)  # of the tangent in the critical section
+
+
+# along the face ------------------------------------------------------------------------------------------------------
 
 
 def face_decay(height: float, thickness: float, body: float, width: float) -> float:
@@ -161,9 +166,7 @@ def _torsion_share(ratio: float) -> float:
     return float(1 - 192 / (math.pi**5 * ratio) * np.sum(np.tanh(0.5 * math.pi * n * ratio) / n**5))
 
 
-# Orders up to _ORDERS/theta: what is dropped goes with their square and is 2e-4 of the whole.
-_ORDERS = 80
-_ANGLE_POINTS, _ANGLE_WEIGHTS = np.polynomial.legendre.leggauss(96)
+# gear body -----------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -282,7 +285,7 @@ def torsional_compliance(root: ToothRoot, base: float, *, youngs_modulus: float,
     return base**2 / (4 * math.pi * G) * abs(root.held**-2 - root.circle**-2)
 
 
-# the published fit ---------------------------------------------------------------------------------------------------
+# gear body by the published fit --------------------------------------------------------------------------------------
 
 # Rows L, M, P, Q of X = A/theta^2 + B h^2 + C h/theta + D/theta + E h + F, h = r_f/r_int [sainsot2004, table 1].
 _FIT = (
@@ -316,11 +319,7 @@ def sainsot_compliance(root: ToothRoot, *, youngs_modulus: float) -> tuple[Array
     return motion / youngs_modulus, messages
 
 
-NEIGHBOURS = 4  # pitches over which the body couples teeth; those in contact together are nearer
-_KNOTS = 64
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(48)
-_SHEAR = 6 / 5
-_LEAN, _LEAN_RING = math.radians(30), math.radians(60)  # of the tangent in the critical section
+# tooth ---------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,31 +1,26 @@
-"""Contact lines of one helix: segments of the face, phases of the mesh cycle, load per length, corner contact.
-
-Contact lines of one helix: pairs of teeth and segments of the face on the plane of action.
+"""Contact lines of one helix on the plane of action: segments of the face, load per length, phases, corner contact.
 
 Pair j at zeta along the face is in contact at sigma + j + d h zeta/p_x base pitches from the pitch point while that
 place is on the path of contact (docs/conventions.md, Phases).  A segment cut by the end of the path keeps the part on
 the path, so that the length of all lines is exact at every phase; its mean is eps_alpha b/cos beta_b [maatar1996].
 Spur teeth are in contact over the whole face at once.
 
-Load per length of contact line, as the mean over a stated length of the line.
+Load per length is a mean over a stated length of the line.  A line that begins at a corner of an unmodified flank bears
+on a tooth that is not yet deflected.  As its length goes to zero, its load per length rises to what the line contact
+alone needs for the whole approach, under a force of zero: a value at a point grows with every refinement.  The line
+contact [weber1953] is plane between the flank and the middle of the tooth, a depth of almost a module, and has no
+meaning over shorter lengths.  The mean over a length of that size is what the theory can state, and it converges
+(derived here).
 
-A line that begins at a corner of an unmodified flank bears on a tooth that is not yet deflected.  As its length goes to
-zero, its load per length rises to what the line contact alone needs for the whole approach, under a force of zero: a
-value at a point grows with every refinement.  The line contact [weber1953] is plane between the flank and the middle of
-the tooth, a depth of almost a module, and has no meaning over shorter lengths.  The mean over a length of that size is
-what the theory can state, and it converges (derived here).
+Phases of a mesh cycle are evenly spaced, and at the corners of contact.  The state of contact has a kink, of spur teeth
+a jump, where the end of a contact line passes a corner of the flank.  Between corners it is smooth, so that the
+extremes over the cycle converge with the second order in the distance of the phases once the corners are among them; a
+jump is taken from both sides.  Means and harmonics are those of values linear between the phases.
 
-Phases of a mesh cycle: evenly spaced, and at the corners of contact; means and harmonics between them.
-
-The state of contact has a kink, of spur teeth a jump, where the end of a contact line passes a corner of the flank.
-Between corners it is smooth, so that the extremes over the cycle converge with the second order in the distance of the
-phases once the corners are among them; a jump is taken from both sides.
-
-Corner contact: the edge of a tip on the flank of the mate, before and behind the path of contact.
-
-Before the path of contact the tip of b approaches the flank of a; behind it the tip of a leaves that of b.  Their
-separation follows from the involutes alone at any distance, and grows near the ends as the square of the distance
-(derived here).  The deflection of the pairs in mesh closes it.
+In corner contact the edge of a tip bears on the flank of the mate, before and behind the path of contact: before it the
+tip of b approaches the flank of a, behind it the tip of a leaves that of b.  Their separation follows from the
+involutes alone at any distance, and grows near the ends as the square of the distance (derived here).  The deflection
+of the pairs in mesh closes it.
 """
 
 from __future__ import annotations
@@ -38,9 +33,17 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import spherical_jn
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 # The radius of curvature vanishes at a base circle: a length of roll below this part of a base pitch counts as this.
 _LEAST_ROLL = 1e-3
+# Distance of the two sides of a jump [base pitches]: far above the rounding of a place on the path, far below any
+# distance that matters.
+_SIDE = 1e-9
+
+END_PART = 0.1
+"""Part of a face over which the largest load per width is a mean [1].  At an end that is not relieved the load per
+width grows with the logarithm of the slices; over a tenth of the face it changes by 4e-4 from 20 slices to 80."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,7 +120,7 @@ class ContactLines:
     zeta: Array
     sigma: Array
     length: Array
-    pair: NDArray[np.int64]
+    pair: Index
     centre: Array
     span: float
 
@@ -164,12 +167,7 @@ def contact_lines(
     )
 
 
-Index = NDArray[np.int64]
-
-
-END_PART = 0.1
-"""Part of a face over which the largest load per width is a mean [1].  At an end that is not relieved the load per
-width grows with the logarithm of the slices; over a tenth of the face it changes by 4e-4 from 20 slices to 80."""
+# load per length -----------------------------------------------------------------------------------------------------
 
 
 def largest_part_mean(force: Array) -> Array:
@@ -254,9 +252,7 @@ def line_windows(plane: PlaneOfAction, lines: ContactLines) -> LineWindows:
     return LineWindows(length=length, sigma=sigma, first=first, last=last, before=before, within=within)
 
 
-# Distance of the two sides of a jump [base pitches]: far above the rounding of a place on the path, far below any
-# distance that matters.
-_SIDE = 1e-9
+# phases --------------------------------------------------------------------------------------------------------------
 
 
 def corner_phases(plane: PlaneOfAction) -> Array:
@@ -308,6 +304,9 @@ def cycle_harmonics(values: Array, phase: Array, count: int) -> NDArray[np.compl
     found = mean @ even.T - 0.5j * (difference @ odd.T)
     found[..., 1:] *= 2
     return np.asarray(found, dtype=np.complex128)
+
+
+# corner contact ------------------------------------------------------------------------------------------------------
 
 
 def tip_separation(plane: PlaneOfAction, sigma: ArrayLike) -> Array:

@@ -1,19 +1,4 @@
-"""Unilateral contact of segments that share a compliance: active sets, principal pivoting, many phases at once.
-
-Products and systems with many symmetric positive definite matrices, of which several rows may share one.
-
-The matrices of a mesh cycle are hundreds of megabytes.  They are taken a few at a time, so that what is made of them
-stays in the cache, and factorised by Cholesky's method, which reads one triangle and takes half the operations.
-
-Linear unilateral contact one segment at a time, as the approach rises: exact over any range of loads.
-
-    w = C P + g - d >= 0,   P >= 0,   w P = 0
-
-This linear complementarity problem with the parameter d is solved by principal pivoting (derived here).  Of every
-segment either P or w is zero, the nonbasic one.  The basic ones are linear in d; where one would turn negative it is
-exchanged by one pivot of the table.  Forces and load are piecewise linear in d, so that one pass reaches every load.
-
-Unilateral contact of segments that share a compliance: exact, many phases at once.
+"""Unilateral contact of segments that share a compliance: exact, many phases at once.
 
 Segments i carry forces P_i >= 0 with an own approach u_i(P_i) and a shared compliance C:
 
@@ -23,6 +8,18 @@ with either F or d given: the minimum of a convex energy, hence a unique solutio
 sets: with the right sides 1 and g, segments in tension leave the set and segments that overlap enter it; where the sets
 cycle, principal pivoting exchanges one segment at a time.  A Hertzian law is solved by Newton's method for
 the approach u of every segment, whose load P(u+) is smooth; scaling by D^1/2 keeps the matrix symmetric.  Derived here.
+
+Principal pivoting follows linear contact one segment at a time as the approach rises, exactly over any range of loads:
+
+    w = C P + g - d >= 0,   P >= 0,   w P = 0
+
+is a linear complementarity problem with the parameter d (derived here).  Of every segment either P or w is zero, the
+nonbasic one.  The basic ones are linear in d; where one would turn negative it is exchanged by one pivot of the table.
+Forces and load are piecewise linear in d, so that one pass reaches every load.
+
+The matrices of a mesh cycle are symmetric and positive definite, several phases may share one, and all together are
+hundreds of megabytes.  They are taken a few at a time, so that what is made of them stays in the cache, and factorised
+by Cholesky's method, which reads one triangle and takes half the operations.
 """
 
 from __future__ import annotations
@@ -37,11 +34,24 @@ from scipy.linalg.lapack import dpotrf, dpotrs
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Index = NDArray[np.int64]
+Law = Callable[[Array, Index], tuple[Array, Array]]
+"""Own approach u (t, n) [m] at phases (t,) -> force (t, n) [N] and its slope (t, n) [N/m]; zero where u <= 0."""
 
 # Matrix entries at work at once: 1 MB, a share of the cache of one core.
 _ENTRIES = 131_072
 # Share of the rows of a large matrix below which the rows that count are gathered, which costs a copy.
 _FEW = 0.95
+# Most changes of the active set, Newton steps, and halvings of one of these.
+_SWEEPS, _STEPS, _HALVINGS = 40, 60, 30
+# Force sums and gaps, relative to the load and to the approach.
+_TOLERANCE = 1e-12
+# Steps after another that leave this share of a residual, itself above that of rounding, until a phase is given up:
+# its law bears no more, each further step costs all halvings.
+_STALLED, _SLOW, _FAR = 6, 0.999, 1e-6
+_FAILED = 1e-8  # a larger residual exceeds the rounding of the worst conditioned compliance: not converged
+
+
+# products and systems with many matrices -----------------------------------------------------------------------------
 
 
 def taken(index: Index, n: int) -> Iterator[tuple[slice, Index]]:
@@ -119,6 +129,9 @@ def _one_solution(matrix: Array, root: Array, right: Array) -> Array:
     return found
 
 
+# principal pivoting --------------------------------------------------------------------------------------------------
+
+
 def principal_pivoting(compliance: Array, gap: Array, loads: Array, approaches: Array) -> tuple[Array, Array]:
     """Linear contact of n segments at L loads or approaches in rising order.
 
@@ -178,16 +191,7 @@ def principal_pivoting(compliance: Array, gap: Array, loads: Array, approaches: 
     return force, approach
 
 
-Law = Callable[[Array, Index], tuple[Array, Array]]
-"""Own approach u (t, n) [m] at phases (t,) -> force (t, n) [N] and its slope (t, n) [N/m]; zero where u <= 0."""
-
-_SWEEPS, _STEPS, _HALVINGS = 40, 60, 30
-# Force sums and gaps, relative to the load and to the approach.
-_TOLERANCE = 1e-12
-# Steps after another that leave this share of a residual, itself above that of rounding, until a phase is given up:
-# its law bears no more, each further step costs all halvings.
-_STALLED, _SLOW, _FAR = 6, 0.999, 1e-6
-_FAILED = 1e-8  # a larger residual exceeds the rounding of the worst conditioned compliance: not converged
+# active sets ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -203,6 +207,25 @@ class ContactSolution:
     active: Mask
     residual: Array
     status: NDArray[np.object_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Matrices:
+    """Linear compliances of T phases: the shared ones (P, n, n) at places `phase` (T,), and own ones (T, n) or None."""
+
+    shared: Array
+    phase: Index
+    own: Array | None
+
+    def whole(self, t: int) -> Array:
+        """Compliance of one phase (n, n) [m/N]."""
+        matrix = self.shared[self.phase[t]]
+        return np.asarray(matrix if self.own is None else matrix + np.diag(self.own[t]))
+
+    def opened(self, index: Index, force: Array) -> Array:
+        """Deflections (t, n) [m] under forces (t, n) [N] at phases (t,)."""
+        shared = products(self.shared, self.phase[index], force)
+        return shared if self.own is None else shared + self.own[index] * force
 
 
 def solve_linear(
@@ -254,25 +277,6 @@ def solve_linear(
     return with_residuals(compliance, gap, valid, load, force, d, own=pressed, phase=phase)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Matrices:
-    """Linear compliances of T phases: the shared ones (P, n, n) at places `phase` (T,), and own ones (T, n) or None."""
-
-    shared: Array
-    phase: Index
-    own: Array | None
-
-    def whole(self, t: int) -> Array:
-        """Compliance of one phase (n, n) [m/N]."""
-        matrix = self.shared[self.phase[t]]
-        return np.asarray(matrix if self.own is None else matrix + np.diag(self.own[t]))
-
-    def opened(self, index: Index, force: Array) -> Array:
-        """Deflections (t, n) [m] under forces (t, n) [N] at phases (t,)."""
-        shared = products(self.shared, self.phase[index], force)
-        return shared if self.own is None else shared + self.own[index] * force
-
-
 def _load_or_approach(count: int, load: Array | None, approach: Array | None) -> tuple[Array, Array]:
     """Loads, nan where the approach is given, and approaches, nan where the load is; (T,) each."""
     nothing = np.full(count, np.nan)
@@ -314,6 +318,9 @@ def _violations(
     open_ = matrices.opened(index, np.maximum(force, 0.0)) + gap - d[:, None]
     slack = _TOLERANCE * np.maximum(np.abs(d), np.abs(gap).max(axis=1))[:, None]
     return on & (force < 0), valid & ~on & (open_ < -slack)
+
+
+# Newton's method -----------------------------------------------------------------------------------------------------
 
 
 def solve_hertzian(
@@ -485,6 +492,9 @@ def _approach_at_force(law: Law, force: Array) -> Array:
         short = law(middle, index)[0] < force
         low, high = np.where(short, middle, low), np.where(short, high, middle)
     return (low + high) / 2
+
+
+# of both laws --------------------------------------------------------------------------------------------------------
 
 
 def with_residuals(

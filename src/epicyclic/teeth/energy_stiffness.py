@@ -1,8 +1,7 @@
 """Mesh stiffness of teeth without tooth contact: the potential-energy method, and Ishikawa's tooth.
 
-Mesh stiffness by the potential-energy method: tooth pairs in parallel, coupled by the gear bodies.
-
-Pairs j in contact at the places sigma + j under loads p_j per length of contact line deflect by
+By the potential-energy method tooth pairs are in parallel, coupled by the gear bodies.  Pairs j in contact at the
+places sigma + j under loads p_j per length of contact line deflect by
 
     sum_k [ delta_jk (beam_a + beam_b + contact) + body_a(j, k) + body_b(j, k) ] p_k = d,     k(sigma) = sum p / d
 
@@ -10,12 +9,11 @@ each at the radius of its load; contact is the tangent of the line contact of He
 load.  This is one plane section.  A helical face is cut into such sections, each at its own sigma and without coupling
 between them: the usual energy method.  The sum over the face is the mean of k over the overlap.
 
-Mesh stiffness by Ishikawa's tooth: a trapezoid on a rectangle, clamped in the root section [ishikawa1957].
-
-The root section is the critical one, where the fillet leans by 30 degrees (of a ring 60).  The tooth is a rectangle of
-its thickness s_F from there to the beginning of the involute, and above it a trapezoid to the chord s_K of the tip; h_i
-is the height at which its sides would meet.  A load F per width b under the angle w to the cross line, on the flank at
-the height h_x, moves its point along its own line by
+Ishikawa's tooth is a trapezoid on a rectangle, clamped in the root section [ishikawa1957].  The root section is the
+critical one, where the fillet leans by 30 degrees (of a ring 60).  The tooth is a rectangle of its thickness s_F from
+there to the beginning of the involute, and above it a trapezoid to the chord s_K of the tip; h_i is the height at which
+its sides would meet.  A load F per width b under the angle w to the cross line, on the flank at the height h_x, moves
+its point along its own line by
 
     rectangle   12 F cos^2 w/(E b s_F^3) [h_x h_r (h_x - h_r) + h_r^3/3]
     trapezoid   6 F cos^2 w/(E b s_F^3) (h_i - h_r)^3 [u (4 - u) - 2 ln u - 3],   u = (h_i - h_x)/(h_i - h_r)
@@ -25,9 +23,8 @@ the height h_x, moves its point along its own line by
 
 in plane stress.  Every height is along the centre line of the tooth from the middle of the root section; h_x is that of
 the point of the flank that touches, not of where the line of the load crosses the centre line; of h_r no more than h_x
-counts.  Pairs of teeth are
-springs in parallel: the gear bodies do not couple them.  A ring tooth has the same shape, its tip inside.  Helical
-teeth: the normal section, per length of contact line, without coupling along the face.
+counts.  Pairs of teeth are springs in parallel: the gear bodies do not couple them.  A ring tooth has the same shape,
+its tip inside.  Helical teeth: the normal section, per length of contact line, without coupling along the face.
 """
 
 from __future__ import annotations
@@ -52,6 +49,9 @@ Array = NDArray[np.float64]
 # which it leaves smoothly; up to the second a warning is given; beyond, the tip interferes with the fillet.
 _WARNED, _REFUSED = 0.02, 0.1
 _POINTS = 24  # of Gauss' rule between two jumps, and two more for every order
+
+
+# potential-energy method ---------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -230,6 +230,9 @@ def _below(tooth: ToothCompliance, radius: Array, rolled: Array) -> Array:
     if tooth.gear.internal:
         return radius - tooth.limits[1]
     return np.where(rolled > 0, tooth.limits[0] - radius, tooth.limits[0] - _base(tooth) - rolled)
+
+
+# Ishikawa's tooth ----------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

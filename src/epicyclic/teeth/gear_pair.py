@@ -1,13 +1,11 @@
-"""One pair of gears on one helix as loaded contact sees it, and the line contact of its flanks.
+"""One pair of gears on one helix as loaded contact sees it: plane of action, compliance, micro-geometry, line contact.
 
-Line contact of two cylinders: approach against load per length, and its inverse [weber1953].
+The line contact of two cylinders is the approach against the load per length, and its inverse [weber1953],
 
     u = A p (B - ln p),   A = (1 - nu_1^2)/(pi E_1) + (1 - nu_2^2)/(pi E_2),   p load per length [N/m]
 
 between the middles of the two teeth, h_1 and h_2 below the surface.  u rises with p up to exp(B - 1), far above any
 load of a tooth.
-
-One pair of gears on one helix as loaded contact sees it: plane of action, compliance, micro-geometry.
 """
 
 from __future__ import annotations
@@ -28,8 +26,11 @@ from .outline import GearForm
 
 Array = NDArray[np.float64]
 
-# Most Newton steps; they stop at rounding.  From below they converge for every approach in the range.
+# Most Newton steps of `load`; they stop at rounding.  From below they converge for every approach in the range.
 _STEPS = 40
+
+
+# line contact --------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -114,6 +115,9 @@ def pressure(line: LineContact, p: Array) -> Array:
     """Largest contact pressure 2 p / (pi a) (...) [Pa] at loads per length p (...) [N/m]."""
     width = half_width(line, p)
     return np.where(width > 0, 2 * p / (np.pi * np.where(width > 0, width, 1.0)), 0.0)
+
+
+# pair ----------------------------------------------------------------------------------------------------------------
 
 
 class ElasticTooth(Protocol):

@@ -1,13 +1,10 @@
-"""Involute geometry: the involute function, one cylindrical gear, one pair of gears.
-
-The involute function and its inverse, to the last digits also where tan(angle) - angle cancels.
-
-Involute geometry of one cylindrical gear and of one pair of gears [iso21771].
+"""Involute geometry of one cylindrical gear and of one pair of gears [iso21771].
 
 Numbers of teeth are positive, of a ring too; ``internal=True`` marks a ring (of a pair: gear b).  A positive profile
 shift lengthens the addendum, of a ring too.  Gear a of a pair is external.  The place of contact sigma counts from the
 pitch point along the push of a on b, in base pitches (docs/conventions.md, Phases).  No function here raises: a pair
-that cannot exist returns nan or a negative clearance, and the caller names the entry of the model file.
+that cannot exist returns nan or a negative clearance, and the caller names the entry of the model file.  The involute
+function and its inverse hold to the last digits also where tan(angle) - angle cancels.
 """
 
 from __future__ import annotations
@@ -32,6 +29,9 @@ _SERIES = (
     6404582 / 10854718875,
 )
 _SMALL = 0.1
+
+
+# involute function ---------------------------------------------------------------------------------------------------
 
 
 @overload

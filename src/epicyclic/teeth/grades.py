@@ -1,13 +1,10 @@
-"""Grades of tolerances, and spectral lines of profile and pitch deviations.
-
-Grades of standards: widths of the tolerances of a gear (ISO 1328-1:2013) and of a size (ISO 286-1:2010).
+"""Grades of tolerances of a gear (ISO 1328-1:2013) and of a size (ISO 286-1:2010), and spectral lines of deviations.
 
 ISO 1328-1:2013 states formulas, here with its rounding; the tolerances of ISO 286-1 are the values of its table, which
 its formulas i = 0.45 D^(1/3) + 0.001 D meet but for a few old preferred numbers.
 
-Spectral lines of profile and pitch deviations: a deviation is Re(amplitude exp(2 pi i f t)).
-
-A positive deviation is missing material and opens the gap (docs/conventions.md, Forces, stiffness, errors).
+A spectral line of a profile or pitch deviation is Re(amplitude exp(2 pi i f t)).  A positive deviation is missing
+material and opens the gap (docs/conventions.md, Forces, stiffness, errors).
 """
 
 from __future__ import annotations
@@ -23,7 +20,12 @@ from numpy.typing import NDArray
 
 from .mesh_stiffness import mesh_phasor
 
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
 _RELATIVE = 1e-9  # a size of 0.05 m is 50 mm, whatever its rounding in binary digits
+
+# flanks --------------------------------------------------------------------------------------------------------------
 
 FLANK_GRADES = range(1, 12)
 """Grades (flank tolerance classes) of ISO 1328-1:2013."""
@@ -136,8 +138,7 @@ def size_width(size: float, grade: int) -> float:
     return _SIZES[end][grade - SIZE_GRADES.start] * 1e-6
 
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+# spectral lines of deviations ----------------------------------------------------------------------------------------
 
 
 def profile_amplitude(

@@ -1,6 +1,4 @@
-"""Loaded tooth contact analysis of one pair: over a mesh cycle, of mirrored helices, and as a table over the load.
-
-Loaded tooth contact analysis of one pair of gears on one helix: over a mesh cycle, at several loads.
+"""Loaded tooth contact analysis of one pair of gears on one helix: over a mesh cycle, at several loads.
 
     result = loaded_contact(pair, [10e3, 20e3], np.arange(50) / 50)
     result.transmission_error, result.tangent, result.load_per_length()
@@ -8,14 +6,12 @@ Loaded tooth contact analysis of one pair of gears on one helix: over a mesh cyc
 Forces and stiffnesses are along the tooth normal.  `tangent` is dF/dd at the load, `secant` is F/(d - d_0) from first
 touch, `mean_stiffness` is the tangent averaged over the phases.
 
-Helices that are mirror images of one another, in the plane normal to the axis: one contact serves both.
+Helices that are mirror images of one another, in the plane normal to the axis, share one contact.  The two helices of a
+herringbone gear with equal flanks lean to opposite sides.  Mirrored, the contact lines of one are those of the other at
+every phase, and so are compliance, gaps and loads, from the other end of the face (derived here).
 
-The two helices of a herringbone gear with equal flanks lean to opposite sides.  Mirrored, the contact lines of one are
-those of the other at every phase, and so are compliance, gaps and loads, from the other end of the face (derived here).
-
-Mesh stiffness by loaded contact: a pair tabulated over the place of the contact and the load.
-
-`loaded_contact` yields the approach d(F, sigma).  The linear model at an operating load F_0 has the tangent there,
+A table of a pair over the place of the contact and the load is its mesh stiffness.  `loaded_contact` yields the
+approach d(F, sigma).  The linear model at an operating load F_0 has the tangent there,
 
     f = k(sigma) (d - e(sigma)),   k = dF/dd at F_0,   e = d(F_0, sigma) - F_0/k(sigma)
 
@@ -41,6 +37,9 @@ from .mesh_stiffness import DEFAULT_HARMONICS, ComplexArray, ContactTable, evalu
 from .segments import ContactSegments, contact_segments, initial_gap
 
 Array = NDArray[np.float64]
+
+# Loads of a table rise as squares, (i / _OPERATING)^2 times the operating load, which is one of them.
+_STEPS, _OPERATING = 20, 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -289,6 +288,9 @@ def _corner(segments: ContactSegments, approach: Array) -> Array:
     return overlap
 
 
+# mirror images -------------------------------------------------------------------------------------------------------
+
+
 def mirrored(pair: ContactPair) -> ContactPair:
     """Contact pair as a mirror normal to the axis shows it: left and right exchanged."""
     return replace(
@@ -376,8 +378,7 @@ def _mirrored_segments(segments: ContactSegments, pair: ContactPair) -> ContactS
     )
 
 
-# Loads rise as squares, (i / _OPERATING)^2 times the operating load, which is one of them.
-_STEPS, _OPERATING = 20, 12
+# table over the load -------------------------------------------------------------------------------------------------
 
 
 def contact_table(pair: ContactPair, load: float, *, samples: int = 50, count: int = DEFAULT_HARMONICS) -> ContactTable:

@@ -1,21 +1,16 @@
-"""Mesh stiffness over a mesh cycle: Fourier series, ISO 6336-1, the pair as drawn, curves of force over deflection.
+"""Mesh stiffness of one pair of gears: Fourier series, ISO 6336-1, the teeth as drawn, tables and curves of force.
 
-Relative Fourier series over a mesh cycle: complex coefficients v_l (L,) over the place sigma of the contact.
-
-sigma counts base pitches from the pitch point at mid-face and has the period 1 (docs/conventions.md, Phases):
+A variation over a mesh cycle is a relative Fourier series, complex coefficients v_l (L,) over the place sigma of the
+contact.  sigma counts base pitches from the pitch point at mid-face and has the period 1 (docs/conventions.md, Phases):
 
     value(sigma) = mean (1 + Re sum_l v_l exp(2 pi i l sigma)),    l = 1 .. L.
 
-Mesh stiffness of one pair of gears: mean value of ISO 6336-1 [iso6336], and variation over a mesh cycle.
+The mean value is that of ISO 6336-1 [iso6336], or of tooth contact.  Of the latter a train holds data alone: the teeth
+of one pair as drawn, `ToothPair`, and the table of their force, `ContactTable`.
 
-The variation is a relative Fourier series over the place sigma of the contact.
-
-Tooth contact as data of a train: the teeth of one pair of gears as drawn, and the table of their force.
-
-Measured or computed force over deflection: rising cubics through given points, and tables of several phases.
-
-A curve is zero up to first touch, then a monotone cubic through its points [fritsch1980]; behind the last point it goes
-on along its last tangent.  Two points give a straight line, exactly.
+A measured or computed curve of force over deflection is zero up to first touch, then a monotone cubic through its
+points [fritsch1980]; behind the last point it goes on along its last tangent.  Two points give a straight line,
+exactly.  Curves at several phases make a table.
 """
 
 from __future__ import annotations
@@ -36,6 +31,33 @@ from .outline import GearForm
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+
+# Orders kept by default.  A spur series falls as 1/l only, so no number makes the rest negligible: 12 orders hold 95 %
+# of the variance of a spur mesh (what is dropped has an RMS of 5 .. 8 % of the mean stiffness, above the modes that
+# matter in a usual sweep); from an overlap ratio of 0.25 on the dropped part is below 0.4 % of the mean.
+DEFAULT_HARMONICS = 12
+
+# Least last slope per last secant: the three-point slope of data that flatten may be zero, and a law that goes on along
+# a last tangent of zero holds no load more.
+_LAST = 0.5
+# Force of a table at common loads less that of the curves it is made from, per largest force, at the probes: below
+# 1e-4 everywhere, less than any measurement.
+_ACCURACY = 5e-5
+# Loads of a table to begin with: as many as of tabulated tooth contact.
+_LOADS = 20
+# Forces nearer to each other than this part of the largest are one load: rounding of one number.
+_SAME = 1e-12
+# Forces up to this part of the last one are no touch: what an FE run returns of teeth apart.
+_APART = 1e-9
+# Series and errors below this part are rounding of a straight line.
+_ROUNDING = 1e-12
+# Newton steps or halvings until a place in a cell is found to rounding.
+_SEARCH, _PLACE = 60, 1e-14
+# Places within a cell at which a table is compared with its curves.
+_PROBES = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
+
+
+# Fourier series over a mesh cycle ------------------------------------------------------------------------------------
 
 
 def fourier_series(cosine: Sequence[float], sine: Sequence[float] = ()) -> ComplexArray:
@@ -224,11 +246,6 @@ def _rack_factor(dedendum: float, pressure_angle: float) -> float:
 
 # variation over a mesh cycle -----------------------------------------------------------------------------------------
 
-# Kept by default.  A spur series falls as 1/l only, so no number makes the rest negligible: 12 orders hold 95 % of the
-# variance of a spur mesh (what is dropped has an RMS of 5 .. 8 % of the mean stiffness, above the modes that matter in
-# a usual sweep); from an overlap ratio of 0.25 on the dropped part is below 0.4 % of the mean.
-DEFAULT_HARMONICS = 12
-
 
 def contact_line_series(
     limits: tuple[float, float], overlap_ratio: float, *, harmonics: int = DEFAULT_HARMONICS
@@ -250,6 +267,9 @@ def face_average(series: ComplexArray, overlap_ratio: float) -> ComplexArray:
     """Series (L,) [1] averaged over a helical face from that of a narrow slice, v_l sinc(l eps_beta) [maatar1996]."""
     order = np.arange(1, np.size(series) + 1)
     return np.asarray(series * np.sinc(order * overlap_ratio), dtype=np.complex128)
+
+
+# tooth contact as data of a train ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -316,24 +336,7 @@ class ContactTable:
         return f"ContactTable({phases} phases x {loads} loads, {self.load:.4g} N, {self.stiffness:.4g} N/m)"
 
 
-# Least last slope per last secant: the three-point slope of data that flatten may be zero, and a law that goes on along
-# a last tangent of zero holds no load more.
-_LAST = 0.5
-# Force of a table at common loads less that of the curves it is made from, per largest force, at the probes: below
-# 1e-4 everywhere, less than any measurement.
-_ACCURACY = 5e-5
-# Loads of a table to begin with: as many as of tabulated tooth contact.
-_LOADS = 20
-# Forces nearer to each other than this part of the largest are one load: rounding of one number.
-_SAME = 1e-12
-# Forces up to this part of the last one are no touch: what an FE run returns of teeth apart.
-_APART = 1e-9
-# Series and errors below this part are rounding of a straight line.
-_ROUNDING = 1e-12
-# Newton steps or halvings until a place in a cell is found to rounding.
-_SEARCH, _PLACE = 60, 1e-14
-# Places within a cell at which a table is compared with its curves.
-_PROBES = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
+# curves of force over deflection -------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from . import geometry
-from .geometry import involute
 
 Array = NDArray[np.float64]
 
 _ROUNDING = 0.38  # of the standard rack, per module [iso53]
 # An undercut less deep than this [modules] leaves the flank practically whole: 17 teeth of 20 deg count as free of it.
 _UNDERCUT = 0.02
+# Points of the flank, of the fillet and of the root circle.
 _FLANK, _FILLET, _FLOOR = 400, 400, 20
 # Root finding to rounding: the least relative tolerance that `brentq` takes, and as much of the bracket.
 _XTOL, _RTOL = 1e-16, 4 * np.finfo(float).eps
@@ -110,6 +110,8 @@ class Outline:
     form_radius: float
     half_pitch: float
     internal: bool
+    reference: float
+    half_angle: float
 
     @property
     def x(self) -> Array:
@@ -125,12 +127,9 @@ class Outline:
     def flank_angle(self, radius: Array) -> tuple[Array, Array]:
         """psi (m,) of the involute at radii (m,) [m], and the angle (m,) of its normal to the cross line [rad]."""
         pressure = np.arccos(np.minimum(1.0, self.base / np.asarray(radius)))
-        turned = np.asarray(involute(pressure)) - float(involute(math.acos(self.base / self.reference)))
+        turned = np.asarray(geometry.involute(pressure)) - geometry.involute(math.acos(self.base / self.reference))
         psi = self.half_angle + turned if self.internal else self.half_angle - turned
         return psi, pressure + psi if self.internal else pressure - psi
-
-    reference: float
-    half_angle: float
 
 
 def tooth_outline(gear: GearForm, *, path: str = "") -> Outline:

@@ -1,27 +1,21 @@
-"""Stress in the tooth roots of a loaded contact, by an influence function of finite elements.
+"""Stress in the tooth roots of both gears of a loaded contact, by an influence function of finite elements.
 
-Plane strain by finite elements: nine-noded cells on structured grids, stiffness and load vectors.
-
-Lagrange's biquadratic element with Gauss' rule of 3 x 3 points.  Young's modulus is 1: stresses under
-given forces do not depend on it, displacements are inverse to it.
-
-Stress along the fillets of the teeth of a gear under a load on a flank: its influence function, by finite elements.
-
-One pitch of the normal section, from a tooth space to the next, is meshed once: tooth, fillets and the body down to
-where it is held, in plane strain as the compliance of the teeth.  Inner nodes are condensed into those of both sides.
-All pitches of the gear are equal, so that the discrete Fourier transform over them separates the whole gear into single
-pitches with a phase between their sides: the answer is that of the whole gear, every tooth of it meshed.  A helical
-tooth is that of its virtual gear, the number of teeth rounded to close the circle.
+The influence function is the stress along the fillets of the teeth of a gear under a load on a flank.  One pitch of the
+normal section, from a tooth space to the next, is meshed once: tooth, fillets and the body down to where it is held, in
+plane strain as the compliance of the teeth.  The elements are Lagrange's biquadratic ones of nine nodes on structured
+grids, with Gauss' rule of 3 x 3 points.  Young's modulus is 1: stresses under given forces do not depend on it,
+displacements are inverse to it.  Inner nodes are condensed into those of both sides.  All pitches of the gear are
+equal, so that the discrete Fourier transform over them separates the whole gear into single pitches with a phase
+between their sides: the answer is that of the whole gear, every tooth of it meshed.  A helical tooth is that of its
+virtual gear, the number of teeth rounded to close the circle.
 
 On a free surface the stress along it is the whole stress, E/(1 - nu^2) times the strain along it.  The strain is taken
 at Gauss' two points of each edge, where that of a quadratic element is exact to one order more [barlow1976].  Bending,
 compression, notch and neighbouring teeth are all in it, and nothing is fitted.  The method is derived here.
 
-Stress in the tooth roots of both gears of a loaded contact: along the path of contact and over the face.
-
-Every slice of a tooth is a plane tooth with the influence function of its gear; the forces on all teeth act on
-it together.  Along the face a force reaches the root as it bends the tooth: with the kernel G of `compliance`, whose
-integral is 1, so that an even load has the plane stress.  Derived here:
+Along the path of contact and over the face every slice of a tooth is a plane tooth with the influence function of its
+gear; the forces on all teeth act on it together.  Along the face a force reaches the root as it bends the tooth: with
+the kernel G of `compliance`, whose integral is 1, so that an even load has the plane stress.  Derived here:
 
     stress_jk = sum over teeth j', slices k' of G(k, k') P_j'k' I(place on the fillet; radius_j'k', j' - j)
 """
@@ -47,7 +41,31 @@ from .outline import GearForm, Outline, tooth_outline
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+REACH = 4
+"""Pitches over which a load reaches fillets, as of `compliance.NEIGHBOURS`; teeth in contact together are nearer."""
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+# Elements along a flank, along a fillet down to the corner and on to the middle of the space, across a tooth, down the
+# body.  Twice as many everywhere move the largest stress by less than 0.3 % (docs/theory/contact.md, Root stress).
+_FLANK, _FILLET, _SPACE, _ACROSS, _BODY = 12, 10, 8, 14, 12
+# The cross line between tooth and body stands where the fillet leans by this much, so that it divides the angle between
+# flank and floor of the space about evenly.
+_CORNER = math.radians(45)
+# Half the width of the pressure on the flank [modules], and points of it: the elements resolve it, Hertz's is narrower.
+# Beyond it the contact itself stresses no surface, below it the surface is compressed.
+_PRESSED, _PRESSURES = 0.1, 24
+# Nearest load to the end of the flank [modules]; a nearer one counts as there.  Its pressure would reach the fillet,
+# whose stress is then that of contact.  A load further up stresses the root more.
+_NEAREST = 0.25
+_LOADS = 14  # radii of the load, Chebyshev's; a cubic spline between them is exact to 0.1 %
+_POINTS = 48  # of each fillet, evenly along it: the largest of a smooth maximum within 0.1 %
+# Singular values below this part of the largest are below what the elements are exact to.
+_RANK = 1e-4
+_EDGE = np.array([-1.0, 1.0]) / math.sqrt(3.0)
+# Numbers held at a time, 32 MB: far below what the compliance of a contact takes.
+_HELD = 4_000_000
+
+
+# finite elements -----------------------------------------------------------------------------------------------------
 
 
 def grid_cells(numbers: Index) -> Index:
@@ -102,25 +120,7 @@ def stiffness_matrix(points: Array, cells: Index, poisson: float) -> sparse.csc_
     return sparse.csc_matrix((own.ravel(), (row, column)), shape=(count, count))
 
 
-REACH = 4
-"""Pitches over which a load reaches fillets, as of `compliance.NEIGHBOURS`; teeth in contact together are nearer."""
-# Elements along a flank, along a fillet down to the corner and on to the middle of the space, across a tooth, down the
-# body.  Twice as many everywhere move the largest stress by less than 0.3 % (docs/theory/contact.md, Root stress).
-_FLANK, _FILLET, _SPACE, _ACROSS, _BODY = 12, 10, 8, 14, 12
-# The cross line between tooth and body stands where the fillet leans by this much, so that it divides the angle between
-# flank and floor of the space about evenly.
-_CORNER = math.radians(45)
-# Half the width of the pressure on the flank [modules], and points of it: the elements resolve it, Hertz's is narrower.
-# Beyond it the contact itself stresses no surface, below it the surface is compressed.
-_PRESSED, _PRESSURES = 0.1, 24
-# Nearest load to the end of the flank [modules]; a nearer one counts as there.  Its pressure would reach the fillet,
-# whose stress is then that of contact.  A load further up stresses the root more.
-_NEAREST = 0.25
-_LOADS = 14  # radii of the load, Chebyshev's; a cubic spline between them is exact to 0.1 %
-_POINTS = 48  # of each fillet, evenly along it: the largest of a smooth maximum within 0.1 %
-# Singular values below this part of the largest are below what the elements are exact to.
-_RANK = 1e-4
-_EDGE = np.array([-1.0, 1.0]) / math.sqrt(3.0)
+# influence function --------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -384,8 +384,7 @@ def _fillet_strain(mesh: _PitchMesh) -> tuple[sparse.csr_matrix, Array, Array]:
     return strain, place, lean
 
 
-# Numbers held at a time, 32 MB: far below what the compliance of a contact takes.
-_HELD = 4_000_000
+# stress of a loaded contact ------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

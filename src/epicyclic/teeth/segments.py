@@ -1,13 +1,4 @@
-"""Segments of the contact lines of a pair, whole slices and parts of slices.
-
-Parts of slices: the mean over a part of a slice from the means over cells, and the load of a part on them.
-
-Along the face the deflection is known as means over even cells, several to a slice.  The parabola with the means of a
-cell and of its neighbours gives the mean over any part of the cell, to third order in its width (derived here).  With
-the weights W of that mean, W C W' is the compliance between parts: W takes displacement to the parts and, transposed,
-their loads to the cells with the same work, resultant and moment.  It is as positive as C, and exact for whole slices.
-
-Segments of the contact lines of a pair: initial gaps, line contact and shared compliance.
+"""Segments of the contact lines of a pair: initial gaps, line contact, and the compliance that they share.
 
 Displacement along the normal of a segment i under forces P_k of all segments in mesh:
 
@@ -15,9 +6,14 @@ Displacement along the normal of a segment i under forces P_k of all segments in
     + sum over both gears: [b_ik + r_ik] G(zeta_i, zeta_k) P_k + s P_k/L
 
 b is the compliance of the tooth itself, (b_i b_k)^1/2 along one tooth, none between two.  r is the compliance of the
-gear body, cross terms between teeth included, without the winding s that all teeth share over the
-length L of the face.  G couples places along the face.  With b, r and G the compliance is symmetric positive
-definite.  Derived here.
+gear body, cross terms between teeth included, without the winding s that all teeth share over the length L of the face.
+G couples places along the face.  With b, r and G the compliance is symmetric positive definite.  Derived here.
+
+A segment is a whole slice of the face, or the part of one that is on the path of contact.  Along the face the
+deflection is known as means over even cells, several to a slice.  The parabola with the means of a cell and of its
+neighbours gives the mean over any part of the cell, to third order in its width (derived here).  With the weights W of
+that mean, W C W' is the compliance between parts: W takes displacement to the parts and, transposed, their loads to
+the cells with the same work, resultant and moment.  It is as positive as C, and exact for whole slices.
 """
 
 from __future__ import annotations
@@ -38,9 +34,18 @@ from .gear_pair import ContactPair, ElasticTooth, check_pair
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-CELLS = 4
+CELLS = 4  # of each slice
 # a shorter part, in cells, is as good as a point: its own length would round
 _POINT = 1e-9
+# Corner contact is considered up to this separation of tip and flank, in modules of the base pitch: far above the
+# deflection of teeth.
+_CORNER = 0.02
+# Largest load of a line that an estimate starts from, of the one at which the approach is largest: there the stiffness
+# is without bound and Newton's method does not move; half is above what any tooth bears.
+_OF_LARGEST = 0.5
+
+
+# parts of slices -----------------------------------------------------------------------------------------------------
 
 
 def part_weights(middle: Array, length: Array, count: int) -> Array:
@@ -129,12 +134,7 @@ def between_parts(coupling: Array, parts: FaceParts) -> Iterator[Array]:
         yield found
 
 
-# Corner contact is considered up to this separation of tip and flank, in modules of the base pitch: far above the
-# deflection of teeth.
-_CORNER = 0.02
-# Largest load of a line that an estimate starts from, of the one at which the approach is largest: there the stiffness
-# is without bound and Newton's method does not move; half is above what any tooth bears.
-_OF_LARGEST = 0.5
+# segments ------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
