@@ -425,7 +425,13 @@ def tooth_compliance(gear: GearForm, *, under: Literal["ring", "fit"] = "ring", 
     half, along = radius * np.sin(psi), radius * np.cos(psi)
     crossing = along + half * np.tan(gamma) * (1 if shape.internal else -1)  # of the load and the middle of the tooth
     section = _critical(shape)
-    root = _root(gear, shape, section)
+    # on the body of the virtual gear, whose radii have the ratios of those of the gear
+    root = ToothRoot(
+        circle=float(shape.radius[section]),
+        held=gear.bore * shape.root / gear.root,
+        thickness=2 * float(shape.x[section]),
+        pitch=2 * shape.half_pitch,
+    )
     roots, shared, messages = _body(gear, shape, root, under, path)
     load = np.stack([-np.cos(gamma), np.sin(gamma) * (1 if shape.internal else -1)], axis=1)
     moment = load[:, 0] * (crossing - root.middle)
@@ -449,16 +455,6 @@ def _critical(shape: Outline) -> int:
     """Index of the critical section, in which the tooth is clamped [iso6336]."""
     lean = _LEAN_RING if shape.internal else _LEAN
     return int(shape.form + np.searchsorted(shape.slope[shape.form :], lean))
-
-
-def _root(gear: GearForm, shape: Outline, section: int) -> ToothRoot:
-    """Root of the tooth on the body of the virtual gear, whose radii have the ratios of those of the gear."""
-    return ToothRoot(
-        circle=float(shape.radius[section]),
-        held=gear.bore * shape.root / gear.root,
-        thickness=2 * float(shape.x[section]),
-        pitch=2 * shape.half_pitch,
-    )
 
 
 def _body(

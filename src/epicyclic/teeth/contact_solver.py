@@ -262,7 +262,10 @@ def solve_linear(
         force[todo], d[todo] = _active_set_solution(
             matrices, todo, gap[todo], on, np.where(held[todo], np.nan, load[todo]), d[todo]
         )
-        pulls, overlaps = _violations(matrices, todo, gap[todo], valid[todo], on, force[todo], d[todo])
+        # segments of the set in tension leave it, segments beside it that overlap enter
+        apart = matrices.opened(todo, np.maximum(force[todo], 0.0)) + gap[todo] - d[todo][:, None]
+        slack = _TOLERANCE * np.maximum(np.abs(d[todo]), np.abs(gap[todo]).max(axis=1))[:, None]
+        pulls, overlaps = on & (force[todo] < 0), valid[todo] & ~on & (apart < -slack)
         changed = (on & ~pulls) | overlaps
         active[todo] = changed
         todo = todo[(changed != on).any(axis=1) & (changed.any(axis=1) | held[todo])]
@@ -309,15 +312,6 @@ def _active_set_solution(
         whole = (load + held.sum(axis=1)) / unit.sum(axis=1)
     d = np.where(np.isnan(load), d, whole)
     return np.where(on, unit * d[:, None] - held, 0.0), d
-
-
-def _violations(
-    matrices: _Matrices, index: Index, gap: Array, valid: Mask, on: Mask, force: Array, d: Array
-) -> tuple[Mask, Mask]:
-    """Active segments in tension (t, n), and inactive segments that overlap (t, n), at phases (t,)."""
-    open_ = matrices.opened(index, np.maximum(force, 0.0)) + gap - d[:, None]
-    slack = _TOLERANCE * np.maximum(np.abs(d), np.abs(gap).max(axis=1))[:, None]
-    return on & (force < 0), valid & ~on & (open_ < -slack)
 
 
 # Newton's method -----------------------------------------------------------------------------------------------------
@@ -452,7 +446,11 @@ def _first_estimate(
     most = np.full(gap.shape, np.inf) if inverse is None else inverse(np.broadcast_to(load[:, None], gap.shape))
     if start is not None:
         start = np.fmin(start, most)
-        return start, np.where(held, d, _approach_of(compliance, phase, gap, valid, law, start))
+        # the approach that belongs to it: mean over the segments, weighted by their forces
+        force = np.where(valid, law(start, np.arange(len(start)))[0], 0.0)
+        level = start + gap + products(compliance, phase, force)
+        weight = np.where(force > 0, force, 0.0) + np.where(valid, 1e-300, 0.0)
+        return start, np.where(held, d, (weight * level).sum(axis=1) / weight.sum(axis=1))
     T, n = gap.shape
     way = d[:, None] - gap
     if held.all():  # half of it in the flanks
@@ -464,15 +462,6 @@ def _first_estimate(
     found = solve_linear(compliance, gap, valid, np.where(held, 0.0, load), own=own, phase=phase)
     u = found.approach[:, None] - gap - products(compliance, phase, found.force)
     return np.where(held[:, None], np.where(way > 0, way / 2, way), np.fmin(u, most)), np.where(held, d, found.approach)
-
-
-def _approach_of(compliance: Array, phase: Index, gap: Array, valid: Mask, law: Law, u: Array) -> Array:
-    """Approach d (T,) [m] that belongs to own approaches u (T, n) [m], mean weighted by the forces."""
-    force = np.where(valid, law(u, np.arange(len(u)))[0], 0.0)
-    level = u + gap + products(compliance, phase, force)
-    weight = np.where(force > 0, force, 0.0) + np.where(valid, 1e-300, 0.0)
-    result: Array = (weight * level).sum(axis=1) / weight.sum(axis=1)
-    return result
 
 
 def _approach_at_force(law: Law, force: Array) -> Array:

@@ -289,11 +289,9 @@ def check_pair(pair: ContactPair, *, path: str = "", paths: tuple[str, str] = ("
 def uniform_along_face(pair: ContactPair) -> bool:
     """Whether nothing varies along the face, so that one segment is exact."""
     plane = pair.plane
-    even = all(flank.crown == 0 and flank.slope == 0 and flank.end_relief is None for flank in _flanks(pair))
+    even = all(
+        flank.crown == 0 and flank.slope == 0 and flank.end_relief is None for flank in (pair.flank_a, pair.flank_b)
+    )
     same = plane.base_helix == 0 and plane.face_a == plane.face_b
     stiff = pair.torsion_a is None and pair.torsion_b is None
     return even and same and stiff and pair.misalignment == 0 and not pair.gap
-
-
-def _flanks(pair: ContactPair) -> tuple[Flank, Flank]:
-    return pair.flank_a, pair.flank_b

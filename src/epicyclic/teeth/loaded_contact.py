@@ -29,11 +29,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError
 from . import gear_pair
-from .contact_lines import LineWindows, PlaneOfAction, contact_lines, corner_reach, line_windows, tip_separation
+from .contact_lines import LineWindows, contact_lines, corner_reach, line_windows, tip_separation
 from .contact_solver import ContactSolution, products, solve_hertzian, solve_linear, tangent_stiffness, with_residuals
-from .flank import Flank
 from .gear_pair import ContactPair, Torsion
-from .mesh_stiffness import DEFAULT_HARMONICS, ComplexArray, ContactTable, evaluate_series, table_series
+from .mesh_stiffness import DEFAULT_HARMONICS, ContactTable, evaluate_series, table_series
 from .segments import ContactSegments, contact_segments, initial_gap
 
 Array = NDArray[np.float64]
@@ -106,7 +105,7 @@ class LoadedContact:
 
         The mean over a stated length converges with the slices where a line begins at a corner of the flank.
         """
-        return np.where(self._touched, self._windows.mean(self.force), 0.0)
+        return np.where(self.segments.lines.length > 0, self._windows.mean(self.force), 0.0)
 
     @property
     def mean_pressure(self) -> Array:
@@ -126,10 +125,6 @@ class LoadedContact:
     def largest_pressure(self) -> Array:
         """Largest of `mean_pressure` over the phases, (F,) [Pa]."""
         return np.asarray(self.mean_pressure.max(axis=(1, 2, 3)))
-
-    @property
-    def _touched(self) -> NDArray[np.bool_]:
-        return np.asarray(self.segments.lines.length > 0)
 
     @property
     def _windows(self) -> LineWindows:
@@ -293,11 +288,13 @@ def _corner(segments: ContactSegments, approach: Array) -> Array:
 
 def mirrored(pair: ContactPair) -> ContactPair:
     """Contact pair as a mirror normal to the axis shows it: left and right exchanged."""
+    plane = pair.plane
+    face_a, face_b = ((-right, -left) for left, right in (plane.face_a, plane.face_b))
     return replace(
         pair,
-        plane=_mirrored_plane(pair.plane),
-        flank_a=_mirrored_flank(pair.flank_a),
-        flank_b=_mirrored_flank(pair.flank_b),
+        plane=replace(plane, lean=-plane.lean, face_a=face_a, face_b=face_b),
+        flank_a=replace(pair.flank_a, slope=-pair.flank_a.slope),
+        flank_b=replace(pair.flank_b, slope=-pair.flank_b.slope),
         misalignment=-pair.misalignment,
         gap=tuple((-zeta, gap) for zeta, gap in reversed(pair.gap)),
         torsion_a=_mirrored_torsion(pair.torsion_a),
@@ -344,15 +341,6 @@ def all_loaded(segments: Sequence[ContactSegments], loads: ArrayLike, *, tangent
 def _equal(one: ContactPair, other: ContactPair) -> bool:
     """Whether two pairs are the same in every field; teeth are the same objects."""
     return all(getattr(one, name) == getattr(other, name) for name in one.__dataclass_fields__)
-
-
-def _mirrored_plane(plane: PlaneOfAction) -> PlaneOfAction:
-    a, b = ((-face[1], -face[0]) for face in (plane.face_a, plane.face_b))
-    return replace(plane, lean=-plane.lean, face_a=a, face_b=b)
-
-
-def _mirrored_flank(flank: Flank) -> Flank:
-    return replace(flank, slope=-flank.slope)
 
 
 def _mirrored_torsion(torsion: Torsion | None) -> Torsion | None:
@@ -402,21 +390,17 @@ def contact_table(pair: ContactPair, load: float, *, samples: int = 50, count: i
     series = series[:count]
     linear = mean * evaluate_series(series, sigma)
     error = harmonics(found.approach[_OPERATING - 1] - load / linear, count)
-    approach = np.vstack([found.no_load, found.approach]).T - _sampled(error, sigma)[:, None]
+    wave = np.exp(2j * np.pi * np.outer(sigma, np.arange(len(error))))
+    gap = np.vstack([found.no_load, found.approach]).T - (wave @ error).real[:, None]
     return ContactTable(
         load=load,
         stiffness=mean,
         variation=series,
         error=error,
         force=force,
-        gap=approach,
-        slope=_slopes(approach, force, tangent.T),
+        gap=gap,
+        slope=_slopes(gap, force, tangent.T),
     )
-
-
-def _sampled(series: ComplexArray, sigma: Array) -> Array:
-    """Values (S,) of Re sum_l c_l exp(2 pi i l sigma), l = 0, 1, ..., in the unit of the series (L + 1,)."""
-    return np.asarray((np.exp(2j * np.pi * np.outer(sigma, np.arange(len(series)))) @ series).real)
 
 
 def _slopes(gap: Array, force: Array, tangent: Array) -> Array:

@@ -58,7 +58,12 @@ def sliding_distance(limits: Limits, overlap: float = 0.0) -> float:
     limits : (sigma_min, sigma_max) of the path of contact [base pitches].  overlap : overlap ratio of one helix [1].
         Contact must not be lost (`touches_always`).
     """
-    phase, weight = _nodes(_corners(limits, overlap))
+    # integral over the phase from corner to corner of contact
+    corners = _corners(limits, overlap)
+    node, share = np.polynomial.legendre.leggauss(_NODES)
+    half = np.diff(corners)[:, None] / 2
+    middle = corners[:-1, None] + half
+    phase, weight = (middle + half * node).ravel(), (half * share).ravel()
     places = _places(phase, limits, overlap)
     if overlap <= _SPUR:
         on = (places >= limits[0]) & (places <= limits[1])
@@ -161,14 +166,6 @@ def _corners(limits: Limits, overlap: float) -> Array:
     """Phases in [0, 1] between which the contact lines change smoothly, rising, with both ends."""
     passed = [end + shift for end in (*limits, 0.0) for shift in (0.0, overlap)]
     return np.unique(np.concatenate([[0.0, 1.0], np.mod(passed, 1.0)]))
-
-
-def _nodes(corners: Array) -> tuple[Array, Array]:
-    """Nodes and weights of integrals over the phase from corner to corner, each (m,)."""
-    at, weight = np.polynomial.legendre.leggauss(_NODES)
-    half = np.diff(corners)[:, None] / 2
-    middle = corners[:-1, None] + half
-    return (middle + half * at).ravel(), (half * weight).ravel()
 
 
 def _places(phase: Array, limits: Limits, overlap: float) -> Array:

@@ -67,11 +67,15 @@ def microgeometry_contact(
     parts: list[MicrogeometryContact] = []
     heads: list[Array] = []
     for members in (first, rest):
-        # those of the rest start from the nearest of the first
+        # own approaches (H, F, T, n) of the first, from the nearest of which the rest start; nan where not solved
         near = np.concatenate(heads) if heads else np.zeros((0, len(force), T, n))
+        reached = np.flatnonzero(np.isfinite(near[:, 0, 0, 0]))
         for i in range(0, len(members), count):
             at = members[i : i + count]
-            start = _starts(gaps, first, near, at) if members is rest else None
+            start: Array | None = None
+            if reached.size:
+                apart = np.array([_distance(gaps[at], gaps[k]) for k in first[reached]])
+                start = near[reached[apart.argmin(axis=0)]]
             part, own = _solution(segments, gaps[at], force, start, tangents, largest)
             parts.append(part)
             if members is first and segments.line is not None:
@@ -105,19 +109,6 @@ def _distance(gaps: Array, other: Array) -> Array:
     """Distance (S,) [m] of gaps (S, T, n) from others (T, n), beside a shift that is common to all."""
     apart = (gaps - other).reshape(len(gaps), -1)
     return np.asarray(apart.std(axis=1))
-
-
-def _starts(gaps: Array, first: Index, near: Array, members: Index) -> Array | None:
-    """Own approaches (S, F, T, n) [m] for members (S,) to start from: those of the nearest of the first.
-
-    gaps : (all, T, n) [m].  first : (H,) indices among them.  near : (H, F, T, n) of these [m], nan where not solved;
-    without any solved there is nothing to start from.
-    """
-    solved = np.flatnonzero(np.isfinite(near[:, 0, 0, 0]))
-    if not solved.size:
-        return None
-    apart = np.array([_distance(gaps[members], gaps[i]) for i in first[solved]])
-    return np.asarray(near[solved[apart.argmin(axis=0)]])
 
 
 def _solution(

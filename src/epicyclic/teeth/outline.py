@@ -293,7 +293,11 @@ def _arc(shape: Outline, rho: float) -> tuple[float, float, float]:
 
 def _joined(shape: Outline, fillet_radius: Array, fillet_psi: Array) -> Outline:
     """Outline of flank and fillet (m,) [m], [rad]; the flank ends where the fillet leaves it or cuts it."""
-    start = _leaves(shape, fillet_radius, fillet_psi)
+    start = 0
+    if not shape.internal:  # the last point of the fillet on or inside the flank; the first without undercut
+        involute = shape.flank_angle(np.maximum(fillet_radius, shape.base))[0]
+        inside = (fillet_radius > shape.base) & (fillet_psi < involute - 1e-12)
+        start = int(np.flatnonzero(inside)[-1]) if inside.any() else 0
     form = fillet_radius[start]
     left = shape.half_pitch - fillet_psi[-1]  # of the root circle
     floor = fillet_psi[-1] + left * np.linspace(0, 1, _FLOOR + 1)[1:] if left > 1e-9 else np.zeros(0)
@@ -305,11 +309,3 @@ def _joined(shape: Outline, fillet_radius: Array, fillet_psi: Array) -> Outline:
     slope = np.arctan2(np.gradient(x), np.gradient(y))
     values = {name: getattr(shape, name) for name in shape.__dataclass_fields__}
     return Outline(**values | {"radius": radius, "psi": psi, "slope": slope, "form": _FLANK - 1, "form_radius": form})
-
-
-def _leaves(shape: Outline, radius: Array, psi: Array) -> int:
-    """Index of the last point of the fillet (m,) that lies on or inside the flank; 0 without undercut."""
-    if shape.internal:
-        return 0
-    inside = (radius > shape.base) & (psi < shape.flank_angle(np.maximum(radius, shape.base))[0] - 1e-12)
-    return int(np.flatnonzero(inside)[-1]) if inside.any() else 0

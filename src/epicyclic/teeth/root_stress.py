@@ -23,7 +23,6 @@ the kernel G of `compliance`, whose integral is 1, so that an even load has the 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -440,11 +439,21 @@ def _of_gear(
     sense: int,
 ) -> RootStress:
     """Stress of one gear; radius : (T, J, K) of the loads [m]; sense : -1 where the next pair is one tooth behind."""
-    coupling = _coupling(plane, tooth, face, force.shape[-1])
+    # load per length on each slice per force on another (K, K) [1/m], along the tooth
+    slices, slant = force.shape[-1], math.cos(plane.base_helix)
+    span = plane.width / slices
+    centre: Array = plane.face[0] + span * (np.arange(slices, dtype=np.float64) + 0.5)
+    width = (face[1] - face[0]) / slant
+    middle = (centre - 0.5 * (face[0] + face[1])) / slant
+    coupling = face_coupling(middle, width, tooth.face_decay(width), np.full(slices, span / slant))
     tension, compression = np.empty(force.shape), np.empty(force.shape)
     lean, most = np.zeros(len(force)), np.full(len(force), -np.inf)
     right, left = influence.shape
-    for phases in _chunks(radius.shape, right.shape):
+    # as many phases at a time as the numbers held allow
+    each = math.prod(radius.shape[1:]) * max(right.shape[0], (2 * REACH + 1) * right.shape[1])
+    step = max(1, _HELD // each)
+    for begin in range(0, len(radius), step):
+        phases = slice(begin, begin + step)
         amounts = influence.amounts(radius[phases])
         for i, load in enumerate(force[:, phases]):
             modes = coupling @ _on_teeth(amounts, load, sense)  # (t, J, K, R)
@@ -469,21 +478,3 @@ def _on_teeth(amounts: Array, load: Array, sense: int) -> Array:
             ahead = REACH + sense * (loaded - moved)
             found[:, moved] += load[:, loaded, :, None] * amounts[:, loaded, :, ahead]
     return found
-
-
-def _coupling(plane: PlaneOfAction, tooth: ElasticTooth, face: tuple[float, float], slices: int) -> Array:
-    """Load per length on each slice per force on another (K, K) [1/m]; along the tooth."""
-    slant = math.cos(plane.base_helix)
-    span = plane.width / slices
-    centre: Array = plane.face[0] + span * (np.arange(slices, dtype=np.float64) + 0.5)
-    width = (face[1] - face[0]) / slant
-    middle = (centre - 0.5 * (face[0] + face[1])) / slant
-    return face_coupling(middle, width, tooth.face_decay(width), np.full(slices, span / slant))
-
-
-def _chunks(shape: tuple[int, ...], modes: tuple[int, ...]) -> Iterator[slice]:
-    """Phases of which the numbers held at a time fit; shape : (T, J, K); modes : (P, R)."""
-    each = math.prod(shape[1:]) * max(modes[0], (2 * REACH + 1) * modes[1])
-    step = max(1, _HELD // each)
-    for start in range(0, shape[0], step):
-        yield slice(start, start + step)

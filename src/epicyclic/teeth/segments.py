@@ -199,7 +199,11 @@ def contact_segments(pair: ContactPair, sigma: ArrayLike) -> ContactSegments:
     check_pair(pair)
     beyond = corner_reach(pair.plane, _CORNER * pair.plane.base_pitch / math.pi) if pair.corner else (0.0, 0.0)
     lines = contact_lines(pair.plane, sigma, pair.slices, beyond=beyond)
-    index, valid = _gathered(lines)
+    # segments on the path of contact, padded to their largest number in a phase
+    touched = (lines.length > 0).reshape(len(lines.length), -1)
+    most = max(1, int(touched.sum(axis=1).max()))
+    index = np.argsort(~touched, axis=1, kind="stable")[:, :most]
+    valid = np.take_along_axis(touched, index, axis=1)
 
     def take(values: Array) -> Array:
         return np.take_along_axis(values.reshape(len(index), -1), index, axis=1)
@@ -258,14 +262,6 @@ def microgeometry_gaps(segments: ContactSegments, pairs: Sequence[ContactPair]) 
     return gaps
 
 
-def _gathered(lines: ContactLines) -> tuple[Index, NDArray[np.bool_]]:
-    """Indices (T, n) of the segments on the path of contact, padded, and validity (T, n)."""
-    touched = (lines.length > 0).reshape(len(lines.length), -1)
-    most = max(1, int(touched.sum(axis=1).max()))
-    index = np.argsort(~touched, axis=1, kind="stable")[:, :most]
-    return index, np.take_along_axis(touched, index, axis=1)
-
-
 def _contact(pair: ContactPair, place: Array) -> gear_pair.LineContact:
     """Line contact at places (T, n) on the path of contact [base pitches] [weber1953]."""
     plane = pair.plane
@@ -285,8 +281,12 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
     slant = math.cos(plane.base_helix)
     on = np.clip(place, *plane.limits)
     tooth = index // count
-    parts = _parts(lines, index, slant)
-    centre, cell = _cells(lines)
+    # parts of the slices that are on the path, in cells of the face
+    cell = lines.span / CELLS
+    centre = lines.centre[0] - 0.5 * lines.span + cell * (np.arange(count * CELLS) + 0.5)
+    zeta = np.take_along_axis(lines.zeta.reshape(len(index), -1), index, axis=1)
+    length = np.take_along_axis(lines.length.reshape(len(index), -1), index, axis=1) * slant
+    parts = face_parts(count, index % count, (zeta - lines.centre[0] + 0.5 * lines.span) / cell, length / cell)
     whole = np.zeros((*index.shape, index.shape[1]))
     for gear, face, radius, sense in (
         (pair.tooth_a, plane.face_a, plane.radius_a(on), 1),
@@ -319,22 +319,6 @@ def _plane_compliance(gear: ElasticTooth, radius: Array, bending: Array, ahead: 
     found += (ahead == 0) * (root[:, None] * root)
     found -= gear.shared
     return found
-
-
-def _cells(lines: ContactLines) -> tuple[Array, float]:
-    """Middles (C,) [m] and width [m] of the cells of the face."""
-    count = len(lines.centre) * CELLS
-    width = lines.span / CELLS
-    return lines.centre[0] - 0.5 * lines.span + width * (np.arange(count) + 0.5), width
-
-
-def _parts(lines: ContactLines, index: Index, slant: float) -> FaceParts:
-    """Parts (T, n) of the slices that are on the path, in cells of the face."""
-    width = lines.span / CELLS
-    zeta = np.take_along_axis(lines.zeta.reshape(len(index), -1), index, axis=1)
-    length = np.take_along_axis(lines.length.reshape(len(index), -1), index, axis=1) * slant
-    K = len(lines.centre)
-    return face_parts(K, index % K, (zeta - lines.centre[0] + 0.5 * lines.span) / width, length / width)
 
 
 def _twisted(pair: ContactPair, centre: Array) -> Array | None:
