@@ -126,6 +126,12 @@ def test_what_cannot_be_shown(command: Command) -> None:
         assert "Traceback" not in refused.err
 
 
+def test_a_result_that_another_program_cut_is_no_fault(command: Command) -> None:
+    epicyclic.modes(DRIVE).drop_vars("frequency").to_netcdf("cut.nc", engine="h5netcdf")
+    refused = command("show", "cut.nc")
+    assert (refused.status, "no whole result of its verb (modes)" in refused.err) == (2, True)
+
+
 def test_wrong_figures_and_files_are_told_before_the_work(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("epicyclic.cli.run.import_model_rooms", lambda: pytest.fail("work has begun"))
     wrong = command("modes", DRIVE, "--figure", "nosuch", "-o", "x.svg")

@@ -64,7 +64,13 @@ def _show(
     results = _loaded(files)
     kinds = [str(result.attrs.get("verb", "")) for result in results.values()]
     require_output(output, figures, kinds, as_json=as_json)
-    put(results, output=output, figures=figures, as_json=as_json, computed=False, whole=whole)
+    try:
+        put(results, output=output, figures=figures, as_json=as_json, computed=False, whole=whole)
+    except (KeyError, TypeError, ValueError) as error:  # of a file that another program has written anew
+        if isinstance(error, ModelError) or not any(result.attrs.get("verb") for result in results.values()):
+            raise
+        problem = f"no whole result of its verb ({', '.join(kinds)}): {type(error).__name__}: {error}"
+        raise ModelError(problem, path=", ".join(files), allowed="a file as epicyclic wrote it") from error
 
 
 def _loaded(files: Sequence[str]) -> dict[str, xr.Dataset]:

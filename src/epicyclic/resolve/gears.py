@@ -287,6 +287,13 @@ def finish_gear(
         log.note(f"{path}.{key}", 2 * radius, "m", "geometry" if getattr(member, key) is None else "given")
     if first.tip_radius <= 0 or (first.root_radius <= 0 and not teeth.internal):
         raise ModelError("leaves no tooth", path=f"{path}.profile_shift", given=shift[0])
+    if (first.root_radius >= first.tip_radius) is not teeth.internal:
+        key, radius = ("root", first.root_radius) if member.root_diameter is not None else ("tip", first.tip_radius)
+        raise ModelError(
+            "the tip lies beyond the root: no tooth is left",
+            path=f"{path}.{key}_diameter",
+            given=f"{2e3 * radius:.4g} mm",
+        )
     return found
 
 

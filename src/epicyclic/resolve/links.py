@@ -79,6 +79,10 @@ def _support(
     table, path = overlaid(plan.member_levels(name, side), key)
     carriers = _carriers(plan, side) if branch is not None and (table is None or table.to is None) else ()
     seconds: Sequence[str | None] = carriers or (_carrying(table, bodies, side, path),)
+    if body.name in seconds and table is not None:
+        raise ModelError(
+            "holds a body on itself", path=f"{path}.to", given=table.to, allowed="housing, or another body"
+        )
     found: list[Link] = []
     for second in seconds:
         plate = second.rsplit("/", 1)[-1] if second is not None and len(seconds) > 1 else None

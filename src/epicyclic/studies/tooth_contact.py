@@ -106,6 +106,16 @@ def contact(
         raise ModelError("not a number of samples, slices or factors", path="contact", given=(samples, slices, factors))
     _require_room(samples or 1, slices or 1, loads.size)
     angle = in_radians(misalignment)
+    gears = [b.gear for b in train.bodies if b.gear is not None and b.name in (helices[0].a, helices[0].b)]
+    module, width = min(gear.module for gear in gears), min(gear.face_width or 0.0 for gear in gears)
+    for key, size in (
+        ("misalignment", angle * width),
+        ("pitch_error", errors.pitch),
+        ("profile_error", errors.profile),
+    ):
+        if abs(size) > module:  # as of deviations of the file
+            problem = f"moves teeth by {abs(size) * 1e3:.4g} mm, more than a module"
+            raise ModelError(problem, path=key, allowed=f"at most a module, {module * 1e3:.4g} mm; is the unit right?")
     ends = _face_end(torque_ends[0]), _face_end(torque_ends[1])
     more: dict[str, Any] = {"linear_at": linear_at, "corner": corner, "misalignment": angle, "torque_ends": ends}
     pairs = [pair_of(train, one, **more) for one in helices]

@@ -82,6 +82,9 @@ REFUSED = [
         "couplings.c.between",
         "names no single body",
     ),
+    ({"stages.main.sun.support.to": "main.sun"}, "stages.main.sun.support.to", "holds a body on itself"),
+    ({"stages.main.sun.root_diameter": "60 mm"}, "stages.main.sun.root_diameter", "no tooth is left"),
+    ({"stages.main.ring.tip_diameter": "130 mm"}, "stages.main.ring.tip_diameter", "no tooth is left"),
 ]
 
 
