@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 
 import known
 import pytest
@@ -16,6 +17,18 @@ os.environ.setdefault("EPICYCLIC_JOBS", "1")
 os.environ.pop("COLUMNS", None)
 # A shell lets what it starts in the background ignore Ctrl-C, and so would the processes that tests stop by it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def slowness() -> float:
+    """How many times slower than where limits of time were set this processor runs now, at least 1: by a fixed loop."""
+    took = []
+    for _ in range(3):
+        start, total = time.process_time(), 0
+        for i in range(1_000_000):
+            total += i
+        took.append(time.process_time() - start)
+    return max(1.0, min(took) / 0.053)
 
 
 @pytest.fixture(scope="session")

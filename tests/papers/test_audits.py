@@ -32,7 +32,7 @@ def audited(drive: str) -> xr.Dataset:
 @pytest.mark.parametrize(
     "drive", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in audited_drives()]
 )
-def test_nothing_is_contradicted(drive: str) -> None:
+def test_nothing_is_contradicted(drive: str, slowness: float) -> None:
     started = time.process_time()
     result = audited(drive)
     assert result.sizes["row"] > 0
@@ -40,7 +40,7 @@ def test_nothing_is_contradicted(drive: str) -> None:
     columns = (wrong.quantity.values, wrong.published_text.values, wrong.ours.values, wrong.outcome.values)
     assert list(zip(*(column.tolist() for column in columns), strict=True)) == []
     assert ", 0 contradicted" in tally(result)[drive]
-    assert time.process_time() - started < MOST_SECONDS
+    assert time.process_time() - started < MOST_SECONDS * slowness
 
 
 SEARCHED = (

@@ -151,7 +151,7 @@ def test_a_refused_value_is_told_at_the_path_that_was_set(lever: str) -> None:
     assert (frame.kind, frame.head["path"]) == ("failed", lever)
 
 
-def test_work_pauses_often() -> None:
+def test_work_pauses_often(slowness: float) -> None:
     request = Request(
         rev=1, kind="full", source=tomllib.loads(drive_text("xu2020")), overrides=RUN_OUTS, compiled=False
     )
@@ -163,7 +163,7 @@ def test_work_pauses_often() -> None:
 
     list(compute(request, stop=asked))
     # of some 0.6 s; a busy machine may take several times as long
-    assert np.median(np.diff(clock)) < 0.1
+    assert np.median(np.diff(clock)) < 0.1 * slowness
     assert len(clock) >= 15
 
 
