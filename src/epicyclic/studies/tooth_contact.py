@@ -106,8 +106,8 @@ def contact(
         raise ModelError("not a number of samples, slices or factors", path="contact", given=(samples, slices, factors))
     _require_room(samples or 1, slices or 1, loads.size)
     angle = in_radians(misalignment)
-    gears = [b.gear for b in train.bodies if b.gear is not None and b.name in (helices[0].a, helices[0].b)]
-    module, width = min(gear.module for gear in gears), min(gear.face_width or 0.0 for gear in gears)
+    mates = [b.gear for b in train.bodies if b.gear is not None and b.name in (helices[0].a, helices[0].b)]
+    module, width = min(gear.module for gear in mates), min(gear.face_width or 0.0 for gear in mates)
     for key, size in (
         ("misalignment", angle * width),
         ("pitch_error", errors.pitch),

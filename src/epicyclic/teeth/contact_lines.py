@@ -30,7 +30,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import spherical_jn
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -296,6 +295,8 @@ def cycle_harmonics(values: Array, phase: Array, count: int) -> NDArray[np.compl
     Those of the values linear between the phases, exactly (derived here): a piece of length h about m adds
     h exp(-i w m) [mean j_0(w h/2) - i/2 difference j_1(w h/2)], w = 2 pi l.
     """
+    from scipy.special import spherical_jn  # slow to import, and a train that is only resolved does without
+
     length, middle, mean, difference = _pieces(values, phase)
     order = np.arange(count + 1)
     angle = np.pi * np.outer(order, length)

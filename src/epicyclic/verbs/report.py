@@ -130,7 +130,10 @@ def _run_steps(
     def made(name: str) -> xr.Dataset | str:
         try:
             return steps[name]() if place is None else _kept(place, name, steps[name])
-        except ModelError as error:  # a sentence, where nothing wrong was given
+        except ModelError as error:
+            if place is not None and Path(error.path).is_relative_to(place):
+                raise  # a folder that takes nothing is no property of the model
+            # a sentence, where nothing wrong was given
             plain = error.path and error.allowed and f"{error.path} = " not in str(error)
             return f"{error.problem}; it needs {error.allowed} in {error.path}" if plain else str(error)
         except ConvergenceError as error:
