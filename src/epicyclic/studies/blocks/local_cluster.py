@@ -119,8 +119,7 @@ def local_cluster(workers: int) -> Iterator[str]:
         with suppress(OSError):
             process.stdin.close()
         try:
-            with suppress(subprocess.TimeoutExpired):
-                process.wait(_END)
+            process.wait(_END)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
