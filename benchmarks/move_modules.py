@@ -12,8 +12,8 @@ PLAN is a TOML file:
     "gears.flank:_check" = "_check_flank"
 
 Text stands as it was, but for imports, `__all__` and the docstrings of modules.  What one module imported from another
-of the same new module is dropped, and so is `__all__`.  Texts of the project that name an old module, as
-``gears.flank`` behind the package's name or ``teeth/flank.py``, are rewritten; other words of it are listed at the end.
+of the same new module is dropped, and so is `__all__`.  Texts of the project that name an old module behind the name of
+the package, or by its file, are rewritten; other words that meant a module are found by reading.
 """
 
 from __future__ import annotations
@@ -361,8 +361,6 @@ def merged(plan: Plan, new: str) -> tuple[str, list[str]]:
                 lost += [text] if text != docstring else []
             elif isinstance(node, ast.If):
                 inner = [e for e in edits if start <= e.start < end]
-                part = Source.__new__(Source)
-                part.__dict__ = source.__dict__
                 whole = cut_text(source, start, end, inner)
                 typing.append(whole.split("\n", 1)[1])
             elif isinstance(node, ast.Import | ast.ImportFrom):
@@ -371,9 +369,7 @@ def merged(plan: Plan, new: str) -> tuple[str, list[str]]:
             cut.append((start, end))
         body = [e for e in edits if not any(a <= e.start < b for a, b in cut)]
         text = source.applied([*body, *(Edit(a, b, "") for a, b in cut)]).strip("\n")
-        if len(olds) > 1 and text:
-            bodies.append(text)
-        elif text:
+        if text:
             bodies.append(text)
         notes += rewriter.notes
     notes += [

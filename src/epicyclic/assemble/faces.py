@@ -55,7 +55,7 @@ class FaceLoad:
     """Load on g meshes at T instants, K slices of the face, J lines.
 
     force : (T, g, J, K) along the normal [N].  per_length : (T, g, J, K) of contact line [N/m], means over a length
-    about each slice as of `LoadMean`, nan out of contact.  whole : (T, g, J, K) where that length is on the contact
+    about each slice as of `LineWindows`, nan out of contact.  whole : (T, g, J, K) where that length is on the contact
     line.  sigma : (T, g, J, K) places on the path of contact [base pitches].
     """
 
