@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 import epicyclic
 from epicyclic.cli import output as cli_output
 from epicyclic.cli.main import app
+from epicyclic.results.dataset import has_digest
 from epicyclic.show import figure_files
 from epicyclic.show.figure_files import write_figure
 from epicyclic.show.plot import figure_names
@@ -130,6 +131,11 @@ def test_a_result_that_another_program_cut_is_no_fault(command: Command) -> None
     epicyclic.modes(DRIVE).drop_vars("frequency").to_netcdf("cut.nc", engine="h5netcdf")
     refused = command("show", "cut.nc")
     assert (refused.status, "no whole result of its verb (modes)" in refused.err) == (2, True)
+    assert not has_digest("cut.nc")
+    for own in ("own.nc", "own.json"):  # of these a KeyError stays a fault of the program
+        epicyclic.save_result(epicyclic.modes(DRIVE).drop_vars("frequency"), own)
+        assert has_digest(own)
+        assert command("show", own).status == 1
 
 
 def test_wrong_figures_and_files_are_told_before_the_work(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -66,9 +66,11 @@ def _show(
     require_output(output, figures, kinds, as_json=as_json)
     try:
         put(results, output=output, figures=figures, as_json=as_json, computed=False, whole=whole)
-    except (KeyError, TypeError, ValueError) as error:  # of a file that another program has written anew
-        if isinstance(error, ModelError) or not any(result.attrs.get("verb") for result in results.values()):
-            raise
+    except (KeyError, TypeError, ValueError) as error:
+        from ..results.dataset import has_digest
+
+        if isinstance(error, ModelError) or all(has_digest(file) for file in files):
+            raise  # what the package wrote is no fault of the file
         problem = f"no whole result of its verb ({', '.join(kinds)}): {type(error).__name__}: {error}"
         raise ModelError(problem, path=", ".join(files), allowed="a file as epicyclic wrote it") from error
 

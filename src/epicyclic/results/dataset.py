@@ -22,12 +22,12 @@ from ..errors import ModelError
 from ..input_files import read_text
 from ..warning_codes import CodedText
 from .package_version import package_version
-from .sealed_file import require_contained, seal, sealed_file
+from .sealed_file import has_seal, require_contained, seal, sealed_file
 from .tables_out import save_csv, save_xlsx
 from .variables import OF_KIND, VARIABLES
 from .whole_file import whole_file
 
-__all__ = ["SUFFIXES", "dataset", "load_result", "save_result", "to_json"]
+__all__ = ["SUFFIXES", "dataset", "has_digest", "load_result", "save_result", "to_json"]
 
 SUFFIXES = (".nc", ".json", ".csv", ".xlsx")
 """Files a result is written to; it is reopened from the first two."""
@@ -223,6 +223,12 @@ def load_result(path: str | Path) -> xr.Dataset:
         return _as_saved(flat)
     except Exception as error:  # a mark of a complex variable on one that is none
         raise ModelError(f"not a result file: {error}", path=str(path)) from error
+
+
+def has_digest(path: str | Path) -> bool:
+    """Whether a result file that `load_result` takes is as the package wrote it, and of no other program."""
+    content = Path(path).read_bytes()
+    return _DIGEST.encode() in content if Path(path).suffix.lower() == ".json" else has_seal(content)
 
 
 def _as_saved(flat: xr.Dataset) -> xr.Dataset:

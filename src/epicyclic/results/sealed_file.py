@@ -18,7 +18,7 @@ from typing import Any, BinaryIO
 from ..errors import ModelError
 from ..input_files import as_input
 
-__all__ = ["require_contained", "seal", "sealed_file"]
+__all__ = ["has_seal", "require_contained", "seal", "sealed_file"]
 
 _MARK = b"\nepicyclic result, SHA-256 of all bytes before: "
 _SEAL = len(_MARK) + 64 + 1
@@ -33,6 +33,11 @@ _SWELL, _SMALL = 1100, 1_000_000
 def seal(image: bytes | memoryview) -> bytes:
     """What is to be written after the bytes of a file."""
     return _MARK + hashlib.sha256(image).hexdigest().encode() + b"\n"
+
+
+def has_seal(content: bytes) -> bool:
+    """Whether the bytes of a file end with a digest; `sealed_file` verifies it."""
+    return content[-_SEAL:].startswith(_MARK)
 
 
 @contextmanager
