@@ -9,12 +9,12 @@ from typing import Any
 from ..errors import ModelError
 from ..model.deviations import MemberDeviationsTable, MeshDeviationsTable
 from ..model.document import Document
-from ..train.bodies import Body
+from ..train.bodies import Body, GearData
 from ..train.connections import Mesh
 from ..warning_codes import coded
 from .resolution_log import ResolutionLog
 
-__all__ = ["check_sizes", "module_of"]
+__all__ = ["check_contact_errors", "check_sizes", "module_of"]
 
 # A gear displaced by its module has left its mates (working depth: two modules).  A tenth of a module is about ten
 # times the run-out that grade 8 of ISO 1328 allows: such gears exist, but it is more often a slip in the unit.
@@ -112,9 +112,37 @@ def _words(path: str) -> str:
     return "moves the ends of the teeth by" if ".tilt." in path else "is"
 
 
+def check_contact_errors(
+    mesh: Mesh, bodies: Sequence[Body], *, misalignment: float, errors: Mapping[str, float]
+) -> None:
+    """Compare errors of one tooth contact with the module, as deviations of the file.
+
+    Parameters
+    ----------
+    misalignment : of the flanks [rad], which counts at the ends of the narrower face.  errors : by keyword [m].
+
+    Raises
+    ------
+    ModelError : one above a module, by its keyword.
+    """
+    mates = _gears_of(mesh, bodies)
+    module, width = min(gear.module for gear in mates), min(gear.face_width or 0.0 for gear in mates)
+    for path, size in {"misalignment": misalignment * width / 2, **errors}.items():
+        if abs(size) > _LARGEST * module:
+            problem = f"moves teeth by {_millimetres(abs(size))}, more than a module"
+            raise ModelError(
+                problem, path=path, allowed=f"at most a module, {_millimetres(module)}; is the unit right?"
+            )
+
+
+def _gears_of(mesh: Mesh, bodies: Sequence[Body]) -> list[GearData]:
+    """Both gears of a mesh."""
+    return [b.gear for b in bodies if b.name in (mesh.a, mesh.b) and b.gear is not None]
+
+
 def _check_backlash(mesh: Mesh, bodies: Sequence[Body]) -> None:
     """Raise ModelError for a backlash in which a tooth is lost."""
-    module = min(b.gear.module for b in bodies if b.name in (mesh.a, mesh.b) and b.gear is not None)
+    module = min(gear.module for gear in _gears_of(mesh, bodies))
     if math.isfinite(mesh.backlash) and mesh.backlash > _LARGEST * module:
         raise ModelError(
             "larger than a module: no backlash of teeth",

@@ -15,6 +15,7 @@ from ..analyses.cost import require_memory
 from ..assemble.tooth_pairs import End, loaded_mesh, mean_force, pair_of, tooth_warnings
 from ..errors import ModelError
 from ..model.bare_numbers import stated
+from ..resolve.deviation_sizes import check_contact_errors
 from ..results.dataset import dataset
 from ..teeth.contact_lines import averaging_length, cycle_harmonics, cycle_mean
 from ..teeth.loaded_contact import LoadedContact, all_loaded, all_segments, harmonics
@@ -90,9 +91,9 @@ def contact(
     Dataset : loaded transmission error [m] (mesh_load, mesh_phase); stiffness [N/m], largest load per length [N/m] and
         pressure [Pa] (side, mesh_load, ...); at the operating load transmission error, share of the tooth pairs, load
         and pressure over the face (side, width, mesh_phase) and over the flank (side, width, path_place).  Loads per
-        length and pressures are means over a length of contact line.  Stress in the tooth roots [Pa]
-        (`root_columns`).  Attributes: samples, slices,
-        averaging_length [m], tolerance, estimated_error (of the three numbers, largest; nan where both are given).
+        length and pressures are means over a length of contact line.  Stress in the tooth roots [Pa] (`root_columns`).
+        Attributes: samples, slices, averaging_length [m], tolerance, estimated_error (of the three numbers, largest;
+        nan where both are given).
 
     Raises
     ------
@@ -106,16 +107,8 @@ def contact(
         raise ModelError("not a number of samples, slices or factors", path="contact", given=(samples, slices, factors))
     _require_room(samples or 1, slices or 1, loads.size)
     angle = in_radians(misalignment)
-    mates = [b.gear for b in train.bodies if b.gear is not None and b.name in (helices[0].a, helices[0].b)]
-    module, width = min(gear.module for gear in mates), min(gear.face_width or 0.0 for gear in mates)
-    for key, size in (
-        ("misalignment", angle * width),
-        ("pitch_error", errors.pitch),
-        ("profile_error", errors.profile),
-    ):
-        if abs(size) > module:  # as of deviations of the file
-            problem = f"moves teeth by {abs(size) * 1e3:.4g} mm, more than a module"
-            raise ModelError(problem, path=key, allowed=f"at most a module, {module * 1e3:.4g} mm; is the unit right?")
+    lengths = {"pitch_error": errors.pitch, "profile_error": errors.profile}
+    check_contact_errors(helices[0], train.bodies, misalignment=angle, errors=lengths)
     ends = _face_end(torque_ends[0]), _face_end(torque_ends[1])
     more: dict[str, Any] = {"linear_at": linear_at, "corner": corner, "misalignment": angle, "torque_ends": ends}
     pairs = [pair_of(train, one, **more) for one in helices]
