@@ -242,7 +242,7 @@ def errors() -> go.Figure:
     }
     for place, (name, values) in enumerate(bars.items()):
         bar = {"base": 1, "marker": {"color": PALETTE[place]}, "name": name}
-        text = {"text": [f"{value:.3f}" for value in values], "textposition": "outside", "textfont": {"size": 11}}
+        text = {"text": [f"{value:.3f}" for value in values], "textposition": "outside", "textfont": {"size": 9}}
         drawn.add_bar(x=list(cases), y=[value - 1 for value in values], **bar, **text)
     points = {"x": list(published), "y": list(published.values()), "name": "published"}
     drawn.add_scatter(**points, mode="markers", marker=PUBLISHED)

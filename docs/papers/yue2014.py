@@ -193,7 +193,7 @@ def fig6() -> go.Figure:
     """Power of the dampers of the meshes at each natural frequency: c of every mesh is 1/21000 s of its k."""
     strain = shares("i")[0]
     title = "Fig. 6 in kind: power of the mesh dampers, case I, three branches together; the source has no scale"
-    return _bars(title, MESHES, strain / strain.sum(axis=0), "share of the power")
+    return _bars(title, MESHES, strain / strain.sum(axis=0), "share of the power [-]")
 
 
 def fig7() -> go.Figure:
@@ -210,7 +210,7 @@ def fig7() -> go.Figure:
         aside = found.isel(mode=both).sel(body="main/sun", direction=["x", "y"]).values
         values[-1, order] = np.sqrt(np.sum(aside**2) / len(both))
     title = "Fig. 7 in kind: rotations at the base circle and the sun's float, case I; the largest of each mode is 1"
-    drawn = _bars(title, (*BODIES, "sun<br>aside"), values / values.max(axis=0), "amplitude")
+    drawn = _bars(title, (*BODIES, "sun<br>aside"), values / values.max(axis=0), "amplitude [-]")
     return drawn.update_xaxes(tickangle=0, tickfont={"size": 10})
 
 

@@ -200,7 +200,8 @@ def _axes_picture() -> str:
         parts += [_circle(px, py, 46, TEAL, "#e6f2f0"), _circle(px, py, 3, TEAL, TEAL)]
         parts += [_arrow(px, py, 72 * cos(psi), 72 * sin(psi), "teal", TEAL)]
         parts += [_arrow(px, py, -72 * sin(psi), 72 * cos(psi), "push", PUSH)]
-        parts += [_text(px + 78 * cos(psi) + 6, py - 78 * sin(psi) - 8, f"x{i + 1}", TEAL)]
+        beside = px + 78 * cos(psi) - 20 * sin(psi), py - 78 * sin(psi) - 20 * cos(psi) + 5
+        parts += [_text(*beside, f"x{i + 1}", TEAL, "middle")]
         parts += [_text(px - 90 * sin(psi) - 6, py - 90 * cos(psi) + 8, f"y{i + 1}", PUSH)]
         parts += [_text(px - 24 * cos(psi), py + 24 * sin(psi) + 14, f"planet {i + 1}", TEAL, "middle")]
     parts += [
