@@ -88,9 +88,6 @@ def static(
     pieces = list(quasi_static(system, train, record, progress))
     contact = flank_contact(system, [(piece.state.mesh_force, piece.state.far_force) for piece in pieces])
     warnings = [*system.warnings, *free_position_warnings(system, train.loaded.free), *_zero_warnings(system)]
-    links = system.links.stiffness * np.concatenate([piece.link_deflection for piece in pieces])
-    forces = np.hstack([faces(system.meshes).total(contact.force, axis=1), links])
-    warnings += record.warnings(forces.min(axis=0), forces.max(axis=0))
     return _dataset(system, record, pieces, contact, [*warnings, *contact_warnings(system, contact)])
 
 
@@ -225,6 +222,8 @@ def _dataset(
     displacement = np.concatenate([piece.state.displacement for piece in pieces])
     deflection = np.concatenate([piece.link_deflection for piece in pieces])
     force, face = contact.force, faces(system.meshes)
+    mesh_force, link_force = face.total(force.T), (system.links.stiffness * deflection).T
+    every = np.vstack([mesh_force, link_force])
     lost = ~np.all(contact.loaded, axis=0)
     coords: dict[Hashable, np.ndarray] = {
         "mesh": np.array(face.name, dtype=object),
@@ -237,9 +236,9 @@ def _dataset(
         coords["group"] = np.array([group.name for group in system.groups], dtype=object)
     result = dataset(
         {
-            "mesh_force": (("mesh", "time"), face.total(force.T)),
+            "mesh_force": (("mesh", "time"), mesh_force),
             "displacement": (("dof", "time"), (displacement * system.dofs.radius).T),
-            "link_force": (("link_row", "time"), (system.links.stiffness * deflection).T),
+            "link_force": (("link_row", "time"), link_force),
             "link_deflection": (("link_row", "time"), deflection.T),
             "mesh_contact": (("mesh", "time"), mesh_contact(face, contact).T),
             "contact_lost": ("mesh", face.any(lost)),
@@ -251,7 +250,11 @@ def _dataset(
         verb="static",
         options={"cycles" if record.name == "mesh cycles" else record.name: record.count, "samples": record.samples},
         provenance={**system.provenance, **law_attributes(system, record)},
-        warnings=[*warnings, *group_warnings(system, pieces)],
+        warnings=[
+            *warnings,
+            *record.warnings(every.min(axis=1), every.max(axis=1)),
+            *group_warnings(system, pieces),
+        ],
     )
     result["time"].attrs.update({"units": "s" if system.tones else "mesh cycles", "long_name": "time"})
     return result
