@@ -21,14 +21,18 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 @pytest.fixture
 def slowness() -> float:
-    """How many times slower than where limits of time were set this processor runs now, at least 1: by a fixed loop."""
+    """Allowance of a limit of time: how many times slower than where it was set a fixed loop runs, at least 1; times 5.
+
+    A loop says nothing of caches and clocks that other processes share, so a limit catches a change of order alone;
+    `make bench` measures.
+    """
     took = []
     for _ in range(3):
         start, total = time.process_time(), 0
         for i in range(1_000_000):
             total += i
         took.append(time.process_time() - start)
-    return max(1.0, min(took) / 0.053)
+    return 5 * max(1.0, min(took) / 0.053)
 
 
 @pytest.fixture(scope="session")

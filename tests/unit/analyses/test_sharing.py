@@ -345,7 +345,7 @@ def test_hunting_period_takes_little_time(build: Any, respond: Any) -> None:
     start = time.process_time()
     result = sharing(build.planar(N=6).system())
     assert result.attrs["cycles"] == 22287
-    assert time.process_time() - start < 10  # 0.4 s measured; a loaded machine
+    assert time.process_time() - start < 10  # 0.4 s measured
 
 
 def test_result_survives_a_file(build: Any, respond: Any, tmp_path: Any) -> None:

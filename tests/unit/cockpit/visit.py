@@ -45,7 +45,7 @@ def put(user: User, marker: str, value: object) -> None:
 
 async def until(holds: Callable[[], Any]) -> None:
     """Wait until something holds, on a busy machine too. Fails where it does not within ten seconds."""
-    end = time.monotonic() + 10
+    end = time.monotonic() + 60
     while not holds():
         assert time.monotonic() < end, "it never came"
         await asyncio.sleep(0.02)

@@ -292,7 +292,7 @@ def test_the_command_line_names_what_goes_on(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to another process")
-def test_control_c_is_heard_at_once(tmp_path: Path) -> None:
+def test_control_c_is_heard_at_once(tmp_path: Path, slowness: float) -> None:
     """One real SIGINT, of a run with workers; the run that goes on is the run."""
     words = ["sweep", "ren2021", "--points", "1500", "-o"]
     command = [sys.executable, "-m", "epicyclic", *words]
@@ -313,9 +313,9 @@ def test_control_c_is_heard_at_once(tmp_path: Path) -> None:
             spent.append(time.monotonic() - start)
         assert process.returncode == 130, err
         assert "--resume" in err
-        if spent[-1] < 2:
+        if spent[-1] < 2 * slowness:
             break
-    assert min(spent) < 2
+    assert min(spent) < 2 * slowness
     subprocess.run([*command, str(tmp_path / "a.nc"), "--resume"], check=True, stderr=subprocess.PIPE)
     subprocess.run([*command, str(tmp_path / "b.nc")], check=True, stderr=subprocess.PIPE)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.nc", "b.nc"]
