@@ -44,7 +44,7 @@ def put(user: User, marker: str, value: object) -> None:
 
 
 async def until(holds: Callable[[], Any]) -> None:
-    """Wait until something holds, on a busy machine too. Fails where it does not within ten seconds."""
+    """Wait until something holds, on a busy machine too. Fails where it does not within a minute."""
     end = time.monotonic() + 60
     while not holds():
         assert time.monotonic() < end, "it never came"
