@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["eliminate"]
+from .system import Array
 
-Array = NDArray[np.float64]
+__all__ = ["eliminate"]
 
 # Entries below this share of the largest one in a row are rounding of earlier eliminations.
 _NEGLIGIBLE = 1e-12
