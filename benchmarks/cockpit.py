@@ -22,7 +22,6 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from epicyclic.analyses.fast import numba_available
-from epicyclic.assemble.assembly import assemble
 from epicyclic.cockpit.computing.compute import compile_all, compute
 from epicyclic.cockpit.computing.error_view import error_view
 from epicyclic.cockpit.computing.frames import Request, pack
@@ -33,6 +32,7 @@ from epicyclic.cockpit.computing.speed_view import efforts, force_curves, speed_
 from epicyclic.cockpit.computing.train_view import train_head
 from epicyclic.resolve.resolve import load
 from epicyclic.studies.drives import drive_text
+from epicyclic.system.assembly import assemble
 
 RUN_OUTS: dict[str, object] = {
     "deviations.sun.run_out": "20 um",

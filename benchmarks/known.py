@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from epicyclic.assemble import assemble
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ from timing import cpu_seconds
 
 from epicyclic.analyses.modulation.modulation import modulation
 from epicyclic.analyses.steady.periodic import periodic
-from epicyclic.assemble import assemble
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 __all__ = ["rows"]

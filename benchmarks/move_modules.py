@@ -234,7 +234,8 @@ class Rewriter:
                     if local and local != name:
                         self.notes.append(f"{self.source.path}:{node.lineno}: {name} was {local} here")
                     continue
-                groups[new].append(ast.alias(name, local if local != name else None))
+                stub = self.source.path.suffix == ".pyi"  # there `as` says that the name is given on
+                groups[new].append(ast.alias(name, local if local != name or stub else None))
             else:
                 groups[target].append(alias)
         if not groups and node.names:
@@ -368,7 +369,7 @@ def merged(plan: Plan, new: str) -> tuple[str, list[str]]:
                 imports.append(cut_text(source, start, end, inner))
             cut.append((start, end))
         body = [e for e in edits if not any(a <= e.start < b for a, b in cut)]
-        text = source.applied([*body, *(Edit(a, b, "") for a, b in cut)]).strip("\n")
+        text = source.applied([*body, *(Edit(a, b, "") for a, b in set(cut))]).strip("\n")
         if text:
             bodies.append(text)
         notes += rewriter.notes

@@ -13,9 +13,9 @@ import table
 import xarray as xr
 from scipy.optimize import differential_evolution
 
-from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.resolve import load
 from epicyclic.studies.relief.optimisation import relief
+from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.flank import Flank, Relief
 from epicyclic.teeth.loaded_contact import loaded_contact
 from epicyclic.teeth.microgeometries import microgeometry_contact

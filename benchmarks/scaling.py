@@ -30,8 +30,8 @@ import numpy as np
 import table
 
 from epicyclic.analyses.steady.sweep import sweep
-from epicyclic.assemble import assemble
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 # degrees of freedom: planets (two meshes each), bodies on the carrier, directions

@@ -22,10 +22,10 @@ import table
 from epicyclic.analyses.static.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
 from epicyclic.analyses.static.record import excitation
-from epicyclic.assemble import assemble
-from epicyclic.assemble.faces import face_laws, with_three_rows
-from epicyclic.assemble.tooth_pairs import mean_force, pair_of
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
+from epicyclic.system.face_contact import face_laws, with_three_rows
+from epicyclic.system.tooth_pairs import mean_force, pair_of
 from epicyclic.teeth.loaded_contact import contact_table
 
 _INSTANTS, _TABLE = 32, 0.5

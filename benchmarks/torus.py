@@ -134,7 +134,7 @@ def _slices() -> list[table.Row]:
     from epicyclic.analyses.contact_loss.corrector import linear_start, solve
     from epicyclic.analyses.contact_loss.outputs import mesh_force
     from epicyclic.analyses.contact_loss.problem import flank_force, mesh_problem
-    from epicyclic.system.faces import faces
+    from epicyclic.system.system import faces
 
     # downwards, as a sweep goes: each from the motion at the last
     speeds = [2000.0, 1800.0, 1600.0, 1500.0, 1400.0, 1300.0]

@@ -12,10 +12,8 @@ The names are those of the stub `__init__.pyi`.  They are imported when they are
 from __future__ import annotations
 
 import re
-import sys
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 
 _STUB = Path(__file__).with_name("__init__.pyi").read_text(encoding="utf-8")
 # name -> module that defines it
@@ -38,15 +36,3 @@ def __getattr__(name: str) -> object:
 
 def __dir__() -> list[str]:
     return [*__all__, "__version__"]
-
-
-class _Package(ModuleType):
-    """The package; its `assemble` stays the function when the module of the same name is imported."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if name == "assemble" and isinstance(value, ModuleType):
-            value = value.assemble
-        super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package

@@ -1,6 +1,5 @@
 """Names of the package, one a line: `__init__.py` reads these lines and imports a name when it is first used."""
 
-from .assemble import assemble as assemble
 from .audits.audit import audit as audit
 from .errors import ConvergenceError as ConvergenceError
 from .errors import ModelError as ModelError
@@ -18,6 +17,7 @@ from .studies.new_train.constructors import planetary as planetary
 from .studies.new_train.constructors import star as star
 from .studies.parameter_studies import vary as vary
 from .studies.rexs_export.export import write_rexs as write_rexs
+from .system.assembly import assemble as assemble
 from .system.system import System as System
 from .terms.explain import explain as explain
 from .train.train import Train as Train

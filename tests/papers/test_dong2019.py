@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.analyses.static.record import Record, record_of
 from epicyclic.analyses.static.static import static
-from epicyclic.assemble import assemble
 from epicyclic.audits.audit_reader import read_audit
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.train import Train
 

@@ -25,8 +25,8 @@ from epicyclic.analyses.modes.modal import modal
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.static.static import static
 from epicyclic.analyses.steady.periodic import periodic
-from epicyclic.assemble import assemble
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

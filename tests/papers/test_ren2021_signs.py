@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.assemble import assemble
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 
 Table = dict[str, Any]
 E = 20e-6

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.analyses.static.static import static
 from epicyclic.analyses.steady.periodic import periodic
-from epicyclic.assemble import assemble
 from epicyclic.resolve import load
 from epicyclic.studies.stiffness import stiffness, stiffness_history
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

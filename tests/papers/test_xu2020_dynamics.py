@@ -20,8 +20,8 @@ from epicyclic.analyses.static.static import static
 from epicyclic.analyses.steady.periodic import Periodic, periodic
 from epicyclic.analyses.steady.response import FrameSpeed
 from epicyclic.analyses.steady.sweep import sweep
-from epicyclic.assemble import assemble
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

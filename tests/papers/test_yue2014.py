@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.analyses.modes.eigen import eigen
 from epicyclic.analyses.modes.modal import modal
-from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.warning_codes import code_of
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.assemble import assemble
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import Line, System
 from epicyclic.train.train import Damping, Displacement, Load, Train
 

@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.system.laws.tabulated import TabulatedLaw
+from epicyclic.system.flank_laws import TabulatedLaw
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

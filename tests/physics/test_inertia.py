@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.assemble import assemble
+from epicyclic.system.assembly import assemble
 from epicyclic.system.inertia import carried_stiffness, centrifugal_stiffness, gyroscopic_matrix
 from epicyclic.train.train import Train
 

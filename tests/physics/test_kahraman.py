@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epicyclic.assemble import assemble
+from epicyclic.system.assembly import assemble
 from epicyclic.train.train import Train
 
 INF = float("inf")

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.assemble import assemble
-from epicyclic.assemble.structure import structure_of
 from epicyclic.resolve.resolve import load
+from epicyclic.system.assembly import assemble
+from epicyclic.system.structure import structure_of
 from epicyclic.system.system import System
 from epicyclic.train.train import Train
 

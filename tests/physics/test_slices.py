@@ -16,8 +16,7 @@ from tooth_oracles import contact_line_length
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
-from epicyclic.system.faces import faces
-from epicyclic.system.system import System
+from epicyclic.system.system import System, faces
 from epicyclic.teeth.mesh_stiffness import evaluate_series
 
 Document = dict[str, Any]

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from epicyclic.analyses.static.equilibrium import compliance_of, require_balance
 from epicyclic.analyses.static.static import static
-from epicyclic.assemble import assemble
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

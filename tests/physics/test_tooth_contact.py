@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.errors import ModelError
+from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.compliance import ToothCompliance
 from epicyclic.teeth.energy_stiffness import MeshedTeeth, section_stiffness
 from epicyclic.teeth.flank import Flank, Relief

@@ -15,13 +15,12 @@ import epicyclic
 from epicyclic.analyses.static.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
 from epicyclic.analyses.static.record import excitation
-from epicyclic.assemble.faces import face_laws, with_three_rows
-from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
-from epicyclic.system.faces import faces
-from epicyclic.system.laws.face import FaceForce
-from epicyclic.system.system import System
+from epicyclic.system.face_contact import face_laws, with_three_rows
+from epicyclic.system.flank_laws import FaceForce
+from epicyclic.system.system import System, faces
+from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.face_rows import RowStations, row_response, row_weights
 from epicyclic.teeth.loaded_contact import loaded_contact
 from epicyclic.teeth.segments import contact_segments

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Callable, Iterable
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "epicyclic"
@@ -26,13 +26,19 @@ COMMON = set(
 )
 
 
+@cache
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def room_of(module: str) -> str:
     return module.split(".")[0]
 
 
+@cache
 def imports(path: Path, module: str, *, top_level: bool = False) -> set[str]:
     """Modules of the package that a file imports, written from the package root; also those inside functions."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = tree_of(path)
     here = module.split(".") if path.name != "__init__.py" else [*module.split(".")[:-1], "__init__"]
     found: set[str] = set()
     for node in _nodes(tree, top_level=top_level):
@@ -65,10 +71,31 @@ def violations(module: str, imported: set[str]) -> set[str]:
     return {name for name in imported if room_of(name) not in ALLOWED[room] | COMMON | {room}}
 
 
-@pytest.mark.parametrize("module", [name for name in MODULES if name != "__init__"])
-def test_imports_follow_the_arrows(module: str) -> None:
-    assert room_of(module) in ALLOWED, "a new room: say in docs/design.md and here what it may import"
-    assert violations(module, imports(MODULES[module], module)) == set()
+def each(wrong: Callable[[str], set[str]], modules: Iterable[str] = MODULES) -> dict[str, set[str]]:
+    """Module -> what is wrong with it, of those that have something."""
+    return {module: found for module in modules if (found := wrong(module))}
+
+
+def test_imports_follow_the_arrows() -> None:
+    rooms = {room_of(name) for name in MODULES if name != "__init__"}
+    assert rooms <= ALLOWED.keys(), "a new room: say in docs/design.md what it may import"
+    inside = [name for name in MODULES if name != "__init__"]
+    assert each(lambda module: violations(module, imports(MODULES[module], module)), inside) == {}
+
+
+def beyond_the_system(module: str) -> set[str]:
+    """What a module reaches through its imports and theirs, of rooms that know a Train or its teeth."""
+    reached, todo = set[str](), [module]
+    while todo:
+        here = todo.pop()
+        todo += [name for name in imports(MODULES[here], here) if name in MODULES and name not in reached]
+        reached |= imports(MODULES[here], here)
+    return {name for name in reached if room_of(name) not in {"analyses", "system", "results"} | COMMON}
+
+
+def test_an_analysis_knows_no_drawing() -> None:
+    assert each(beyond_the_system, [name for name in MODULES if room_of(name) == "analyses"]) == {}
+    assert "train.train" in beyond_the_system("system.assembly")
 
 
 def test_arrows_are_seen_to_fail() -> None:
@@ -80,7 +107,7 @@ def imported_names(path: Path, module: str) -> set[tuple[str, str]]:
     """(module, name) of every name that a file imports out of a module of the package, inside functions too."""
     here = module.split(".") if path.name != "__init__.py" else [*module.split(".")[:-1], "__init__"]
     found: set[tuple[str, str]] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(tree_of(path)):
         if isinstance(node, ast.ImportFrom) and node.level:
             target = ".".join([*here[: len(here) - node.level], *(node.module or "").split(".")]).strip(".")
             found |= {
@@ -89,21 +116,23 @@ def imported_names(path: Path, module: str) -> set[tuple[str, str]]:
     return found
 
 
-@pytest.mark.parametrize("module", list(MODULES))
-def test_names_are_imported_from_where_they_are_defined(module: str) -> None:
-    elsewhere = {
+def from_elsewhere(module: str) -> set[str]:
+    """Names that a module imports from another one that does not define them."""
+    return {
         f"{target}: {name}"
         for target, name in imported_names(MODULES[module], module)
-        if target in MODULES and name not in defined_names(ast.parse(MODULES[target].read_text(encoding="utf-8")))
+        if target in MODULES and name not in defined_names(tree_of(MODULES[target]))
     }
-    assert elsewhere == set()
 
 
-@pytest.mark.parametrize("module", list(MODULES))
-def test_private_names_stay_in_their_module(module: str) -> None:
-    """A leading underscore is private: no other module imports such a name, nor asks a module for it."""
+def test_names_are_imported_from_where_they_are_defined() -> None:
+    assert each(from_elsewhere) == {}
+
+
+def private_of_others(module: str) -> set[str]:
+    """A leading underscore is private: such names that a module imports, or asks another module for."""
     path = MODULES[module]
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = tree_of(path)
     named = {name for _, name in imported_names(path, module) if name.startswith("_") and not name.endswith("__")}
     modules = {target.split(".")[-1] for target in imports(path, module) if target in MODULES}
     asked = {
@@ -112,9 +141,14 @@ def test_private_names_stay_in_their_module(module: str) -> None:
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in modules
         if node.attr.startswith("_") and not node.attr.startswith("__")
     }
-    assert named | asked == set()
+    return named | asked
 
 
+def test_private_names_stay_in_their_module() -> None:
+    assert each(private_of_others) == {}
+
+
+@cache
 def defined_names(tree: ast.Module) -> set[str]:
     """Names that a module defines or assigns at its top."""
     found: set[str] = set()
@@ -157,7 +191,7 @@ def test_no_cycle_at_import() -> None:
 def test_one_name_is_one_class() -> None:
     homes: dict[str, list[str]] = {}
     for module, path in MODULES.items():
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        for node in tree_of(path).body:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 homes.setdefault(node.name, []).append(module)
     assert {name: found for name, found in homes.items() if len(found) > 1} == {}
@@ -171,28 +205,34 @@ def test_the_package_exports_what_it_lists() -> None:
     assert set(epicyclic.__all__) <= set(dir(epicyclic))
 
 
-def test_assemble_stays_the_function() -> None:
+def test_no_module_under_the_package_hides_a_public_function() -> None:
+    """Importing a module sets its name in its package: one directly under the root must not be a public name."""
     import epicyclic
-    import epicyclic.assemble as room  # the module of the same name is imported, which would hide the function
 
-    assert callable(epicyclic.assemble)
-    assert callable(room)
+    assert {name.split(".")[0] for name in MODULES} & set(epicyclic.__all__) == set()
 
 
-@pytest.mark.parametrize("path", PYTHON, ids=lambda path: path.name)
-def test_sources_cited_are_in_the_bibliography(path: Path) -> None:
+def test_sources_cited_are_in_the_bibliography() -> None:
     keys = set(re.findall(r"^@\w+\{(\w+),", (PACKAGE / "references.bib").read_text(encoding="utf-8"), re.MULTILINE))
-    text = path.read_text(encoding="utf-8")
-    cited = set(re.findall(r"\[((?:[a-z]+(?:19|20)\d\d[a-z]?)|iso\d+)(?:[,;][^\]\n]*)?\]", text))
-    assert cited - keys == set()
+    cited = {
+        f"{path.name}: {key}"
+        for path in PYTHON
+        for key in re.findall(
+            r"\[((?:[a-z]+(?:19|20)\d\d[a-z]?)|iso\d+)(?:[,;][^\]\n]*)?\]", path.read_text(encoding="utf-8")
+        )
+        if key not in keys
+    }
+    assert cited == set()
     assert {"lin1999", "kahraman1994", "ren2021", "iso6336", "iso21771"} <= keys
 
 
-@pytest.mark.parametrize("module", list(MODULES))
-def test_nothing_prints(module: str) -> None:
-    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
-    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == "print"]
-    assert calls == []
+def prints(module: str) -> set[str]:
+    calls = [node for node in ast.walk(tree_of(MODULES[module])) if isinstance(node, ast.Call)]
+    return {f"line {node.lineno}" for node in calls if isinstance(node.func, ast.Name) and node.func.id == "print"}
+
+
+def test_nothing_prints() -> None:
+    assert each(prints) == {}
 
 
 # Functions of NumPy that came with 2.0 or later (its list of the array API and `trapezoid`); the floor is 1.26.
@@ -203,15 +243,18 @@ SINCE_NUMPY_2 = {
 }
 
 
-@pytest.mark.parametrize("path", PYTHON, ids=lambda path: str(path.relative_to(ROOT)))
-def test_numpy_is_no_newer_than_the_floor(path: Path) -> None:
-    assert '"numpy>=1.26"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    used = {
+def of_numpy(path: Path) -> set[str]:
+    return {
         node.attr
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for node in ast.walk(tree_of(path))
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "np"
     }
-    assert not used & SINCE_NUMPY_2
+
+
+def test_numpy_is_no_newer_than_the_floor() -> None:
+    assert '"numpy>=1.26"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    newer = {str(path.relative_to(ROOT)): of_numpy(path) & SINCE_NUMPY_2 for path in PYTHON}
+    assert {path: names for path, names in newer.items() if names} == {}
 
 
 def test_package_data_is_declared() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.assemble.structure import structure_of
+from epicyclic.system.structure import structure_of
 
 FOLDER = Path(__file__).parents[2] / "docs" / "theory" / "signs"
 

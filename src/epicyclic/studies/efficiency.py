@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..assemble.tooth_pairs import mean_force, pair_of
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
+from ..system.tooth_pairs import mean_force, pair_of
 from ..teeth import geometry
 from ..teeth.contact_lines import cycle_mean
 from ..teeth.loaded_contact import LoadedContact, all_loaded, all_segments

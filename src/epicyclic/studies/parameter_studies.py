@@ -115,8 +115,8 @@ def vary(
 def _evaluate(
     source: str | Path | Mapping[str, Any], overrides: Mapping[str, Any], quantity: Callable[[System], float]
 ) -> float:
-    from ..assemble import assemble
     from ..resolve import load
+    from ..system.assembly import assemble
 
     return float(quantity(assemble(load(source, overrides=overrides))))
 
@@ -230,7 +230,7 @@ def _sharing_point(document: Mapping[str, Any], values: Mapping[str, float]) -> 
 
 def _has_laws(train: Train) -> bool:
     """Whether any link or mesh follows a law, which decides the definition of `worst_sharing`."""
-    from ..assemble import assemble
+    from ..system.assembly import assemble
 
     system = assemble(train)
     return bool(system.groups or system.meshes.laws)

@@ -11,10 +11,10 @@ from ..analyses.modes.basis import mean_modes
 from ..analyses.static.equilibrium import compliance_of, require_balance
 from ..analyses.static.tangent import linear
 from ..analyses.steady.excitation import mesh_tones, require_damping
-from ..assemble import assemble
-from ..assemble.tooth_pairs import loaded_mesh, mean_force, pair_of, tooth_warnings
 from ..errors import ConvergenceError, ModelError
+from ..system.assembly import assemble
 from ..system.system import Array, System
+from ..system.tooth_pairs import loaded_mesh, mean_force, pair_of, tooth_warnings
 from ..train.losses import require_contact, require_flow
 from ..train.train import Train
 from ..warning_codes import CodedText, coded

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..assemble.faces import FaceLoad, MeshFaceLaw
+from ..system.face_contact import FaceLoad, MeshFaceLaw
 from ..teeth.loaded_contact import LoadedContact, first_images
 from ..teeth.root_stress import RootStress, pair_influences, root_stress
 

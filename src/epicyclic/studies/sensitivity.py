@@ -24,8 +24,7 @@ from ..errors import ModelError
 from ..model.names import nearest
 from ..results.dataset import dataset
 from ..results.ties import largest, ranked
-from ..system.faces import faces
-from ..system.system import System
+from ..system.system import System, faces
 from ..train.train import Train
 from .check import train_provenance
 from .parameters import Parameter, all_parameters, parameter_at

@@ -42,7 +42,7 @@ def system_of(source: Source, *, overrides: Overrides | None = None) -> System:
     ------
     ModelError : a wrong model, or overrides of a Train or System.
     """
-    from ..assemble import assemble  # only here: `check` and others need no System
+    from ..system.assembly import assemble  # only here: `check` and others need no System
 
     if not isinstance(source, System):
         return assemble(train_of(source, overrides=overrides))

@@ -15,9 +15,9 @@ import numpy as np
 
 from ..analyses.sensitivity.numbers import SystemNumbers, combined, numbers, with_lines
 from ..analyses.static.tangent import linear
-from ..assemble import assemble
 from ..errors import ConvergenceError, ModelError
 from ..resolve import load
+from ..system.assembly import assemble
 from ..system.system import Array, System
 from ..train.train import Train
 from .parameters import Parameter

@@ -12,11 +12,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..analyses.cost import require_memory
-from ..assemble.tooth_pairs import End, loaded_mesh, mean_force, pair_of, tooth_warnings
 from ..errors import ModelError
 from ..model.bare_numbers import stated
 from ..resolve.deviation_sizes import check_contact_errors
 from ..results.dataset import dataset
+from ..system.tooth_pairs import End, loaded_mesh, mean_force, pair_of, tooth_warnings
 from ..teeth.contact_lines import averaging_length, cycle_harmonics, cycle_mean
 from ..teeth.loaded_contact import LoadedContact, all_loaded, all_segments, harmonics
 from ..teeth.segments import ContactSegments, with_microgeometry

@@ -29,13 +29,12 @@ from ..analyses.static.record import (
     turn_fraction,
 )
 from ..analyses.static.static import free_position_warnings, law_attributes, rounding_of
-from ..assemble import assemble
-from ..assemble.faces import FaceLoad, MeshFaceLaw, face_laws, with_three_rows
-from ..assemble.tooth_pairs import tooth_warnings
 from ..errors import ModelError
 from ..results.dataset import dataset
-from ..system.faces import faces
-from ..system.system import System
+from ..system.assembly import assemble
+from ..system.face_contact import FaceLoad, MeshFaceLaw, face_laws, with_three_rows
+from ..system.system import System, faces
+from ..system.tooth_pairs import tooth_warnings
 from ..teeth.contact_lines import averaging_length, corner_phases, largest_part_mean
 from ..train.train import Train
 from ..warning_codes import CodedText, code_of, coded

@@ -1,4 +1,4 @@
-"""The System: matrices, gaps with laws, exact excitation lines.  Analyses depend on it and on no gear.
+"""The System: matrices, gaps with laws, exact excitation lines; and its assembly from a Train.
 
-Depends on: numpy and scipy only.
+Depends on: train, teeth.  Modules of the equation itself import neither, and analyses import those alone.
 """

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from .system import System
 
-__all__ = ["damping_text", "system_html"]
-
 _CELL, _LABEL = 13, 10  # side of a cell of the pattern and size of its letters [px]
 _MESH, _LINK, _OWN = "#e07b39", "#6ea8d8", "#c8c8c8"
 # Entries of a row below this share of its largest are rounding of the elimination.

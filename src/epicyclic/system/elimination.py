@@ -1,6 +1,13 @@
-"""Rigid connections by elimination: A q = eps becomes q = T p + S eps, exactly, without penalty springs.
+"""Rank of rows: rigid connections eliminated, and motions that strain no row.
+
+Rigid connections by elimination: A q = eps becomes q = T p + S eps, exactly, without penalty springs.
 
 Gauss-Jordan elimination with prescribed pivots, derived here.
+
+Rows of the mean stiffness, and the motions that strain none of them, by the rank of the rows (derived here).
+
+With the rows weighted by the roots of stiffness, W = [sqrt(k) b], the mean stiffness is W W^T.  A rigid motion strains
+no mesh and no link, whatever their stiffness: kinematics tells it, the size of an eigenvalue does not.
 """
 
 from __future__ import annotations
@@ -8,9 +15,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .system import Array
-
-__all__ = ["eliminate"]
+from ..errors import ModelError
+from .system import Array, System
 
 # Entries below this share of the largest one in a row are rounding of earlier eliminations.
 _NEGLIGIBLE = 1e-12
@@ -72,3 +78,77 @@ def _solve_row(a: Array, row: int, pivot: int, T: Array, S: Array, scale: float)
     S += np.outer(column, right / reduced[pivot])
     T -= np.outer(column, reduced / reduced[pivot])
     T[:, pivot] = 0.0
+
+
+# Singular values of rows of unit length that are zero: rounding of rows is 1e-15, and radii printed to eight digits fit
+# one centre distance to 1e-8; rows that hold a motion on purpose have 1e-3 (a narrow face against tilt) and more.
+_RANK = 1e-8
+# What K has beside its links, per geometric mean of its diagonal: rounding of the sum.
+REST = 1e-12
+
+
+def stiffness_rows(system: System) -> Array | None:
+    """Rows W (n, R) [sqrt(N/m)] with W W^T the mean stiffness: meshes, links, and what else K holds.
+
+    None where a part of it is negative.
+    """
+    meshes = system.meshes
+    linear = np.isfinite(system.links.stiffness) & (system.links.stiffness != 0)
+    if np.any(system.links.stiffness[linear] < 0) or np.any(meshes.stiffness < 0):
+        return None
+    held = _elastic(system, linear)
+    return None if held is None else np.concatenate([meshes.B * np.sqrt(meshes.stiffness), held], axis=1)
+
+
+def elastic_rows(system: System, without: NDArray[np.int64] | None = None) -> Array:
+    """Rows W (n, R) [sqrt(N/m)] with W W^T = K: links, those `without` left out of it, and what else K holds.
+
+    Raises
+    ------
+    ModelError : K is negative along some motion.
+    """
+    k = system.links.stiffness
+    found = _elastic(system, np.isfinite(k) & (k > 0))
+    if found is None:
+        raise ModelError("the stiffness of links is negative along some motion", path="stages", allowed="0 or more")
+    if without is None or not without.size:
+        return found
+    linear = np.flatnonzero(np.isfinite(k) & (k > 0))
+    return np.delete(found, np.flatnonzero(np.isin(linear, without)), axis=1)
+
+
+def _elastic(system: System, linear: NDArray[np.bool_]) -> Array | None:
+    """Rows (n, R) of the linear links and of what else K holds; None where that is negative."""
+    links = system.links
+    held = links.B[:, linear] * np.sqrt(links.stiffness[linear])
+    rest = system.K - held @ held.T
+    size = np.sqrt(np.maximum(np.diag(system.K), 0.0))
+    rest[np.abs(rest) <= REST * np.outer(size, size)] = 0.0
+    further = _factor((rest + rest.T) / 2)
+    return None if further is None else np.concatenate([held, further], axis=1)
+
+
+def _factor(matrix: Array) -> Array | None:
+    """F (n, r) with F F^T a symmetric matrix (n, n) without negative eigenvalues; None where it has some."""
+    size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    if not matrix.any():
+        return np.zeros((len(matrix), 0))
+    scale = np.where(size > 0, size, 1.0)
+    values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
+    limit = REST * len(values) * float(np.abs(values).max())
+    if values[0] < -limit:
+        return None
+    kept = values > limit
+    factor: Array = scale[:, None] * vectors[:, kept] * np.sqrt(values[kept])
+    return factor
+
+
+def free_motions(rows: Array) -> tuple[Array, Array]:
+    """Orthonormal bases of the motions that strain no row, (n, r), and of the others, (n, n - r).
+
+    rows : (n, R) in comparable coordinates, as those of unit mass; their lengths do not count.
+    """
+    length = np.linalg.norm(rows, axis=0)
+    left, size, _ = np.linalg.svd(rows[:, length > 0] / length[length > 0])
+    rank = int(np.count_nonzero(size > _RANK * float(size.max(initial=0.0))))
+    return left[:, rank:], left[:, :rank]

@@ -15,11 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..warning_codes import CodedText, coded
-from .laws.flank import FlankAt, LawRows
-from .laws.linear import LinearLaw
+from .flank_laws import FlankAt, LawRows, LinearLaw
 from .system import Array, ComplexArray, System
-
-__all__ = ["Flanks", "FlanksAt", "flanks", "groups_past_the_end", "net_force", "past_the_end"]
 
 Number = TypeVar("Number", bound=np.inexact)
 Rows = NDArray[np.int64] | slice
@@ -90,7 +87,7 @@ class Flanks:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlanksAt:
-    """Laws of F rows at P phases, as of `laws.flank.FlankAt`.
+    """Laws of F rows at P phases, as of `flank_laws.FlankAt`.
 
     parts : a law and its rows each.
     """

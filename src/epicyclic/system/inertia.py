@@ -9,15 +9,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "carried_stiffness",
-    "centrifugal_stiffness",
-    "euler_matrix",
-    "gyroscopic_matrix",
-    "mass_diagonal",
-    "spin_up_load",
-]
-
 Array = NDArray[np.float64]
 X, Y, Z, RX, RY, RZ = range(6)
 

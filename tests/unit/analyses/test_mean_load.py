@@ -18,10 +18,10 @@ from epicyclic.analyses.samples.sample_loads import mean_loads, nominal_signs
 from epicyclic.analyses.sharing import outputs
 from epicyclic.analyses.sharing.definitions import DEFINITIONS
 from epicyclic.analyses.sharing.sharing import sharing
-from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
 from epicyclic.model.document import ready_drives
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 RNG = np.random.default_rng(4)

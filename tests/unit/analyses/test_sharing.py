@@ -29,8 +29,7 @@ from epicyclic.analyses.steady.steady import steady
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.show.views.sharing import tables
-from epicyclic.system.faces import faces
-from epicyclic.system.system import Line, System
+from epicyclic.system.system import Line, System, faces
 
 Array = NDArray[np.float64]
 TONE = Fraction(273, 10)

@@ -14,7 +14,7 @@ import epicyclic
 from epicyclic.analyses.modes.basis import mean_modes
 from epicyclic.analyses.modes.eigen import damping_ratios, eigen, whirl
 from epicyclic.analyses.modes.modal import modal
-from epicyclic.system.stiffness_rows import free_motions, stiffness_rows
+from epicyclic.system.elimination import free_motions, stiffness_rows
 from epicyclic.system.system import System
 from epicyclic.train.train import Train
 

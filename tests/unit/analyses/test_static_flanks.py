@@ -19,12 +19,10 @@ from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
 from epicyclic.analyses.static.record import excitation, record_of
 from epicyclic.analyses.static.static import static
 from epicyclic.errors import ModelError
+from epicyclic.system.flank_laws import LawRows, LinearAt, TabulatedLaw
 from epicyclic.system.gaps import FlanksAt, flanks
-from epicyclic.system.laws.flank import LawRows
-from epicyclic.system.laws.groups import LawGroup, stacked
-from epicyclic.system.laws.linear import LinearAt
-from epicyclic.system.laws.radial import Law
-from epicyclic.system.laws.tabulated import TabulatedLaw
+from epicyclic.system.group_laws import LawGroup, stacked
+from epicyclic.system.radial_laws import Law
 from epicyclic.system.system import FarFlanks, Line, System
 
 Array = NDArray[np.float64]

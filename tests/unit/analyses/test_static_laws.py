@@ -24,8 +24,8 @@ from epicyclic.analyses.static.static import static
 from epicyclic.analyses.static.tangent import linear
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
-from epicyclic.system.laws.groups import LawGroup
-from epicyclic.system.laws.radial import Law
+from epicyclic.system.group_laws import LawGroup
+from epicyclic.system.radial_laws import Law
 from epicyclic.system.system import Line, LinkRows, System
 
 Array = NDArray[np.float64]

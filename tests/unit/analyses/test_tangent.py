@@ -18,9 +18,8 @@ from epicyclic.analyses.static.tangent import flank_warnings, linear
 from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.resolve import load
+from epicyclic.system.flank_laws import LawRows, TabulatedLaw
 from epicyclic.system.gaps import flanks
-from epicyclic.system.laws.flank import LawRows
-from epicyclic.system.laws.tabulated import TabulatedLaw
 from epicyclic.system.system import System
 from epicyclic.teeth.mesh_stiffness import evaluate_series
 

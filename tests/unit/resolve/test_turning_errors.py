@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.analyses.static.static import static
-from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
 from epicyclic.model.document import read
 from epicyclic.resolve import load
 from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.studies.mesh_deviations import mesh_deviations
 from epicyclic.studies.parameters import all_parameters
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.train import Train
 

@@ -11,10 +11,10 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.errors import ModelError
 from epicyclic.studies.contact_resolution import Resolution, doubled, estimated_error, mesh_phases
 from epicyclic.studies.tooth_contact import contact, helices_of
+from epicyclic.system.tooth_pairs import pair_of
 
 PAIR: dict[str, Any] = {
     "format": 1,

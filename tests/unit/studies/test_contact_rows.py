@@ -9,11 +9,10 @@ import pytest
 
 import epicyclic
 from epicyclic.analyses.steady.sweep import sweep
-from epicyclic.assemble import assemble
-from epicyclic.assemble.tabulated import ContactHistory, with_contact_tangent
-from epicyclic.assemble.tooth_pairs import mean_force, pair_of
 from epicyclic.errors import ModelError
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.system.tooth_pairs import ContactHistory, mean_force, pair_of, with_contact_tangent
 from epicyclic.teeth.loaded_contact import loaded_contact
 from epicyclic.train.connections import Mesh
 from epicyclic.train.train import Train

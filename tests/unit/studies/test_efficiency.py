@@ -12,11 +12,11 @@ import xarray as xr
 from scipy.integrate import trapezoid
 
 import epicyclic
-from epicyclic.assemble.tooth_pairs import mean_force
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.show.figures.mesh_losses import mesh_losses
 from epicyclic.show.figures.sliding import sliding
 from epicyclic.show.views import key_figures_of, sections_of, tables_of
+from epicyclic.system.tooth_pairs import mean_force
 
 STAGE = {
     "planets": 3,

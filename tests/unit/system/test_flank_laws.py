@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from epicyclic.system.flank_laws import FlankAt, FlankLaw, LawRows, LinearLaw, TabulatedLaw, phase_cubics
 from epicyclic.system.gaps import Flanks, FlanksAt, flanks, past_the_end
-from epicyclic.system.laws.flank import FlankAt, FlankLaw, LawRows
-from epicyclic.system.laws.linear import LinearLaw
-from epicyclic.system.laws.tabulated import TabulatedLaw, phase_cubics
 from epicyclic.system.system import MeshRows, System
 
 Array = NDArray[np.float64]

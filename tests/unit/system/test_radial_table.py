@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.system.laws.groups import LawGroup, Laws, stacked
-from epicyclic.system.laws.radial import Law, RadialLaw
-from epicyclic.system.laws.radial_table import RadialTable
+from epicyclic.system.group_laws import LawGroup, Laws, stacked
+from epicyclic.system.radial_laws import Law, RadialLaw, RadialTable
 from epicyclic.teeth.mesh_stiffness import force_curve
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from epicyclic.system.laws.tabulated import TabulatedLaw
+from epicyclic.system.flank_laws import TabulatedLaw
 from epicyclic.teeth.mesh_stiffness import ContactTable, ForceCurve, force_curve, given_table
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import quad
 
 import epicyclic
-from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.errors import ModelError
+from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.compliance import ToothCompliance
 from epicyclic.teeth.energy_stiffness import IshikawaTooth, MeshedTeeth, ishikawa_stiffness, ishikawa_tooth
 

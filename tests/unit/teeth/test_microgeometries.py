@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.assemble.tooth_pairs import pair_of
+from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.flank import PLAIN, Flank, Relief
 from epicyclic.teeth.gear_pair import ContactPair, uniform_along_face
 from epicyclic.teeth.loaded_contact import loaded_contact

@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.show.figures.root_stress import root_stress as root_stress_figure
 from epicyclic.show.views.contact import tables
+from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.compliance import ToothCompliance
 from epicyclic.teeth.gear_pair import ContactPair
 from epicyclic.teeth.loaded_contact import loaded_contact

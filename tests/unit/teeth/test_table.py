@@ -11,7 +11,7 @@ import pytest
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
-from epicyclic.system.laws.tabulated import TabulatedAt, TabulatedLaw
+from epicyclic.system.flank_laws import TabulatedAt, TabulatedLaw
 from epicyclic.teeth.flank import Flank, Relief
 from epicyclic.teeth.gear_pair import ContactPair
 from epicyclic.teeth.loaded_contact import contact_table, loaded_contact

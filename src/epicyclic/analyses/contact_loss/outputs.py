@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.faces import faces
 from ...system.gaps import net_force
-from ...system.system import Array, ComplexArray, System
+from ...system.system import Array, ComplexArray, System, faces
 from ..steady.waveform import peak
 from .problem import Problem, State, flank_force, gap_rows, rate_rows
 

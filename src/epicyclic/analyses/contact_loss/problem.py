@@ -25,8 +25,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.faces import Faces, faces
-from ...system.system import Array
+from ...system.system import Array, Faces, faces
 from ..modes.basis import Modal
 from ..steady.lattice import kept_points
 from ..steady.response import FrameSpeed, Response

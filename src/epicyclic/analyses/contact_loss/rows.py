@@ -20,9 +20,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ...system.flank_laws import eased
 from ...system.gaps import Flanks, FlanksAt, flanks
-from ...system.laws.blended import eased
-from ...system.laws.groups import Laws, stacked
+from ...system.group_laws import Laws, stacked
 from ...system.system import Array, ComplexArray, Line, System
 from ...warning_codes import CodedText, coded
 from ..static.record import group_gap

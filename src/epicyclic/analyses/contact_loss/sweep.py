@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
-from ...system.faces import faces
 from ...system.gaps import past_the_end
-from ...system.system import Array, System
+from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..fast import numba_available
 from ..parallel import each, runs

@@ -13,8 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.faces import Faces, faces
-from ...system.system import Array
+from ...system.system import Array, Faces, faces
 from ..steady.excitation import Shaft
 from ..steady.response import Response
 from .corrector import TOLERANCE, WORK, NewtonResult, linear_start, newton_step, solve

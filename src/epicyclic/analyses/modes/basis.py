@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dsygvd
 
 from ...errors import ModelError
-from ...system.stiffness_rows import free_motions, stiffness_rows
+from ...system.elimination import free_motions, stiffness_rows
 from ...system.system import Array, System
 from .free_motions import NOISE, SOFT, all_free, soft_modes
 

@@ -13,7 +13,7 @@ import math
 import numpy as np
 import scipy.linalg
 
-from ...system.stiffness_rows import REST
+from ...system.elimination import REST
 from ...system.system import Array, System
 from ...warning_codes import CodedText, coded
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.faces import faces
-from ...system.system import Array, System
+from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..static.tangent import linear
 from ..static.unheld import unheld_warnings

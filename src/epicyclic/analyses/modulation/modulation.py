@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...system.faces import faces
-from ...system.system import Array, ComplexArray, Line, System
+from ...system.system import Array, ComplexArray, Line, System, faces
 from ...warning_codes import CodedText, coded
 from ..static.record import parallel_meshes
 from ..static.static import rounding_of

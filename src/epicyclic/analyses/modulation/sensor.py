@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...system.faces import faces
-from ...system.system import Array, System
+from ...system.system import Array, System, faces
 
 __all__ = ["HOUSING", "SensorPosition", "mesh_stages", "sensor_position"]
 

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...system.faces import faces
-from ...system.system import Array, ComplexArray, System
+from ...system.system import Array, ComplexArray, System, faces
 from ..steady.response import Block, Response
 from ..steady.waveform import Spectrum, force_spectrum, motion_spectrum
 from .path import Window

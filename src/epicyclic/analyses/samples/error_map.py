@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...system.faces import faces
-from ...system.system import ComplexArray, Line, System
+from ...system.system import ComplexArray, Line, System, faces
 from ..static.tangent import linear
 from ..steady.balance import HarmonicSolution
 from ..steady.excitation import mesh_order_excitation, shaft_order_excitation

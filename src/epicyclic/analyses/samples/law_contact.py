@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
+from ...system.flank_laws import LinearAt
 from ...system.gaps import FlanksAt, flanks, net_force
-from ...system.laws.linear import LinearAt
 from ...system.system import Array, ComplexArray, Line, System
 from ..static.both_flanks import HeldTrain, held_train, settled
 from ..static.record import RecordExcitation, group_gap

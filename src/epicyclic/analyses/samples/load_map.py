@@ -19,9 +19,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.faces import Faces, faces
-from ...system.stiffness_rows import elastic_rows
-from ...system.system import Array, ComplexArray, Line, System
+from ...system.elimination import elastic_rows
+from ...system.system import Array, ComplexArray, Faces, Line, System, faces
 from ..static.both_flanks import held_train
 from ..static.equilibrium import Compliance, Values, compliance, imbalance, require_balance
 from ..static.record import MeshGroup, parallel_meshes

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
-from ...system.faces import faces
-from ...system.system import Array, System
+from ...system.system import Array, System, faces
 from ..steady.balance import HarmonicSolution
 from ..steady.gmres import gmres
 from ..steady.measures import force_extremes, mean, mean_square

@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError
-from ...system.faces import faces
-from ...system.system import Array, ComplexArray
+from ...system.system import Array, ComplexArray, faces
 from ..modes.basis import Modal, modal_weights
 from ..steady.balance import Batch, HarmonicSolution, solve
 from ..steady.kernel import Gather, Kernel, product, to_complex, to_real

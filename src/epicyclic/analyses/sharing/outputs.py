@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...system.faces import faces
-from ...system.system import Array, System
+from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..samples.mean_load import MEAN_LOADS
 from ..samples.sample_loads import mean_loads

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import ModelError
-from ...system.faces import faces
-from ...system.system import Array, System
+from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..cost import MOST_NUMBERS, require_memory, require_time
 from ..static.record import (

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...system.faces import Faces, faces
-from ...system.system import Array, System
+from ...system.system import Array, Faces, System, faces
 from ..static.both_flanks import balanced, held_train, settled
 from ..static.quasi_static import quasi_static
 from ..static.record import MeshGroup, Record, excitation, parallel_meshes, record_of

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.faces import faces
 from ...system.gaps import flanks, groups_past_the_end, past_the_end
-from ...system.system import Array, System
+from ...system.system import Array, System, faces
 from ..static.both_flanks import held_train
 from ..static.quasi_static import RecordPiece, quasi_static
 from ..static.record import MeshGroup, Record, parallel_meshes, positive_count

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...system.faces import faces
 from ...system.gaps import net_force
-from ...system.system import Array, System
+from ...system.system import Array, System, faces
 from ...warning_codes import CodedText
 from ..static.both_flanks import HeldTrain, balanced, held_train, settled
 from ..static.equilibrium import closed_force

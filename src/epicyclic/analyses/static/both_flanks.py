@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...system.laws.groups import Laws
-from ...system.stiffness_rows import elastic_rows
+from ...system.elimination import elastic_rows
+from ...system.group_laws import Laws
 from ...system.system import Array, FarFlanks, System
 from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance
 from .record import RecordExcitation

@@ -2,9 +2,9 @@
 
     E(q) = q'Kq/2 - F'q + sum_m Phi_m(B_m'q - e) + sum_g phi_g(B_g'q - e)
 
-Phi_m is the convex potential of the contact of a mesh over its three rows (`system.laws.face`), phi_g that of a bearing
-with play or a spline.  E is convex, so the state is unique, from whatever start.  Newton steps are halved until E falls
-[nocedal2006, sec. 3.1].  Motions that nothing holds, as the turning of the whole train, are left alone.
+Phi_m is the convex potential of the contact of a mesh over its three rows (`system.flank_laws`), phi_g that of a
+bearing with play or a spline.  E is convex, so the state is unique, from whatever start.  Newton steps are halved until
+E falls [nocedal2006, sec. 3.1].  Motions that nothing holds, as the turning of the whole train, are left alone.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...system.laws.face import ROWS, FaceContact, FaceForce
+from ...system.flank_laws import ROWS, FaceContact, FaceForce
 from ...system.system import Array, System
 from .equilibrium import Compliance
 

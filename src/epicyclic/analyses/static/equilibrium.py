@@ -2,13 +2,13 @@
 
     E(q) = q'Kq/2 - F'q + sum_f Phi_f(B'q - e) + sum_g phi_g(B'q - e)
 
-with Phi_f the energy of a flank and phi_g that of a bearing with play or a spline, all convex (`system.laws`).  The
-problem is condensed to the rows B of flanks and groups; derived here.  With H = K + B diag(k0) B' (all meshes closed,
-all groups at their nominal stiffness), A = H^+ B, S = B'A and the pull p = k0 w - f of each row, q = H^+ F + A p,
-w = B'q, and the residual in row forces is r = p - k0 w + f(w - e).  This holds for any k0 >= 0: far flanks, which are
-open in the mean, have k0 = 0 and p = -f.
+with Phi_f the energy of a flank and phi_g that of a bearing with play or a spline, all convex (`system.flank_laws`,
+`system.radial_laws`).  The problem is condensed to the rows B of flanks and groups; derived here.  With H = K + B
+diag(k0) B' (all meshes closed, all groups at their nominal stiffness), A = H^+ B, S = B'A and the pull p = k0 w - f of
+each row, q = H^+ F + A p, w = B'q, and the residual in row forces is r = p - k0 w + f(w - e).  This holds for any k0 >=
+0: far flanks, which are open in the mean, have k0 = 0 and p = -f.
 
-H is never formed.  Its rows W' = [sqrt(k) b'] (`system.stiffness_rows`), columns scaled and motions that strain no row
+H is never formed.  Its rows W' = [sqrt(k) b'] (`stiffness_rows`), columns scaled and motions that strain no row
 left out, are factorised as W' = Q R with q = T c, T = R^-1 and strains sqrt(k) b'q = Q c.  With the rows sorted by
 length and columns pivoted, the error of Householder's method is small beside each row, not only beside the largest
 [higham2002, sec. 19.4]: forces of meshes are right beside the softest support.
@@ -29,10 +29,10 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
+from ...system.elimination import elastic_rows, free_motions
+from ...system.flank_laws import LinearAt
 from ...system.gaps import FlanksAt
-from ...system.laws.groups import Laws, stacked
-from ...system.laws.linear import LinearAt
-from ...system.stiffness_rows import elastic_rows, free_motions
+from ...system.group_laws import Laws, stacked
 from ...system.system import Array, System
 from .line_search import line_minimum
 from .unheld import contradicting_radii, unheld, unheld_error

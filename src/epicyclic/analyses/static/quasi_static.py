@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError
-from ...system.laws.groups import Laws
+from ...system.group_laws import Laws
 from ...system.system import Array, System
 from .both_flanks import HeldTrain, balanced, settled
 from .equilibrium import Equilibrium

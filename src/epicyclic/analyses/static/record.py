@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...system.faces import faces
+from ...system.flank_laws import LinearLaw
 from ...system.gaps import FlanksAt, flanks
-from ...system.laws.linear import LinearLaw
-from ...system.system import Array, ComplexArray, Line, MeshRows, System
+from ...system.system import Array, ComplexArray, Line, MeshRows, System, faces
 from ...warning_codes import CodedText, coded
 from ..cost import MOST_NUMBERS, require_memory
 

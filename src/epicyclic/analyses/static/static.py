@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.faces import Faces, faces
 from ...system.gaps import flanks, groups_past_the_end, net_force, past_the_end
-from ...system.laws.groups import STATES
-from ...system.system import Array, System
+from ...system.group_laws import STATES
+from ...system.system import Array, Faces, System, faces
 from ...warning_codes import CodedText, coded
 from .both_flanks import held_train
 from .loaded import idle_warnings, loaded_meshes

@@ -1,7 +1,7 @@
 """The one door of linear analyses: tangents in place of the laws of gaps.
 
 Those of links are taken here at the mean load; those of flanks are data of the System, at the load of their law.  Modes
-and linear response stand on the linear System; derived here from the laws of `system.laws`.
+and linear response stand on the linear System; derived here from the laws.
 """
 
 from __future__ import annotations
@@ -13,12 +13,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from ...system.faces import faces
-from ...system.laws.flank import LawRows
-from ...system.laws.groups import STATES, LawGroup, Laws
-from ...system.laws.linear import LinearLaw
+from ...system.flank_laws import LawRows, LinearLaw
+from ...system.group_laws import STATES, LawGroup, Laws
 from ...system.symmetry import commutes
-from ...system.system import Array, Line, LinkRows, MeshRows, System
+from ...system.system import Array, Line, LinkRows, MeshRows, System, faces
 from ...warning_codes import CodedText, coded
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
 from .record import group_gap

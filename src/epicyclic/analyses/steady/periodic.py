@@ -10,8 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from ...errors import ConvergenceError, ModelError
-from ...system.faces import faces
-from ...system.system import Array, ComplexArray, System
+from ...system.system import Array, ComplexArray, System, faces
 from ..static.record import samples_per_cycle
 from .mean_stability import require_stable_mean
 from .measures import force_extremes

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...results.ties import first_largest, largest
-from ...system.faces import faces
-from ...system.system import Array, ComplexArray, System
+from ...system.system import Array, ComplexArray, System, faces
 from ..modes.mesh_crossings import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 from ..static.tangent import linear
 

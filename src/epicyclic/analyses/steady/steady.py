@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...system.faces import faces
-from ...system.system import Array, ComplexArray, System
+from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
 from ..cost import MOST_NUMBERS, require_memory
 from ..static.loaded import idle_warnings

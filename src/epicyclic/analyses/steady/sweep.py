@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
-from ...system.faces import faces
-from ...system.system import Array, System
+from ...system.system import Array, System, faces
 from ..parallel import each
 from ..result_imports import import_results
 from .mean_stability import MEAN_UNSTABLE, instability_warnings, unstable_speeds

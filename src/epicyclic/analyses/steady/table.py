@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.faces import faces
-from ...system.system import Array, System
+from ...system.system import Array, System, faces
 from ...warning_codes import CodedText
 from ..static.record import parallel_meshes
 from ..static.static import rounding_of

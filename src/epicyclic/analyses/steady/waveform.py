@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.faces import Faces, faces
-from ...system.system import Array, ComplexArray, System
+from ...system.system import Array, ComplexArray, Faces, System, faces
 from .balance import HarmonicSolution
 from .excitation import link_errors
 from .kernel import product, to_complex, truncated_product

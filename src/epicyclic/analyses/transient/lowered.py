@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...system.flank_laws import LinearLaw, TabulatedLaw, phase_cubics
 from ...system.gaps import Flanks
-from ...system.laws.groups import Laws
-from ...system.laws.linear import LinearLaw
-from ...system.laws.tabulated import TabulatedLaw, phase_cubics
+from ...system.group_laws import Laws
 from ...system.system import Array, System
 from ..static.tangent import mean_stretch, small_motion_tangent
 

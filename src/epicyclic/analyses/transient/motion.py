@@ -5,9 +5,9 @@ In modal coordinates of the mean system, q = Phi y, Phi^T M Phi = 1:
     y'' = -omega_r^2 y - d_r y' + pulls^T (k0 gaps y - f) - (C + s G) y' - (s^2 Kg + s Cskew + s' E) y + push(t)
 
 so that only what differs from the mean system is multiplied out.  Every phase is counted in tau = integral of s dt.
-The forces f are those of the laws (`system.laws`).  A damper of a mesh is of the contact and acts where its law
-presses, f = law(gap) + c gap'.  Modal damping belongs to the mean system and acts always.  Sliders of Coulomb friction
-are part of the state: fixed within a step, they move at its end (`integrators`).
+The forces f are those of the laws (`system.flank_laws`, `system.group_laws`).  A damper of a mesh is of the contact and
+acts where its law presses, f = law(gap) + c gap'.  Modal damping belongs to the mean system and acts always.  Sliders
+of Coulomb friction are part of the state: fixed within a step, they move at its end (`integrators`).
 """
 
 from __future__ import annotations
@@ -20,11 +20,10 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...system.faces import faces
+from ...system.flank_laws import LEAST
 from ...system.gaps import Flanks, flanks
-from ...system.laws.groups import Laws
-from ...system.laws.linear import LEAST
-from ...system.system import Array, ComplexArray, Line, System
+from ...system.group_laws import Laws
+from ...system.system import Array, ComplexArray, Line, System, faces
 from ...warning_codes import CodedText, coded
 from ..modes.basis import mean_modes
 from ..static.record import group_gap

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...system.gaps import FlanksAt
-from ...system.laws.groups import Laws
+from ...system.group_laws import Laws
 from ...system.system import Array
 from .motion import Motion, phases_at, tangent_series
 from .products import times

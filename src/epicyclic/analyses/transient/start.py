@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import ConvergenceError, ModelError
-from ...system.stiffness_rows import elastic_rows
+from ...system.elimination import elastic_rows
 from ...system.system import Array
 from ..static.equilibrium import compliance, equilibrium
 from .motion import Motion, from_modal, phases_at, to_modal

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ...errors import ModelError
-from ...system.faces import faces
 from ...system.gaps import groups_past_the_end, past_the_end
-from ...system.system import Array, System
+from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..cost import MOST_NUMBERS, require_memory, require_time
 from ..fast import numba_available

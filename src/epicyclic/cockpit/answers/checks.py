@@ -8,9 +8,9 @@ from typing import Literal
 
 from ...analyses.static.equilibrium import compliance_of
 from ...analyses.static.unheld import unheld_warnings
-from ...assemble.tooth_pairs import pair_of, tooth_warnings
 from ...errors import ModelError
 from ...system.system import System
+from ...system.tooth_pairs import pair_of, tooth_warnings
 from ...train.train import Train
 from ...warning_codes import WARNING_CODES, CodedText, code_of, coded
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from ...analyses.modes.basis import mean_modes
 from ...analyses.samples.sample_loads import mean_loads
 from ...analyses.static.tangent import linear
-from ...assemble.assembly import assemble
 from ...errors import ConvergenceError, ModelError
 from ...results.ties import largest
+from ...system.assembly import assemble
 from ...train.train import Train
 from .answer import per_cent
 

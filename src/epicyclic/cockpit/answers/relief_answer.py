@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ...assemble.tooth_pairs import mean_force
 from ...model.tables import leaves
 from ...model.units import factor
 from ...model.written import written
+from ...system.tooth_pairs import mean_force
 from ...train.connections import Mesh
 from ...train.train import Train
 from .answer import Answer, Level, answer, number

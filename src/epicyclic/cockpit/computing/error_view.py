@@ -13,7 +13,7 @@ from ...analyses.samples.law_contact import law_map
 from ...analyses.samples.load_map import load_map
 from ...analyses.samples.sample_loads import sample_loads
 from ...analyses.static.tangent import linear
-from ...assemble.unit_lines import unit_lines
+from ...system.excitation import unit_lines
 from ...system.system import Array, System
 from ...train.train import Displacement, MeshError, Train
 from .names import as_overridden, member_words, rounded

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from ...analyses.samples.sample_loads import mean_loads
 from ...analyses.sharing.definitions import DEFINITIONS
 from ...analyses.sharing.spread import SpreadSharing, spread_sharing
-from ...assemble.assembly import assemble
 from ...errors import ConvergenceError, ModelError
+from ...system.assembly import assemble
 from ...system.system import Array, System
 from ...train.connections import Link
 from ...train.train import Train

@@ -17,8 +17,7 @@ from ...analyses.steady.resonances import of_one_tone
 from ...analyses.steady.response import Response, respond_part, response, response_parts
 from ...analyses.steady.speed_range import speeds_of
 from ...analyses.steady.waveform import force_signal, whole_mesh_signal
-from ...system.faces import faces
-from ...system.system import Array, System
+from ...system.system import Array, System, faces
 from .mode_view import ModeView
 from .names import SpeedAxis, ordinal, rounded
 

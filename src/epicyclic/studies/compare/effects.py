@@ -15,9 +15,9 @@ from ...analyses.modes.basis import mean_modes
 from ...analyses.modes.classification import classify_modes
 from ...analyses.sharing.sharing import sharing
 from ...analyses.static.tangent import linear
-from ...assemble import assemble
 from ...errors import ConvergenceError, ModelError
 from ...results.ties import largest
+from ...system.assembly import assemble
 from ...system.system import System
 from ...train.train import Train
 from ...warning_codes import CodedText, coded

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from ...analyses.static.record import reference_tone
 from ...analyses.steady.sweep import sweep
-from ...assemble.tabulated import ContactHistory, with_contact_tangent
-from ...assemble.tooth_pairs import pair_of
 from ...errors import ModelError
 from ...system.system import System
+from ...system.tooth_pairs import ContactHistory, pair_of, with_contact_tangent
 from ...teeth.gear_pair import ContactPair, uniform_along_face
 from ...teeth.loaded_contact import all_segments, first_images
 from ...teeth.microgeometries import MicrogeometryContact, microgeometry_contact

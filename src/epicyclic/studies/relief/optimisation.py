@@ -13,10 +13,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...assemble import assemble
 from ...errors import ModelError
 from ...resolve import load
 from ...results.dataset import dataset
+from ...system.assembly import assemble
 from ...system.system import System
 from ...teeth.flank import Flank
 from ...teeth.gear_pair import check_pair

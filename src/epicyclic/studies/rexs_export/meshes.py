@@ -8,9 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from ...analyses.sharing.outputs import known_mean_loads
-from ...assemble import assemble
 from ...errors import ConvergenceError, ModelError
-from ...system.faces import faces
+from ...system.assembly import assemble
+from ...system.system import faces
 from ...train.bodies import Body
 from ...train.connections import Mesh
 from ...train.train import Train

@@ -13,13 +13,13 @@ from ...analyses.samples.law_contact import LawMap, law_map
 from ...analyses.samples.load_map import LoadMap, load_map
 from ...analyses.samples.sample_loads import ContactMethod, nominal_signs, sample_loads
 from ...analyses.static.tangent import linear, linear_columns
-from ...assemble import assemble
-from ...assemble.unit_lines import unit_lines
 from ...errors import ModelError
 from ...model.correlation import Correlations
 from ...model.tolerances import Tolerance
 from ...resolve import load
 from ...resolve.tolerances import correlations_of, tolerances_of
+from ...system.assembly import assemble
+from ...system.excitation import unit_lines
 from ...system.system import Array, Line, System
 from ...train.train import Train
 from ...warning_codes import CodedText

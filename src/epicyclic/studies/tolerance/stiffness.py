@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...analyses.samples.load_map import at_mesh_order
-from ...assemble import assemble
 from ...errors import ModelError
 from ...model.tolerances import Tolerance
 from ...resolve import load
+from ...system.assembly import assemble
 from ...system.system import System
 
 __all__ = ["Shift", "shift_of", "values_text"]

@@ -22,8 +22,8 @@ from epicyclic.analyses.contact_loss.outputs import mesh_force, periodic_measure
 from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, distinct, solution, with_stability
 from epicyclic.analyses.contact_loss.sweep_direction import Reached, _reached_at, sweep_direction
 from epicyclic.analyses.steady.response import response
-from epicyclic.assemble import assemble
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

@@ -28,8 +28,7 @@ from epicyclic.analyses.transient.program import constant
 from epicyclic.analyses.transient.transient import transient
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.show.rows import force_table
-from epicyclic.system.faces import faces
-from epicyclic.system.system import System
+from epicyclic.system.system import System, faces
 
 F = Fraction
 Train = Callable[..., System]

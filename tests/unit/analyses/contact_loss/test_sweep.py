@@ -24,12 +24,11 @@ from epicyclic.analyses.contact_loss.sweep import _several_motions, contact_swee
 from epicyclic.analyses.steady.mean_stability import critical_speed
 from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.steady.sweep import sweep as linear_sweep
-from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
 from epicyclic.results.dataset import load_result, save_result, to_json
-from epicyclic.system.faces import faces
-from epicyclic.system.system import System
+from epicyclic.system.assembly import assemble
+from epicyclic.system.system import System, faces
 
 Array = NDArray[np.float64]
 SPEEDS = np.array([0.75, 0.82, 0.9])

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from epicyclic.assemble import assemble
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 # sun, planet, ring; planets, or steps of 1/(z_s + z_r) turn at which each can be assembled

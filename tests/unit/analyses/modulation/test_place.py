@@ -11,9 +11,9 @@ import pytest
 from epicyclic.analyses.modulation.modulation import modulation
 from epicyclic.analyses.modulation.sensor import sensor_position
 from epicyclic.analyses.steady.steady import steady
-from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 from .conftest import document

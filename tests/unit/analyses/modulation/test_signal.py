@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from epicyclic.analyses.modulation.modulation import modulation
 from epicyclic.analyses.modulation.path import Window, tabulated_transfer
 from epicyclic.analyses.steady.periodic import periodic
-from epicyclic.assemble import assemble
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

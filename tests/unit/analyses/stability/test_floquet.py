@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from epicyclic.analyses.modes.basis import Modal, modal_form
 from epicyclic.analyses.modes.eigen import whirl
 from epicyclic.analyses.stability.floquet import Floquet, floquet, steps_needed, variational_flow
-from epicyclic.assemble import assemble
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

@@ -15,9 +15,9 @@ from epicyclic.analyses.steady import balance
 from epicyclic.analyses.steady import response as engine
 from epicyclic.analyses.steady.response import respond, response
 from epicyclic.analyses.steady.sweep import sweep
-from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 SPEEDS = np.linspace(0.3, 2.5, 13)

@@ -19,8 +19,8 @@ from epicyclic.analyses.static.tangent import linear
 from epicyclic.analyses.steady.response import respond, response
 from epicyclic.analyses.steady.steady import steady
 from epicyclic.analyses.steady.waveform import force_signal, link_signal, motion_signal
-from epicyclic.system.laws.groups import LawGroup
-from epicyclic.system.laws.radial import Law
+from epicyclic.system.group_laws import LawGroup
+from epicyclic.system.radial_laws import Law
 from epicyclic.system.system import System
 from epicyclic.train.train import Train
 

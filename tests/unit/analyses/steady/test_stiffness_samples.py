@@ -12,9 +12,9 @@ import pytest
 from epicyclic.analyses.samples import stiffness as room
 from epicyclic.analyses.samples.stiffness import stiffness_samples
 from epicyclic.analyses.steady.sweep import sweep
-from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
+from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 
 SPEED = 1.3

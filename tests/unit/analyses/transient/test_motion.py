@@ -16,11 +16,11 @@ from epicyclic.analyses.transient.outputs import flank_force, mesh_force
 from epicyclic.analyses.transient.program import constant, phase_at, program, speed_at
 from epicyclic.analyses.transient.right_hand_side import acceleration, instant_terms, row_force
 from epicyclic.analyses.transient.start import at_equilibrium, at_rest
-from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
-from epicyclic.system.laws.groups import LawGroup
-from epicyclic.system.laws.radial import Law
+from epicyclic.system.assembly import assemble
+from epicyclic.system.group_laws import LawGroup
+from epicyclic.system.radial_laws import Law
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

@@ -28,8 +28,8 @@ from epicyclic.analyses.transient.program import constant, program
 from epicyclic.analyses.transient.right_hand_side import AHEAD
 from epicyclic.analyses.transient.start import at_equilibrium, at_rest
 from epicyclic.analyses.transient.transient import transient
-from epicyclic.system.laws.groups import LawGroup, stacked
-from epicyclic.system.laws.radial import Law
+from epicyclic.system.group_laws import LawGroup, stacked
+from epicyclic.system.radial_laws import Law
 from epicyclic.system.system import Line, System
 
 Array = NDArray[np.float64]

@@ -18,10 +18,8 @@ from epicyclic.analyses.transient.motion import Motion, from_modal, highest_rate
 from epicyclic.analyses.transient.outputs import flank_force
 from epicyclic.analyses.transient.program import constant, program
 from epicyclic.analyses.transient.start import at_equilibrium, at_rest
-from epicyclic.system.laws.flank import FlankAt, LawRows
-from epicyclic.system.laws.linear import LinearLaw
-from epicyclic.system.laws.radial import Law
-from epicyclic.system.laws.tabulated import TabulatedLaw
+from epicyclic.system.flank_laws import FlankAt, LawRows, LinearLaw, TabulatedLaw
+from epicyclic.system.radial_laws import Law
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

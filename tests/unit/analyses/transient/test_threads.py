@@ -27,7 +27,7 @@ from test_sliders import group
 from test_tables import curved
 import epicyclic
 from epicyclic.analyses.transient import integrators, run, transient
-from epicyclic.system.laws.flank import LawRows
+from epicyclic.system.flank_laws import LawRows
 from dataclasses import replace
 run._STEPS, run._PIECES = (200, 1) if numba else (10, 1)
 if not numba:

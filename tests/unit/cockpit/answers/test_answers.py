@@ -13,7 +13,6 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from epicyclic.assemble.assembly import assemble
 from epicyclic.cockpit.answers import answers, checks, sharing_answers
 from epicyclic.cockpit.answers.answers import answers_of
 from epicyclic.cockpit.answers.assumed import class_six
@@ -25,6 +24,7 @@ from epicyclic.cockpit.computing.frames import PageFrame, Request
 from epicyclic.resolve.resolve import load
 from epicyclic.studies.drives import drive_text
 from epicyclic.studies.new_train.new_train import new_train
+from epicyclic.system.assembly import assemble
 from epicyclic.verbs.check import check
 from epicyclic.verbs.modes import modes
 from epicyclic.verbs.sharing import sharing

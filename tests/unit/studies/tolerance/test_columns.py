@@ -21,11 +21,11 @@ from epicyclic.analyses.samples.sample_loads import mean_loads
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.static.both_flanks import held_train, settled
 from epicyclic.analyses.static.record import excitation
-from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
 from epicyclic.show.console import warnings_of
 from epicyclic.studies.new_train.new_train import new_train
 from epicyclic.studies.tolerance.columns import SAMPLES, SampleValues, ToleranceMap, tolerance_map
+from epicyclic.system.assembly import assemble
 from epicyclic.system.gaps import net_force
 from epicyclic.system.system import System
 

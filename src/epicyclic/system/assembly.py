@@ -1,4 +1,8 @@
-"""Assembly of a train: matrices of all bodies and connections, and their reduction to the free coordinates."""
+"""Assembly: Train -> System, matrices of all bodies and connections and their reduction to the free coordinates.
+
+Every mesh, bearing, pin and support becomes rows of gaps; rigid connections are eliminated; displaced features become
+excitation lines of exact frequency.  Frames, rows, signs and phases are those of docs/conventions.md.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +18,14 @@ from numpy.typing import NDArray
 
 from ..arguments import checked
 from ..errors import ModelError
-from ..system.elimination import eliminate
-from ..system.inertia import (
+from ..teeth.mesh_stiffness import series_in_time
+from ..teeth.phasing import HALF, Phase
+from ..train.bodies import DIRECTIONS
+from ..train.connections import Mesh
+from ..train.train import Train
+from .elimination import eliminate
+from .excitation import FullModel, excitation_lines
+from .inertia import (
     carried_stiffness,
     centrifugal_stiffness,
     euler_matrix,
@@ -23,18 +33,10 @@ from ..system.inertia import (
     mass_diagonal,
     spin_up_load,
 )
-from ..system.symmetry import commutes, reduced_operator, turn_operator
-from ..system.system import Dofs, FarFlanks, LinkRows, MeshRows, Symmetry, System
-from ..teeth.mesh_stiffness import series_in_time
-from ..teeth.phasing import HALF, Phase
-from ..train.bodies import DIRECTIONS
-from ..train.connections import Mesh
-from ..train.train import Train
-from .excitation import FullModel, excitation_lines
-from .gaps import flank_laws, flanks_ignored, idle_friction, law_groups, one_sided_flanks
+from .mesh_laws import flank_laws, flanks_ignored, idle_friction, law_groups, one_sided_flanks
 from .structure import Structure, own_centres, structure_of
-
-__all__ = ["assemble"]
+from .symmetry import commutes, reduced_operator, turn_operator
+from .system import Dofs, FarFlanks, LinkRows, MeshRows, Symmetry, System
 
 Array = NDArray[np.float64]
 

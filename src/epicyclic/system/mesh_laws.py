@@ -1,4 +1,7 @@
-"""Laws of gaps (`system.laws`): links with play, rolling elements or friction, and meshes of tabulated contact."""
+"""Laws of gaps of a train: links with play, rolling elements or friction, and meshes of tabulated contact.
+
+The laws themselves are those of `system.flank_laws` and `system.radial_laws`.
+"""
 
 from __future__ import annotations
 
@@ -11,19 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..system.laws.flank import LawRows
-from ..system.laws.groups import LawGroup
-from ..system.laws.radial import Law, RadialLaw
-from ..system.laws.radial_table import RadialTable
-from ..system.laws.tabulated import TabulatedLaw
 from ..teeth.flank import PLAIN, Flank
 from ..train.bodies import DIRECTIONS
 from ..train.connections import Link, Mesh
 from ..train.train import Train
 from ..warning_codes import CodedText, coded
+from .flank_laws import LawRows, TabulatedLaw
+from .group_laws import LawGroup
+from .radial_laws import Law, RadialLaw, RadialTable
 from .structure import LinkRow, MeshRow
-
-__all__ = ["flank_laws", "flanks_ignored", "idle_friction", "law_groups", "one_sided_flanks"]
 
 Array = NDArray[np.float64]
 

@@ -8,23 +8,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..system.laws.face import ROWS, FaceForce
 from ..teeth.contact_lines import averaging_length, line_windows
 from ..teeth.face_rows import RowStations, row_response, row_weights
 from ..teeth.gear_pair import ContactPair
 from ..teeth.segments import ContactSegments, contact_segments
 from ..train.connections import Mesh, MeshSlice
 from ..train.train import Train
+from .flank_laws import ROWS, FaceForce
 from .tooth_pairs import axial_offsets, pair_of
-
-__all__ = ["FaceLoad", "MeshFaceLaw", "face_laws", "with_three_rows"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
 def with_three_rows(train: Train) -> Train:
-    """The train with three rows a mesh as of `system.laws.face`: both ends of the face, and one along the path.
+    """The train with three rows a mesh as of `system.flank_laws`: both ends of the face, and one along the path.
 
     Raises
     ------
@@ -73,7 +71,7 @@ class _At:
     weight: Array
 
     def press(self, rows: Array, instants: Index, start: Array | None) -> FaceForce:
-        """Forces of rows (t, g, 3) [m] at instants (t,), as of `system.laws.face.FaceContact`."""
+        """Forces of rows (t, g, 3) [m] at instants (t,), as of `system.flank_laws.FaceContact`."""
         t, g = rows.shape[:2]
         phases = (instants[:, None] * g + np.arange(g)).ravel()
         begin = None if start is None else start.reshape(t * g, -1)
@@ -119,7 +117,7 @@ class MeshFaceLaw:
     sense: Array
 
     def at(self, cycles: Array) -> _At:
-        """Contact at times (T, g) [mesh cycles], as of `system.laws.face.FaceLaw`."""
+        """Contact at times (T, g) [mesh cycles], as of `system.flank_laws.FaceLaw`."""
         sigma = self.sense * (cycles + self.lead)
         segments = contact_segments(self.pair, sigma.ravel())
         return _At(segments=segments, weight=row_weights(segments, _stations(self.pair)))

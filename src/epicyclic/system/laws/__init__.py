@@ -1,1 +1,0 @@
-"""Laws of gaps: force of one gap, or of a group of gaps, as a function of its stretch."""
