@@ -22,7 +22,6 @@ from table import Row, missed, show
 PARTS = (
     "response",
     "scaling",
-    "samples",
     "tolerance",
     "sensitivity",
     "stability",
