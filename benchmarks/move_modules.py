@@ -51,7 +51,7 @@ class Plan:
     def read(cls, path: Path, room: str = "") -> Plan:
         text = tomllib.loads(path.read_text(encoding="utf-8"))
         names = {tuple(key.split(":")): value for key, value in text.get("names", {}).items()}
-        modules = {new: olds for new, olds in text["modules"].items() if new.startswith(f"{room}." if room else "")}
+        modules = {new: olds for new, olds in text["modules"].items() if not room or f"{new}.".startswith(f"{room}.")}
         plan = cls(modules, text.get("docstrings", {}), names)  # type: ignore[arg-type]
         plan.home = {old: new for new, olds in plan.modules.items() for old in olds}
         if twice := [old for old, n in Counter(o for olds in plan.modules.values() for o in olds).items() if n > 1]:
