@@ -24,7 +24,7 @@ __all__ = sorted(_HOME)
 
 def __getattr__(name: str) -> object:
     if name == "__version__":
-        from .results.package_version import package_version
+        from .results.files import package_version
 
         return package_version()
     if name not in _HOME:

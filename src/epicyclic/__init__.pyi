@@ -7,7 +7,7 @@ from .resolve import load as load
 from .results.dataset import load_result as load_result
 from .results.dataset import save_result as save_result
 from .results.dataset import to_json as to_json
-from .results.matrix_files import save_matrices as save_matrices
+from .results.files import save_matrices as save_matrices
 from .rexs.import_train import read_rexs as read_rexs
 from .show.plot import figure_names as figure_names
 from .show.plot import plot as plot

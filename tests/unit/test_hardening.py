@@ -32,10 +32,9 @@ from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
 from epicyclic.model.tables import dotted_line
 from epicyclic.results.dataset import load_result, save_result
+from epicyclic.results.files import require_writable, seal, write_text
 from epicyclic.results.locked_folder import locked_folder
 from epicyclic.results.run_folder import remove_folder
-from epicyclic.results.sealed_file import seal
-from epicyclic.results.whole_file import require_writable, write_text
 from epicyclic.verbs.record import verbs
 
 DRIVES = Path(epicyclic.__file__).parent / "systems"
@@ -285,7 +284,7 @@ def test_a_writer_that_is_killed_leaves_one_whole_file(number: int, tmp_path: Pa
     texts = ("a" * 3_000_000, "b" * 3_000_000)
     write_text(target, texts[0])
     program = (
-        "from epicyclic.results.whole_file import write_text\n"
+        "from epicyclic.results.files import write_text\n"
         "print('ready', flush=True)\n"
         f"while True:\n for c in 'ab': write_text({str(target)!r}, c * 3_000_000)\n"
     )

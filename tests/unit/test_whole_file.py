@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.results.whole_file import whole_file, write_text
+from epicyclic.results.files import whole_file, write_text
 
 
 def interrupted(path: Path) -> None:

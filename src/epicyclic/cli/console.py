@@ -17,7 +17,7 @@ import typer
 from ..errors import ConvergenceError, ModelError
 from ..input_files import as_output, outputs_apart
 from ..results.counted import Counted
-from ..results.whole_file import require_writable
+from ..results.files import require_writable
 
 __all__ = [
     "complain",

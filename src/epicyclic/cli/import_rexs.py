@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import ModelError
-from ..results.whole_file import write_text
+from ..results.files import write_text
 from .command import file_name
 from .console import complain, complain_of, on_stdout, reported, require_stdout, target_of
 

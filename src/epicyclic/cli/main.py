@@ -14,7 +14,7 @@ from typing import Annotated
 
 import typer
 
-from ..results.whole_file import write_text
+from ..results.files import write_text
 from ..verbs.record import verbs
 from .app import app as cockpit
 from .audit import audit
@@ -58,7 +58,7 @@ def main() -> None:
 @app.callback(invoke_without_command=True)
 def _root(version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False) -> None:
     if version:
-        from ..results.package_version import package_version
+        from ..results.files import package_version
 
         typer.echo(f"epicyclic {package_version()}")
         raise typer.Exit

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import ModelError
-from ..results.whole_file import require_writable, write_text
+from ..results.files import require_writable, write_text
 from .command import file_name
 from .console import complain, on_stdout, reported
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
-from ..results.whole_file import write_text
+from ..results.files import write_text
 from ..verbs.record import Verb, keywords, verbs
 from ..verbs.relief import RECORD
 from .console import complain, parsed_overrides, progress_bar, reported

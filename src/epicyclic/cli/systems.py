@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from ..errors import ModelError
-from ..results.whole_file import write_text
+from ..results.files import write_text
 from .command import file_name
 from .console import complain, on_stdout, reported, target_of
 

@@ -21,13 +21,9 @@ from ..arguments import checked
 from ..errors import ModelError
 from ..input_files import read_text
 from ..warning_codes import CodedText
-from .package_version import package_version
-from .sealed_file import has_seal, require_contained, seal, sealed_file
+from .files import has_seal, package_version, require_contained, seal, sealed_file, whole_file
 from .tables_out import save_csv, save_xlsx
 from .variables import OF_KIND, VARIABLES
-from .whole_file import whole_file
-
-__all__ = ["SUFFIXES", "dataset", "has_digest", "load_result", "save_result", "to_json"]
 
 SUFFIXES = (".nc", ".json", ".csv", ".xlsx")
 """Files a result is written to; it is reopened from the first two."""

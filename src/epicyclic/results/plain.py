@@ -20,7 +20,7 @@ import numpy as np
 
 from ..errors import ModelError
 from ..input_files import read_bytes
-from .whole_file import whole_file
+from .files import whole_file
 
 __all__ = ["Refer", "Restore", "plain_bytes", "plain_value", "read_plain", "write_plain"]
 

@@ -20,11 +20,10 @@ import numpy as np
 
 from ..errors import ModelError
 from ..input_files import read_text
+from .files import package_version, write_text
 from .kept_numbers import read_numbers, structure, with_numbers, write_numbers
 from .locked_folder import is_left_over, locked_folder
-from .package_version import package_version
 from .plain import Refer, Restore, read_plain, write_plain
-from .whole_file import write_text
 
 __all__ = [
     "MODEL_FILE",

@@ -20,9 +20,7 @@ import numpy as np
 import xarray as xr
 
 from ..errors import ModelError
-from .whole_file import whole_file
-
-__all__ = ["CELLS_OF_XLSX", "cells_of", "csv_pieces", "save_csv", "save_xlsx"]
+from .files import whole_file
 
 # Where a spreadsheet begins a text with one of these it may take it for a formula; the apostrophe itself is among them,
 # so that taking one away from the front of every text gives the text back.

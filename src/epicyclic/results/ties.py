@@ -9,8 +9,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["EQUAL", "first_largest", "largest", "ranked"]
-
 # Responses are solved to 3e-5 of their dynamic part; values that differ by less than this share are equal.
 EQUAL = 1e-4
 # Share within which values of a direct solution are equal.

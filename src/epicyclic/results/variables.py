@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["OF_KIND", "VARIABLES"]
-
 # name: (unit, long name)
 VARIABLES: dict[str, tuple[str, str]] = {
     # check

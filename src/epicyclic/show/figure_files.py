@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
-from ..results.whole_file import whole_file
+from ..results.files import whole_file
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

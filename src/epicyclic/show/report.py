@@ -12,7 +12,7 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from ..arguments import checked
-from ..results.whole_file import write_text
+from ..results.files import write_text
 from .elements import Drawing, Part, Section
 from .page import Page, finding_list, html_warning, packed, plotly_blob, printed, resource
 from .provenance import provenance

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from ..results.matrix_files import MATRIX_FILES, save_matrices
+from ..results.files import MATRIX_FILES, save_matrices
 from .options import RelativeSpeed
 from .record import Verb, bounded
 from .speeds import relative, train_and_system

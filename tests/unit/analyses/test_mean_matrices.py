@@ -15,7 +15,7 @@ from scipy.signal import StateSpace, lsim
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.results.matrix_files import save_matrices
+from epicyclic.results.files import save_matrices
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ...errors import ModelError
-from ...results.whole_file import write_text
+from ...results.files import write_text
 from ..computing.frames import PageFrame, Request, failed_frame, unpack
 from ..state.history import StateHistory, Step
 from ..state.links import from_fragment, snapshot_text

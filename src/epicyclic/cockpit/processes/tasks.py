@@ -89,8 +89,8 @@ def _file(
     from inspect import signature
 
     from ...results.dataset import save_result, to_json
+    from ...results.files import write_text
     from ...results.tables_out import save_csv, save_xlsx
-    from ...results.whole_file import write_text
     from ...verbs.record import verbs
 
     known = verbs()

@@ -7,7 +7,7 @@ import platform
 import numpy as np
 import scipy
 
-from ...results.package_version import package_version
+from ...results.files import package_version
 
 __all__ = ["machine", "versions"]
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...input_files import read_text
-from ...results.whole_file import require_writable, write_text
+from ...results.files import require_writable, write_text
 
 __all__ = ["SearchResult", "genetic_search", "non_dominated"]
 

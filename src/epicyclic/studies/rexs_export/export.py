@@ -12,8 +12,7 @@ from pathlib import Path
 from ...arguments import checked
 from ...errors import ModelError
 from ...input_files import as_output, outputs_apart
-from ...results.package_version import package_version
-from ...results.whole_file import whole_file
+from ...results.files import package_version, whole_file
 from ...rexs.solids import Inertia, SolidSection, inertia_of
 from ...rexs.structure import RexsFile
 from ...rexs.writing import encoding_of, rexs_bytes

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...model.model_writer import model_text
 from ...resolve import load
-from ...results.whole_file import write_text
+from ...results.files import write_text
 from ...train.train import Train
 from .sample_map import SampleMap
 from .sampling import SamplingPlan, scramble_uniforms
