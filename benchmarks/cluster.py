@@ -24,8 +24,8 @@ from pathlib import Path
 import numpy as np
 import psutil
 
+from epicyclic.engine.block_store import BlockJob, run_blocks
 from epicyclic.errors import ModelError
-from epicyclic.studies.blocks.run import BlockJob, run_blocks
 
 ROWS, COLUMNS, RESULTS = 8192, 41, 32
 # seconds a block is held up, so that a run lasts long enough to be disturbed

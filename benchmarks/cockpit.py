@@ -21,7 +21,6 @@ import tomllib
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from epicyclic.analyses.fast import numba_available
 from epicyclic.cockpit.computing.compute import compile_all, compute
 from epicyclic.cockpit.computing.error_view import error_view
 from epicyclic.cockpit.computing.frames import Request, pack
@@ -30,6 +29,7 @@ from epicyclic.cockpit.computing.names import body_labels, mesh_labels
 from epicyclic.cockpit.computing.sharing_view import live_sharing, twin_of
 from epicyclic.cockpit.computing.speed_view import efforts, force_curves, speed_model
 from epicyclic.cockpit.computing.train_view import train_head
+from epicyclic.machine_code import numba_available
 from epicyclic.resolve.resolve import load
 from epicyclic.studies.drives import drive_text
 from epicyclic.system.assembly import assemble

@@ -31,6 +31,7 @@ from xml.etree import ElementTree
 
 from rexs_nasty import JSON_NASTY, NASTY, TYPES
 
+from epicyclic.engine.source import train_of
 from epicyclic.errors import ModelError
 from epicyclic.model.document import read
 from epicyclic.resolve.resolve import resolve
@@ -38,7 +39,6 @@ from epicyclic.rexs.import_train import read_rexs
 from epicyclic.rexs.reading import read_rexs_file
 from epicyclic.rexs.writing import rexs_bytes
 from epicyclic.studies.rexs_export.export import rexs_of
-from epicyclic.studies.source import train_of
 
 __all__ = ["ENCODINGS", "Fault", "damaged", "good_files", "tried"]
 

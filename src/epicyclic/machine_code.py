@@ -1,12 +1,16 @@
-"""Functions compiled by numba on first use and kept on disk, where the disk takes them."""
+"""Functions compiled by numba on first use and kept on disk, where the disk takes them.
+
+The optional compiler numba (extra `fast`): whether it is installed, and functions compiled by it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from importlib import import_module
 from typing import Any, TypeVar, cast
 
-__all__ = ["machine_code"]
+from .errors import ModelError
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -41,3 +45,33 @@ def machine_code(function: F, **options: Any) -> F:
     with suppress(RuntimeError):  # no folder that can be written
         made._cache = Kept(function)  # type: ignore[no-untyped-call]
     return cast(F, made)
+
+
+def compiled(function: F) -> F:
+    """Compile a function on first use and keep it on disk; sums in any order, numbers that are not finite stay as they
+    are.
+
+    Use it only in modules that are imported where they are used.  A caller kept on disk does not notice a change in a
+    function of another file: compiled functions that call each other stand in one file.
+    """
+    return machine_code(function, fastmath={"reassoc", "contract", "nsz"})
+
+
+def numba_available() -> bool:
+    """Whether numba can be imported; the test imports it."""
+    try:
+        import_module("numba")
+    except ImportError:
+        return False
+    return True
+
+
+def require_numba(path: str) -> None:
+    """Refuse an option that needs numba where it is not installed.
+
+    Raises
+    ------
+    ModelError : numba cannot be imported; names the option `path`.
+    """
+    if not numba_available():
+        raise ModelError("numba is not installed", path=path, given=True, allowed="pip install 'epicyclic[fast]'")

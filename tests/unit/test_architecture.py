@@ -90,7 +90,7 @@ def beyond_the_system(module: str) -> set[str]:
         here = todo.pop()
         todo += [name for name in imports(MODULES[here], here) if name in MODULES and name not in reached]
         reached |= imports(MODULES[here], here)
-    return {name for name in reached if room_of(name) not in {"analyses", "system", "results"} | COMMON}
+    return {name for name in reached if room_of(name) not in {"analyses", "engine", "system", "results"} | COMMON}
 
 
 def test_an_analysis_knows_no_drawing() -> None:

@@ -11,7 +11,7 @@ RUN = """
 import gc, sys
 collected = []
 def note(phase, info):
-    rooms = sys.modules.get("epicyclic.studies.source")
+    rooms = sys.modules.get("epicyclic.engine.source")
     collected.append("before" if rooms is None else "after" if hasattr(rooms, "train_of") else "within")
 gc.callbacks.append(note)
 from epicyclic.__main__ import main

@@ -14,9 +14,9 @@ from typing import Any
 
 import typer
 
+from ..engine.run_folder import Counted
 from ..errors import ConvergenceError, ModelError
 from ..input_files import as_output, outputs_apart
-from ..results.counted import Counted
 from ..results.files import require_writable
 
 __all__ = [

@@ -38,7 +38,7 @@ def kept(output: Path | None, *, keeps: bool, record: str = "") -> Iterator[Path
                 complain("nothing is kept without -o FILE; with it, --resume goes on from where a run was stopped")
             raise
         return
-    from ..results.run_folder import begun, remove_folder, remove_without_results
+    from ..engine.run_folder import begun, remove_folder, remove_without_results
 
     try:
         yield folder

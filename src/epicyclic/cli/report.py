@@ -73,7 +73,7 @@ def _report(models: Sequence[str], sets: list[str] | None, sections: str | None,
 
 def _require_models(models: Sequence[str], sets: list[str] | None) -> None:
     """Read every model before the first is computed, which takes seconds. Raises ModelError."""
-    from ..studies.source import train_of
+    from ..engine.source import train_of
 
     for model in models:
         train_of(model, overrides=parsed_overrides(sets))

@@ -20,15 +20,15 @@ def collect_again() -> None:
 
 def import_model_rooms() -> None:
     """Import what every verb reads its model with; nothing where that is done already, in a process that lives on."""
-    if "epicyclic.studies.source" in sys.modules:
+    if "epicyclic.engine.source" in sys.modules:
         return
     gc.disable()
     # xarray loads dask.array with its first variable wherever Dask is installed, 0.3 s that only blocks by Dask need:
-    # a name without a module says that it is not there; `studies.blocks.dask_engine` takes the name away again
+    # a name without a module says that it is not there; `engine.dask_workers` takes the name away again
     # (where xarray is here already, in a process that lives on, it has asked for Dask and would miss it)
     if "xarray" not in sys.modules:
         sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
     try:
-        from ..studies import source  # noqa: F401
+        from ..engine import source  # noqa: F401
     finally:
         collect_again()

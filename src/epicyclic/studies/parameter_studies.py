@@ -15,8 +15,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..analyses.parallel import each
 from ..arguments import checked
+from ..engine.workers import each
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..warning_codes import coded

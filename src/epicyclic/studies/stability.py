@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from ..analyses.cost import require_time
 from ..analyses.stability.combinations import Combination
 from ..analyses.stability.scan import (
     FloquetScan,
@@ -23,16 +22,17 @@ from ..analyses.stability.scan import (
     predicted_combinations,
 )
 from ..analyses.stability.stability import combination_name, combination_names, resonance_columns, scan_warnings
+from ..engine.source import Source, system_of
+from ..engine.workers import require_time
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..warning_codes import CodedText, coded
-from .source import Source, system_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..analyses.steady.response import FrameSpeed
-    from ..results.run_folder import KeptPart, RunFolder
+    from ..engine.run_folder import KeptPart, RunFolder
 
 __all__ = ["FACTORS", "stability_map"]
 

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..analyses.cost import MOST_NUMBERS, require_memory
+from ..engine.workers import MOST_NUMBERS, require_memory
 from ..results.dataset import dataset
 from ..train.connections import Mesh
 from ..train.train import Train

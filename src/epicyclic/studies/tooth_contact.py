@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..analyses.cost import require_memory
+from ..engine.workers import require_memory
 from ..errors import ModelError
 from ..model.bare_numbers import stated
 from ..resolve.deviation_sizes import check_contact_errors

@@ -13,7 +13,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..analyses.cost import require_memory
 from ..analyses.static.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from ..analyses.static.equilibrium import Compliance, compliance_of, equilibrium, require_balance
 from ..analyses.static.loaded import idle_warnings, loaded_meshes
@@ -29,6 +28,7 @@ from ..analyses.static.record import (
     turn_fraction,
 )
 from ..analyses.static.static import free_position_warnings, law_attributes, rounding_of
+from ..engine.workers import require_memory
 from ..errors import ModelError
 from ..results.dataset import dataset
 from ..system.assembly import assemble

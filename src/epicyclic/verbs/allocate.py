@@ -7,7 +7,7 @@ from .record import Option, Progress, Verb, bounded
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "allocate"]
 

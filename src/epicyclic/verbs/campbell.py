@@ -10,7 +10,7 @@ from .speeds import SPEED_HINT
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "campbell"]
 
@@ -34,7 +34,7 @@ def campbell(
     ModelError : the model is wrong, or says no speed; a speed that is not finite.
     """
     from ..analyses.modes.campbell import campbell as run
-    from ..studies.source import system_of
+    from ..engine.source import system_of
 
     system = system_of(source, overrides=overrides)
     if not system.tones:

@@ -7,7 +7,7 @@ from .record import Verb, bounded
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "check"]
 
@@ -20,8 +20,8 @@ def check(source: "Source", *, overrides: "Overrides | None" = None) -> "xr.Data
     ------
     ModelError : the model is wrong, or a System is given, which has no drawing left.
     """
+    from ..engine.source import train_of
     from ..studies.check import check as run
-    from ..studies.source import train_of
 
     return run(train_of(source, overrides=overrides))
 

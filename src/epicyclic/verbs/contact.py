@@ -11,7 +11,7 @@ from .record import Option, Verb, bounded, former, refuse_without
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "contact"]
 
@@ -100,8 +100,8 @@ def contact(
             linear_at=linear_at,
         )
     factors = loads_of(loads, load_points, RANGE_LOADS)
+    from ..engine.source import train_of
     from ..studies.contact_errors import tooth_errors
-    from ..studies.source import train_of
     from ..studies.tooth_contact import FACTORS
     from ..studies.tooth_contact import contact as run
 

@@ -8,8 +8,8 @@ from .record import Option, Verb, bounded
 if TYPE_CHECKING:
     import xarray as xr
 
+    from ..engine.source import Overrides, Source
     from ..studies.efficiency import Oil
-    from ..studies.source import Overrides, Source
 
 __all__ = ["VERB", "efficiency"]
 
@@ -48,9 +48,9 @@ def efficiency(
     ------
     ModelError : the model or an option is wrong; no speed, torque or power, no width of helical teeth.
     """
+    from ..engine.source import train_of
     from ..studies.efficiency import FRICTION
     from ..studies.efficiency import efficiency as run
-    from ..studies.source import train_of
 
     if sharing not in (choices := ("uniform", "contact")):
         raise ModelError("no such sharing", path="sharing", given=sharing, allowed=", ".join(choices))

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from ..analyses.modulation.path import Transfer, Window
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "modulation"]
 

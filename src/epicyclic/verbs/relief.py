@@ -12,7 +12,7 @@ from .record import Option, Progress, Verb, bounded, former
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["RECORD", "VERB", "relief"]
 
@@ -101,7 +101,7 @@ def relief(
 
     keeping: AbstractContextManager[None] = nullcontext()
     if folder is not None:
-        from ..results.run_folder import open_folder
+        from ..engine.run_folder import open_folder
 
         keeping = open_folder(Path(folder), verb="relief", model=(), options={}, resume=resume is not None)
         resume = Path(folder) / RECORD if resume is None else resume

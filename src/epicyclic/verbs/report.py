@@ -17,7 +17,7 @@ from .record import Verb, require_folder, verbs
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
     from ..system.system import System
     from ..train.train import Train
 
@@ -91,8 +91,8 @@ def run_report(
     ------
     ModelError : the model itself is wrong, or no such section.
     """
-    from ..results.run_folder import run_folder
-    from ..studies.source import train_of
+    from ..engine.run_folder import run_folder
+    from ..engine.source import train_of
 
     require_folder(resume, folder)
     chosen = None if sections is None else _chosen(sections)
@@ -159,7 +159,7 @@ def side_by_side(
     arrived : called here with the place and the result of every item, as they arrive.
     """
     if sys.platform == "linux":
-        from ..analyses.parallel import each
+        from ..engine.workers import each
 
         return each(work, items, arrived=arrived)
     found = []
@@ -196,8 +196,8 @@ def _several_tones(train: Train) -> bool:
 
 def _kept(folder: Path, name: str, step: Callable[[], xr.Dataset]) -> xr.Dataset:
     """The result of a section, from the folder where a report before has left it; else made and written there."""
+    from ..engine.run_folder import remove_folder
     from ..results.dataset import load_result, save_result
-    from ..results.run_folder import remove_folder
 
     path = folder / f"{name}.kept.nc"
     if path.is_file():
@@ -213,8 +213,8 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
 
     folder : in which a verb that keeps what is done has one of its name.
     """
+    from ..engine.source import system_of
     from ..studies.parameter_studies import run_out_study, support_study
-    from ..studies.source import system_of
 
     system = cache(lambda: system_of(train))
     steps: dict[str, Callable[[], xr.Dataset]] = {

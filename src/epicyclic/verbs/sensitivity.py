@@ -11,7 +11,7 @@ from .speeds import relative
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "sensitivity"]
 
@@ -58,8 +58,8 @@ def sensitivity(
     ------
     ModelError : the model is wrong; a path that is no number; options that do not go together; no damping or speed.
     """
+    from ..engine.source import system_of, train_of
     from ..studies.sensitivity import sensitivity as run
-    from ..studies.source import system_of, train_of
 
     train = train_of(source, overrides=overrides)
     if isinstance(relative_speed, str):

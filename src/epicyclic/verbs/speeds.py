@@ -10,7 +10,7 @@ from .parsing import mesh_frequency
 
 if TYPE_CHECKING:
     from ..analyses.steady.speed_range import SpeedRange
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
     from ..system.system import System
     from ..train.train import Train
 
@@ -21,7 +21,7 @@ SPEED_HINT = 'a speed of a member, e.g. speed.sun = "100 rpm"'
 
 def train_and_system(source: Source, overrides: Overrides | None) -> tuple[Train | None, System]:
     """The Train of a source, None where it is assembled already, and its System."""
-    from ..studies.source import system_of, train_of
+    from ..engine.source import system_of, train_of
     from ..system.system import System
 
     if isinstance(source, System):

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "stability"]
 
@@ -71,7 +71,7 @@ def stability(
     """
     if (over is None) != (values is None):
         raise ModelError("go together", path="over, values", allowed="a path and its values, damping.modal 0.01..0.05")
-    from ..results.run_folder import run_folder
+    from ..engine.run_folder import run_folder
 
     require_folder(resume, folder)
     train, system = train_and_system(source, overrides)

@@ -8,7 +8,7 @@ from .record import Progress, Verb, bounded
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "static"]
 
@@ -31,7 +31,7 @@ def static(
     ModelError : the model or an option is wrong, or a load that nothing holds.  ConvergenceError : no equilibrium.
     """
     from ..analyses.static.static import static as run
-    from ..studies.source import system_of
+    from ..engine.source import system_of
 
     return run(
         system_of(source, overrides=overrides), cycles=cycles, turns=turns, of=of, samples=samples, progress=progress

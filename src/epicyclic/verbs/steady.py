@@ -9,7 +9,7 @@ from .speeds import relative, train_and_system
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "steady"]
 

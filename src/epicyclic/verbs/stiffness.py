@@ -7,7 +7,7 @@ from .record import Option, Verb, bounded
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "stiffness"]
 
@@ -25,7 +25,7 @@ def stiffness(
     ------
     ModelError : the model is wrong, or a System is given, which has no drawing left.
     """
-    from ..studies.source import train_of
+    from ..engine.source import train_of
     from ..studies.stiffness import stiffness as run
 
     return run(train_of(source, overrides=overrides), samples=samples)

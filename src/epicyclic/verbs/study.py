@@ -45,7 +45,7 @@ def study(
     ------
     ModelError : the job is wrong, with the path in it; a store or scheduler that will not do; every point fails.
     """
-    from ..studies.study.study import run_study
+    from ..engine.study import run_study
 
     known = {name: [key for key in keywords(verb.run) if key not in _OWN] for name, verb in verbs().items()}
     return run_study(

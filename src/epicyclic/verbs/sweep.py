@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "sweep"]
 
@@ -89,7 +89,7 @@ def sweep(
     if unstable == "tell":
         warnings.warn("sweep: unstable='tell' is now 'report'", DeprecationWarning, stacklevel=4)
         unstable = "report"
-    from ..results.run_folder import run_folder
+    from ..engine.run_folder import run_folder
 
     require_folder(resume, folder)
     train, system = train_and_system(source, overrides)

@@ -7,7 +7,7 @@ from .record import Option, Progress, Verb, bounded
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "track"]
 
@@ -33,7 +33,7 @@ def track(
     ------
     ModelError : the model is wrong; a path that is no number, an empty range, a value the model cannot have.
     """
-    from ..studies.source import train_of
+    from ..engine.source import train_of
     from ..studies.tracking import track as run
 
     return run(

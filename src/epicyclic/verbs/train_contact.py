@@ -10,7 +10,7 @@ from .record import Option, Progress, Verb, bounded, former
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "train_contact"]
 
@@ -53,7 +53,7 @@ def train_contact(
     ModelError : the model or an option is wrong; no torque, no face width.  ConvergenceError : no equilibrium.
     """
     factors = loads_of(loads, load_points, RANGE_LOADS)
-    from ..studies.source import train_of
+    from ..engine.source import train_of
     from ..studies.train_tooth_contact import train_contact as run
 
     return run(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..analyses.transient.scenario import History
-    from ..studies.source import Overrides, Source
+    from ..engine.source import Overrides, Source
 
 __all__ = ["VERB", "transient"]
 
@@ -77,7 +77,7 @@ def transient(
     ModelError : the model, a file or an option is wrong.  ConvergenceError : no equilibrium to start from.
     """
     from ..analyses.transient.transient import transient as run
-    from ..studies.source import system_of
+    from ..engine.source import system_of
 
     if _is_state(start):
         warnings.warn("transient: start is now initial, where it is a state", DeprecationWarning, stacklevel=3)

@@ -13,8 +13,8 @@ import numpy as np
 
 from epicyclic.cockpit.computing.frames import PageFrame, Request
 from epicyclic.cockpit.processes.worker import serve_with
+from epicyclic.engine.run_folder import Counted
 from epicyclic.errors import ModelError
-from epicyclic.results.counted import Counted
 
 LIVE, PART, PARTS = 0.02, 0.03, 4
 LONG = 100  # parts of a frame that takes long

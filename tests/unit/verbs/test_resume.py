@@ -18,9 +18,9 @@ import xarray as xr
 import epicyclic
 from epicyclic.analyses.contact_loss import sweep as contact_module
 from epicyclic.cli.main import app
+from epicyclic.engine import run_folder
+from epicyclic.engine.run_folder import locked_folder
 from epicyclic.errors import ModelError
-from epicyclic.results import run_folder
-from epicyclic.results.locked_folder import locked_folder
 from epicyclic.show.report import report
 from epicyclic.verbs.report import run_report
 

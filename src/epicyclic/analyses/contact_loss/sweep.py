@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...engine.workers import each, import_results, runs
 from ...errors import ModelError
+from ...machine_code import numba_available
 from ...system.gaps import past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
-from ..fast import numba_available
-from ..parallel import each, runs
-from ..result_imports import import_results
 from ..steady.mean_stability import MEAN_UNSTABLE, instability_warnings, unstable_speeds
 from ..steady.response import FrameSpeed, Response, response
 from ..steady.speed_range import SpeedRange, speeds_of
@@ -42,7 +41,7 @@ from .torus import TRUNCATION_NOTED, Torus, torus
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ...results.run_folder import RunFolder
+    from ...engine.run_folder import RunFolder
 
 __all__ = ["contact_sweep"]
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...engine.workers import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
-from ..cost import MOST_NUMBERS, require_memory, require_time
 from ..static.record import (
     changing,
     parallel_meshes,

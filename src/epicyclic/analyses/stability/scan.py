@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.workers import each, import_results
 from ...errors import ModelError
 from ...results.ties import largest
 from ...system.system import Array, ComplexArray, System
 from ..modes.basis import Modal, modal_form
-from ..parallel import each
-from ..result_imports import import_results
 from ..static.tangent import linear
 from ..steady.excitation import mesh_tones
 from ..steady.resonances import of_one_tone
@@ -26,7 +25,7 @@ from .combinations import Combination, combinations
 from .floquet import STABLE, Floquet, floquet, multiplier_kind, steps_needed
 
 if TYPE_CHECKING:
-    from ...results.run_folder import KeptPart
+    from ...engine.run_folder import KeptPart
 
 __all__ = [
     "FloquetScan",

@@ -18,7 +18,7 @@ from .scan import FloquetScan, ParametricSystem, Progress, floquet_scan, paramet
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ...results.run_folder import RunFolder
+    from ...engine.run_folder import RunFolder
 
 __all__ = ["combination_name", "combination_names", "resonance_columns", "scan_warnings", "stability"]
 

@@ -10,12 +10,12 @@ from math import lcm
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.workers import MOST_NUMBERS, require_memory
 from ...errors import ModelError
 from ...system.flank_laws import LinearLaw
 from ...system.gaps import FlanksAt, flanks
 from ...system.system import Array, ComplexArray, Line, MeshRows, System, faces
 from ...warning_codes import CodedText, coded
-from ..cost import MOST_NUMBERS, require_memory
 
 __all__ = [
     "MeshGroup",

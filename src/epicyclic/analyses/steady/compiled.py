@@ -16,8 +16,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...machine_code import compiled
 from ...system.system import Array
-from ..fast import compiled
 from .condensed import CondensedOperators, Workspace, workspace
 
 __all__ = ["solve_points", "truncation_size"]

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...machine_code import numba_available, require_numba
 from ...system.system import Array, System
-from ..fast import numba_available, require_numba
 from ..modes.basis import Modal, modal_form
 from ..static.tangent import linear
 from .balance import Batch, Guess, HarmonicSolution, solve

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.workers import MOST_NUMBERS, require_memory
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
-from ..cost import MOST_NUMBERS, require_memory
 from ..static.loaded import idle_warnings
 from ..static.record import parallel_meshes
 from ..static.static import rounding_of

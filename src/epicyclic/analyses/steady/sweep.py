@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...engine.workers import each, import_results
 from ...errors import ModelError
 from ...system.system import Array, System, faces
-from ..parallel import each
-from ..result_imports import import_results
 from .mean_stability import MEAN_UNSTABLE, instability_warnings, unstable_speeds
 from .measures import Layout, Signals, force_extremes, order_harmonics, sweep_measures
 from .response import Block, FrameSpeed, Response, Truncation, respond_part, response, response_parts
@@ -25,7 +24,7 @@ from .waveform import force_signal, link_signal, motion_signal, whole_mesh_signa
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ...results.run_folder import RunFolder
+    from ...engine.run_folder import RunFolder
 
 __all__ = ["sweep"]
 

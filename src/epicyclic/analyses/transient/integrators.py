@@ -18,8 +18,8 @@ import numpy as np
 from scipy.integrate import DOP853, Radau
 
 from ...errors import ModelError
+from ...machine_code import numba_available
 from ...system.system import Array
-from ..fast import numba_available
 from .motion import Motion, from_modal, highest_rate, phases_at, to_modal
 from .products import times as product
 from .right_hand_side import InstantTerms, acceleration, acceleration_and_force, group_gaps, instant_terms, moved_slider

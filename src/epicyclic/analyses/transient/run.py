@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from ...results.run_folder import open_folder
+from ...engine.run_folder import open_folder
 from ...system.system import Array
 from .integrators import adaptive_states, modal_scale, rk4_states
 from .motion import Motion

@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.plain import read_plain, write_plain
+from ...engine.run_folder import MODEL_FILE, read_numbers, segment_path, with_numbers, write_numbers
 from ...errors import ModelError
-from ...results.kept_numbers import read_numbers, with_numbers, write_numbers
-from ...results.plain import read_plain, write_plain
-from ...results.run_folder import MODEL_FILE, segment_path
 from ...system.system import Array
 from .motion import Motion
 

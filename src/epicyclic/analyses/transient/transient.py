@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from ...engine.workers import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
+from ...machine_code import numba_available
 from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
-from ..cost import MOST_NUMBERS, require_memory, require_time
-from ..fast import numba_available
 from ..static.record import positive_count, reference_tone
 from .integrators import starting_slider, steps_for
 from .motion import Contact, Motion, fastest_mode, from_modal, to_modal

@@ -11,7 +11,7 @@ import sys
 import threading
 from collections.abc import Callable
 
-from ...analyses.fast import numba_available
+from ...machine_code import numba_available
 
 __all__ = ["compile_aside", "compiler_ready"]
 

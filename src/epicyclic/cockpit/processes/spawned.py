@@ -18,7 +18,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-from ...analyses.parallel import BLAS_THREADS, die_with_parent, without_script
+from ...engine.workers import BLAS_THREADS, die_with_parent, without_script
 
 __all__ = ["Spare", "kill_group", "spawned", "waiting"]
 

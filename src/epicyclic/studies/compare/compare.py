@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...engine.source import train_of
 from ...errors import ModelError
 from ...resolve import load
 from ...results.dataset import SUFFIXES, dataset, load_result
 from ...system.system import System
 from ...train.train import Train
 from ...warning_codes import CodedText, coded, placed
-from ..source import train_of
 from .drawing import Difference, drawing_differences
 from .effects import Effects, effects_of
 from .mode_pairs import mode_pairs

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...engine.source import Source, train_of
 from ...errors import ModelError
 from ...resolve import load
 from ...results.dataset import dataset
@@ -26,7 +27,6 @@ from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from ..check import train_provenance
 from ..contact_resolution import Resolution, check_tolerance, sigma_at
-from ..source import Source, train_of
 from ..tooth_contact import TOLERANCE, contact, helices_of, in_radians, normal_force, unresolved
 from .objectives import (
     DYNAMIC,

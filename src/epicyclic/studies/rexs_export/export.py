@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from ...arguments import checked
+from ...engine.source import Overrides, Source, train_of
 from ...errors import ModelError
 from ...input_files import as_output, outputs_apart
 from ...results.files import package_version, whole_file
@@ -17,7 +18,6 @@ from ...rexs.solids import Inertia, SolidSection, inertia_of
 from ...rexs.structure import RexsFile
 from ...rexs.writing import encoding_of, rexs_bytes
 from ...train.train import Train
-from ..source import Overrides, Source, train_of
 from .carried import left_out
 from .draft import Attributes, Draft, Dropped, in_unit, place
 from .gears import add_gears, material_of

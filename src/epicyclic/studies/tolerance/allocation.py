@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from ...analyses.samples.mean_load import MEAN_LOADS
 from ...analyses.samples.sample_loads import ContactMethod
+from ...engine.sampling import sampling_plan
+from ...engine.source import Overrides, Source, train_of
+from ...engine.workers import one_thread
 from ...errors import ModelError
 from ...resolve import load
 from ...resolve.tolerances import costs_of
@@ -20,7 +23,6 @@ from ...results.dataset import dataset
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from ..check import train_provenance
-from ..source import Overrides, Source, train_of
 from .columns import ToleranceMap, tolerance_map
 from .grade_search import (
     Allocation,
@@ -34,9 +36,7 @@ from .grade_search import (
     total_price,
 )
 from .graded_samples import GradeSet, SampledGrades, differing, grade_columns, largest_difference
-from .sampling import sampling_plan
 from .statistics import CONFIDENCE, Band
-from .threads import one_thread
 from .tolerance import piece_of_samples, sampled
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...analyses.samples.sample_loads import ContactMethod
+from ...engine.sampling import SamplingPlan, scramble_uniforms
 from ...errors import ConvergenceError, ModelError
 from .sample_map import SampleMap
-from .sampling import SamplingPlan, scramble_uniforms
 from .statistics import system_value
 
 __all__ = [

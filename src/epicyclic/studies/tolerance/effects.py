@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...analyses.samples.mean_load import MEAN_LOADS
 from ...analyses.samples.sample_loads import ContactMethod
+from ...engine.sampling import PIECE, SamplingPlan, scramble_uniforms
 from ...errors import ConvergenceError, ModelError
 from ...resolve import load
 from ...train.train import Train
@@ -30,7 +31,6 @@ from .curves import (
     torque_curve,
 )
 from .sample_map import SampleMap
-from .sampling import PIECE, SamplingPlan, scramble_uniforms
 from .shares import variance_shares
 
 __all__ = ["EffectColumns", "effects_of", "without_effect"]

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from ...analyses.samples.mean_load import MEAN_LOADS
 from ...analyses.samples.sample_loads import ContactMethod
+from ...engine.sampling import piece_uniforms, sampling_plan
 from ...model.tolerances import Grade, Tolerance
 from .columns import ToleranceMap
 from .grade_search import Combination, GradeColumns, allowed_above, order_statistic
-from .sampling import piece_uniforms, sampling_plan
 
 __all__ = ["GradeSet", "SampledGrades", "differing", "grade_columns", "graded", "largest_difference"]
 

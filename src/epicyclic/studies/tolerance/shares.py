@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .sampling import SamplingPlan, scramble_uniforms
+from ...engine.sampling import SamplingPlan, scramble_uniforms
 
 __all__ = ["Shares", "variance_shares"]
 

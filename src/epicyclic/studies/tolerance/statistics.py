@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import bdtrik, betaincinv, stdtrit
 
+from ...engine.sampling import SamplingPlan, sample_number
 from .histogram import (
     BINS,
     COARSE_BINS,
@@ -37,7 +38,6 @@ from .histogram import (
     unpacked,
 )
 from .sample_map import SampledValues
-from .sampling import SamplingPlan, sample_number
 
 __all__ = ["CONFIDENCE", "Band", "SampleTally", "piece_statistics", "probabilities_of", "system_value"]
 

@@ -14,24 +14,22 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.cost import require_time
 from ...analyses.samples.mean_load import MEAN_LOADS
 from ...analyses.samples.sample_loads import ContactMethod
+from ...engine.block_store import BlockJob, hash_of, machine, run_blocks
+from ...engine.run_folder import Counted
+from ...engine.sampling import PIECE, Sampler, SamplingPlan, piece_uniforms, sampling_plan
+from ...engine.source import Overrides, Source, train_of
+from ...engine.workers import one_thread, require_time
 from ...errors import ModelError
-from ...results.counted import Counted
 from ...results.dataset import dataset
 from ...warning_codes import CodedText, coded
-from ..blocks.run import BlockJob, hash_of, run_blocks
-from ..blocks.versions import machine
 from ..check import train_provenance
-from ..source import Overrides, Source, train_of
 from .columns import tolerance_map
 from .effects import effects_of, without_effect
 from .histogram import WIDTH
 from .sample_map import SampleMap
-from .sampling import PIECE, Sampler, SamplingPlan, piece_uniforms, sampling_plan
 from .statistics import CONFIDENCE, SampleTally, piece_statistics, probabilities_of
-from .threads import one_thread
 from .worst import make_folder, worst_uniforms, write_worst
 
 if TYPE_CHECKING:

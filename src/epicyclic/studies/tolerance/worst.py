@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.sampling import SamplingPlan, scramble_uniforms
 from ...errors import ModelError
 from ...model.model_writer import model_text
 from ...resolve import load
 from ...results.files import write_text
 from ...train.train import Train
 from .sample_map import SampleMap
-from .sampling import SamplingPlan, scramble_uniforms
 
 __all__ = ["make_folder", "worst_uniforms", "write_worst"]
 

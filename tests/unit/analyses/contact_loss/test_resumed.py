@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from epicyclic.analyses import parallel
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
-from epicyclic.results import run_folder as run_folder_module
-from epicyclic.results.run_folder import run_folder
+from epicyclic.engine import run_folder as run_folder_module
+from epicyclic.engine import workers
+from epicyclic.engine.run_folder import run_folder
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_doubled_periods(made: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: str) -> None:
     monkeypatch.setenv("EPICYCLIC_JOBS", jobs)
-    monkeypatch.setattr(parallel, "_WORTH", {"fork": 0.0, "spawn": 0.0})
+    monkeypatch.setattr(workers, "_WORTH", {"fork": 0.0, "spawn": 0.0})
     monkeypatch.setattr(run_folder_module, "_EVERY", 0.0)
     system = made.single(variation=(0.045,), zeta=0.008, load=1130.0, backlash=5e-5)
     speeds = np.array([1.99, 2.0, 2.01])

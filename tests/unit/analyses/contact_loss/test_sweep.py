@@ -11,7 +11,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses import parallel
 from epicyclic.analyses.contact_loss import refinement as refinement_module
 from epicyclic.analyses.contact_loss.branch_set import branch_set
 from epicyclic.analyses.contact_loss.branch_switching import initial_state
@@ -24,6 +23,7 @@ from epicyclic.analyses.contact_loss.sweep import _several_motions, contact_swee
 from epicyclic.analyses.steady.mean_stability import critical_speed
 from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.steady.sweep import sweep as linear_sweep
+from epicyclic.engine import workers
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
 from epicyclic.results.dataset import load_result, save_result, to_json
@@ -238,7 +238,7 @@ def test_motions_found_ahead_on_several_cores_have_the_bits_of_one(made: Any, mo
     one = contact_sweep(system, relative_speed=speeds)
     assert (one.motion == "period 2").any()
     monkeypatch.setenv("EPICYCLIC_JOBS", "2")
-    monkeypatch.setattr(parallel, "_WORTH", {"fork": 0.0, "spawn": 0.0})
+    monkeypatch.setattr(workers, "_WORTH", {"fork": 0.0, "spawn": 0.0})
     steps = list[tuple[int, int]]()
     two = contact_sweep(system, relative_speed=speeds, progress=lambda *step: steps.append(step))
     assert to_json(one) == to_json(two)

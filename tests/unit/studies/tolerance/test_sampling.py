@@ -6,15 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
+from epicyclic.engine.sampling import PIECE, Sampler, piece_uniforms, sample_number, sampling_plan, scramble_uniforms
 from epicyclic.errors import ModelError
-from epicyclic.studies.tolerance.sampling import (
-    PIECE,
-    Sampler,
-    piece_uniforms,
-    sample_number,
-    sampling_plan,
-    scramble_uniforms,
-)
 
 
 @pytest.mark.parametrize(

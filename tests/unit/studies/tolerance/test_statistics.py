@@ -12,6 +12,7 @@ from floating_sun import FloatingSun
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from epicyclic.engine.sampling import Sampler, piece_uniforms, sampling_plan
 from epicyclic.studies.tolerance.histogram import (
     BINS,
     FAILED,
@@ -25,7 +26,6 @@ from epicyclic.studies.tolerance.histogram import (
     quantiles,
     unpacked,
 )
-from epicyclic.studies.tolerance.sampling import Sampler, piece_uniforms, sampling_plan
 from epicyclic.studies.tolerance.statistics import SampleTally, piece_statistics, probabilities_of
 
 Array = NDArray[np.float64]

@@ -11,8 +11,6 @@ from ..resolve import load
 from ..system.system import System
 from ..train.train import Train
 
-__all__ = ["Overrides", "Source", "system_of", "train_of"]
-
 Source = str | Path | Mapping[str, Any] | Train | System
 """Name of a ready drive, path of a model file, dict of a model, or a Train or System made from one."""
 Overrides = Mapping[str, Any]

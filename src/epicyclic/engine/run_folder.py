@@ -3,39 +3,215 @@
 `run.json` says which run it is.  Results of independent points stand in numbered segments, `000000.kept`, ..., and what
 replaces itself in files of its own.  Every file is written aside and renamed, so that none is ever partly there, and
 bears a digest.  One run at a time has the folder.
+
+The share of a job that is done, which knows of how many parts it speaks.
+
+What a run that goes on elsewhere needs to come to the same bits: every number of its equation, on disk.
+
+Modes, projected rows and the start are rounded as BLAS and its number of threads have it.  A run that is taken up again
+has them from its folder; the numbers of the System it is asked for must agree with the kept ones up to such rounding.
+
+A folder that one run at a time writes to.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..input_files import read_text
-from .files import package_version, write_text
-from .kept_numbers import read_numbers, structure, with_numbers, write_numbers
-from .locked_folder import is_left_over, locked_folder
+from ..results.files import package_version, write_text
 from .plain import Refer, Restore, read_plain, write_plain
 
-__all__ = [
-    "MODEL_FILE",
-    "KeptPart",
-    "RunFolder",
-    "begun",
-    "open_folder",
-    "remove_folder",
-    "remove_without_results",
-    "run_folder",
-    "segment_path",
-]
+T = TypeVar("T")
+Values = NDArray[Any]
+
+# Numbers of one System made twice differ by rounding, 1e-13 of the largest of their array; other models differ by more.
+_SAME = 1e-9
+# What a result says about its model, and no number of the equation.
+_TEXTS = ("provenance", "warnings", "causes")
+
+
+def _leaves(value: object, path: str = "") -> Iterator[tuple[str, Values | float | None, object]]:
+    """Path, number or array, and what is no number, of all parts of frozen data: dataclasses and tuples."""
+    if isinstance(value, np.ndarray | float):
+        yield path, value, None
+    elif is_dataclass(value) and not isinstance(value, type):
+        yield path, None, type(value).__name__
+        for field in fields(value):
+            if field.name not in _TEXTS:
+                yield from _leaves(getattr(value, field.name), f"{path}.{field.name}")
+    elif isinstance(value, tuple):
+        yield path, None, len(value)
+        names = getattr(value, "_fields", range(len(value)))
+        for name, part in zip(names, value, strict=True):
+            yield from _leaves(part, f"{path}.{name}")
+    elif isinstance(value, str | int | None):
+        yield path, None, value
+    else:
+        yield path, None, str(value)
+
+
+def _with_leaves(value: Any, kept: Mapping[str, Values], path: str = "") -> Any:
+    """The same data with the numbers of `_leaves` put in."""
+    if isinstance(value, np.ndarray):
+        return kept[path]
+    if isinstance(value, float):
+        return type(value)(kept[path])
+    if is_dataclass(value) and not isinstance(value, type):
+        parts = {
+            field.name: _with_leaves(getattr(value, field.name), kept, f"{path}.{field.name}")
+            for field in fields(value)
+            if field.name not in _TEXTS
+        }
+        return replace(value, **parts)
+    if isinstance(value, tuple):
+        names = getattr(value, "_fields", range(len(value)))
+        found = [_with_leaves(part, kept, f"{path}.{name}") for name, part in zip(names, value, strict=True)]
+        return type(value)(*found) if hasattr(value, "_fields") else tuple(found)
+    return value
+
+
+def structure(model: object) -> str:
+    """Digest of the names and the structure of frozen data such as a System, without rounded numbers."""
+    digest = hashlib.sha256()
+    for path, number, other in _leaves(model):
+        shape = np.shape(number) if number is not None else other
+        digest.update(f"{path} {shape}\n".encode())
+    return digest.hexdigest()
+
+
+def write_numbers(path: Path, given: object) -> None:
+    """Write all numbers of frozen data, the file whole or not at all.
+
+    Raises
+    ------
+    ModelError : the file cannot be written.
+    """
+    write_plain(path, {name: np.asarray(number) for name, number, _ in _leaves(given) if number is not None})
+
+
+def read_numbers(path: Path) -> dict[str, Values]:
+    """The numbers of a file that `write_numbers` has written.
+
+    Raises
+    ------
+    ModelError : it cannot be read, or is damaged.
+    """
+    found: dict[str, Values] = read_plain(path, what="the numbers")
+    return found
+
+
+def with_numbers(given: T, kept: Mapping[str, Values], *, compared: str, path: Path) -> T:
+    """Data with kept numbers in place of its own; itself where all are the same, bit by bit.
+
+    Parameters
+    ----------
+    compared : path of the part whose numbers must agree up to rounding; of the others the shapes must.
+    path : the file, for messages.
+
+    Raises
+    ------
+    ModelError : a number is missing or another one.
+    """
+    bits = True
+    for name, number, _ in _leaves(given):
+        if number is None:
+            continue
+        other, own = kept.get(name), np.asarray(number)
+        same = other is not None and other.shape == own.shape and other.dtype == own.dtype
+        if same and other is not None and name.startswith(compared):
+            same = _alike(own, other)
+        if not same:
+            raise ModelError(
+                f"the run that lies there has another model: {name.lstrip('.')} differs",
+                path=str(path.parent),
+                allowed="the command it was begun with, or delete the folder",
+            )
+        bits = bits and other is not None and own.tobytes() == other.tobytes()
+    result: T = given if bits else _with_leaves(given, kept)
+    return result
+
+
+def _alike(own: Values, other: Values) -> bool:
+    """Whether two arrays differ by rounding alone."""
+    if own.dtype.kind not in "fc":
+        return np.array_equal(own, other)
+    finite = np.isfinite(own)
+    size = float(np.abs(own[finite]).max(initial=0.0))
+    near = bool(np.all(np.abs(own[finite] - other[finite]) <= _SAME * size))
+    return near and np.array_equal(own[~finite], other[~finite], equal_nan=True)
+
+
+try:
+    import fcntl
+except ImportError:  # not on Windows: there two runs of one folder are not kept apart
+    fcntl = None  # type: ignore[assignment]
+
+
+# a folder that another run removes between making and locking is made again
+_TRIES = 5
+
+
+@contextmanager
+def locked_folder(folder: Path) -> Iterator[None]:
+    """A folder, made if need be, that no other run may lock while the block runs; a run that is killed lets go of it.
+
+    Raises
+    ------
+    ModelError : another run has it, or it cannot be made or opened.
+    """
+    handle = _locked(folder)
+    try:
+        yield
+    finally:
+        if handle is not None:
+            with suppress(OSError):
+                fcntl.flock(handle, fcntl.LOCK_UN)  # also that of forked workers, which have the handle too
+            with suppress(OSError):
+                os.close(handle)
+
+
+def _locked(folder: Path) -> int | None:
+    """Handle of the folder, whose lock goes with it; None where there are no locks."""
+    for _ in range(_TRIES):
+        try:
+            folder.mkdir(exist_ok=True)
+            if fcntl is None:
+                return None
+            handle = os.open(folder, os.O_RDONLY | getattr(os, "O_DIRECTORY", 0))
+        except FileExistsError:
+            raise ModelError("is no folder of a run", path=str(folder), allowed="a new or empty folder") from None
+        except OSError as error:
+            raise ModelError(f"cannot be written: {error.strerror or error}", path=str(folder)) from error
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.path.samestat(os.fstat(handle), os.stat(folder)):
+                return handle
+        except BlockingIOError:
+            os.close(handle)
+            break
+        except OSError:
+            pass
+        os.close(handle)
+    raise ModelError("another run writes there", path=str(folder), allowed="another output, or wait for its end")
+
+
+def is_left_over(path: Path) -> bool:
+    """Whether a file is the temporary one of a killed writer; asked of a locked folder, where no writer is alive."""
+    return path.name.startswith(".") and path.name.endswith(".part")
+
 
 Model = TypeVar("Model")
 
@@ -316,3 +492,18 @@ def _remove(folder: Path, own: Sequence[Path]) -> None:
     for path in (*own, *left, folder / MODEL_FILE, folder / _ABOUT):
         path.unlink(missing_ok=True)
     folder.rmdir()
+
+
+class Counted(float):
+    """Share done, 0..1, with the counts it comes from: whoever shows it can tell a rate.
+
+    done, of : parts done, and all of them.
+    """
+
+    done: int
+    of: int
+
+    def __new__(cls, done: int, of: int) -> Counted:
+        share = super().__new__(cls, done / of if of else 1.0)
+        share.done, share.of = done, of
+        return share

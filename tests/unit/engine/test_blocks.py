@@ -17,12 +17,11 @@ import numpy as np
 import psutil
 import pytest
 
+from epicyclic.engine import dask_workers as room
+from epicyclic.engine.block_store import BlockJob, block_store, hash_of, run_blocks
+from epicyclic.engine.dask_workers import mend
+from epicyclic.engine.run_folder import Counted
 from epicyclic.errors import ModelError
-from epicyclic.results.block_store import block_store
-from epicyclic.results.counted import Counted
-from epicyclic.studies.blocks import local_cluster as room
-from epicyclic.studies.blocks.local_cluster import mend
-from epicyclic.studies.blocks.run import BlockJob, hash_of, run_blocks
 
 pytest.importorskip("zarr")
 pytest.importorskip("distributed")
@@ -294,7 +293,7 @@ def test_a_scheduler_may_be_killed(tmp_path: Path, undisturbed: tuple[Blocks, di
     folder = tmp_path / "store"
     with closing(run_blocks(job(seconds=0.05), store=folder, workers=1)) as blocks:
         next(blocks)
-        (cluster,) = [p for p in psutil.Process().children() if "local_cluster" in words_of(p)]
+        (cluster,) = [p for p in psutil.Process().children() if "dask_workers" in words_of(p)]
         cluster.kill()
         with pytest.raises(ModelError, match=r"connection to the scheduler is lost; allowed: .*resume goes on"):
             list(blocks)

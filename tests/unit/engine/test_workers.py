@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.analyses import parallel
-from epicyclic.analyses.parallel import each, processes, runs
+from epicyclic.engine import workers
+from epicyclic.engine.workers import each, processes, runs
 from epicyclic.errors import ModelError
 
 METHODS = ("fork", "spawn") if sys.platform == "linux" else ("spawn",)
@@ -28,7 +28,7 @@ METHODS = ("fork", "spawn") if sys.platform == "linux" else ("spawn",)
 def two_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two workers for everything after the first item, however short."""
     monkeypatch.setenv("EPICYCLIC_JOBS", "2")
-    monkeypatch.setattr(parallel, "_WORTH", dict.fromkeys(METHODS, 0.0))
+    monkeypatch.setattr(workers, "_WORTH", dict.fromkeys(METHODS, 0.0))
 
 
 def place_and_process(item: int) -> tuple[int, int]:
@@ -184,7 +184,7 @@ def test_contact_loss_has_the_bits_of_one_process(
     one = epicyclic.sweep(name, **options)
     assert (name == "xu2020") == ("symmetry broken" in one.motion.values)
     monkeypatch.setenv("EPICYCLIC_JOBS", "2")
-    monkeypatch.setattr(parallel, "_WORTH", dict.fromkeys(METHODS, 0.0))
+    monkeypatch.setattr(workers, "_WORTH", dict.fromkeys(METHODS, 0.0))
     steps = list[tuple[int, int]]()
     assert_same_bits(epicyclic.sweep(name, progress=lambda *step: steps.append(step), **options), one)
     assert steps == sorted(steps)
@@ -199,9 +199,9 @@ def test_a_wrong_number_of_processes_is_refused(text: str, monkeypatch: pytest.M
 
 
 def test_cores_are_shared_with_the_threads_of_linear_algebra(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("EPICYCLIC_JOBS", *parallel.BLAS_THREADS):
+    for name in ("EPICYCLIC_JOBS", *workers.BLAS_THREADS):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(parallel, "_cores", lambda: 8)
+    monkeypatch.setattr(workers, "_cores", lambda: 8)
     assert processes() == 1, "linear algebra takes all cores unless told"
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
     assert processes() == 8
@@ -212,11 +212,11 @@ def test_cores_are_shared_with_the_threads_of_linear_algebra(monkeypatch: pytest
 # A script as a user writes it, without `if __name__ == "__main__"`.  It prints when workers are at work.
 SCRIPT = """
 import sys, time
-from epicyclic.analyses import parallel
-parallel._WORTH = {"fork": 0.0, "spawn": 0.0}
+from epicyclic.engine import workers
+workers._WORTH = {"fork": 0.0, "spawn": 0.0}
 sys.platform = sys.argv[1]
 print("started", flush=True)
-found = parallel.each(time.sleep, [float(text) for text in sys.argv[2:]], arrived=lambda i, _: print(i, flush=True))
+found = workers.each(time.sleep, [float(text) for text in sys.argv[2:]], arrived=lambda i, _: print(i, flush=True))
 print("done", len(found), flush=True)
 """
 

@@ -14,8 +14,8 @@ import pytest
 
 from epicyclic.analyses.contact_loss.floquet import Stability
 from epicyclic.analyses.contact_loss.outputs import Measures
+from epicyclic.engine.plain import read_plain, write_plain
 from epicyclic.errors import ModelError
-from epicyclic.results.plain import read_plain, write_plain
 
 
 @dataclass(frozen=True)

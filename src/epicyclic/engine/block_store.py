@@ -1,4 +1,6 @@
-"""Results of the blocks of a job in a Zarr store: what is done stays done, whatever stops the job.
+"""Jobs of independent blocks: their store, and the order in which they are computed.
+
+Results of the blocks of a job in a Zarr store: what is done stays done, whatever stops the job.
 
 A store is a folder: a group whose attributes say which job it is, an array a result with one block a chunk, and the
 array `done`.  Atomic is each file, not a block of several arrays, so the chunk of `done`, written last, is the commit:
@@ -6,6 +8,10 @@ a block without it counts for nothing.  Every chunk bears a crc32c.  Nothing is 
 a block may be damaged, which its checksum tells, and is computed again.
 
 Bytes depend on the results alone, not on the order or the number of attempts, so two stores of one job are equal.
+
+What the bits of a result depend on, beside its job: packages, and the kind of CPU.
+
+The blocks of a job in their order, computed wherever there is a worker, those of a store only once.
 """
 
 from __future__ import annotations
@@ -13,20 +19,21 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import platform
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from .locked_folder import locked_folder
-
-__all__ = ["BlockStore", "block_store", "job_hash", "plain_identity"]
+from ..results.files import package_version
+from .run_folder import Counted, locked_folder
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -331,3 +338,140 @@ def _flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 def _short(value: object) -> str:
     text = "(nothing)" if value is None else str(value)
     return text if len(text) <= 24 else text[:21] + "..."
+
+
+def versions() -> dict[str, str]:
+    """Versions of the packages that the bits of a result depend on."""
+    return {"epicyclic": package_version(), "numpy": np.__version__, "scipy": scipy.__version__}
+
+
+def machine() -> str:
+    """Kind of CPU that this process computes on: between kinds results may differ in their last bits."""
+    name = ""
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            name = next((line.partition(":")[2].strip() for line in file if line.startswith("model name")), "")
+    except OSError:
+        pass
+    return f"{platform.machine()} {name or platform.processor()}".strip()
+
+
+BlockArrays = dict[str, np.ndarray]
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BlockJob:
+    """A job of independent blocks.
+
+    verb : that asks.  identity : says which job it is: model, options, size of a block, seed; texts, numbers, arrays.
+    count : of blocks.
+    compute : number of a block -> its arrays of numbers, a function of the number alone; picklable (`functools.partial`
+        of a function of a module).  Names, types and shapes are those of every block, but for `ragged`.
+    ragged : names of arrays (n,) whose length varies.
+    """
+
+    verb: str
+    identity: Mapping[str, object]
+    count: int
+    compute: Callable[[int], BlockArrays]
+    ragged: tuple[str, ...] = ()
+
+    @property
+    def whole_identity(self) -> dict[str, object]:
+        """The identity with all that the bits of a block depend on, but the kind of CPU."""
+        return {"verb": self.verb, **self.identity, "versions": versions()}
+
+
+def hash_of(job: BlockJob) -> str:
+    """SHA-256 that names a job: two stores of one hash, made on one kind of CPU, are equal bit for bit."""
+    return job_hash({**job.whole_identity, "blocks": job.count})
+
+
+def run_blocks(
+    job: BlockJob,
+    *,
+    store: str | Path | None = None,
+    resume: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> Generator[tuple[int, BlockArrays], None, None]:
+    """Number and arrays of every block, in order; in bounded memory, however many there are.
+
+    Whatever stops the iteration, blocks that have arrived are kept in the store.  Close the iterator where it is left
+    early (`contextlib.closing`), so that the store is free again.
+
+    Parameters
+    ----------
+    store : folder of a Zarr store that keeps every block; None: nothing is kept.
+    resume : whether blocks that lie in the store are wanted; they are read, not computed.
+    workers : local processes; None: this process.  scheduler : address of a Dask scheduler instead, tcp://HOST:8786.
+    progress : called with the share done (`Counted`).
+
+    Raises
+    ------
+    ModelError : a store that is another job's, is in use, or cannot be written; a scheduler that is not reached; a
+        package that is not installed.  Whatever a block raises, after those at work are kept.
+    """
+    if workers is not None and scheduler is not None:
+        raise ModelError("one excludes the other", path="workers, scheduler", given=scheduler, allowed="one of them")
+    if resume and store is None:
+        raise ModelError("needs the store of the job that was stopped", path="resume", allowed="store")
+    with ExitStack() as stack:
+        kept: BlockStore | None = None
+        if store is not None:
+            opened = block_store(store, identity=job.whole_identity, count=job.count, resume=resume, ragged=job.ragged)
+            kept = stack.enter_context(opened)
+        done = np.zeros(job.count, dtype=bool) if kept is None else kept.done.copy()
+        arrivals = stack.enter_context(closing(_computed(job, np.flatnonzero(~done).tolist(), workers, scheduler)))
+        yield from _in_order(job, done, kept, arrivals, progress)
+
+
+def _computed(
+    job: BlockJob, places: Sequence[int], workers: int | None, scheduler: str | None
+) -> Generator[tuple[int, BlockArrays], None, None]:
+    """Blocks at the places as they arrive."""
+    if workers is None and scheduler is None:
+        for place in places:
+            yield place, job.compute(place)
+    elif places:
+        from .dask_workers import computed
+
+        yield from computed(job.compute, places, versions=versions(), workers=workers, scheduler=scheduler)
+
+
+def _in_order(
+    job: BlockJob,
+    done: np.ndarray,
+    kept: BlockStore | None,
+    arrivals: Iterator[tuple[int, BlockArrays]],
+    progress: Progress | None,
+) -> Iterator[tuple[int, BlockArrays]]:
+    """All blocks in order: those of the store, and those that arrive, each kept as soon as it does."""
+    waiting: dict[int, BlockArrays] = {}
+    count = int(done.sum())
+    if progress is not None:
+        progress(Counted(count, job.count))
+    for block in range(job.count):
+        if done[block] and kept is not None:
+            yield block, _read(job, kept, block)
+            continue
+        while block not in waiting:
+            place, arrays = next(arrivals)
+            waiting[place] = arrays
+            if kept is not None:
+                kept.write(place, arrays)
+            count += 1
+            if progress is not None:
+                progress(Counted(count, job.count))
+        yield block, waiting.pop(block)
+
+
+def _read(job: BlockJob, kept: BlockStore, block: int) -> BlockArrays:
+    """A block of the store; computed again where a power cut or a disk has damaged it."""
+    found = kept.read(block)
+    if found is None:
+        found = job.compute(block)
+        kept.write(block, found)
+    return found

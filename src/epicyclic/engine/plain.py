@@ -20,9 +20,7 @@ import numpy as np
 
 from ..errors import ModelError
 from ..input_files import read_bytes
-from .files import whole_file
-
-__all__ = ["Refer", "Restore", "plain_bytes", "plain_value", "read_plain", "write_plain"]
+from ..results.files import whole_file
 
 Refer = Callable[[object], Any]
 """Says of an object how it is to be found again, in plain data, or None where it is to be written."""

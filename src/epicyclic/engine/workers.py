@@ -5,6 +5,12 @@ this process and in a worker, so a result has the same bits for any number of pr
 
 Workers are forked on Linux; they inherit the arrays.  Elsewhere they are started anew; they then import the module of
 the function, but not the script that runs, which needs no guard.  Workers die with the process that started them.
+
+Linear algebra in one thread: the bits of a product change with the number of threads.
+
+Import of the room of results, xarray and pandas with it, ahead of time: while workers compute the points.
+
+What a run may cost: refusals that name the memory or the time it would take.
 """
 
 from __future__ import annotations
@@ -27,9 +33,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from ..errors import ModelError
 
 if TYPE_CHECKING:
-    from ..results.run_folder import KeptPart
-
-__all__ = ["BLAS_THREADS", "die_with_parent", "each", "processes", "runs", "without_script"]
+    from .run_folder import KeptPart
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -393,3 +397,65 @@ def _starting(method: str) -> Iterator[None]:
     finally:
         if held is not None:
             signal.pthread_sigmask(signal.SIG_SETMASK, held)
+
+
+@contextmanager
+def one_thread() -> Iterator[str]:
+    """Let linear algebra take one thread in the block, where threadpoolctl is installed; the command line sets the
+    environment.
+
+    Yields the number of threads as far as it is known: ``1``, a number of the environment, or ``unknown``.
+    """
+    try:
+        from threadpoolctl import threadpool_limits
+    except ImportError:
+        yield next((os.environ[name] for name in BLAS_THREADS if os.environ.get(name, "").isdigit()), "unknown")
+        return
+    with threadpool_limits(limits=1, user_api="blas"):
+        yield "1"
+
+
+def import_results() -> None:
+    """Import what a result is made and shown with: a quarter of a second, in which this process has nothing to do."""
+    from ..results import dataset  # noqa: F401
+
+
+# Numbers that a result or a run may hold at once: 1.6 GB.
+MOST_NUMBERS = 200_000_000
+
+_UNITS = (("s", 120.0), ("min", 7200.0), ("h", 172_800.0), ("days", 63_072_000.0))
+_SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0, "days": 86_400.0, "years": 31_536_000.0}
+
+
+def require_memory(numbers: float, *, path: str, given: object, allowed: str) -> None:
+    """Refuse what would hold more numbers [8 bytes] than `MOST_NUMBERS`.
+
+    Raises
+    ------
+    ModelError : it would; names the memory.
+    """
+    if numbers > MOST_NUMBERS:
+        size = f"{8e-9 * numbers:.3g} GB, of {8e-9 * MOST_NUMBERS:.3g} GB that a run may take"
+        raise ModelError(f"would need some {size}", path=path, given=given, allowed=allowed)
+
+
+def require_time(seconds: float, most: float, *, path: str, given: object, allowed: str) -> None:
+    """Refuse what would take more than `most` seconds.
+
+    Raises
+    ------
+    ModelError : it would; names the time.
+    """
+    if seconds > most:
+        raise ModelError(
+            f"would take some {_words(seconds)}, of {_words(most)} that a run may take",
+            path=path,
+            given=given,
+            allowed=allowed,
+        )
+
+
+def _words(seconds: float) -> str:
+    """A time in words."""
+    unit = next((unit for unit, below in _UNITS if seconds < below), "years")
+    return f"{seconds / _SECONDS[unit]:.3g} {unit}"

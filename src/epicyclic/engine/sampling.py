@@ -13,9 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import ModelError
-
-__all__ = ["PIECE", "Sampler", "SamplingPlan", "piece_uniforms", "sample_number", "sampling_plan", "scramble_uniforms"]
+from ..errors import ModelError
 
 Array = NDArray[np.float64]
 Sampler = Literal["sobol", "random"]
