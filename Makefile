@@ -14,7 +14,7 @@ OLDEST := $(addprefix tests/unit/,test_results.py test_cli_help.py show/test_ter
 # Numbers of every room; what a kernel's rounding once moved comes first.
 KERNEL       := Prescott
 KERNEL_TESTS := $(addprefix tests/,papers/test_dong2019.py papers/test_yue2014.py $(addprefix unit/, \
-                  analyses/test_static.py analyses/test_static_flanks.py analyses/test_modal.py \
+                  statics/test_static.py statics/test_static_flanks.py analyses/test_modal.py \
                   analyses/test_resonances.py studies/tolerance/test_columns.py studies/test_compare_trains.py \
                   studies/test_contact_resolution.py studies/test_stability.py test_ties.py) \
                   physics/test_star_drive.py physics/test_three_routes.py physics/test_floating.py)

@@ -19,10 +19,10 @@ from collections.abc import Callable
 import numpy as np
 import table
 
-from epicyclic.analyses.static.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
-from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.static.record import excitation
 from epicyclic.resolve import load
+from epicyclic.statics.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
+from epicyclic.statics.equilibrium import compliance_of, equilibrium
+from epicyclic.statics.record import excitation
 from epicyclic.system.assembly import assemble
 from epicyclic.system.face_contact import face_laws, with_three_rows
 from epicyclic.system.tooth_pairs import mean_force, pair_of

@@ -21,10 +21,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.static.record import Record, record_of
-from epicyclic.analyses.static.static import static
 from epicyclic.audits.audit_reader import read_audit
 from epicyclic.resolve import load
+from epicyclic.statics.record import Record, record_of
+from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.train import Train

@@ -17,9 +17,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.static.static import static
 from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.resolve import load
+from epicyclic.statics.static import static
 from epicyclic.studies.stiffness import stiffness, stiffness_history
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System

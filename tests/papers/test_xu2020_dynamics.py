@@ -16,11 +16,11 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from epicyclic.analyses.modes.modal import modal
-from epicyclic.analyses.static.static import static
 from epicyclic.analyses.steady.periodic import Periodic, periodic
 from epicyclic.analyses.steady.response import FrameSpeed
 from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.resolve import load
+from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 

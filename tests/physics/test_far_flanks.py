@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.analyses.static.static import OPEN_RATIO
 from epicyclic.resolve import load
+from epicyclic.statics.static import OPEN_RATIO
 from epicyclic.system.system import System
 from epicyclic.train.connections import Mesh
 from epicyclic.train.train import Train

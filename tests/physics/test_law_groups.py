@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.static.tangent import linear
 from epicyclic.errors import ModelError
+from epicyclic.statics.tangent import linear
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

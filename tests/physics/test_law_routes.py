@@ -24,13 +24,13 @@ from epicyclic.analyses.contact_loss.floquet import floquet_multipliers
 from epicyclic.analyses.contact_loss.outputs import mesh_force
 from epicyclic.analyses.contact_loss.problem import flank_force, gap_rows, prolonged
 from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, load_continuation, solution, with_stability
-from epicyclic.analyses.static.tangent import linear
 from epicyclic.analyses.steady.response import Response, response
 from epicyclic.analyses.transient.integrators import integrate, steps_for
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.outputs import flank_force as record_force
 from epicyclic.analyses.transient.program import constant
 from epicyclic.resolve import load
+from epicyclic.statics.tangent import linear
 from epicyclic.system.gaps import flanks
 from epicyclic.system.system import System
 
@@ -322,8 +322,8 @@ def test_links_by_their_law(name: str) -> None:
 
 def test_first_touch_is_one_gap_in_every_route() -> None:
     """Static record, grid of the balance and compiled rows begin to press at one gap, to 1e-12 m."""
-    from epicyclic.analyses.static.record import mesh_phases
     from epicyclic.analyses.transient.compiled import _phase, _tabulated  # the compiled row itself
+    from epicyclic.statics.record import mesh_phases
 
     system = drive("ren2021")
     samples = 64

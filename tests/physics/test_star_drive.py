@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.static.equilibrium import compliance_of, require_balance
-from epicyclic.analyses.static.static import static
 from epicyclic.resolve import load
+from epicyclic.statics.equilibrium import compliance_of, require_balance
+from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 

@@ -12,11 +12,11 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.static.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
-from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.static.record import excitation
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
+from epicyclic.statics.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
+from epicyclic.statics.equilibrium import compliance_of, equilibrium
+from epicyclic.statics.record import excitation
 from epicyclic.system.face_contact import face_laws, with_three_rows
 from epicyclic.system.flank_laws import FaceForce
 from epicyclic.system.system import System, faces

@@ -1,4 +1,4 @@
-"""Model files in few lines that tests of several rooms share."""
+"""Model files in few lines, and systems written row by row, that tests of several rooms share."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from tests.unit.planar_set import Builders
 
 Tables = dict[str, Any]
 
@@ -80,3 +81,8 @@ def two_stages() -> Tables:
             "torque": {"low.carrier": "800 N m"},
         },
     }
+
+
+@pytest.fixture(scope="session")
+def build() -> Builders:
+    return Builders()

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..statics.tangent import linear
 from ..system.system import Array, ComplexArray, System
 from .modes.basis import mean_modes
-from .static.tangent import linear
 
 if TYPE_CHECKING:
     import xarray as xr

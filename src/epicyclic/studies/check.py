@@ -11,11 +11,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..analyses.static.equilibrium import compliance_of
-from ..analyses.static.unheld import unheld_warnings
 from ..model.tolerances import Tolerance
 from ..resolve.tolerances import tolerances_of
 from ..results.dataset import dataset
+from ..statics.equilibrium import compliance_of
+from ..statics.unheld import unheld_warnings
 from ..train.bodies import DIRECTIONS, Body, GearData
 from ..train.connections import Mesh
 from ..train.train import Train

@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from ..analyses.modes.basis import mean_modes
-from ..analyses.static.equilibrium import compliance_of, require_balance
-from ..analyses.static.tangent import linear
 from ..analyses.steady.excitation import mesh_tones, require_damping
 from ..errors import ConvergenceError, ModelError
+from ..statics.equilibrium import compliance_of, require_balance
+from ..statics.tangent import linear
 from ..system.assembly import assemble
 from ..system.system import Array, System
 from ..system.tooth_pairs import loaded_mesh, mean_force, pair_of, tooth_warnings

@@ -14,9 +14,9 @@ from fractions import Fraction
 import numpy as np
 
 from ..analyses.sensitivity.numbers import SystemNumbers, combined, numbers, with_lines
-from ..analyses.static.tangent import linear
 from ..errors import ConvergenceError, ModelError
 from ..resolve import load
+from ..statics.tangent import linear
 from ..system.assembly import assemble
 from ..system.system import Array, System
 from ..train.train import Train

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from ..analyses.modes.classification import classify_modes
 from ..analyses.modes.eigen import eigen
 from ..analyses.modes.tracking import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
-from ..analyses.static.tangent import flank_warnings, linear
 from ..errors import ModelError
 from ..model.written import written
 from ..resolve import load
 from ..results.dataset import dataset
+from ..statics.tangent import flank_warnings, linear
 from ..system.assembly import assemble
 from ..system.system import System
 from ..train.train import Train

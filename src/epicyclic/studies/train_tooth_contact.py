@@ -13,24 +13,25 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..analyses.static.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
-from ..analyses.static.equilibrium import Compliance, compliance_of, equilibrium, require_balance
-from ..analyses.static.loaded import idle_warnings, loaded_meshes
-from ..analyses.static.record import (
+from ..engine.workers import require_memory
+from ..errors import ModelError
+from ..results.dataset import dataset
+from ..statics.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
+from ..statics.equilibrium import Compliance, compliance_of, equilibrium, require_balance
+from ..statics.record import (
     Record,
     RecordExcitation,
     excitation,
     excitation_at,
+    idle_warnings,
+    loaded_meshes,
     parallel_meshes,
     positive_count,
     record_of,
     reference_tone,
     turn_fraction,
 )
-from ..analyses.static.static import free_position_warnings, law_attributes, rounding_of
-from ..engine.workers import require_memory
-from ..errors import ModelError
-from ..results.dataset import dataset
+from ..statics.static import free_position_warnings, law_attributes, rounding_of
 from ..system.assembly import assemble
 from ..system.face_contact import FaceLoad, MeshFaceLaw, face_laws, with_three_rows
 from ..system.system import System, faces

@@ -119,7 +119,7 @@ class MeshRows:
     tone : (m,) index into System.tones.  damping : (m,) [N s/m].  backlash : (m,) [m].
     cos_base_helix : (m,) transverse = normal * cos_base_helix for forces.
     laws : of the rows that are not linear; stiffness and variation are their tangents at the operating load, which
-        linear analyses use (`analyses.static.tangent`).  All rows with their laws: `system.gaps.flanks`.
+        linear analyses use (`statics.tangent`).  All rows with their laws: `system.gaps.flanks`.
     """
 
     name: tuple[str, ...]
@@ -258,7 +258,7 @@ class System:
     missing_inertia : paths of masses and inertias that a free coordinate needs but the file does not give (zero in M);
         an analysis that needs M calls `require_inertia`.
     groups : links with a law (play, rolling elements, spline); linear analyses use their tangents
-        (`analyses.static.tangent.linear`).
+        (`statics.tangent.linear`).
     body_turns : (nb,) absolute speed of every body, exact [rev/s at s = 1]; empty where no speed is given.
     stage_turns : the same of the axes of every stage, by its name.
     far : the far flanks, for analyses of contact loss; None without finite backlash.

@@ -57,7 +57,7 @@ def _of_operation(speed: str, system: System, train: Train | None) -> float:
     """Speed per operating speed [1] of a mesh frequency or speed with its unit."""
     if not system.tones:
         raise ModelError("is relative to an operating speed", path="operation.speed", given=speed, allowed=SPEED_HINT)
-    from ..analyses.static.record import reference_tone
+    from ..statics.record import reference_tone
 
     tone = float(reference_tone(system))
     return mesh_frequency(speed, path="relative_speed", tone=tone, train=train) / tone
@@ -86,8 +86,8 @@ def mesh_frequencies(
     import numpy as np
 
     from ..analyses.modes.eigen import eigen
-    from ..analyses.static.record import reference_tone
     from ..analyses.steady.speed_range import range_ends
+    from ..statics.record import reference_tone
 
     if not system.tones:
         raise ModelError("a sweep needs a speed", path="operation.speed", allowed=SPEED_HINT)

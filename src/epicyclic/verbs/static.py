@@ -30,8 +30,8 @@ def static(
     ------
     ModelError : the model or an option is wrong, or a load that nothing holds.  ConvergenceError : no equilibrium.
     """
-    from ..analyses.static.static import static as run
     from ..engine.source import system_of
+    from ..statics.static import static as run
 
     return run(
         system_of(source, overrides=overrides), cycles=cycles, turns=turns, of=of, samples=samples, progress=progress

@@ -14,21 +14,21 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.samples.mean_load import MEAN_LOADS
 from epicyclic.analyses.sharing import tone_forces
 from epicyclic.analyses.sharing.definitions import DEFINITIONS, extremes, merge_extremes
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.sharing.tone_forces import Method, mean_force
 from epicyclic.analyses.sharing.waves import cycle_forces, line_phases, periodic_waves
 from epicyclic.analyses.sharing.worst_case import independent_blocks, worst_case
-from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.static.record import excitation, parallel_meshes
-from epicyclic.analyses.static.static import static
 from epicyclic.analyses.steady.periodic import Periodic, ShaftLine, periodic
 from epicyclic.analyses.steady.steady import steady
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.show.views.sharing import tables
+from epicyclic.statics.equilibrium import compliance_of, equilibrium
+from epicyclic.statics.mean_load import MEAN_LOADS
+from epicyclic.statics.record import excitation, parallel_meshes
+from epicyclic.statics.static import static
 from epicyclic.system.system import Line, System, faces
 
 Array = NDArray[np.float64]

@@ -11,11 +11,11 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.static.static import static
 from epicyclic.errors import ModelError
 from epicyclic.model.document import read
 from epicyclic.resolve import load
 from epicyclic.resolve.resolved_document import resolved_document
+from epicyclic.statics.static import static
 from epicyclic.studies.mesh_deviations import mesh_deviations
 from epicyclic.studies.parameters import all_parameters
 from epicyclic.system.assembly import assemble

@@ -20,13 +20,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ...statics.record import group_gap
+from ...statics.tangent import mean_stretch, small_motion_tangent
 from ...system.flank_laws import eased
 from ...system.gaps import Flanks, FlanksAt, flanks
 from ...system.group_laws import Laws, stacked
 from ...system.system import Array, ComplexArray, Line, System
 from ...warning_codes import CodedText, coded
-from ..static.record import group_gap
-from ..static.tangent import mean_stretch, small_motion_tangent
 from ..steady.response import Response
 
 __all__ = [
@@ -197,7 +197,7 @@ NO_TORQUE = "no torque presses the teeth together (operation.torque or operation
 
 
 def law_warnings(ready: Response, rows: GapRows) -> list[CodedText]:
-    """Warnings of the System as it is prepared for its laws (`analyses.static.tangent`)."""
+    """Warnings of the System as it is prepared for its laws (`statics.tangent`)."""
     held = rows.links is None or bool(rows.gaps[rows.count :].any())
     loose = coded("floats-in-clearance", "no link row moves: the bodies float in their clearance under the mean load")
     notes = [*ready.system.warnings, *([] if held else [loose])]

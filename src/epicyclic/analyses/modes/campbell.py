@@ -10,8 +10,8 @@ import scipy.optimize
 from numpy.typing import ArrayLike
 
 from ...errors import ModelError
+from ...statics.tangent import linear
 from ...system.system import System
-from ..static.tangent import linear
 from .classification import classify_modes
 from .eigen import Whirl, eigen, whirl
 

@@ -12,8 +12,8 @@ import numpy as np
 import scipy.linalg
 
 from ...errors import ModelError
+from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, System
-from ..static.tangent import linear
 from .basis import mean_modes
 
 __all__ = ["Modes", "Whirl", "damping_ratios", "eigen", "neutral_basis", "whirl"]

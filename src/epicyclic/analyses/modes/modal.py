@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...statics.tangent import linear
+from ...statics.unheld import unheld_warnings
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
-from ..static.tangent import linear
-from ..static.unheld import unheld_warnings
 from .classification import ClassifiedModes, classify_modes, normalisation
 from .eigen import damping_ratios, eigen, whirl
 from .free_motions import spread_warnings
@@ -34,7 +34,7 @@ def modal(system: System, *, relative_speed: float = 0.0, damped: bool = False) 
 
     Parameters
     ----------
-    system : where links have laws, their tangents at the mean load stand for them (`static.tangent.linear`).
+    system : where links have laws, their tangents at the mean load stand for them (`statics.tangent.linear`).
     relative_speed : speed per operating speed [1]; other than 0 brings in the gyroscopic and centripetal terms.
     damped : solve the damped problem.  Undamped, damping ratios are the modal projection at standstill (nan without
         damping) and nan at speed.

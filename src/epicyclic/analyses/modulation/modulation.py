@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...statics.record import parallel_meshes
+from ...statics.static import rounding_of
 from ...system.system import Array, ComplexArray, Line, System, faces
 from ...warning_codes import CodedText, coded
-from ..static.record import parallel_meshes
-from ..static.static import rounding_of
 from ..steady.measures import dynamic_factor, force_extremes, mean
 from ..steady.periodic import TOLERANCE, solve_speed
 from ..steady.response import Block, Response

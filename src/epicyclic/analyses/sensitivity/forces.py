@@ -59,7 +59,7 @@ def force_derivatives(
 
     Parameters
     ----------
-    system : without laws of links (`static.tangent.linear`), as the changes are.
+    system : without laws of links (`statics.tangent.linear`), as the changes are.
     changes : derivatives of the System's numbers along each parameter.
     relative_speed : (P,) speeds per operating speed, held while the parameters change.
     harmonic : amplitude of this mesh order instead of the RMS of all frequencies above 0.

@@ -10,7 +10,7 @@ A group is the meshes of one pair and one side, N of them, one per branch; the s
     worst-case       cycle-peak over the whole hunting period
     mean-load, mean-load-turning
                      without mesh-frequency content, of the quasi-static forces at mean mesh stiffness whatever the
-                     record (`analyses.samples.mean_load`); the first is K_gamma
+                     record (`statics.mean_load`); the first is K_gamma
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...statics.mean_load import MEAN_LOADS
+from ...statics.record import MeshGroup
 from ...system.system import Array
-from ..samples.mean_load import MEAN_LOADS
-from ..static.record import MeshGroup
 
 __all__ = [
     "DEFINITIONS",

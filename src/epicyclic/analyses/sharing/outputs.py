@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
+from ...statics.mean_load import MEAN_LOADS
+from ...statics.record import MeshGroup, idle_warnings, loaded_meshes, parallel_meshes
+from ...statics.sample_loads import mean_loads
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
-from ..samples.mean_load import MEAN_LOADS
-from ..samples.sample_loads import mean_loads
-from ..static.loaded import idle_warnings, loaded_meshes
-from ..static.record import MeshGroup, parallel_meshes
 from .definitions import DEFINITIONS
 
 if TYPE_CHECKING:

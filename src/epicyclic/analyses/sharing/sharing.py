@@ -11,9 +11,7 @@ import numpy as np
 
 from ...engine.workers import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
-from ...system.system import Array, System, faces
-from ...warning_codes import CodedText, coded
-from ..static.record import (
+from ...statics.record import (
     changing,
     parallel_meshes,
     period_name,
@@ -22,8 +20,10 @@ from ..static.record import (
     samples_per_cycle,
     short_record,
 )
-from ..static.static import OPEN_RATIO, rounding_of
-from ..static.tangent import linear
+from ...statics.static import OPEN_RATIO, rounding_of
+from ...statics.tangent import linear
+from ...system.system import Array, System, faces
+from ...warning_codes import CodedText, coded
 from .definitions import DEFINITIONS, Extremes, coefficients, extremes, instant_ratio, merge_extremes
 from .outputs import (
     bound_warnings,

@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...statics.quasi_static import balanced, held_train, quasi_static, settled
+from ...statics.record import MeshGroup, Record, excitation, parallel_meshes, record_of
+from ...statics.static import flank_contact, rounding_of
 from ...system.system import Array, Faces, System, faces
-from ..static.both_flanks import balanced, held_train, settled
-from ..static.quasi_static import quasi_static
-from ..static.record import MeshGroup, Record, excitation, parallel_meshes, record_of
-from ..static.static import flank_contact, rounding_of
 from .definitions import cycle_peak_ratio
 from .outputs import known_mean_loads, meshes_with_load
 from .sharing import record_samples, solved_by_tone

@@ -9,12 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.gaps import flanks, groups_past_the_end, past_the_end
-from ...system.system import Array, System, faces
-from ..static.both_flanks import held_train
-from ..static.quasi_static import RecordPiece, quasi_static
-from ..static.record import MeshGroup, Record, parallel_meshes, positive_count
-from ..static.static import (
+from ...statics.quasi_static import RecordPiece, held_train, quasi_static
+from ...statics.record import MeshGroup, Record, parallel_meshes, positive_count
+from ...statics.static import (
     contact_shares,
     flank_contact,
     free_position_warnings,
@@ -23,6 +20,8 @@ from ..static.static import (
     mesh_contact,
     rounding_of,
 )
+from ...system.gaps import flanks, groups_past_the_end, past_the_end
+from ...system.system import Array, System, faces
 from .definitions import Extremes, coefficients, cycle_peak_ratio, instant_ratio
 from .outputs import (
     bound_warnings,

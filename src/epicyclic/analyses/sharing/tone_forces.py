@@ -11,12 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...system.gaps import net_force
-from ...system.system import Array, System, faces
-from ...warning_codes import CodedText
-from ..static.both_flanks import HeldTrain, balanced, held_train, settled
-from ..static.equilibrium import closed_force
-from ..static.record import (
+from ...statics.equilibrium import closed_force
+from ...statics.quasi_static import HeldTrain, balanced, held_train, settled
+from ...statics.record import (
     MeshGroup,
     RecordExcitation,
     excitation_at,
@@ -26,7 +23,10 @@ from ..static.record import (
     reference_tone,
     samples_per_cycle,
 )
-from ..static.static import free_position_warnings
+from ...statics.static import free_position_warnings
+from ...system.gaps import net_force
+from ...system.system import Array, System, faces
+from ...warning_codes import CodedText
 from ..steady.periodic import periodic_by_tone
 from ..steady.superposition import superposed
 from .outputs import require_speed

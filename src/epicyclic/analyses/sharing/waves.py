@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...statics.equilibrium import Compliance, Values, closed_approach, closed_force, require_balance, require_forces
+from ...statics.quasi_static import HeldTrain
+from ...statics.record import mesh_stiffness, turn_fraction
 from ...system.gaps import flanks
 from ...system.system import Array, ComplexArray, System
-from ..static.both_flanks import HeldTrain
-from ..static.equilibrium import Compliance, Values, closed_approach, closed_force, require_balance, require_forces
-from ..static.record import mesh_stiffness, turn_fraction
 
 if TYPE_CHECKING:
     from ..steady.periodic import Periodic

@@ -16,8 +16,8 @@ from math import gcd, lcm
 import numpy as np
 from numpy.typing import NDArray
 
+from ...statics.record import MeshGroup, turn_fraction
 from ...system.system import Array
-from ..static.record import MeshGroup, turn_fraction
 from .definitions import cycle_peak_ratio
 
 __all__ = ["Source", "independent_blocks", "worst_case"]

@@ -21,9 +21,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from ...statics.record import MeshGroup, least_load, loaded_meshes
 from ...system.system import Array, ComplexArray
-from ..static.loaded import least_load, loaded_meshes
-from ..static.record import MeshGroup
 from .lattice import LineFrequencies, on_axis
 from .waveform import Signal, Spectrum, peak, tone_waveform, torus_waveform, valley
 

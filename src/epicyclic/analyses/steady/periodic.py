@@ -10,8 +10,8 @@ from fractions import Fraction
 import numpy as np
 
 from ...errors import ConvergenceError, ModelError
+from ...statics.record import samples_per_cycle
 from ...system.system import Array, ComplexArray, System, faces
-from ..static.record import samples_per_cycle
 from .mean_stability import require_stable_mean
 from .measures import force_extremes
 from .response import Block, Response, respond, response

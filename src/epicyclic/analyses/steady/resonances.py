@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...results.ties import first_largest, largest
+from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, System, faces
 from ..modes.mesh_crossings import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
-from ..static.tangent import linear
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...machine_code import numba_available, require_numba
+from ...statics.tangent import linear
 from ...system.system import Array, System
 from ..modes.basis import Modal, modal_form
-from ..static.tangent import linear
 from .balance import Batch, Guess, HarmonicSolution, solve
 from .condensed import CondensedOperators, condensed_operators
 from .excitation import LineExcitation, excitation, mesh_order_excitation, shaft_order_excitation
@@ -183,7 +183,7 @@ def response(
     compiled: bool | None = None,
     asks_laws: bool = False,
 ) -> Response:
-    """Prepare a System for its steady response; tangents stand for laws (`static.tangent.linear`).
+    """Prepare a System for its steady response; tangents stand for laws (`statics.tangent.linear`).
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def response(
     compiled : solve by numba, which gives the same numbers to the tolerance; None does so where numba is installed and
         the
         job is so large that loading it pays.  Several mesh frequencies are always solved by numpy.
-    asks_laws : as of `static.tangent.linear`, for contact loss.
+    asks_laws : as of `statics.tangent.linear`, for contact loss.
 
     Raises
     ------

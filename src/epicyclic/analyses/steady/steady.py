@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from ...engine.workers import MOST_NUMBERS, require_memory
 from ...errors import ModelError
+from ...statics.record import idle_warnings, parallel_meshes
+from ...statics.static import rounding_of
+from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
-from ..static.loaded import idle_warnings
-from ..static.record import parallel_meshes
-from ..static.static import rounding_of
-from ..static.tangent import linear
 from .lattice import on_axis
 from .measures import dynamic_factor, force_extremes, link_measures, mean, mean_square
 from .periodic import TOLERANCE, checked_samples, solve_speed

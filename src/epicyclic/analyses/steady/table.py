@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...statics.record import parallel_meshes
+from ...statics.static import rounding_of
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText
-from ..static.record import parallel_meshes
-from ..static.static import rounding_of
 from .excitation import LineExcitation
 from .lattice import Point
 from .measures import Layout

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...statics.tangent import mean_stretch, small_motion_tangent
 from ...system.flank_laws import LinearLaw, TabulatedLaw, phase_cubics
 from ...system.gaps import Flanks
 from ...system.group_laws import Laws
 from ...system.system import Array, System
-from ..static.tangent import mean_stretch, small_motion_tangent
 
 __all__ = ["FlankNumbers", "LawNumbers", "flank_numbers", "law_numbers"]
 

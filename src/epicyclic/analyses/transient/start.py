@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import ConvergenceError, ModelError
+from ...statics.equilibrium import compliance, equilibrium
 from ...system.elimination import elastic_rows
 from ...system.system import Array
-from ..static.equilibrium import compliance, equilibrium
 from .motion import Motion, from_modal, phases_at, to_modal
 from .program import phase_at
 from .right_hand_side import InstantTerms, acceleration, group_gaps, instant_terms

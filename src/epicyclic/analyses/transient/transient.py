@@ -12,10 +12,10 @@ import numpy as np
 from ...engine.workers import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
 from ...machine_code import numba_available
+from ...statics.record import positive_count, reference_tone
 from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
-from ..static.record import positive_count, reference_tone
 from .integrators import starting_slider, steps_for
 from .motion import Contact, Motion, fastest_mode, from_modal, to_modal
 from .outputs import flank_force, group_force, link_force, mesh_total

@@ -6,9 +6,9 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
-from ...analyses.static.equilibrium import compliance_of
-from ...analyses.static.unheld import unheld_warnings
 from ...errors import ModelError
+from ...statics.equilibrium import compliance_of
+from ...statics.unheld import unheld_warnings
 from ...system.system import System
 from ...system.tooth_pairs import pair_of, tooth_warnings
 from ...train.train import Train

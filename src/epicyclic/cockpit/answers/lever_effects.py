@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...analyses.modes.basis import mean_modes
-from ...analyses.samples.sample_loads import mean_loads
-from ...analyses.static.tangent import linear
 from ...errors import ConvergenceError, ModelError
 from ...results.ties import largest
+from ...statics.sample_loads import mean_loads
+from ...statics.tangent import linear
 from ...system.assembly import assemble
 from ...train.train import Train
 from .answer import per_cent

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ...analyses.samples.law_contact import law_map
-from ...analyses.samples.load_map import load_map
-from ...analyses.samples.sample_loads import sample_loads
-from ...analyses.static.tangent import linear
+from ...statics.load_map import law_map, load_map
+from ...statics.sample_loads import sample_loads
+from ...statics.tangent import linear
 from ...system.excitation import unit_lines
 from ...system.system import Array, System
 from ...train.train import Displacement, MeshError, Train

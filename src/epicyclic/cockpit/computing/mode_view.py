@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from ...analyses.modes.basis import mean_modes
 from ...analyses.modes.classification import classify_modes, normalisation
 from ...analyses.modes.mesh_crossings import OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
-from ...analyses.static.tangent import linear
 from ...analyses.steady.resonances import BAND, excited_modes
 from ...results.ties import largest, ranked
+from ...statics.tangent import linear
 from ...system.system import Array, System
 from ...train.train import Train
 from .names import SpeedAxis, member_words, ordinal, rounded

@@ -10,10 +10,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...analyses.samples.sample_loads import mean_loads
 from ...analyses.sharing.definitions import DEFINITIONS
 from ...analyses.sharing.spread import SpreadSharing, spread_sharing
 from ...errors import ConvergenceError, ModelError
+from ...statics.sample_loads import mean_loads
 from ...system.assembly import assemble
 from ...system.system import Array, System
 from ...train.connections import Link

@@ -14,9 +14,9 @@ import numpy as np
 from ...analyses.modes.basis import mean_modes
 from ...analyses.modes.classification import classify_modes
 from ...analyses.sharing.sharing import sharing
-from ...analyses.static.tangent import linear
 from ...errors import ConvergenceError, ModelError
 from ...results.ties import largest
+from ...statics.tangent import linear
 from ...system.assembly import assemble
 from ...system.system import System
 from ...train.train import Train

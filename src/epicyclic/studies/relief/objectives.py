@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.static.record import reference_tone
 from ...analyses.steady.sweep import sweep
 from ...errors import ModelError
+from ...statics.record import reference_tone
 from ...system.system import System
 from ...system.tooth_pairs import ContactHistory, pair_of, with_contact_tangent
 from ...teeth.gear_pair import ContactPair, uniform_along_face

@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.samples.mean_load import MEAN_LOADS
-from ...analyses.samples.sample_loads import ContactMethod
 from ...engine.sampling import sampling_plan
 from ...engine.source import Overrides, Source, train_of
 from ...engine.workers import one_thread
@@ -20,6 +18,8 @@ from ...errors import ModelError
 from ...resolve import load
 from ...resolve.tolerances import costs_of
 from ...results.dataset import dataset
+from ...statics.mean_load import MEAN_LOADS
+from ...statics.sample_loads import ContactMethod
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from ..check import train_provenance

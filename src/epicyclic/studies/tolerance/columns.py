@@ -9,15 +9,14 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...analyses.samples.law_contact import LawMap, law_map
-from ...analyses.samples.load_map import LoadMap, load_map
-from ...analyses.samples.sample_loads import ContactMethod, nominal_signs, sample_loads
-from ...analyses.static.tangent import linear, linear_columns
 from ...errors import ModelError
 from ...model.correlation import Correlations
 from ...model.tolerances import Tolerance
 from ...resolve import load
 from ...resolve.tolerances import correlations_of, tolerances_of
+from ...statics.load_map import LawMap, LoadMap, law_map, load_map
+from ...statics.sample_loads import ContactMethod, nominal_signs, sample_loads
+from ...statics.tangent import linear, linear_columns
 from ...system.assembly import assemble
 from ...system.excitation import unit_lines
 from ...system.system import Array, Line, System

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.samples.sample_loads import ContactMethod
 from ...engine.sampling import SamplingPlan, scramble_uniforms
 from ...errors import ConvergenceError, ModelError
+from ...statics.sample_loads import ContactMethod
 from .sample_map import SampleMap
 from .statistics import system_value
 

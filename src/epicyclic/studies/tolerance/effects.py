@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.samples.mean_load import MEAN_LOADS
-from ...analyses.samples.sample_loads import ContactMethod
 from ...engine.sampling import PIECE, SamplingPlan, scramble_uniforms
 from ...errors import ConvergenceError, ModelError
 from ...resolve import load
+from ...statics.mean_load import MEAN_LOADS
+from ...statics.sample_loads import ContactMethod
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from .columns import tolerance_map

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.samples.mean_load import MEAN_LOADS
-from ...analyses.samples.sample_loads import ContactMethod
 from ...engine.sampling import piece_uniforms, sampling_plan
 from ...model.tolerances import Grade, Tolerance
+from ...statics.mean_load import MEAN_LOADS
+from ...statics.sample_loads import ContactMethod
 from .columns import ToleranceMap
 from .grade_search import Combination, GradeColumns, allowed_above, order_statistic
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.samples.sample_loads import ContactMethod
+from ...statics.sample_loads import ContactMethod
 from ...warning_codes import CodedText
 
 if TYPE_CHECKING:

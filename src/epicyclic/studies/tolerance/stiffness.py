@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.samples.load_map import at_mesh_order
 from ...errors import ModelError
 from ...model.tolerances import Tolerance
 from ...resolve import load
+from ...statics.load_map import at_mesh_order
 from ...system.assembly import assemble
 from ...system.system import System
 

@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.samples.mean_load import MEAN_LOADS
-from ...analyses.samples.sample_loads import ContactMethod
 from ...engine.block_store import BlockJob, hash_of, machine, run_blocks
 from ...engine.run_folder import Counted
 from ...engine.sampling import PIECE, Sampler, SamplingPlan, piece_uniforms, sampling_plan
@@ -23,6 +21,8 @@ from ...engine.source import Overrides, Source, train_of
 from ...engine.workers import one_thread, require_time
 from ...errors import ModelError
 from ...results.dataset import dataset
+from ...statics.mean_load import MEAN_LOADS
+from ...statics.sample_loads import ContactMethod
 from ...warning_codes import CodedText, coded
 from ..check import train_provenance
 from .columns import tolerance_map

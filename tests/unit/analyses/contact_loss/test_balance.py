@@ -22,8 +22,8 @@ from epicyclic.analyses.contact_loss.problem import (
     unknowns,
 )
 from epicyclic.analyses.contact_loss.truncation import truncated_orders, truncation_residual
-from epicyclic.analyses.static.tangent import linear
 from epicyclic.analyses.steady.response import FrameSpeed, respond, response
+from epicyclic.statics.tangent import linear
 
 
 def solved(given: Problem, speed: float) -> State:

@@ -11,7 +11,6 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.analyses.static.loaded import loaded_meshes
 from epicyclic.analyses.steady.measures import dynamic_factor
 from epicyclic.errors import ModelError
 from epicyclic.show.elements import Table, number, shown_columns
@@ -19,6 +18,7 @@ from epicyclic.show.rows import force_table
 from epicyclic.show.views import sharing as sharing_view
 from epicyclic.show.views import sweep as sweep_view
 from epicyclic.show.views import tolerance as tolerance_view
+from epicyclic.statics.record import loaded_meshes
 
 # Two suns; the torque goes from the small one to the ring, and the large one turns idle.
 TWO_SUNS = """

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.analyses.modes.basis import mean_modes
-from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.static.static import static
-from epicyclic.analyses.static.tangent import linear
 from epicyclic.analyses.steady.response import respond, response
 from epicyclic.analyses.steady.steady import steady
 from epicyclic.analyses.steady.waveform import force_signal, link_signal, motion_signal
+from epicyclic.statics.equilibrium import compliance_of, equilibrium
+from epicyclic.statics.static import static
+from epicyclic.statics.tangent import linear
 from epicyclic.system.group_laws import LawGroup
 from epicyclic.system.radial_laws import Law
 from epicyclic.system.system import System

@@ -12,9 +12,6 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
-from epicyclic.analyses.static.both_flanks import held_train
-from epicyclic.analyses.static.quasi_static import quasi_static
-from epicyclic.analyses.static.record import record_of
 from epicyclic.analyses.transient import integrators
 from epicyclic.analyses.transient import run as run_module
 from epicyclic.analyses.transient.integrators import (
@@ -28,6 +25,8 @@ from epicyclic.analyses.transient.program import constant, program
 from epicyclic.analyses.transient.right_hand_side import AHEAD
 from epicyclic.analyses.transient.start import at_equilibrium, at_rest
 from epicyclic.analyses.transient.transient import transient
+from epicyclic.statics.quasi_static import held_train, quasi_static
+from epicyclic.statics.record import record_of
 from epicyclic.system.group_laws import LawGroup, stacked
 from epicyclic.system.radial_laws import Law
 from epicyclic.system.system import Line, System

@@ -14,7 +14,6 @@ import pytest
 
 import epicyclic
 from epicyclic import assemble, load
-from epicyclic.analyses.samples.sample_loads import mean_loads
 from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.cockpit.computing import compute as computing
 from epicyclic.cockpit.computing.compute import compute
@@ -23,6 +22,7 @@ from epicyclic.cockpit.computing.sharing_view import live_sharing, twin_of
 from epicyclic.cockpit.computing.speed_view import Effort, force_curves, speed_model
 from epicyclic.model.document import ready_drives
 from epicyclic.resolve import resolve
+from epicyclic.statics.sample_loads import mean_loads
 from epicyclic.studies.drives import drive_text
 
 RUN_OUTS = {

@@ -15,14 +15,13 @@ from scipy.stats import norm
 
 import epicyclic
 from epicyclic import load
-from epicyclic.analyses.samples import sample_loads
-from epicyclic.analyses.samples.open_contact import net_forces
-from epicyclic.analyses.samples.sample_loads import mean_loads
 from epicyclic.analyses.sharing.sharing import sharing
-from epicyclic.analyses.static.both_flanks import held_train, settled
-from epicyclic.analyses.static.record import excitation
 from epicyclic.errors import ModelError
 from epicyclic.show.console import warnings_of
+from epicyclic.statics import sample_loads
+from epicyclic.statics.quasi_static import held_train, settled
+from epicyclic.statics.record import excitation
+from epicyclic.statics.sample_loads import mean_loads, net_forces
 from epicyclic.studies.new_train.new_train import new_train
 from epicyclic.studies.tolerance.columns import SAMPLES, SampleValues, ToleranceMap, tolerance_map
 from epicyclic.system.assembly import assemble

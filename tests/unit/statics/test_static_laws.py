@@ -16,14 +16,13 @@ import epicyclic
 from epicyclic.analyses.sharing.outputs import train_coefficient
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.sharing.static_record import cycle_starts, record_extremes, sharing_of_record
-from epicyclic.analyses.static.both_flanks import held_train
-from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.static.quasi_static import quasi_static
-from epicyclic.analyses.static.record import Record, excitation, parallel_meshes, record_of
-from epicyclic.analyses.static.static import static
-from epicyclic.analyses.static.tangent import linear
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
+from epicyclic.statics.equilibrium import compliance_of, equilibrium
+from epicyclic.statics.quasi_static import held_train, quasi_static
+from epicyclic.statics.record import Record, excitation, parallel_meshes, record_of
+from epicyclic.statics.static import static
+from epicyclic.statics.tangent import linear
 from epicyclic.system.group_laws import LawGroup
 from epicyclic.system.radial_laws import Law
 from epicyclic.system.system import Line, LinkRows, System

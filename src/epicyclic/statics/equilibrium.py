@@ -28,31 +28,17 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from ...errors import ConvergenceError, ModelError
-from ...system.elimination import elastic_rows, free_motions
-from ...system.flank_laws import LinearAt
-from ...system.gaps import FlanksAt
-from ...system.group_laws import Laws, stacked
-from ...system.system import Array, System
+from ..errors import ConvergenceError, ModelError
+from ..system.elimination import elastic_rows, free_motions
+from ..system.flank_laws import LinearAt
+from ..system.gaps import FlanksAt
+from ..system.group_laws import Laws, stacked
+from ..system.system import Array, System
 from .line_search import line_minimum
 from .unheld import contradicting_radii, unheld, unheld_error
 
 Values = NDArray[Any]  # real or complex
 
-__all__ = [
-    "LEFT",
-    "Compliance",
-    "Equilibrium",
-    "Values",
-    "closed_approach",
-    "closed_force",
-    "compliance",
-    "compliance_of",
-    "equilibrium",
-    "imbalance",
-    "require_balance",
-    "require_forces",
-]
 
 # Part of a unit motion that is rounding of the null space; 1e-14 is seen.
 _NULL_ROUNDING = 1e-10

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.static.equilibrium import compliance, compliance_of, equilibrium
-from epicyclic.analyses.static.record import hunting_cycles, turn_fraction
-from epicyclic.analyses.static.static import static
 from epicyclic.errors import ConvergenceError, ModelError
+from epicyclic.statics.equilibrium import compliance, compliance_of, equilibrium
+from epicyclic.statics.record import hunting_cycles, turn_fraction
+from epicyclic.statics.static import static
 from epicyclic.system.system import Line, System
 
 Array = NDArray[np.float64]

@@ -13,15 +13,13 @@ from fractions import Fraction
 
 import numpy as np
 
-from ...system.flank_laws import LawRows, LinearLaw
-from ...system.group_laws import STATES, LawGroup, Laws
-from ...system.symmetry import commutes
-from ...system.system import Array, Line, LinkRows, MeshRows, System, faces
-from ...warning_codes import CodedText, coded
+from ..system.flank_laws import LawRows, LinearLaw
+from ..system.group_laws import STATES, LawGroup, Laws
+from ..system.symmetry import commutes
+from ..system.system import Array, Line, LinkRows, MeshRows, System, faces
+from ..warning_codes import CodedText, coded
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
 from .record import group_gap
-
-__all__ = ["flank_warnings", "linear", "linear_columns", "mean_stretch", "small_motion_tangent"]
 
 # Stiffness per nominal one of a link that floats in its clearance, for the mean system of analyses that ask its law:
 # its motion is a million times slower than that of a pressed one, and far from rounding of rigid modes (1e-11).

@@ -13,11 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import ModelError
-from ...system.system import Array, System
-from ...warning_codes import CodedText, code_of, coded
-
-__all__ = ["Unheld", "contradicting_radii", "unheld", "unheld_error", "unheld_warnings"]
+from ..errors import ModelError
+from ..system.system import Array, System
+from ..warning_codes import CodedText, code_of, coded
 
 # Part of the load that reactions may leave: the null space has an error of 1e-10, radii that are printed one of 1e-4.
 _LEFT = 1e-6

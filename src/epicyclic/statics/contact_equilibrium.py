@@ -15,12 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import ConvergenceError, ModelError
-from ...system.flank_laws import ROWS, FaceContact, FaceForce
-from ...system.system import Array, System
+from ..errors import ConvergenceError, ModelError
+from ..system.flank_laws import ROWS, FaceContact, FaceForce
+from ..system.system import Array, System
 from .equilibrium import Compliance
-
-__all__ = ["ContactEquilibrium", "ContactProblem", "contact_equilibrium"]
 
 Index = NDArray[np.int64]
 

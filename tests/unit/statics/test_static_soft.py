@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.static.equilibrium import Equilibrium, compliance, equilibrium
 from epicyclic.errors import ConvergenceError
+from epicyclic.statics.equilibrium import Equilibrium, compliance, equilibrium
 
 Array = NDArray[np.float64]
 

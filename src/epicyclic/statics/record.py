@@ -1,8 +1,13 @@
-"""The record: instants counted in exact fractions of a mesh cycle, and the excitation lines evaluated at them."""
+"""Records of instants, and the meshes that carry load in them.
+
+The record: instants counted in exact fractions of a mesh cycle, and the excitation lines evaluated at them.
+
+Which meshes carry load in the mean: where they do not, load sharing and dynamic factor are not defined.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
@@ -10,34 +15,12 @@ from math import lcm
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.workers import MOST_NUMBERS, require_memory
-from ...errors import ModelError
-from ...system.flank_laws import LinearLaw
-from ...system.gaps import FlanksAt, flanks
-from ...system.system import Array, ComplexArray, Line, MeshRows, System, faces
-from ...warning_codes import CodedText, coded
-
-__all__ = [
-    "MeshGroup",
-    "Record",
-    "RecordExcitation",
-    "changing",
-    "excitation",
-    "excitation_at",
-    "group_gap",
-    "hunting_cycles",
-    "mesh_phases",
-    "mesh_stiffness",
-    "parallel_meshes",
-    "period_name",
-    "positive_count",
-    "record_of",
-    "reference_tone",
-    "samples_per_cycle",
-    "short_record",
-    "stiffness_at",
-    "turn_fraction",
-]
+from ..engine.workers import MOST_NUMBERS, require_memory
+from ..errors import ModelError
+from ..system.flank_laws import LinearLaw
+from ..system.gaps import FlanksAt, flanks
+from ..system.system import Array, ComplexArray, Line, MeshRows, System, faces
+from ..warning_codes import CodedText, coded
 
 MeshGroup = NDArray[np.int64]
 """Indices of meshes that share a load, one per branch; slices of a mesh count once."""
@@ -338,3 +321,40 @@ def _far_gap(system: System, waves: ComplexArray) -> Array:
 def group_gap(line: Line, rows: int) -> ComplexArray:
     """Amplitudes of a line's errors in the rows of groups, (R,) [m]; zeros where the line holds none."""
     return line.group_gap if line.group_gap.size else np.zeros(rows, dtype=complex)
+
+
+# A mean force below this part of the largest force is none: responses are solved to a relative residual of 1e-6, so
+# that what is left of the balance of an idle gear is not known to be above zero.
+_NONE = 1e-6
+
+
+def loaded_meshes(mean: Array, members: Sequence[MeshGroup], *, most: Array, rounding: float) -> NDArray[np.bool_]:
+    """Meshes of groups that carry load in the mean, (m, ..), from mean forces (m, ..) [N].
+
+    The meshes of a pair are asked together: those of an idle gear may be pressed against each other.
+
+    Parameters
+    ----------
+    members : meshes of one pair and side.  most : (m, ..) largest forces [N].  rounding : a force that is none [N].
+    """
+    least = least_load(mean, most=most, rounding=rounding)
+    loaded = np.zeros(mean.shape, dtype=bool)
+    for group in members:
+        loaded[group] = mean[group].sum(axis=0) > least
+    return loaded
+
+
+def least_load(mean: Array, *, most: Array, rounding: float) -> Array:
+    """Mean force (..) [N] from which on a mesh carries load; arguments as of `loaded_meshes`.
+
+    An idle group beside loaded ones, or one that only swings, carries rounding.
+    """
+    largest = np.max(np.nan_to_num(np.abs([mean, most])), axis=(0, 1), initial=0.0)
+    least: Array = np.maximum(_NONE * largest, rounding)
+    return least
+
+
+def idle_warnings(meshes: Sequence[str], loaded: NDArray[np.bool_], what: str) -> list[CodedText]:
+    """A warning of the meshes without load, (m,), and `what` is not defined there."""
+    names = ", ".join(name for name, yes in zip(meshes, loaded, strict=True) if not yes)
+    return [coded("mesh-without-load", f"no load, hence no {what}, in {names}")] if names else []

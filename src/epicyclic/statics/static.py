@@ -11,33 +11,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.gaps import flanks, groups_past_the_end, net_force, past_the_end
-from ...system.group_laws import STATES
-from ...system.system import Array, Faces, System, faces
-from ...warning_codes import CodedText, coded
-from .both_flanks import held_train
-from .loaded import idle_warnings, loaded_meshes
-from .quasi_static import RecordPiece, history_note, quasi_static
-from .record import Record, parallel_meshes, positive_count, record_of
+from ..system.gaps import flanks, groups_past_the_end, net_force, past_the_end
+from ..system.group_laws import STATES
+from ..system.system import Array, Faces, System, faces
+from ..warning_codes import CodedText, coded
+from .quasi_static import RecordPiece, held_train, history_note, quasi_static
+from .record import Record, idle_warnings, loaded_meshes, parallel_meshes, positive_count, record_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Columns = dict[str, tuple[Sequence[str] | str, Any]]
 
-__all__ = [
-    "OPEN_RATIO",
-    "FlankContact",
-    "contact_shares",
-    "contact_warnings",
-    "flank_contact",
-    "free_position_warnings",
-    "group_columns",
-    "law_attributes",
-    "mesh_contact",
-    "rounding_of",
-    "static",
-]
 
 # A mesh force below this part of the largest is an open mesh: of two that open together one may just touch, with a
 # force that is rounding (1e-16 times mesh per support stiffness, 1e7).
@@ -216,7 +201,7 @@ def _dataset(
     system: System, record: Record, pieces: list[RecordPiece], contact: FlankContact, warnings: list[CodedText]
 ) -> xr.Dataset:
     """The labelled result."""
-    from ...results.dataset import dataset
+    from ..results.dataset import dataset
 
     displacement = np.concatenate([piece.state.displacement for piece in pieces])
     deflection = np.concatenate([piece.link_deflection for piece in pieces])

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic import load
-from epicyclic.analyses.samples.open_contact import net_forces
+from epicyclic.statics.sample_loads import net_forces
 from epicyclic.studies.tolerance.columns import ToleranceMap, tolerance_map
 
 Array = NDArray[np.float64]

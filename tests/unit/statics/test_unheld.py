@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.analyses.static.equilibrium import compliance_of
-from epicyclic.analyses.static.unheld import unheld
 from epicyclic.errors import ModelError
+from epicyclic.statics.equilibrium import compliance_of
+from epicyclic.statics.unheld import unheld
 
 TORQUE = 3000.0
 HELIX = math.radians(12)

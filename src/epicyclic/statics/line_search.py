@@ -12,10 +12,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import ConvergenceError
-from ...system.system import Array
-
-__all__ = ["Slope", "line_minimum"]
+from ..errors import ConvergenceError
+from ..system.system import Array
 
 Slope = Callable[[Array, NDArray[np.int64]], Array]
 """(lengths (t,), instants (t,) of the batch) -> slope at those lengths."""

@@ -13,10 +13,10 @@ from scipy.interpolate import CubicHermiteSpline
 
 import epicyclic
 from epicyclic.analyses.modes.eigen import eigen
-from epicyclic.analyses.static.tangent import flank_warnings, linear
 from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.resolve import load
+from epicyclic.statics.tangent import flank_warnings, linear
 from epicyclic.system.flank_laws import LawRows, TabulatedLaw
 from epicyclic.system.gaps import flanks
 from epicyclic.system.system import System

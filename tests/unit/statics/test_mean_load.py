@@ -10,17 +10,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.analyses.samples.load_map import load_map
-from epicyclic.analyses.samples.mean_load import MEAN_LOADS, closed_loads
-from epicyclic.analyses.samples.open_contact import net_forces
-from epicyclic.analyses.samples.phases import largest_sum, phase_points, slow_phases, units_of_largest
-from epicyclic.analyses.samples.sample_loads import mean_loads, nominal_signs
 from epicyclic.analyses.sharing import outputs
 from epicyclic.analyses.sharing.definitions import DEFINITIONS
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.errors import ModelError
 from epicyclic.model.document import ready_drives
 from epicyclic.resolve import load
+from epicyclic.statics.load_map import load_map
+from epicyclic.statics.mean_load import (
+    MEAN_LOADS,
+    closed_loads,
+    largest_sum,
+    phase_points,
+    slow_phases,
+    units_of_largest,
+)
+from epicyclic.statics.sample_loads import mean_loads, net_forces, nominal_signs
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 

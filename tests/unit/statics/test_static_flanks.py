@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.sharing.static_record import sharing_of_record
-from epicyclic.analyses.static.both_flanks import held_train, settled
-from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.static.record import excitation, record_of
-from epicyclic.analyses.static.static import static
 from epicyclic.errors import ModelError
+from epicyclic.statics.equilibrium import compliance_of, equilibrium
+from epicyclic.statics.quasi_static import held_train, settled
+from epicyclic.statics.record import excitation, record_of
+from epicyclic.statics.static import static
 from epicyclic.system.flank_laws import LawRows, LinearAt, TabulatedLaw
 from epicyclic.system.gaps import FlanksAt, flanks
 from epicyclic.system.group_laws import LawGroup, stacked

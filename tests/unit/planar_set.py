@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import pytest
 import scipy.linalg
 from numpy.typing import NDArray
 
@@ -233,8 +232,3 @@ class Builders:
     planar: type[Planar] = Planar
     reduced: Callable[[System, Array, tuple[str, ...], Array], System] = field(default=_reduced)
     side_by_side: Callable[[System, System], System] = field(default=_side_by_side)
-
-
-@pytest.fixture(scope="session")
-def build() -> Builders:
-    return Builders()
