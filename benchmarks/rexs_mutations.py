@@ -31,9 +31,9 @@ from xml.etree import ElementTree
 
 from rexs_nasty import JSON_NASTY, NASTY, TYPES
 
+from epicyclic.document.document import read
 from epicyclic.engine.source import train_of
 from epicyclic.errors import ModelError
-from epicyclic.model.document import read
 from epicyclic.resolve.resolve import resolve
 from epicyclic.rexs.import_train import read_rexs
 from epicyclic.rexs.reading import read_rexs_file

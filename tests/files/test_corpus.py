@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from epicyclic.document.document import read
 from epicyclic.errors import ModelError
-from epicyclic.model.document import read
 
 
 def written(tmp_path: Path, text: str | bytes) -> Path:

@@ -10,8 +10,8 @@ from typing import Any
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from epicyclic.document.document import read
 from epicyclic.errors import ModelError
-from epicyclic.model.document import read
 
 GOOD = [p.read_text() for p in sorted((Path(__file__).parent / "good").glob("*.toml"))]
 FAST = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -13,8 +13,8 @@ import epicyclic
 from epicyclic.analyses.modes.classification import _KINDS
 from epicyclic.analyses.sharing.definitions import DEFINITIONS
 from epicyclic.cli.main import app
-from epicyclic.model.distributions import FORMS
-from epicyclic.model.document import read, ready_drives
+from epicyclic.document.distributions import FORMS
+from epicyclic.document.document import read, ready_drives
 from epicyclic.results.variables import VARIABLES
 from epicyclic.show.brief_check import phasing
 from epicyclic.show.plot import figure_names

@@ -29,9 +29,9 @@ from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.cli.main import app
+from epicyclic.document.tables import dotted_line
 from epicyclic.engine.run_folder import locked_folder, remove_folder
 from epicyclic.errors import ModelError
-from epicyclic.model.tables import dotted_line
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.results.files import require_writable, seal, write_text
 from epicyclic.verbs.record import verbs

@@ -13,9 +13,9 @@ from typing import get_args
 
 from pydantic import BaseModel, ValidationError
 
+from ..document.validation import words_of
 from ..errors import ModelError
 from ..input_files import read_text
-from ..model.validation_errors import words_of
 from .audit_file import Audit, Row, Run, SourceReading, Value, Verdict
 
 __all__ = ["AUDITED", "AuditFile", "WrongRow", "audited_drives", "read_audit"]

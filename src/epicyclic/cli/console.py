@@ -172,7 +172,7 @@ def parsed_overrides(sets: list[str] | None) -> dict[str, object]:
     """
     if not sets:
         return {}
-    from ..model.overrides import parse_setting
+    from ..document.overrides import parse_setting
 
     return dict(parse_setting(text) for text in sets)
 

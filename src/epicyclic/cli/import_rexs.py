@@ -48,7 +48,7 @@ def _import(file: str, load_case: int | None, *, as_json: bool, output: Path | N
     if output is not None:
         target_of(output, (".toml",))
     require_stdout()
-    from ..model.document import read
+    from ..document.document import read
     from ..rexs.import_train import read_rexs, traced
     from ..studies.rexs_text import rexs_model_text
 

@@ -87,7 +87,7 @@ def check(
 
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
-    from ..model.model_writer import model_text
+    from ..document.writer import model_text
     from ..resolve import load
     from ..resolve.resolved_document import resolved_document
 
@@ -129,7 +129,7 @@ def schema(
 ) -> None:
     """The JSON Schema of the model file, for editors."""
     with reported():
-        from ..model.json_schema import json_schema_text
+        from ..document.json_schema import json_schema_text
 
         text = json_schema_text()
         if output is None:

@@ -70,7 +70,7 @@ def _option(error: Any, group: TyperGroup, ctx: Any, typed: list[str]) -> str:
 
 def _command(name: str, group: TyperGroup) -> str:
     """Message of a command that is not there."""
-    from ..model.document import ready_drives
+    from ..document.document import ready_drives
 
     known = [own for own, one in group.commands.items() if not getattr(one, "hidden", False)]
     if name in ready_drives() or name.endswith((".toml", ".rexs", ".rexsj", ".rexsz")):
@@ -86,7 +86,7 @@ def _options(command: Any) -> list[str]:
 
 def _nearest(word: str, known: Iterable[str]) -> str:
     """``; did you mean '--damped'?``, or nothing; dashes and underscores count as the same."""
-    from ..model.names import nearest
+    from ..document.schema import nearest
 
     plain = {_plain(name): name for name in known}
     found = re.search(r"'(.*)'", nearest(_plain(word), plain))

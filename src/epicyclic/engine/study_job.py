@@ -18,15 +18,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..document.distributions import VECTORS, Distribution
+from ..document.document import Document, read, ready_drives
+from ..document.schema import collect, nearest
+from ..document.tables import dotted_line
+from ..document.units import KINDS, Bounds, Quantity, read_quantity
+from ..document.validation import quantity_at
+from ..document.written_numbers import Probe, bare_in, likely_text, typed
 from ..errors import ModelError
 from ..input_files import read_text
-from ..model.bare_numbers import Probe, bare_in, likely_text, typed
-from ..model.distributions import VECTORS, Distribution
-from ..model.document import Document, read, ready_drives
-from ..model.names import collect, nearest
-from ..model.tables import dotted_line
-from ..model.units import KINDS, Bounds, Quantity, read_quantity
-from ..model.validation import quantity_at
 from ..resolve import load
 from ..resolve.tolerances import tolerances_of
 from ..warning_codes import CodedText, coded

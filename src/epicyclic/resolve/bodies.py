@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from ..document.schema import MemberTable, ModelFile
+from ..document.units import Quantity
 from ..errors import ModelError
-from ..model.schema import MemberTable, ModelFile
-from ..model.units import Quantity
 from ..train.bodies import HOUSING, Body, Frame, GearData
 from .centres import StageShape
 from .gears import gap_of, width_of

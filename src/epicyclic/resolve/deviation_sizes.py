@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from ..document.deviations import MemberDeviationsTable, MeshDeviationsTable
+from ..document.document import Document
 from ..errors import ModelError
-from ..model.deviations import MemberDeviationsTable, MeshDeviationsTable
-from ..model.document import Document
 from ..train.bodies import Body, GearData
 from ..train.connections import Mesh
 from ..warning_codes import coded

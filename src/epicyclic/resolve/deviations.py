@@ -1,6 +1,6 @@
 """Deviations from nominal: what each kind does to the train, with exact signed frequencies.
 
-One function a kind, listed in `MEMBER_KINDS` or `MESH_KINDS` under the key of `model/deviations.py`. A deviation
+One function a kind, listed in `MEMBER_KINDS` or `MESH_KINDS` under the key of `document/deviations.py`. A deviation
 becomes a displaced feature, an error of a mesh or a load (docs/conventions.md, errors).
 """
 
@@ -16,9 +16,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..document.deviations import DisplacementTable, ProfileErrorTable, TiltTable, TurningErrorTable, UnbalanceTable
+from ..document.schema import ModelFile
 from ..errors import ModelError
-from ..model.deviations import DisplacementTable, ProfileErrorTable, TiltTable, TurningErrorTable, UnbalanceTable
-from ..model.schema import ModelFile
 from ..teeth.grades import pitch_lines, profile_amplitude, random_phases, tooth_phase
 from ..train.bodies import DIRECTIONS, Body
 from ..train.connections import Link, Mesh

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+from ..document.schema import ModelFile, ProfileTable, ReliefTable, WaveTable
 from ..errors import ModelError
-from ..model.schema import ModelFile, ProfileTable, ReliefTable, WaveTable
 from ..teeth import geometry
 from ..teeth.contact_lines import PlaneOfAction
 from ..teeth.flank import PLAIN, Flank, Relief, Wave, amounts, check_flank

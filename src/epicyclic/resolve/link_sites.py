@@ -6,10 +6,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from ..document.schema_fields import BoltsTable, ForceTableOf, LinkTable
+from ..document.units import Quantity
 from ..errors import ModelError
-from ..model.force_tables import ForceTableOf
-from ..model.schema_links import BoltsTable, LinkTable
-from ..model.units import Quantity
 from ..teeth.mesh_stiffness import ForceCurve, force_curve
 from ..train.bodies import DIRECTIONS, Body
 from ..train.connections import Link

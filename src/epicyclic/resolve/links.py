@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from ..document import schema_fields as tables
+from ..document.schema import ModelFile
 from ..errors import ModelError
-from ..model import schema_links as tables
-from ..model.schema import ModelFile
 from ..train.bodies import DIRECTIONS, Body
 from ..train.connections import Link
 from .bodies import body_name, member_bodies

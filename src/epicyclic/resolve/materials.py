@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..model.schema import ModelFile
+from ..document.schema import ModelFile
 from ..teeth.mesh_stiffness import STEEL_MODULUS
 from .inheritance import Level, Levels, stated_value, subtables
 from .plan import Plan

@@ -12,10 +12,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..document.schema import ModelFile, VariationTable
+from ..document.schema_fields import MeshForceTable
+from ..document.units import Quantity
 from ..errors import ModelError
-from ..model.force_tables import MeshForceTable
-from ..model.schema import ModelFile, VariationTable
-from ..model.units import Quantity
 from ..teeth import mesh_stiffness as teeth_stiffness
 from ..teeth.mesh_stiffness import (
     STEEL_MODULUS,

@@ -10,8 +10,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from ..document.schema import ModelFile
 from ..errors import ModelError
-from ..model.schema import ModelFile
 from ..teeth.mesh_stiffness import face_average
 from ..teeth.phasing import shift_term
 from ..train.connections import Mesh, MeshSlice

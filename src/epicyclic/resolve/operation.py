@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
+from ..document.schema import ModelFile
 from ..errors import ModelError
-from ..model.schema import ModelFile
 from ..train.bodies import Body
 from ..train.kinematics import Gearing, Kinematics, Tie, solve_kinematics
 from ..train.train import Load

@@ -7,9 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from ..document.schema import SIDES, MemberTable, MeshTable, ModelFile, StageTable
 from ..errors import ModelError
-from ..model.names import SIDES
-from ..model.schema import MemberTable, MeshTable, ModelFile, StageTable
 from .inheritance import Level, Levels, stated_value
 from .resolution_log import Number, ResolutionLog, turns_of
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from ..arguments import checked
+from ..document.document import Document, read
+from ..document.schema import ModelFile
 from ..errors import ModelError
-from ..model.document import Document, read
-from ..model.schema import ModelFile
 from ..train.bodies import Body
 from ..train.connections import Link
 from ..train.kinematics import tones

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..model.schema_links import SolidTable
+from ..document.schema_fields import SolidTable
 
 __all__ = ["shaft_stiffness", "shear_coefficient", "solid_stiffness"]
 

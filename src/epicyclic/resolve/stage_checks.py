@@ -7,8 +7,8 @@ from itertools import combinations, product
 
 import numpy as np
 
+from ..document.schema import SIDES
 from ..errors import ModelError
-from ..model.names import SIDES
 from ..teeth import geometry
 from ..train.phasing import disc_gaps
 from ..warning_codes import coded

@@ -8,8 +8,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.force_tables import ForceTableOf
-from ..model.schema_links import LinkTable
+from ..document.schema_fields import ForceTableOf, LinkTable
 from ..train.bodies import Body
 from ..train.connections import Link
 

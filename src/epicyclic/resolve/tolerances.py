@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from ..document.correlation import Correlations, read_correlations
+from ..document.distributions import Distribution, StandardGrade
+from ..document.document import Document
+from ..document.schema import SIDES, collect
+from ..document.tolerances import Grade, Tolerance, Width, costs, tolerances, tolerances_and_costs
 from ..errors import ModelError
-from ..model.correlation import Correlations, read_correlations
-from ..model.distributions import Distribution, StandardGrade
-from ..model.document import Document
-from ..model.names import SIDES, collect
-from ..model.tolerances import Grade, Tolerance, Width, costs, tolerances, tolerances_and_costs
 from ..teeth.grades import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
 from ..train.bodies import Body
 from ..train.connections import Mesh

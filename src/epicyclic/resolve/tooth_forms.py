@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Literal
 
-from ..model.schema import ModelFile
+from ..document.schema import ModelFile
 from ..teeth.mesh_stiffness import ComplexArray
 from ..teeth.outline import GearForm
 from ..warning_codes import placed

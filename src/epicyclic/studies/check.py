@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..model.tolerances import Tolerance
+from ..document.tolerances import Tolerance
 from ..resolve.tolerances import tolerances_of
 from ..results.dataset import dataset
 from ..statics.equilibrium import compliance_of

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..document.units import Bounds
+from ..document.written_numbers import stated
 from ..errors import ModelError
-from ..model.bare_numbers import stated
-from ..model.units import Bounds
 from ..teeth.gear_pair import ContactPair, MeshWave, uniform_along_face
 from ..teeth.loaded_contact import loaded_contact
 from ..train.connections import Mesh

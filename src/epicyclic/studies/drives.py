@@ -5,9 +5,9 @@ from __future__ import annotations
 import tomllib
 from importlib import resources
 
+from ..document.document import ready_drives
+from ..document.schema import nearest
 from ..errors import ModelError
-from ..model.document import ready_drives
-from ..model.names import nearest
 
 __all__ = ["drive_text", "drive_titles"]
 

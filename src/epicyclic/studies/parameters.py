@@ -10,11 +10,11 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
+from ..document.schema import collect, nearest
+from ..document.shorthand import expand_path
+from ..document.tables import leaves
+from ..document.written_numbers import Written, written
 from ..errors import ModelError
-from ..model.names import collect, nearest
-from ..model.shorthand import expand_path
-from ..model.tables import leaves
-from ..model.written import Written, written
 from ..train.train import Train
 
 __all__ = ["Parameter", "all_parameters", "parameter_at"]

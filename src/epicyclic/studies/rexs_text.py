@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..model.commented_writer import commented_text
+from ..document.writer import commented_text
 
 if TYPE_CHECKING:
     from ..rexs.import_train import RexsImport

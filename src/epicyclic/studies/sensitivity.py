@@ -20,8 +20,8 @@ from ..analyses.sensitivity.forces import force_derivatives
 from ..analyses.sensitivity.frequencies import frequency_derivatives, whirl_derivatives
 from ..analyses.sensitivity.numbers import SystemNumbers, is_nonzero
 from ..analyses.steady.response import response
+from ..document.schema import nearest
 from ..errors import ModelError
-from ..model.names import nearest
 from ..results.dataset import dataset
 from ..results.ties import largest, ranked
 from ..system.system import System, faces

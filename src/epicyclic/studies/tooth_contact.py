@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..document.written_numbers import stated
 from ..engine.workers import require_memory
 from ..errors import ModelError
-from ..model.bare_numbers import stated
 from ..resolve.deviation_sizes import check_contact_errors
 from ..results.dataset import dataset
 from ..system.tooth_pairs import End, loaded_mesh, mean_force, pair_of, tooth_warnings

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from ..analyses.modes.classification import classify_modes
 from ..analyses.modes.eigen import eigen
 from ..analyses.modes.tracking import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
+from ..document.written_numbers import written
 from ..errors import ModelError
-from ..model.written import written
 from ..resolve import load
 from ..results.dataset import dataset
 from ..statics.tangent import flank_warnings, linear

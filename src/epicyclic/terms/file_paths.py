@@ -10,9 +10,9 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from ..model.document import ready_drives
-from ..model.json_schema import json_schema
-from ..model.units import KINDS
+from ..document.document import ready_drives
+from ..document.json_schema import json_schema
+from ..document.units import KINDS
 from .explanation import Explanation
 
 __all__ = ["explained_paths", "mended_paths", "path_words"]

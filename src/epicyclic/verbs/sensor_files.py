@@ -7,10 +7,10 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..document.units import factor
+from ..document.written_numbers import stated
 from ..errors import ModelError
 from ..input_files import read_text
-from ..model.bare_numbers import stated
-from ..model.units import factor
 
 if TYPE_CHECKING:
     from ..analyses.modulation.path import Transfer, Window

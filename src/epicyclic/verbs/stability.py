@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+from ..document.written_numbers import typed
 from ..errors import ModelError
-from ..model.bare_numbers import typed
 from .options import Folder, FrameSpeed, MeshFrequencies, RelativeSpeeds, Resume, Start, Stop
 from .parsing import spread
 from .record import Option, Verb, bounded, given, refuse_without, require_folder

@@ -137,7 +137,7 @@ def _history(path: str | Path) -> "History":
     import numpy as np
 
     from ..analyses.transient.scenario import History
-    from ..model.history import read_history
+    from ..document.csv_files import read_history
 
     table = read_history(path)
     return History(

@@ -15,8 +15,8 @@ import xarray as xr
 import epicyclic
 from epicyclic.audits import audit as module
 from epicyclic.cli.main import app
+from epicyclic.document.writer import model_text
 from epicyclic.errors import ConvergenceError, ModelError
-from epicyclic.model.model_writer import model_text
 from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.show.views.audit import tables, tally
 from epicyclic.verbs.record import Verb

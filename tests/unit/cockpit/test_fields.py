@@ -26,8 +26,8 @@ from epicyclic.cockpit.dialogs.field_list import (
 from epicyclic.cockpit.dialogs.fields_panel import fields_panel
 from epicyclic.cockpit.state.replay import command_line
 from epicyclic.cockpit.state.state import opened, with_value
-from epicyclic.model.document import read, ready_drives
-from epicyclic.model.overrides import parse_setting
+from epicyclic.document.document import read, ready_drives
+from epicyclic.document.overrides import parse_setting
 
 
 @pytest.mark.parametrize("drive", ready_drives())

@@ -31,10 +31,10 @@ from epicyclic.cockpit.state.state import (
     with_value,
 )
 from epicyclic.cockpit.state.written_text import text_of, value_at
+from epicyclic.document.document import parse_text, read, ready_drives
+from epicyclic.document.overrides import parse_setting
+from epicyclic.document.tables import leaves
 from epicyclic.errors import ModelError
-from epicyclic.model.document import parse_text, read, ready_drives
-from epicyclic.model.overrides import parse_setting
-from epicyclic.model.tables import leaves
 
 CHANGES: dict[str, dict[str, object]] = {
     "ren2021": {"stages.main.sun.support.radial": "5e8 N/m", "deviations.sun.run_out": "30 um", "damping.modal": 0.02},

@@ -8,12 +8,12 @@ from typing import Any, get_args
 
 import pytest
 
+from epicyclic.document.deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
+from epicyclic.document.document import read
+from epicyclic.document.json_schema import json_schema
+from epicyclic.document.schema_fields import Unit, metadata_of
+from epicyclic.document.units import KINDS
 from epicyclic.errors import ModelError
-from epicyclic.model.deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
-from epicyclic.model.document import read
-from epicyclic.model.json_schema import json_schema
-from epicyclic.model.schema_fields import Unit, metadata_of
-from epicyclic.model.units import KINDS
 from epicyclic.resolve import load
 from epicyclic.resolve.deviations import MEMBER_KINDS, MESH_KINDS
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import epicyclic
+from epicyclic.document.writer import model_text
 from epicyclic.errors import ModelError
-from epicyclic.model.model_writer import model_text
 from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.teeth.compliance import tooth_compliance
 from epicyclic.teeth.energy_stiffness import MeshedTeeth, section_stiffness

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 import epicyclic
+from epicyclic.document.writer import model_text
 from epicyclic.errors import ModelError
-from epicyclic.model.model_writer import model_text
 from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.teeth.flank import PLAIN, Flank, Relief, Wave
 from epicyclic.teeth.mesh_stiffness import ToothPair

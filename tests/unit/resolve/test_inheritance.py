@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from epicyclic.model.schema import FlankTable, MemberTable, SideTable, StageTable
-from epicyclic.model.schema_links import SupportTable
+from epicyclic.document.schema import FlankTable, MemberTable, SideTable, StageTable
+from epicyclic.document.schema_fields import SupportTable
 from epicyclic.resolve import load
 from epicyclic.resolve.inheritance import Level, Levels, origin_of, overlaid, stated, stated_value, subtables
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from epicyclic.model.model_writer import model_text
+from epicyclic.document.writer import model_text
 from epicyclic.resolve import load
 from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.train.bodies import Body, GearData

@@ -12,7 +12,7 @@ import pytest
 from scipy.linalg import eigh
 
 import epicyclic
-from epicyclic.model.document import ready_drives
+from epicyclic.document.document import ready_drives
 from epicyclic.resolve import load
 from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.resolve.tilt import SLICES

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 import pytest
 
+from epicyclic.document.document import read
+from epicyclic.document.tolerances import Tolerance
 from epicyclic.errors import ModelError
-from epicyclic.model.document import read
-from epicyclic.model.tolerances import Tolerance
 from epicyclic.resolve.resolve import load
 from epicyclic.resolve.tolerances import costs_of, tolerances_of
 

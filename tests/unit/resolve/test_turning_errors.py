@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
+from epicyclic.document.document import read
 from epicyclic.errors import ModelError
-from epicyclic.model.document import read
 from epicyclic.resolve import load
 from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.statics.static import static

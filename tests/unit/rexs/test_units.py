@@ -9,9 +9,8 @@ from typing import Any
 import pint
 import pytest
 
+from epicyclic.document.units import Bounds, is_unit_of, read_quantity
 from epicyclic.errors import ModelError
-from epicyclic.model.unit_patterns import is_unit_of
-from epicyclic.model.units import Bounds, read_quantity
 from epicyclic.rexs.structure import Attribute, Component
 from epicyclic.rexs.units import _SI, _UNITS, Number, number_of
 

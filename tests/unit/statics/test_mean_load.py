@@ -13,8 +13,8 @@ import pytest
 from epicyclic.analyses.sharing import outputs
 from epicyclic.analyses.sharing.definitions import DEFINITIONS
 from epicyclic.analyses.sharing.sharing import sharing
+from epicyclic.document.document import ready_drives
 from epicyclic.errors import ModelError
-from epicyclic.model.document import ready_drives
 from epicyclic.resolve import load
 from epicyclic.statics.load_map import load_map
 from epicyclic.statics.mean_load import (

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import epicyclic
+from epicyclic.document.document import read
 from epicyclic.errors import ModelError
-from epicyclic.model.document import read
 from epicyclic.studies.new_train.beside import Blank, shifts_of
 from epicyclic.studies.new_train.constructors import differential, planetary, star
 from epicyclic.studies.new_train.new_train import new_train

@@ -422,7 +422,7 @@ Run = Callable[..., tuple[int, str, str]]
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Run:
-    from epicyclic.model.toml_writer import to_toml
+    from epicyclic.document.tables import to_toml
 
     model = tmp_path / "pair.toml"
     model.write_text(to_toml(PAIR), encoding="utf-8")

@@ -6,9 +6,9 @@ import re
 
 import pytest
 
+from epicyclic.document.units import Bounds, read_quantity
+from epicyclic.document.written_numbers import stated
 from epicyclic.errors import ModelError
-from epicyclic.model.bare_numbers import stated
-from epicyclic.model.units import Bounds, read_quantity
 from epicyclic.verbs.parsing import (
     ends,
     frequency,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ...model.model_writer import quantity_text
+from ...document.writer import quantity_text
 from ...teeth.grades import run_out_width
 from ...train.bodies import Body
 from ...train.train import Train

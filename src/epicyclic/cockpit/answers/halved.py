@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from ...model.written import written
+from ...document.written_numbers import written
 from ...teeth.grades import FLANK_GRADES, SIZE_GRADES
 from ...train.train import Train
 from .paths import in_short

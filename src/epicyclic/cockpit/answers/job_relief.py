@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...model.written import written
+from ...document.written_numbers import written
 from .answer import answer, number, per_cent
 from .job_frame import JobFrame, job_frame, lines
 

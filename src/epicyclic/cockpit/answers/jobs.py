@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...document.tables import PlainTable
 from ...errors import ModelError
-from ...model.tables import PlainTable
 from .job_frame import JobFrame
 from .job_results import (
     contact_frame,

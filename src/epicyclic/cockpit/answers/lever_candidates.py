@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...model.tables import PlainTable, leaves, split_path
-from ...model.units import factor
-from ...model.written import Written, written
+from ...document.tables import PlainTable, leaves, split_path
+from ...document.units import factor
+from ...document.written_numbers import Written, written
 from ...train.train import Train
 from ..state.spellings import at_path
 from .paths import in_short

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ...model.units import factor
-from ...model.written import Written, written
+from ...document.units import factor
+from ...document.written_numbers import Written, written
 
 __all__ = ["entry_of", "with_entry"]
 

@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ...document.document import file_text, parse_text
+from ...document.tables import PlainTable
 from ...errors import ConvergenceError, ModelError
-from ...model.document import file_text, parse_text
-from ...model.tables import PlainTable
 from ...resolve.resolve import load
 from ...train.train import Train
 from .lever_candidates import Candidate, candidates_of

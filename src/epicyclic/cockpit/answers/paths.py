@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...model.tables import leaves
-from ...model.written import written
+from ...document.tables import leaves
+from ...document.written_numbers import written
 from ...train.train import Train
 
 __all__ = ["in_short", "leaves_below", "scaled"]

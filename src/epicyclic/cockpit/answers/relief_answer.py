@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ...model.tables import leaves
-from ...model.units import factor
-from ...model.written import written
+from ...document.tables import leaves
+from ...document.units import factor
+from ...document.written_numbers import written
 from ...system.tooth_pairs import mean_force
 from ...train.connections import Mesh
 from ...train.train import Train

@@ -19,8 +19,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...document.tables import PlainTable
 from ...errors import ModelError
-from ...model.tables import PlainTable
 
 __all__ = ["PageFrame", "Request", "failed_frame", "pack", "unpack"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ...model.shorthand import PAIRS
+from ...document.shorthand import PAIRS
 from ...train.bodies import Body
 from ...train.train import Train
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ...model.tables import PlainTable
+from ...document.tables import PlainTable
 from ...resolve import load
 from ...show.views.compare import tables
 from ...studies.compare.compare import compare_of

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import Any
 
+from ...document.json_schema import json_schema
+from ...document.overrides import layer_of, parse_setting, replace_alternatives, stepwise
+from ...document.tables import PlainTable, merge, split_path, union, value_text
 from ...errors import ModelError
-from ...model.json_schema import json_schema
-from ...model.overrides import layer_of, parse_setting, replace_alternatives, stepwise
-from ...model.tables import PlainTable, merge, split_path, union
-from ...model.toml_writer import value_text
 from ...terms.explanation import Explanation
 from ...terms.file_paths import explained_paths
 from ..state.state import PageState, tables_of

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from nicegui import background_tasks, events, ui
 from nicegui.element import Element
 
+from ...document.tables import PlainTable
+from ...document.units import KINDS
 from ...errors import ModelError
-from ...model.tables import PlainTable
-from ...model.units import KINDS
 from ...resolve import load
 from ...terms.explanation import Explanation
 from ..state.state import PageState, request_of

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ...document.tables import PlainTable
+from ...document.writer import commented_text
 from ...errors import ModelError
-from ...model.commented_writer import commented_text
-from ...model.tables import PlainTable
 from ...resolve import load
 from ...studies.new_train.new_train import new_train
 from ...studies.new_train.wishes import HELD, MEMBERS

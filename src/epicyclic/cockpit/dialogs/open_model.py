@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from nicegui import events, ui
 
+from ...document.document import MAX_BYTES
 from ...errors import ModelError
-from ...model.document import MAX_BYTES
 from ...rexs.names import is_rexs_name
 from ...studies.drives import drive_titles
 from ..state.state import opened, uploaded

@@ -10,8 +10,8 @@ from typing import Any
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
+from ...document.units import factor
 from ...errors import ModelError
-from ...model.units import factor
 from ..answers.lever_entries import entry_of, with_entry
 from ..dialogs.field_list import file_value
 from ..processes.session import Session

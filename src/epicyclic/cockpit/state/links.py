@@ -9,8 +9,8 @@ import zlib
 from collections.abc import Mapping
 from pathlib import Path
 
+from ...document.document import ready_drives
 from ...errors import ModelError
-from ...model.document import ready_drives
 from .state import PageState, at_speed, from_text, opened, request_of, with_values
 
 __all__ = ["MOST_LINK", "fragment_of", "from_fragment", "snapshot_text"]

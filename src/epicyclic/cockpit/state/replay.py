@@ -6,10 +6,10 @@ import shlex
 from collections.abc import Mapping
 from pprint import pformat
 
+from ...document.document import file_text
+from ...document.overrides import parse_setting
+from ...document.tables import value_text
 from ...errors import ModelError
-from ...model.document import file_text
-from ...model.overrides import parse_setting
-from ...model.toml_writer import value_text
 from .state import PageState
 
 __all__ = ["command_line", "download_needed", "file_name_of", "script", "setting"]

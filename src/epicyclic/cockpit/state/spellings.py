@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ...document.schema import Names, collect
+from ...document.shorthand import expand
+from ...document.tables import PlainTable, nested
 from ...errors import ModelError
-from ...model.names import Names, collect
-from ...model.shorthand import expand
-from ...model.tables import PlainTable, nested
 
 __all__ = ["Keys", "Spelling", "at_path", "keyed", "spelling_of"]
 

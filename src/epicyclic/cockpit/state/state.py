@@ -8,10 +8,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from ...document.deviations import is_file_name
+from ...document.document import MAX_BYTES, decoded, file_text, parse_text, ready_drives
+from ...document.tables import PlainTable, clean, nested, split_path
 from ...errors import ModelError
-from ...model.deviations import is_file_name
-from ...model.document import MAX_BYTES, decoded, file_text, parse_text, ready_drives
-from ...model.tables import PlainTable, clean, nested, split_path
 from ...rexs.names import is_rexs_name
 from ...studies.drives import drive_text
 from .spellings import Keys, Spelling, at_path, spelling_of
@@ -37,7 +37,7 @@ _MOST_NAME = 80
 _MOST_OVERRIDES = 2000
 # Speeds per operating speed that a page shows: no sweep of the package goes beyond.
 _SPEEDS = (1e-3, 100.0)
-# Tables whose entries may name a file of force over deflection (`model.force_files`).
+# Tables whose entries may name a file of force over deflection (`document.csv_files`).
 _WITH_FORCES = ("stages", "bodies", "couplings")
 
 

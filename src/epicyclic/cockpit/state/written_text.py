@@ -11,10 +11,10 @@ from typing import Any
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
+from ...document.document import read
+from ...document.tables import PlainTable, split_path
+from ...document.writer import commented_text
 from ...errors import ModelError
-from ...model.commented_writer import commented_text
-from ...model.document import read
-from ...model.tables import PlainTable, split_path
 from .spellings import Keys, at_path, keyed, spelling_of
 from .state import PageState, request_of, tables_of
 

@@ -7,8 +7,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ...model.tables import leaves
-from ...model.units import KINDS, factor
+from ...document.tables import leaves
+from ...document.units import KINDS, factor
 from ...train.train import Train
 
 __all__ = ["Difference", "drawing_differences"]

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...model.model_writer import quantity_text
+from ...document.writer import quantity_text
 from ...teeth import geometry
 from ...teeth.grades import in_flank_range, run_out_width
 from .tooth_counts import Held, ToothCounts

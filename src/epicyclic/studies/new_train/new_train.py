@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ...document.writer import commented_text, quantity_text
 from ...errors import ModelError
-from ...model.commented_writer import commented_text
-from ...model.model_writer import quantity_text
 from ...resolve import load
 from ...teeth.geometry import overlap_ratio
 from ...train.train import Train

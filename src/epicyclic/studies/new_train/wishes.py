@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from ...document.schema import nearest
+from ...document.units import Bounds
+from ...document.writer import quantity_text
+from ...document.written_numbers import stated
 from ...errors import ModelError
-from ...model.bare_numbers import stated
-from ...model.model_writer import quantity_text
-from ...model.names import nearest
-from ...model.units import Bounds
 from .tooth_counts import RATIO_LIMIT, Held, ToothCounts, counts_of_ratio, nearest_counts, ratio_of
 
 __all__ = ["HELD", "KINDS", "MEMBERS", "DrivenLoad", "Kind", "Member", "Number", "Wishes", "read_wishes"]

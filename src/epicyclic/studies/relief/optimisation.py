@@ -191,7 +191,7 @@ def relief(
 
 def relief_model(result: xr.Dataset) -> str:
     """Model file (TOML) of a result of `relief`: that of the source with the flanks of the answer."""
-    from ...model.model_writer import model_text
+    from ...document.writer import model_text
 
     return model_text(json.loads(str(result.attrs["relieved_model"])))
 

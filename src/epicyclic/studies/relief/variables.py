@@ -172,7 +172,7 @@ def _is_pair(given: object) -> TypeGuard[Sequence[object]]:
 
 def _metres(given: object, path: str) -> float:
     """Length in SI [m] of a number, or of a text with its unit."""
-    from ...model.units import Bounds, read_quantity
+    from ...document.units import Bounds, read_quantity
 
     try:
         value = read_quantity(given, ("length",), Bounds())

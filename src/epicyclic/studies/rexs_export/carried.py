@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
-from ...model.tables import leaves
+from ...document.tables import leaves
 from .draft import Dropped
 
 __all__ = ["left_out"]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from ...document.units import Bounds, read_quantity
 from ...errors import ModelError
-from ...model.units import Bounds, read_quantity
 from ...teeth.flank import PLAIN, Flank
 from ...train.bodies import Body, GearData
 from ...train.train import Train

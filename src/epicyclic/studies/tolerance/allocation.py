@@ -166,7 +166,7 @@ def allocate(
 
 def allocated_model(result: xr.Dataset) -> str:
     """Model file (TOML) of a result of `allocate`: that of the source with the grades found as its tolerances."""
-    from ...model.model_writer import model_text
+    from ...document.writer import model_text
 
     return model_text(json.loads(str(result.attrs["allocated_model"])))
 

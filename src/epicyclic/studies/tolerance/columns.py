@@ -9,9 +9,9 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...document.correlation import Correlations
+from ...document.tolerances import Tolerance
 from ...errors import ModelError
-from ...model.correlation import Correlations
-from ...model.tolerances import Tolerance
 from ...resolve import load
 from ...resolve.tolerances import correlations_of, tolerances_of
 from ...statics.load_map import LawMap, LoadMap, law_map, load_map

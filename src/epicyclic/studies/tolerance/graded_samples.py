@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...document.tolerances import Grade, Tolerance
 from ...engine.sampling import piece_uniforms, sampling_plan
-from ...model.tolerances import Grade, Tolerance
 from ...statics.mean_load import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
 from .columns import ToleranceMap

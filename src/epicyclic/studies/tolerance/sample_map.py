@@ -12,8 +12,8 @@ from ...statics.sample_loads import ContactMethod
 from ...warning_codes import CodedText
 
 if TYPE_CHECKING:
-    from ...model.correlation import Correlations
-    from ...model.tolerances import Tolerance
+    from ...document.correlation import Correlations
+    from ...document.tolerances import Tolerance
 
 __all__ = ["SampleMap", "SampledValues"]
 

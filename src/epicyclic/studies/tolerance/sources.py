@@ -14,9 +14,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...document.document import read
+from ...document.tolerances import Tolerance
 from ...errors import ModelError
-from ...model.document import read
-from ...model.tolerances import Tolerance
 from ...train.train import Displacement, MeshError, Train
 from ...warning_codes import CodedText, coded
 from .stiffness import values_text

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...document.tolerances import Tolerance
 from ...errors import ModelError
-from ...model.tolerances import Tolerance
 from ...resolve import load
 from ...statics.load_map import at_mesh_order
 from ...system.assembly import assemble

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ...document.writer import model_text
 from ...engine.sampling import SamplingPlan, scramble_uniforms
 from ...errors import ModelError
-from ...model.model_writer import model_text
 from ...resolve import load
 from ...results.files import write_text
 from ...train.train import Train

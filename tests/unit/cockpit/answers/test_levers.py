@@ -12,9 +12,9 @@ from epicyclic.cockpit.answers.lever_candidates import Candidate
 from epicyclic.cockpit.answers.lever_entries import entry_of, with_entry
 from epicyclic.cockpit.answers.levers import ModelLever, levers_of
 from epicyclic.cockpit.state.state import opened, request_of, with_value
+from epicyclic.document.document import ready_drives
+from epicyclic.document.units import factor
 from epicyclic.errors import ModelError
-from epicyclic.model.document import ready_drives
-from epicyclic.model.units import factor
 from epicyclic.resolve.resolve import load
 from epicyclic.studies.drives import drive_text
 from epicyclic.verbs.sharing import sharing

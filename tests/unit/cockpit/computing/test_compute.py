@@ -20,7 +20,7 @@ from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.computing.frames import PageFrame, Request, pack, unpack
 from epicyclic.cockpit.computing.sharing_view import live_sharing, twin_of
 from epicyclic.cockpit.computing.speed_view import Effort, force_curves, speed_model
-from epicyclic.model.document import ready_drives
+from epicyclic.document.document import ready_drives
 from epicyclic.resolve import resolve
 from epicyclic.statics.sample_loads import mean_loads
 from epicyclic.studies.drives import drive_text

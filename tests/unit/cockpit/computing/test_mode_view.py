@@ -9,7 +9,7 @@ import epicyclic
 from epicyclic import assemble, load
 from epicyclic.cockpit.computing.mode_view import ModeView, mode_view
 from epicyclic.cockpit.computing.names import body_labels, listed, ordinal, rounded, speed_axis
-from epicyclic.model.document import ready_drives
+from epicyclic.document.document import ready_drives
 from epicyclic.train.train import Train
 
 

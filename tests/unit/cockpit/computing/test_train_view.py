@@ -10,7 +10,7 @@ import pytest
 from epicyclic import load
 from epicyclic.cockpit.computing.names import body_labels, mesh_labels
 from epicyclic.cockpit.computing.train_view import train_head
-from epicyclic.model.document import ready_drives
+from epicyclic.document.document import ready_drives
 
 DRIVES = ready_drives()
 

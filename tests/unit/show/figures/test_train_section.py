@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.model.document import ready_drives
+from epicyclic.document.document import ready_drives
 from epicyclic.show.elements import Drawing
 from epicyclic.show.figures.section_layout import layout_of, text_width
 from epicyclic.show.figures.train_front import train_front

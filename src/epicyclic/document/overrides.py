@@ -1,0 +1,382 @@
+"""Overrides of a document, and what follows from them.
+
+Layers of a document: overrides as a layer laid over the file, and alternative keys (rule 3).
+
+Alternatives of one key are an error in one layer; a later layer replaces them.
+
+Teeth changed by an override: what the file states of the size of the old gear follows, and a warning names it.
+
+A file may state radii and masses that the teeth would give as well, a publication prints them.  With other teeth they
+are those of another gear.  They are scaled with the gear, at the same module, so that they move with the teeth and not
+by the difference between what is printed and what would be derived: lengths with the number of teeth, a mass with its
+square, an inertia with its fourth power, and of a ring, whose thickness stays, with the first and the third power.
+Centre distances and pin radii are scaled as those of the reference circles.  What the same overrides state stays.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from itertools import permutations
+from typing import Any
+
+from ..errors import ModelError
+from ..warning_codes import CodedText, coded
+from .schema import SIDES, Names, nearest
+from .tables import REMOVE, PlainTable, clean, dotted_line, leaves, nested, split_path, union
+from .units import KINDS, Bounds, Quantity, read_quantity
+from .writer import quantity_text
+from .written_numbers import is_typed, typed
+
+_NAMED = ("stages", "bodies", "couplings", "loads")  # tables whose entries an override changes but does not invent
+
+
+def parse_setting(text: str) -> tuple[str, object]:
+    """Return path and value of a `PATH=VALUE` from the command line: a TOML value, else a text; None where it is empty.
+
+    Numbers are marked as typed, so that a quantity without its unit is told or refused.
+
+    Raises ModelError without `=`.
+    """
+    path, equals, value = text.partition("=")
+    if not equals or not path.strip():
+        raise ModelError(
+            "not a setting", path="overrides", given=text, allowed="PATH=VALUE, stages.main.sun.mass=750 kg"
+        )
+    value = value.strip()
+    return path.strip(), typed(_toml_value(value)) if value else None
+
+
+def _toml_value(text: str) -> object:
+    """Return a TOML value, or the text itself where it is none."""
+    if "\n" in text or len(text) > 100_000 or dotted_line(text) is not None:
+        return text
+    try:
+        table = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    return table["value"] if len(table) == 1 else text
+
+
+def stepwise(overrides: Mapping[str, object]) -> list[dict[str, object]]:
+    """Return the overrides as layers, in the order in which they are laid; the last one has all that are no step.
+
+    A table that others reach into is removed before they fill it, and after what they remove of it.
+    """
+    paths = {text: split_path(str(text), path=str(text)) for text in overrides}
+    removed = {text: path for text, path in paths.items() if _removes(overrides[text])}
+    above = {text: sum(path[: len(p)] == p != path for p in removed.values()) for text, path in removed.items()}
+    emptied = {text for text, path in removed.items() if any(p[: len(path)] == path != p for p in paths.values())}
+    steps = [
+        {text: overrides[text] for text in removed if above[text] == level and (level or text in emptied)}
+        for level in range(max(above.values(), default=0), -1, -1)
+    ]
+    done = {text for step in steps for text in step}
+    return [*steps, {text: value for text, value in overrides.items() if text not in done}]
+
+
+def _removes(value: object) -> bool:
+    return value is None or (isinstance(value, str) and not value.strip())
+
+
+def layer_of(overrides: Mapping[str, object], base: PlainTable) -> PlainTable:
+    """Return overrides as one layer; None or an empty text removes the key.
+
+    Raises ModelError where one reaches into a stage, body, coupling or load that the file does not have, and where an
+    empty table is laid over one that is not empty.
+    """
+    layer: PlainTable = {}
+    for text, value in overrides.items():
+        path = split_path(str(text), path=str(text))
+        _check_known(path, value, base)
+        if isinstance(value, Mapping) and not value and _table_at(base, path):
+            raise ModelError(
+                "an empty table changes nothing", path=str(text), given="{}", allowed=f"{text}= removes it"
+            )
+        layer = union(layer, nested(path, REMOVE if _removes(value) else clean(value, str(text))), "")
+    return layer
+
+
+def _table_at(base: PlainTable, path: tuple[str, ...]) -> object:
+    """What stands at a path, None where nothing does."""
+    found: object = base
+    for name in path:
+        found = found.get(name) if isinstance(found, dict) else None
+    return found
+
+
+def settings_of(overrides: Mapping[str, object]) -> PlainTable:
+    """Return the overrides with numbers that a person typed, as a table."""
+    table: PlainTable = {}
+    for text, value in overrides.items():
+        if is_typed(value):
+            table = union(table, nested(split_path(str(text), path=str(text)), clean(value, str(text))), "")
+    return table
+
+
+def _check_known(path: tuple[str, ...], value: object, base: PlainTable) -> None:
+    """Raise ModelError for a path through a table the file does not have; a whole table may be added."""
+    known = base.get(path[0], {})
+    if path[0] not in _NAMED or len(path) < 2 or not isinstance(known, dict):
+        return
+    if path[1] in known or (len(path) == 2 and isinstance(value, Mapping)):
+        return
+    raise ModelError(
+        f"no '{path[1]}' in {path[0]}{nearest(path[1], known)}",
+        path=".".join(path),
+        given="(nothing)" if value is None else value,
+        allowed=f"one of {', '.join(known)}" if known else f"a whole table, {path[0]}.{path[1]} = {{...}}",
+    )
+
+
+# alternatives ---------------------------------------------------------------------------------------------------------
+
+# groups of keys of which only one stands in a table; no other table has keys of two groups of one line
+ALTERNATIVES: tuple[tuple[tuple[str, ...], ...], ...] = (
+    (("planets",), ("planet_angles",)),
+    (("module",), ("transverse_module",)),
+    (("amplitude", "phase"), ("x", "y")),
+    (("diameter", "bore"), ("torsional_rigidity",)),
+    (("cosine", "sine"), ("values",)),
+    (("rim",), ("outer_diameter",)),
+    (("modal",), ("mass", "stiffness"), ("mesh",)),
+    (("force",), ("coefficient", "radius")),
+    (("count",), ("angles",)),
+)
+_OPERATION = ("torque", "power")
+
+
+def check_alternatives(layer: PlainTable) -> None:
+    """Raise ModelError where one layer says the same in two ways."""
+    _check(layer, "")
+    operation = layer.get("operation")
+    if isinstance(operation, dict):
+        torques = _given(operation.get("torque"))
+        for member in _given(operation.get("power")) & torques:
+            _clash(f"operation.power.{member}", "torque", ("torque", "power"))
+
+
+def replace_alternatives(base: PlainTable, layer: PlainTable) -> PlainTable:
+    """Return `base` without the keys that `layer` states by an alternative."""
+    result = _replace(base, layer)
+    before, after = result.get("operation"), layer.get("operation")
+    if isinstance(before, dict) and isinstance(after, dict):
+        operation = dict(before)
+        for mine, other in permutations(_OPERATION):
+            stated = after.get(other)
+            removed = {path for path, _ in leaves(stated)} if isinstance(stated, dict) else set()
+            for member in _given(after.get(mine)) & _given(operation.get(other)) - removed:
+                operation[other] = _without(operation[other], tuple(member.split(".")))
+        result["operation"] = operation
+    return result
+
+
+def _check(table: PlainTable, path: str) -> None:
+    """Check one table and those in it."""
+    keys = {k for k, v in table.items() if v is not REMOVE}
+    for groups in ALTERNATIVES:
+        found = [k for group in groups for k in group if k in keys]
+        used = [group for group in groups if keys & set(group)]
+        if len(used) > 1:
+            _clash(f"{path}.{found[-1]}" if path else found[-1], found[0], tuple(found))
+    for name, value in table.items():
+        if isinstance(value, dict):
+            _check(value, f"{path}.{name}" if path else name)
+
+
+def _clash(path: str, other: str, both: tuple[str, ...]) -> None:
+    raise ModelError(f"says the same as {other}, which is given too", path=path, allowed=f"one of {', '.join(both)}")
+
+
+def _replace(base: PlainTable, layer: PlainTable) -> PlainTable:
+    """Drop the keys of other groups from one table and those in it."""
+    given = {k for k, v in layer.items() if v is not REMOVE}
+    gone = {
+        k
+        for groups in ALTERNATIVES
+        for mine, other in permutations(groups, 2)
+        if given & set(mine)
+        for k in other
+        if k not in layer
+    }
+    kept = {k: v for k, v in base.items() if k not in gone}
+    return {
+        k: _replace(v, layer[k]) if isinstance(v, dict) and isinstance(layer.get(k), dict) else v
+        for k, v in kept.items()
+    }
+
+
+def _given(table: object) -> set[str]:
+    """Return the paths of the values in a table that are given."""
+    return {path for path, value in leaves(table) if value is not REMOVE} if isinstance(table, dict) else set()
+
+
+def _without(table: PlainTable, path: tuple[str, ...]) -> PlainTable:
+    """Return a table without the value at a path, nor tables that empties."""
+    if len(path) == 1:
+        return {k: v for k, v in table.items() if k != path[0]}
+    inner = _without(table[path[0]], path[1:])
+    return {**table, path[0]: inner} if inner else {k: v for k, v in table.items() if k != path[0]}
+
+
+Followed = tuple[PlainTable, tuple[CodedText, ...], tuple[CodedText, ...], frozenset[str]]
+# key -> kinds of quantity, and the power of the number of teeth for a gear and for a ring; None: it goes, and follows
+_POWERS: dict[str, tuple[tuple[str, ...], int | None, int | None]] = {
+    "base_radius": (("length",), 1, 1),
+    "tip_diameter": (("length",), None, None),
+    "root_diameter": (("length",), None, None),
+    "outer_diameter": (("length",), 1, 1),
+    "mass": (("mass",), 2, 1),
+    "inertia": (("inertia", "mass"), 4, 3),
+    "tilt_inertia": (("inertia",), 4, 3),
+}
+_REDUCED = 2  # less for an inertia in kg, J/r^2
+_DISTANCES = ("centre_distance", "pin_radius")
+
+
+def follow_teeth(data: PlainTable, before: PlainTable, overridden: frozenset[str], names: Names) -> Followed:
+    """A document after its overrides, with what belongs to the teeth of before scaled to those of now.
+
+    data : shorthands expanded, overrides laid over.  before : without them.  overridden : paths that overrides set.
+    Returns the document, a warning for each stage whose numbers moved, one for each ring that no longer fits, and the
+    paths of what moved.
+    """
+    changed = {stage: _changed(data, before, stage, members) for stage, members in names.stages.items()}
+    warnings: list[CodedText] = []
+    hints: list[CodedText] = []
+    moved: set[str] = set()
+    for stage, teeth in changed.items():
+        if not any(old != new for old, new in teeth.values()):
+            continue
+        said: list[str] = []
+        for path, ratio, powers in _scaled_paths(data["stages"][stage], stage, teeth, names):
+            if path in overridden or ratio == 1:
+                continue
+            if (found := _scaled(_at(data, path), path, ratio, powers)) is not None:
+                text, value = found
+                data = _with(data, path.split("."), value)
+                said.append(text)
+                moved.add(path)
+        other = ", ".join(f"{m} {new} for {old}" for m, (old, new) in teeth.items() if old != new)
+        if said:
+            text = (
+                f"stages.{stage}: other teeth than the file's ({other}); what it states of their size is scaled at the "
+                f"same module: {', '.join(said)}; set it beside the teeth to have it otherwise"
+            )
+            warnings.append(coded("teeth-changed", text))
+        hints += _ring_hint(stage, teeth, names.stages[stage])
+    return data, tuple(warnings), tuple(hints), frozenset(moved)
+
+
+def _changed(data: PlainTable, before: PlainTable, stage: str, members: Any) -> dict[str, tuple[int, int]]:
+    """Teeth before and now of every gear of a stage that has both."""
+    found = {}
+    for member in members:
+        old, new = (_at(table, f"stages.{stage}.{member}.teeth") for table in (before, data))
+        if all(isinstance(z, int) and not isinstance(z, bool) and z > 0 for z in (old, new)):
+            found[member] = (old, new)
+    return found
+
+
+def _scaled_paths(
+    table: PlainTable, stage: str, teeth: dict[str, tuple[int, int]], names: Names
+) -> Iterator[tuple[str, float, tuple[tuple[str, ...], int | None]]]:
+    """Path, ratio of sizes, and kinds and power of every number of a stage that belongs to its teeth."""
+    kinds = names.stages[stage]
+    for member, (old, new) in teeth.items():
+        for inner in ("", *(f".{side}" for side in SIDES)):
+            for key, (quantity, gear, ring) in _POWERS.items():
+                yield (
+                    f"stages.{stage}.{member}{inner}.{key}",
+                    new / old,
+                    (quantity, ring if kinds[member] == "ring" else gear),
+                )
+    pairs = _pairs(table, teeth, kinds)
+    length = (("length",), 1)
+    for name, ratio in pairs.items():
+        yield f"stages.{stage}.meshes.{name}.centre_distance", ratio, length
+    central = [r for name, r in pairs.items() if {"sun", "ring", "gear"} & {kinds[m] for m in name.split("-")}]
+    for ratio in central[:1]:
+        yield f"stages.{stage}.centre_distance", ratio, length
+        for member in kinds:
+            yield f"stages.{stage}.{member}.pin_radius", ratio, length
+
+
+def _pairs(table: PlainTable, teeth: dict[str, tuple[int, int]], kinds: Any) -> dict[str, float]:
+    """Ratio of the reference centre distances now and before, by mesh; those with a sun first."""
+    planets = [m for m in teeth if kinds[m] == "planet"]
+    named = list(table["meshes"]) if isinstance(table.get("meshes"), dict) else []
+    implied = [f"{m}-{planets[0]}" for m in teeth if kinds[m] == "sun"] if len(planets) == 1 else []
+    implied += [f"{planets[0]}-{m}" for m in teeth if kinds[m] == "ring"] if len(planets) == 1 else []
+    if not planets and len(teeth) == 2:
+        implied = ["-".join(sorted(teeth, key=lambda m: kinds[m] == "ring"))]
+    found = {}
+    for name in dict.fromkeys((*implied, *named)):
+        a, _, b = name.partition("-")
+        if a not in teeth or b not in teeth:
+            continue
+        sign = -1 if kinds[b] == "ring" else 1
+        old, new = (teeth[b][i] + sign * teeth[a][i] for i in (0, 1))
+        if old > 0 and new > 0:
+            found[name] = new / old
+    return dict(sorted(found.items(), key=lambda entry: "sun" not in {kinds[m] for m in entry[0].split("-")}))
+
+
+def _scaled(
+    value: object, path: str, ratio: float, powers: tuple[tuple[str, ...], int | None]
+) -> tuple[str, Any] | None:
+    """What is said of a number that moves, and its new text; None where there is no number, or one of wrong form."""
+    kinds, power = powers
+    if value is None or isinstance(value, (dict, list, bool)):
+        return None
+    short = path.split(".", 2)[2]
+    if power is None:
+        return f"{short} follows from the teeth (was {value})", None
+    try:
+        read = read_quantity(value, kinds, Bounds(inf=True))
+    except ModelError:  # validation names it
+        return None
+    kind = kinds[0]
+    if isinstance(read, Quantity):
+        kind = next(k for k in kinds if KINDS[k].unit == read.unit)
+        power -= _REDUCED if kind == "mass" else 0
+        read = read.value
+    if not isinstance(read, float):
+        return None
+    number = read * ratio**power
+    if number == read:
+        return None
+    text = quantity_text(number, kind)
+    near = quantity_text(float(f"{number:.5g}"), kind)
+    return f"{short} {near} (was {value})", text
+
+
+def _ring_hint(stage: str, teeth: dict[str, tuple[int, int]], kinds: Any) -> list[CodedText]:
+    """What ring a simple planetary set wants whose teeth fitted before and do not now."""
+    by_kind: dict[str, list[str]] = {}
+    for member in teeth:
+        by_kind.setdefault(kinds[member], []).append(member)
+    if any(len(by_kind.get(kind, ())) != 1 for kind in ("sun", "planet", "ring")):
+        return []
+    sun, planet, ring = (by_kind[kind][0] for kind in ("sun", "planet", "ring"))
+    want = [teeth[sun][i] + 2 * teeth[planet][i] for i in (0, 1)]
+    if want[0] != teeth[ring][0] or want[1] == teeth[ring][1] or teeth[ring][0] != teeth[ring][1]:
+        return []
+    path, sum_of = f"stages.{stage}.{ring}.teeth", f"{teeth[sun][1]} + 2 x {teeth[planet][1]}"
+    text = f"{path} = {teeth[ring][1]}: {sum_of} teeth want a ring of {want[1]}; set {path} = {want[1]} too"
+    return [coded("ring-teeth", text)]
+
+
+def _at(table: object, path: str) -> Any:
+    """What stands at a path, None where nothing does."""
+    for part in path.split("."):
+        table = table.get(part) if isinstance(table, dict) else None
+    return table
+
+
+def _with(table: PlainTable, path: list[str], value: Any) -> PlainTable:
+    """A table with another value at a path; None removes it."""
+    first, *rest = path
+    if rest:
+        return {**table, first: _with(table[first], rest, value)}
+    return {**table, first: value} if value is not None else {k: v for k, v in table.items() if k != first}

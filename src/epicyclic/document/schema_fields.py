@@ -1,0 +1,531 @@
+"""Building blocks of the schema: tables, keys, and numbers with units, read into SI and described for JSON Schema.
+
+Force over deflection as a table: where a stiffness may stand, columns of a test rig or an FE run may stand.
+
+    { deflection = "[0, 5, 10] um", force = "[0, 1.2, 3.4] kN" }    or    { file = "columns.csv" }
+
+Of a mesh, either may be a list of lists, one for each of S phases sigma = 0, 1/S, ... of the mesh cycle.  A file is
+read into these two keys, so that the document, and every result, holds the numbers.
+
+The tables of links: supports, bearings, necks, shafts, couplings. SI, as read; what is not named is None.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema, core_schema
+
+from ..errors import ModelError
+from .units import KINDS, Bounds, Quantity, read_quantity
+from .written_numbers import SMALL, BareNumber, Ladder, Probe, Reading
+
+PerPlanet = float | tuple[float, ...]  # one value, or one per planet
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """Annotation of a field: which quantities may stand there.
+
+    kinds : names in `units.KINDS`; of a bare number the first. With two kinds the value is a `Quantity`.
+    low, high : bounds [SI]; above, below : low, high itself is excluded.  inf : infinity is allowed.
+    many : a list, one value per planet, is allowed (a tuple then).  lists : only a list is allowed, of `count` entries.
+    words : words allowed in place of a number, kept as they are.  table : the schema of a table allowed there.
+    reason : why the bounds are as they are, for the error.
+    likely : units that a bare number likely means, where they are others than of the kind (`bare_numbers.LIKELY`).
+    """
+
+    kinds: str
+    low: float | None = None
+    high: float | None = None
+    above: bool = False
+    below: bool = False
+    inf: bool = False
+    many: bool = False
+    lists: bool = False
+    count: int | None = None
+    words: tuple[str, ...] = ()
+    table: type[BaseModel] | None = None
+    reason: str = ""
+    likely: Ladder | None = None
+
+    def read(self, value: object, info: ValidationInfo[Any] | None = None) -> object:
+        """Return the SI value (float, tuple, Quantity, word or table) of what stands in the file.
+
+        info : its context is a `Reading`, or nothing.  Raises ModelError.
+        """
+        context: Reading | None = None if info is None else info.context
+        if self.table is not None and isinstance(value, dict):
+            return self.table.model_validate(value, context=context)
+        if context is not None:
+            context.look(value, tuple(self.kinds.split()), self.likely, bounds=self._bounds, many=self.many)
+        try:
+            read = self._quantity(value, listed=context is not None and context.listed)
+        except ModelError as error:
+            if not self.reason:
+                raise
+            allowed = f"{error.allowed}; {self.reason}"
+            raise ModelError(error.problem, given=error.given, allowed=allowed) from None
+        if self.count is not None and isinstance(read, tuple) and len(read) != self.count:
+            raise ModelError(f"a list of {len(read)}", given=value, allowed=f"a list of {self.count}")
+        return read
+
+    def _quantity(self, value: object, *, listed: bool) -> object:
+        """Return the SI value of a number or list."""
+        return read_quantity(
+            value,
+            tuple(self.kinds.split()),
+            self._bounds,
+            many=self.many or self.lists,
+            one=not self.lists,
+            words=self.words,
+            listed=listed,
+        )
+
+    @property
+    def _bounds(self) -> Bounds:
+        return Bounds(low=self.low, high=self.high, above=self.above, below=self.below, inf=self.inf)
+
+    def describe(self) -> str:
+        """Return the unit and kind of quantity in words, for the schema."""
+        kinds = [KINDS[k] for k in self.kinds.split()]
+        text = " or ".join(f"{k.name} [{k.unit}]" if k.unit else f"{k.name} [1]" for k in kinds)
+        span = self._span()
+        return text + (f", {span}" if span else "") + (", one value or one per planet" if self.many else "")
+
+    def _span(self) -> str:
+        """Return the bounds in words, those of angles in degrees; "" without."""
+        degrees = self.kinds == "angle"
+        low, high = (None if v is None else round(math.degrees(v), 6) if degrees else v for v in (self.low, self.high))
+        unit = " deg" if degrees else ""
+        if low is not None and high is not None and not (self.above or self.below):
+            return f"{low:g} to {high:g}{unit}"
+        first = "" if low is None else f"above {low:g}{unit}" if self.above else f"{low:g}{unit} or more"
+        last = "" if high is None else f"below {high:g}{unit}" if self.below else f"up to {high:g}{unit}"
+        return " and ".join(part for part in (first, last) if part)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        forms = [form for kind in self.kinds.split() for form in self.forms(kind)]
+        if self.words:
+            forms.append({"enum": list(self.words)})
+        if self.table is not None:
+            self.table.model_rebuild()
+            forms.append(handler(self.table.__pydantic_core_schema__))
+        return {"anyOf": forms, "x-quantity": self.describe(), **({"x-words": list(self.words)} if self.words else {})}
+
+    def forms(self, kind: str) -> list[dict[str, Any]]:
+        """Return the schemas of what may stand there as one kind of quantity; texts by reference, see `text_form`."""
+        zero = self.low is None or self.low < 0 or (self.low == 0 and not self.above)
+        one: list[dict[str, Any]] = [{"enum": [0]}] if zero else []
+        if not KINDS[kind].unit:
+            one = [{"type": "number"}]
+        if self.inf:
+            one.append({"type": "number", "minimum": _INFINITY})
+        one.append(text_form(kind, inf=self.inf, many=False))
+        if not (self.many or self.lists):
+            return one
+        lists = [
+            text_form(kind, inf=self.inf, many=True),
+            {"type": "array", "items": {"anyOf": one}, "minItems": self.count or 1, **self._most()},
+        ]
+        return lists if self.lists else one + lists
+
+    def _most(self) -> dict[str, int]:
+        return {} if self.count is None else {"maxItems": self.count}
+
+
+# what only infinity is not below: JSON itself has no word for it, TOML has
+_INFINITY = 1.7976931348623157e308
+
+
+def text_form(kind: str, *, inf: bool, many: bool) -> dict[str, Any]:
+    """Return the reference to the schema of the texts of one kind of quantity; `json_schema` puts these beside it."""
+    return {"x-texts": f"{kind}{'_or_inf' if inf else ''}{'_list' if many else ''}"}
+
+
+Length = Annotated[float, Unit("length", low=0, above=True)]  # [m], above 0
+Place = Annotated[float, Unit("length")]  # [m], of any sign
+
+
+def key(default: Any, text: str, **more: Any) -> Any:
+    """Return a field with a default and a description for the schema."""
+    return Field(default, description=text, **more)
+
+
+class SchemaTable(BaseModel):
+    """A table of the file: frozen, unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)
+
+
+def metadata_of(field: FieldInfo) -> tuple[Any, ...]:
+    """Annotations of a field, those of the members of a union among them."""
+    return (*field.metadata, *_nested_metadata(field.annotation))
+
+
+def _nested_metadata(annotation: Any) -> tuple[Any, ...]:
+    own = getattr(annotation, "__metadata__", ())
+    return (*own, *(entry for part in get_args(annotation) for entry in _nested_metadata(part)))
+
+
+# Time and memory of every analysis grow with the points; a thousand are finer than any measurement.
+_MAX_POINTS, _MAX_PHASES = 1000, 360
+
+
+@dataclass(frozen=True, slots=True)
+class Curves:
+    """Lists of numbers, one for each phase, and the SI unit they have in common."""
+
+    rows: tuple[tuple[float, ...], ...]
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class CurveUnit(Unit):
+    """Annotation of a list of numbers, or of a list of such lists."""
+
+    def read(self, value: object, info: ValidationInfo[Any] | None = None) -> Curves:
+        """Return the lists in SI."""
+        several = isinstance(value, (list, tuple)) and bool(value) and all(_is_list(entry) for entry in value)
+        found = [self._row(row, info) for row in (value if several else [value])]  # type: ignore[attr-defined]
+        own = KINDS[self.kinds.split()[0]].unit
+        pairs = [(row.value, row.unit) if isinstance(row, Quantity) else (row, own) for row in found]
+        if len({unit for _, unit in pairs}) > 1:
+            raise ModelError("mixes kinds of quantity", given=value, allowed=self.describe())
+        return Curves(rows=tuple(tuple(row) for row, _ in pairs), unit=pairs[0][1])  # type: ignore[arg-type]
+
+    def _row(self, row: object, info: ValidationInfo[Any] | None) -> object:
+        """Return one list in SI."""
+        try:
+            return Unit.read(self, row, info)
+        except (BareNumber, Probe):
+            raise
+        except ModelError as error:
+            allowed = error.allowed.replace("; a list gives one value per planet", "")
+            raise ModelError(error.problem, given=error.given, allowed=allowed) from None
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        lists = [form for kind in self.kinds.split() for form in self.forms(kind)]
+        several = {"type": "array", "items": {"anyOf": lists}, "minItems": 1}
+        return {"anyOf": [*lists, several], "x-quantity": self.describe()}
+
+
+def _is_list(value: object) -> bool:
+    return isinstance(value, (list, tuple)) or (isinstance(value, str) and value.lstrip().startswith("["))
+
+
+class ForceTableOf(SchemaTable):
+    """Force over deflection.  Deflections rise; forces are 0 up to first touch and rise from there on."""
+
+    several: ClassVar[bool] = False
+    deflection: Curves | None = None
+    force: Curves | None = None
+    file: str | None = key(None, "CSV file beside the model file, in place of both")
+
+    @property
+    def curves(self) -> tuple[tuple[tuple[float, ...], tuple[float, ...]], ...]:
+        """Deflections [m, rad] and forces [N, N m] of every phase."""
+        assert self.deflection is not None
+        assert self.force is not None
+        x, f = self.deflection.rows, self.force.rows
+        count = max(len(x), len(f))
+        return tuple(zip(x * (count if len(x) == 1 else 1), f * (count if len(f) == 1 else 1), strict=True))
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Refuse what is no table of force over deflection."""
+        for name, value in (("deflection", self.deflection), ("force", self.force)):
+            if value is None:
+                raise ModelError(f"without {name}", allowed="deflection and force, or file")
+        assert self.deflection is not None
+        assert self.force is not None
+        _check_lengths(self.deflection, self.force, several=self.several)
+        for phase, (x, f) in enumerate(self.curves, start=1):
+            where = f" of phase {phase}" if len(self.curves) > 1 else ""
+            if (found := curve_fault(x, f)) is not None:
+                name, point, problem, allowed = found
+                row, unit = (x, self.deflection.unit) if name == "deflection" else (f, self.force.unit)
+                given = f"{row[point]:g} {unit}"
+                raise ModelError(f"point {point + 1}{where}: {problem}", path=name, given=given, allowed=allowed)
+        return self
+
+
+def _check_lengths(deflection: Curves, force: Curves, *, several: bool) -> None:
+    """Raise ModelError where the two keys do not fit each other."""
+    x, f = deflection.rows, force.rows
+    phases = max(len(x), len(f))
+    if phases > 1 and not several:
+        name = "deflection" if len(x) > 1 else "force"
+        raise ModelError("lists of several phases", path=name, given=f"{phases} lists", allowed="one list, of a link")
+    if phases > _MAX_PHASES or max(map(len, (*x, *f))) > _MAX_POINTS:
+        raise ModelError("too many points", path="force", allowed=f"{_MAX_POINTS} points and {_MAX_PHASES} phases")
+    if min(len(x), len(f)) not in (1, phases):
+        allowed = f"one list for all phases, or {len(x)}, one for each list of deflections"
+        raise ModelError("lists of another number of phases", path="force", given=f"{len(f)} lists", allowed=allowed)
+    for phase in range(phases):
+        points, forces = len(x[phase if len(x) > 1 else 0]), len(f[phase if len(f) > 1 else 0])
+        where = f" of phase {phase + 1}" if phases > 1 else ""
+        if points != forces:
+            allowed = f"{points}, one for each deflection"
+            raise ModelError(
+                f"another number of points{where}", path="force", given=f"{forces} forces", allowed=allowed
+            )
+        if points < 2:
+            raise ModelError(f"too few points{where}", path="deflection", given=points, allowed="two or more")
+    if (deflection.unit, force.unit) not in (("m", "N"), ("rad", "N m")):
+        allowed = "deflections in m with forces in N, or in rad with moments in N m"
+        raise ModelError(
+            "another kind of quantity than the deflections", path="force", given=force.unit, allowed=allowed
+        )
+
+
+# Least distance of two deflections, per the last one: slopes of more are no longer numbers.
+_APART = 1e-9
+
+
+def curve_fault(deflection: Sequence[float], force: Sequence[float]) -> tuple[str, int, str, str] | None:
+    """What is wrong with a curve: key, number of the point from 0, problem, what is allowed; None where it is right."""
+    for i, (x, f) in enumerate(zip(deflection, force, strict=True)):
+        before, last = (deflection[i - 1], force[i - 1]) if i else (-math.inf, 0.0)
+        if x < 0:
+            return "deflection", i, "is negative", "deflections from 0 up: their zero is the drawing without load"
+        if x <= before:
+            return "deflection", i, "does not rise", f"more than {before:g}, the point before"
+        if i and x - before < _APART * deflection[-1]:
+            return "deflection", i, "hardly rises", f"a billionth of {deflection[-1]:g}, the last point, apart"
+        if not i and f != 0:
+            return "force", i, "is not 0", "a first point with force 0: state the deflection of first touch"
+        if f < last:
+            return "force", i, "falls", f"more than {last:g}, the point before"
+        if f == last > 0:
+            return "force", i, "does not rise", f"more than {last:g}, the point before"
+    return None if force[-1] > 0 else ("force", len(force) - 1, "is 0 as all before it", "a force above 0")
+
+
+_TEXT = "deflections, rising; a list, or of a mesh one list for each phase of the mesh cycle, equally spaced from 0"
+_FORCE = "forces at them, 0 up to first touch and rising from there; a list, or of a mesh one for each phase"
+
+
+class DisplacementForceTable(ForceTableOf):
+    """Force over displacement of a link in x, y or z."""
+
+    deflection: Annotated[Curves, CurveUnit("length", lists=True, likely=SMALL)] | None = key(
+        None, "deflections, rising"
+    )
+    force: Annotated[Curves, CurveUnit("force", lists=True)] | None = key(None, "forces, 0 up to first touch")
+
+
+class TiltMomentTable(ForceTableOf):
+    """Moment over the angle of a link about x or y."""
+
+    deflection: Annotated[Curves, CurveUnit("angle", lists=True)] | None = key(None, "angles, rising")
+    force: Annotated[Curves, CurveUnit("torque", lists=True)] | None = key(None, "moments, 0 up to first touch")
+
+
+class TurnMomentTable(ForceTableOf):
+    """Moment over the angle of a link about z; deflections in m and forces in N act at the base radius."""
+
+    deflection: Annotated[Curves, CurveUnit("angle length", lists=True)] | None = key(None, "angles, rising")
+    force: Annotated[Curves, CurveUnit("torque force", lists=True)] | None = key(None, "moments, 0 up to first touch")
+
+    @property
+    def unit(self) -> str:
+        """Unit of the stiffness, as of a `Quantity`."""
+        return "N/m" if self.deflection is not None and self.deflection.unit == "m" else "N m/rad"
+
+    @property
+    def value(self) -> float:
+        """No single number: nan."""
+        return math.nan
+
+
+class MeshForceTable(ForceTableOf):
+    """Force over deflection of a mesh, along the tooth normal of one helix."""
+
+    several: ClassVar[bool] = True
+    deflection: Annotated[Curves, CurveUnit("length", lists=True, likely=SMALL)] | None = key(None, _TEXT)
+    force: Annotated[Curves, CurveUnit("force", lists=True)] | None = key(None, _FORCE)
+    load: Annotated[float, Unit("force", low=0, above=True)] | None = key(
+        None, "force at which linear analyses take the tangent; default the mean force of the operation"
+    )
+
+
+Stiffness = Annotated[
+    PerPlanet | DisplacementForceTable,
+    Unit("stiffness", low=0, inf=True, many=True, table=DisplacementForceTable),
+]
+TiltStiffness = Annotated[
+    PerPlanet | TiltMomentTable, Unit("torsional_stiffness", low=0, inf=True, many=True, table=TiltMomentTable)
+]
+TurnStiffness = Annotated[
+    Quantity | TurnMomentTable,
+    Unit("torsional_stiffness stiffness", low=0, inf=True, many=True, table=TurnMomentTable),
+]
+BoltStiffness = Annotated[
+    float | DisplacementForceTable, Unit("stiffness", low=0, inf=True, table=DisplacementForceTable)
+]
+Damper = Annotated[float, Unit("damping", low=0)]
+TurnDamper = Annotated[float, Unit("torsional_damping", low=0)]
+Clearance = Annotated[PerPlanet, Unit("length", low=0, many=True, likely=SMALL)]
+
+
+class FrictionTable(SchemaTable):
+    """Friction in a link: a force, or a coefficient at a radius."""
+
+    force: Annotated[float, Unit("force", low=0)] | None = key(None, "friction force")
+    coefficient: Annotated[float, Unit("ratio", low=0)] | None = key(None, "coefficient of friction")
+    radius: Length | None = key(None, "radius the friction acts at")
+    law: Literal["holonomic", "coulomb"] = key(
+        "holonomic", "law of friction: holonomic (no memory) or coulomb (with history)"
+    )
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Refuse half a friction law."""
+        if self.force is None and (self.coefficient is None or self.radius is None):
+            raise ModelError("not a friction law", allowed="force, or coefficient and radius")
+        return self
+
+
+class LinkDampingTable(SchemaTable):
+    """Dampers of a link; a bare number in the file is x, y and z."""
+
+    x: Damper | None = key(None, "damper along x")
+    y: Damper | None = key(None, "damper along y")
+    z: Damper | None = key(None, "damper along z")
+    rx: TurnDamper | None = key(None, "damper about x")
+    ry: TurnDamper | None = key(None, "damper about y")
+    rz: TurnDamper | None = key(None, "damper about z")
+
+
+class BoltsTable(SchemaTable):
+    """Bolts or pins on a pitch circle; stiffness of one. A direction that is not named is rigid; 0 floats."""
+
+    count: Annotated[int, Field(ge=1, le=1000)] | None = key(None, "how many, evenly spaced, the first along x")
+    angles: Annotated[tuple[float, ...], Unit("angle", lists=True)] | None = key(None, "polar angle of each")
+    radius: Length = Field(description="radius of the pitch circle")
+    radial: BoltStiffness | None = key(None, "stiffness of one bolt along the radius")
+    tangential: BoltStiffness | None = key(None, "stiffness of one bolt along the circle")
+    z: BoltStiffness | None = key(None, "axial stiffness of one bolt")
+
+    @model_validator(mode="after")
+    def _some(self) -> Self:
+        """Refuse bolts of which nobody knows where they are."""
+        if self.count is None and not self.angles:
+            raise ModelError("no bolts", allowed="count, or angles")
+        return self
+
+
+class LinkTable(SchemaTable):
+    """One bearing. A direction that is None is not named: rigid in a support or bearing; 0 floats, inf is rigid."""
+
+    x: Stiffness | None = key(None, "stiffness along x (of a bearing: radial); 0 floats, inf is rigid")
+    y: Stiffness | None = key(None, "stiffness along y (of a bearing: tangential); 0 floats, inf is rigid")
+    z: Stiffness | None = key(None, "axial stiffness; 0 floats, inf is rigid")
+    rx: TiltStiffness | None = key(None, "tilting stiffness about x; 0 is free, inf is rigid")
+    ry: TiltStiffness | None = key(None, "tilting stiffness about y; 0 is free, inf is rigid")
+    rz: TurnStiffness | None = key(None, "torsional stiffness; in N/m at the base radius (carrier: pin radius)")
+    at: Place | None = key(None, "axial place, from the centre of the member; default 0")
+    damping: LinkDampingTable | None = key(None, "dampers; a bare number [N s/m] is x, y and z")
+    clearance: Clearance | None = key(None, "radial clearance of the bearing")
+    exponent: Annotated[float, Unit("ratio", low=1, high=3)] | None = key(
+        None, "exponent of the force over deflection; 10/9 of rolling elements; default 1"
+    )
+    load: Annotated[float, Unit("force", low=0, above=True)] | None = key(
+        None, "load at which the stiffness holds, with an exponent other than 1"
+    )
+    friction: FrictionTable | None = key(None, "friction in the link")
+    bolts: BoltsTable | None = key(None, "bolts or pins on a pitch circle around the axis of the link")
+
+    @model_validator(mode="after")
+    def _law(self) -> Self:
+        """Refuse an exponent without the load its stiffness holds at, a load without exponent, friction with one."""
+        if self.exponent is None and self.load is not None:
+            raise ModelError("load without exponent", allowed="exponent, e.g. 10/9 = 1.1111")
+        if self.exponent not in (None, 1.0) and self.load is None:
+            raise ModelError("exponent without load", allowed="load: the force at which the stiffness holds")
+        if self.exponent not in (None, 1.0) and self.friction is not None:
+            raise ModelError("friction with an exponent", allowed="one of the two")
+        tables = [d for d in ("x", "y", "z") if isinstance(getattr(self, d), ForceTableOf)]
+        beside = [k for k in ("clearance", "exponent", "friction") if getattr(self, k) is not None]
+        if tables and beside:
+            problem = f"{beside[0]} beside a table of force in {tables[0]}"
+            raise ModelError(problem, allowed="one of the two: play is a table that begins with forces of 0")
+        return self
+
+    def directions(self) -> dict[str, PerPlanet | Quantity | ForceTableOf]:
+        """Return the stiffnesses that are named, by direction."""
+        pairs = {d: getattr(self, d) for d in ("x", "y", "z", "rx", "ry", "rz")}
+        return {d: v for d, v in pairs.items() if v is not None}
+
+
+class SupportTable(LinkTable):
+    """A support or a planet bearing: a link, or several named ones."""
+
+    to: str | None = key(None, "who carries it (a member or body); default the housing, of a planet its carrier")
+    bearings: dict[str, LinkTable] = Field(default_factory=dict, description="several bearings, by name")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _collect(cls, data: Any) -> Any:
+        """Collect the named sub-tables."""
+        if not isinstance(data, dict):
+            return data
+        named = {k: v for k, v in data.items() if k not in LINK_KEYS and isinstance(v, dict)}
+        rest = {k: v for k, v in data.items() if k not in named}
+        return {**rest, "bearings": named} if named else rest
+
+    @model_validator(mode="after")
+    def _either(self) -> Self:
+        """Refuse keys of one link beside several named ones."""
+        own = self.model_fields_set - {"to", "bearings"}
+        if self.bearings and own:
+            raise ModelError(f"{', '.join(sorted(own))} beside named bearings", allowed="each key in a named bearing")
+        return self
+
+
+class SolidTable(LinkTable):
+    """A neck or shaft: stiffness from its shape, each direction settable."""
+
+    diameter: Length | None = key(None, "outer diameter of the shaft")
+    bore: Annotated[float, Unit("length", low=0)] | None = key(None, "inner diameter of the shaft")
+    length: Length | None = key(None, "length of the shaft; of a neck default face_width + gap")
+    torsional_rigidity: Annotated[float, Unit("rigidity", low=0, above=True)] | None = key(
+        None, "torsional rigidity G J_p, in place of the diameters"
+    )
+
+    @model_validator(mode="after")
+    def _hollow(self) -> Self:
+        """Refuse a bore without or above its diameter."""
+        if self.bore is not None and self.bore >= (self.diameter or 0.0):
+            raise ModelError("bore not below diameter", allowed="bore < diameter")
+        return self
+
+
+class CouplingTable(SolidTable):
+    """A coupling or shaft between two members or bodies; rz rigid, the rest 0, unless named."""
+
+    between: tuple[str, str] = Field(description="the two members or bodies it joins")
+    radius: Length | None = key(None, "radius at which an rz in N/m acts")
+    ends: Literal["splined", "fixed"] = key(
+        "splined", "ends of a shaft: splined passes torque alone; fixed also forces and bending"
+    )
+
+
+LINK_KEYS = frozenset(CouplingTable.model_fields) | {"to", "bearings", "radial", "tilt"}

@@ -1,0 +1,421 @@
+"""Shorthands of one layer of a file (rule 2): each layer is expanded before one is laid over the other.
+
+What a table is, is known from its place. Values of a wrong form pass through: validation names them.
+
+Normalisation of the expanded document: values by full member path, lists as tuples, CSV files read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from ..errors import ModelError
+from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys, kind_of
+from .schema import SIDES, STAGE_KEYS, Names, full_path, mesh_name, nearest, reference
+from .schema_fields import LINK_KEYS
+from .tables import REMOVE, PlainTable, leaves, nested, split_path, union
+
+TOLERANCE_TABLES = ("cost", "correlation")
+"""Tables of `[tolerance]` that are no tolerances."""
+
+_MOST_CHARACTERS = 1000  # of a path: 24 names of 60 letters at most do not all stand in one
+PAIRS = {"radial": ("x", "y"), "tilt": ("rx", "ry")}
+"""Keys of stiffnesses that stand for two."""
+_BARE = bare_keys(MemberDeviationsTable) | bare_keys(MeshDeviationsTable)
+
+
+def expand(layer: PlainTable, names: Names) -> PlainTable:
+    """Return a layer with its shorthands expanded and its references as full paths.
+
+    Raises ModelError for a shorthand beside what it stands for, and for a reference to nothing.
+    """
+    parts: dict[str, Callable[[PlainTable, Names], PlainTable]] = {
+        "stages": _stages,
+        "bodies": _bodies,
+        "couplings": _couplings,
+        "operation": _operation,
+        "loads": _loads,
+        "deviations": _deviations,
+        "assumed": lambda table, names: _by_path(table, names, "assumed"),
+        "tolerance": _tolerances,
+    }
+    return {k: parts[k](v, names) if k in parts and isinstance(v, dict) else v for k, v in layer.items()}
+
+
+def expand_path(text: str, names: Names, *, path: str) -> tuple[str, ...]:
+    """Return the paths a path with shorthands stands for: the stage put in, `radial` and `tilt` as their two."""
+    table = expand(nested(split_path(text, path=path), REMOVE), names)
+    return tuple(found for found, _ in leaves(table))
+
+
+def _each(table: PlainTable, path: str, change: Callable[[PlainTable, str], Any]) -> PlainTable:
+    """Return a table of named tables, each changed."""
+    return {k: change(v, f"{path}.{k}") if isinstance(v, dict) else v for k, v in table.items()}
+
+
+def _stages(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[stages]`."""
+    return {k: _stage(v, k, names) if isinstance(v, dict) else v for k, v in table.items()}
+
+
+def _stage(table: PlainTable, stage: str, names: Names) -> PlainTable:
+    """Expand one stage: its members and the names of its meshes."""
+    result: PlainTable = {}
+    for name, value in table.items():
+        path = f"stages.{stage}.{name}"
+        if name == "meshes" and isinstance(value, dict):
+            value = _renamed(value, stage, names, path)
+        elif name not in STAGE_KEYS and isinstance(value, dict):
+            value = _member(value, path, stage, names)
+        result[name] = value
+    return result
+
+
+def _renamed(table: PlainTable, stage: str, names: Names, path: str) -> PlainTable:
+    """Return a table of meshes with their gears in the order sun, planet, ring."""
+    result: PlainTable = {}
+    for name, value in table.items():
+        right = mesh_name(name, stage, names, path=f"{path}.{name}")
+        result = union(result, {right: value}, path)
+    return result
+
+
+def _member(table: PlainTable, path: str, stage: str, names: Names) -> PlainTable:
+    """Expand one gear or carrier, or one side of it."""
+    result: PlainTable = {}
+    for name, value in table.items():
+        where = f"{path}.{name}"
+        if isinstance(value, dict) and name in ("support", "bearing", "neck", "shaft"):
+            value = _link(value, where, names)
+        elif isinstance(value, dict) and name in SIDES:
+            value = _member(value, where, stage, names)
+        elif name == "on" and isinstance(value, str):
+            value = reference(value if "." in value else f"{stage}.{value}", names, path=where, sides=False)
+        result[name] = value
+    return result
+
+
+def _link(table: PlainTable, path: str, names: Names) -> PlainTable:
+    """Expand a link: `radial`, `tilt`, a bare damper, and its named sub-tables."""
+    result = _pairs(table, path)
+    for name, value in result.items():
+        where = f"{path}.{name}"
+        if name == "damping" and value is not REMOVE:
+            result[name] = _pairs(value, where) if isinstance(value, dict) else {d: value for d in ("x", "y", "z")}
+        elif name not in LINK_KEYS and isinstance(value, dict):
+            result[name] = _link(value, where, names)
+        elif name == "to" and isinstance(value, str) and value != "housing":
+            result[name] = reference(value, names, path=where)
+    return result
+
+
+def _pairs(table: PlainTable, path: str) -> PlainTable:
+    """Replace `radial` by x and y, `tilt` by rx and ry."""
+    result: PlainTable = {}
+    for name, value in table.items():
+        both = PAIRS.get(name, (name,))
+        if any(d in result for d in both):
+            raise ModelError(f"stands beside {' or '.join(both)}", path=f"{path}.{name}", given=value, allowed="one")
+        result |= dict.fromkeys(both, value)
+    return result
+
+
+def _bodies(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[bodies]`."""
+
+    def body(entry: PlainTable, path: str) -> PlainTable:
+        support = entry.get("support")
+        return entry | {"support": _link(support, f"{path}.support", names)} if isinstance(support, dict) else entry
+
+    return _each(table, "bodies", body)
+
+
+def _couplings(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[couplings]`."""
+
+    def coupling(entry: PlainTable, path: str) -> PlainTable:
+        result, where = _link(entry, path, names), f"{path}.between"
+        if isinstance(between := entry.get("between"), list):
+            result["between"] = [reference(end, names, path=where) for end in between]
+        return result
+
+    return _each(table, "couplings", coupling)
+
+
+def _loads(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[loads]`."""
+
+    def load(entry: PlainTable, path: str) -> PlainTable:
+        on = entry.get("on")
+        return entry | {"on": reference(on, names, path=f"{path}.on")} if isinstance(on, str) else entry
+
+    return _each(table, "loads", load)
+
+
+def _operation(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[operation]`: the stage put in front of every member."""
+    result = dict(table)
+    for name in ("speed", "torque", "power"):
+        if isinstance(by_member := table.get(name), dict):
+            result[name] = _full(by_member, names, f"operation.{name}")
+    if isinstance(held := table.get("held"), list):
+        result["held"] = [reference(m, names, path="operation.held", sides=False) for m in held]
+    return result
+
+
+def _full(table: PlainTable, names: Names, path: str) -> PlainTable:
+    """Return a table by members with the stage put in front of each where it was left out."""
+    result: PlainTable = {}
+    for name, value in table.items():
+        segments = full_path(split_path(name, path=path), names)
+        result = union(result, nested(segments, value), path)
+    return result
+
+
+def _deviations(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[deviations]`: the stage put in front, mesh names in order, bare amplitudes, members of errors."""
+    result = _full(table, names, "deviations")
+    for stage in names.stages:
+        if isinstance(entry := result.get(stage), dict):
+            if isinstance(meshes := entry.get("meshes"), dict):
+                path = f"deviations.{stage}.meshes"
+                renamed = _renamed(meshes, stage, names, path)
+                entry = entry | {"meshes": {k: _errors(v, f"{path}.{k}", stage, names) for k, v in renamed.items()}}
+            result[stage] = entry
+    return {k: _amplitudes(v) if isinstance(v, dict) else v for k, v in result.items()}
+
+
+def _errors(table: Any, path: str, stage: str, names: Names) -> Any:
+    """Write out the member that each error of a mesh, or of a side of it, turns with."""
+    if not isinstance(table, dict):
+        return table
+
+    def error(entry: PlainTable, where: str) -> PlainTable:
+        member = entry.get("turns_with")
+        if not isinstance(member, str):
+            return entry
+        full, path = member if "." in member else f"{stage}.{member}", f"{where}.turns_with"
+        try:
+            return entry | {"turns_with": reference(full, names, path=path, sides=False)}
+        except ModelError as problem:
+            allowed = "a gear of the mesh, or the carrier of the stage"
+            raise ModelError(problem.problem, path=path, given=member, allowed=allowed) from None
+
+    result = {k: _errors(v, f"{path}.{k}", stage, names) if k in SIDES else v for k, v in table.items()}
+    if isinstance(errors := table.get("errors"), dict):
+        result["errors"] = _each(errors, f"{path}.errors", error)
+    return result
+
+
+def _amplitudes(table: PlainTable) -> PlainTable:
+    """Replace bare `run_out = "20 um"` and the like by their table, at any depth."""
+    result: PlainTable = {}
+    for name, value in table.items():
+        if isinstance(value, dict):
+            result[name] = value if name in _BARE else _amplitudes(value)
+        else:
+            result[name] = {_BARE[name]: value} if name in _BARE and value is not REMOVE else value
+    return result
+
+
+def _by_path(table: PlainTable, names: Names, path: str) -> PlainTable:
+    """Return a table by paths with every path written out, `radial` as x and y."""
+    result: PlainTable = {}
+    for text, value in leaves(table):
+        for found in expand_path(text, names, path=f"{path}.{text}"):
+            result[found] = value
+    return result
+
+
+def _tolerances(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[tolerance]`: the stage put into every path, in its costs and correlations too."""
+    result: PlainTable = {}
+    for text, value in _toleranced(table):
+        path = one_path(text, names, f"tolerance.{text}")
+        if path in result:
+            raise ModelError("given twice", path=f"tolerance.{text}", given=value, allowed="one of the two")
+        result[path] = value
+    for name in TOLERANCE_TABLES:
+        if not isinstance(inner := table.get(name), dict):
+            result |= {name: inner} if name in table else {}
+            continue
+        found: PlainTable = {}
+        for text, value in _innermost(inner):
+            where = f"tolerance.{name}.{text}"
+            found = union(found, {one_path(text, names, where): value}, f"tolerance.{name}")
+        result[name] = found
+    return result
+
+
+def _toleranced(table: PlainTable) -> Iterator[tuple[str, object]]:
+    """Yield path and distribution, or table of an own and a common one, of each entry of `[tolerance]`."""
+
+    def below(inner: PlainTable, path: str) -> Iterator[tuple[str, object]]:
+        for name, value in inner.items():
+            where = f"{path}.{name}" if path else name
+            if not path and name in TOLERANCE_TABLES:
+                continue
+            nested_table = isinstance(value, dict) and bool(value)
+            if nested_table and not _is_shared(value):
+                yield from below(value, where)
+            else:
+                yield where, value
+
+    return below(table, "")
+
+
+def _is_shared(table: PlainTable) -> bool:
+    """Whether a table holds the distributions of one entry: its own, and that common to all planets."""
+    return bool({"own", "common"} & set(table)) and not any(isinstance(value, dict) for value in table.values())
+
+
+def _innermost(table: PlainTable, path: str = "") -> Iterator[tuple[str, object]]:
+    """Yield path and value of the tables without tables in them, and of what is no table."""
+    for name, value in table.items():
+        where = f"{path}.{name}" if path else name
+        if isinstance(value, dict) and any(isinstance(inner, dict) for inner in value.values()):
+            yield from _innermost(value, where)
+        else:
+            yield where, value
+
+
+def one_path(text: str, names: Names, path: str) -> str:
+    """Return one path with the stage put in; `radial`, `tilt` and a bare damper, one number of several keys, stay.
+
+    Raises ModelError for a text that is no path.
+    """
+    if len(text) > _MOST_CHARACTERS:
+        problem, allowed = f"a path of {len(text)} characters", f"at most {_MOST_CHARACTERS}"
+        raise ModelError(problem, path=f"{path[:80]}...", given=text, allowed=allowed)
+    found = expand_path(text, names, path=path)
+    if len(found) == 1:
+        return found[0]
+    table, last = found[0].rpartition(".")[0], split_path(text, path=path)[-1]
+    return table if table.endswith(f".{last}") else f"{table}.{last}"
+
+
+STANDARD_GRAVITY = 9.81  # m/s^2
+
+
+def normalise(data: PlainTable, names: Names, folder: Path | None) -> PlainTable:
+    """Return the expanded document as `ModelFile` takes it. `folder` is where CSV files are looked for.
+
+    Raises ModelError for a reference to nothing.
+    """
+    result = dict(data)
+    if isinstance(operation := data.get("operation"), dict):
+        result["operation"] = _normalised_operation(operation, names)
+    if isinstance(deviations := data.get("deviations"), dict):
+        result["deviations"] = _normalised_deviations(deviations, names, folder)
+    if isinstance(couplings := data.get("couplings"), dict):
+        result["couplings"] = {k: _tuple(v, "between") for k, v in couplings.items()}
+    return result
+
+
+def _tuple(table: Any, name: str) -> Any:
+    """Return a table with one of its lists as a tuple."""
+    if isinstance(table, dict) and isinstance(table.get(name), list):
+        return {**table, name: tuple(table[name])}
+    return table
+
+
+def _normalised_operation(table: PlainTable, names: Names) -> PlainTable:
+    """Flatten speeds, torques and powers to full member paths."""
+    result: PlainTable = _tuple(table, "held")
+    for name in ("speed", "torque", "power"):
+        if isinstance(table.get(name), dict):
+            result = result | {name: _by_member(table[name], names, f"operation.{name}", sides=name != "speed")}
+    if isinstance(gravity := table.get("gravity"), bool):
+        result = result | {"gravity": f"[0, {-STANDARD_GRAVITY}, 0] m/s^2" if gravity else None}
+    return result
+
+
+def _by_member(table: PlainTable, names: Names, path: str, *, sides: bool) -> PlainTable:
+    """Return {full path: value} of nested stage, member and side tables."""
+    flat: PlainTable = {}
+    for first, value in table.items():
+        where = f"{path}.{first}"
+        if first in names.stages:
+            for member, entry in _table(value, where, "a table of members").items():
+                _known(member, names.stages[first], f"{where}.{member}", entry)
+                flat |= _sides(f"{first}.{member}", entry, f"{where}.{member}", sides)
+        else:
+            _known(first, (*names.bodies, *names.stages), where, value)
+            flat[first] = value
+    return flat
+
+
+def _sides(member: str, value: Any, path: str, sides: bool) -> PlainTable:
+    """Return {member: value}, or one entry for each side."""
+    if not isinstance(value, dict):
+        return {member: value}
+    for side, entry in value.items():
+        if not sides or side not in SIDES:
+            raise ModelError("no such side", path=f"{path}.{side}", given=entry, allowed=" or ".join(SIDES))
+    return {f"{member}.{side}": entry for side, entry in value.items()}
+
+
+def _normalised_deviations(table: PlainTable, names: Names, folder: Path | None) -> PlainTable:
+    """Flatten deviations to full member and mesh paths."""
+    members: PlainTable = {}
+    meshes: PlainTable = {}
+    for first, value in table.items():
+        where = f"deviations.{first}"
+        if first in names.stages:
+            for name, entry in _table(value, where, "a table of members, and meshes").items():
+                if name == "meshes":
+                    meshes |= _mesh_deviations(_table(entry, f"{where}.meshes", "a table of meshes"), first, names)
+                else:
+                    _known(name, (*names.stages[first], "meshes"), f"{where}.{name}", entry)
+                    members |= _member_deviations(f"{first}.{name}", entry, folder, gear=True)
+        else:
+            _known(first, (*names.bodies, *names.stages), where, value)
+            members |= _member_deviations(first, value, folder, gear=False)
+    return {"members": members, "meshes": meshes}
+
+
+def _member_deviations(member: str, value: Any, folder: Path | None, *, gear: bool) -> PlainTable:
+    """Return the deviations of a member, and of its sides where it has them, by path."""
+    path = f"deviations.{member}"
+    table = _table(value, path, f"a table of {', '.join(MemberDeviationsTable.model_fields)}")
+    sides = {k: v for k, v in table.items() if gear and k in SIDES}
+    own = {k: v for k, v in table.items() if k not in sides}
+    result = {member: own} if own or not sides else {}
+    result |= {f"{member}.{side}": _table(v, f"{path}.{side}", "a table") for side, v in sides.items()}
+    return {member: _read_kinds(entry, member, folder) for member, entry in result.items()}
+
+
+def _read_kinds(table: PlainTable, member: str, folder: Path | None) -> PlainTable:
+    """Return the deviations of one member with the kinds read that have a form of their own in the file."""
+    kinds = {name: kind_of(MemberDeviationsTable, name) for name in MemberDeviationsTable.model_fields}
+    return table | {k: kind.read(table[k], member, folder) for k, kind in kinds.items() if kind.read and k in table}
+
+
+def _mesh_deviations(table: PlainTable, stage: str, names: Names) -> PlainTable:
+    """Return the deviations of the meshes of one stage, and of their sides, by path."""
+    result: PlainTable = {}
+    for name, value in table.items():
+        path = f"{stage}.meshes.{name}"
+        mesh_name(name, stage, names, path=f"deviations.{path}")
+        entry = _table(value, f"deviations.{path}", f"a table of {', '.join(MeshDeviationsTable.model_fields)}")
+        sides = {k: v for k, v in entry.items() if k in SIDES}
+        own = {k: v for k, v in entry.items() if k not in sides}
+        result |= ({path: own} if own or not sides else {}) | {f"{path}.{k}": v for k, v in sides.items()}
+    return result
+
+
+def _table(value: Any, path: str, allowed: str) -> PlainTable:
+    """Return a table. Raises ModelError for anything else."""
+    if not isinstance(value, dict):
+        raise ModelError("not a table", path=path, given=value, allowed=allowed)
+    return value
+
+
+def _known(name: str, known: Any, path: str, value: object) -> None:
+    """Raise ModelError for a name that is none of those known."""
+    if name not in known:
+        words = tuple(known)
+        allowed = f"one of {', '.join(words)}"
+        raise ModelError(f"no such member{nearest(name, words)}", path=path, given=value, allowed=allowed)

@@ -1,0 +1,521 @@
+"""`[tolerance]`: distributions of numbers and vectors of the file, its common settings, and prices of grades.
+
+The draw is the number at the path: it takes the place of what the file states there, as an override does.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import ModelError
+from ..warning_codes import CodedText, coded
+from .distributions import FORMS, PHASES, VECTORS, Distribution, StandardGrade, read_distribution
+from .schema import Names, collect, nearest
+from .shorthand import TOLERANCE_TABLES, expand, one_path
+from .tables import PlainTable, leaves, nested
+from .units import KINDS, Bounds, Quantity, read_quantity, split_list
+from .validation import LISTED, quantities_at
+from .written_numbers import Probe, bare_in, likely_text
+
+_NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?\s*")
+_VECTORS = ("run_out", "bearing_run_out", "position", "tilt")  # kinds of deviations with x and y
+_TURNING = ("run_out", "bearing_run_out")  # those that turn with the planet, so that a tooth can be marked
+_SHARED = ("own", "common", "phase")
+_ENTRY = '"DISTRIBUTION" or { own = "DISTRIBUTION", common = "DISTRIBUTION", phase = "random" or "marked" }'
+_MOST_PRICE = 1e15
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tolerance:
+    """One entry of the drawing.
+
+    path : of the number, as an override names it; of a vector that of its table.  own : each planet, or each mesh of a
+    pair, draws for itself; of a single member its only draw.  common : one draw for all planets, added.
+    phase : "random", or "marked": each planet's own draw gives its magnitude, at phase 0 of the planet's own x axis.
+    unit : SI unit.  count : draws of `own`, one a planet; both halves of a member and both sides of a mesh share one.
+    """
+
+    path: str
+    own: Distribution | None
+    common: Distribution | None
+    phase: str
+    unit: str
+    count: int
+
+    @property
+    def vector(self) -> bool:
+        """Whether a vector across the axis is drawn, not a number."""
+        return any(one is not None and one.kind in VECTORS for one in (self.own, self.common))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grade:
+    """A grade that may be bought: its text, its distribution, which takes the place of the entry's own, its price."""
+
+    text: str
+    distribution: Distribution
+    price: float
+
+
+Width = Callable[[str, StandardGrade, bool], float]
+"""Width [SI] of a grade at a path, of a vector or not; raises ModelError where the grade has no meaning there."""
+
+
+def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance, ...]:
+    """Return the entries of `[tolerance]`.
+
+    document : a Document, or its tables (`Train.document`).  width : of the grades; `resolve.tolerances` knows the
+    sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
+    """
+    return tuple(_resolved(entry, width) for entry in _Reading(_tables_of(document), folder=None).entries())
+
+
+def costs(document: object, width: Width | None = None) -> dict[str, tuple[Grade, ...]]:
+    """Return the grades that `[tolerance.cost]` prices, by the path of their entry, in the order of the file.
+
+    document, width : as of `tolerances`.  Raises ModelError likewise.
+    """
+    return tolerances_and_costs(document, width)[1]
+
+
+def tolerances_and_costs(
+    document: object, width: Width | None = None
+) -> tuple[tuple[Tolerance, ...], dict[str, tuple[Grade, ...]]]:
+    """Return `tolerances` and `costs` of one reading.  Raises ModelError as both."""
+    reading = _Reading(_tables_of(document), folder=None)
+    entries = reading.entries()
+    priced = {entry.path: reading.grades(entry, width) for entry in entries if entry.path in reading.costs}
+    return tuple(_resolved(entry, width) for entry in entries), priced
+
+
+def check_tolerance(data: PlainTable, names: Names, folder: Path | None) -> list[CodedText]:
+    """Return warnings of numbers without a unit in a file of format 1.
+
+    Raises ModelError for a tolerance that is no distribution, whose path is not in the model or no number, whose values
+    are of another quantity than what stands there, of a spread below zero; for two entries of one number; for a price
+    that is none, or of a path without tolerance.
+    """
+    if not isinstance(data.get("tolerance"), dict):
+        return []
+    reading = _Reading(data, folder=folder, names=names)
+    entries = reading.entries()
+    _check_overlaps(entries, names)
+    _check_costs(reading, entries)
+    return reading.warnings
+
+
+def rewritten(data: PlainTable, write: Callable[[float, str], str]) -> PlainTable:
+    """Return `[tolerance]` of a document with every value of its distributions written anew; grades stay.
+
+    data : a document, expanded, as of format 1, whose texts may hold numbers without a unit.  write : text of a value
+    in SI of a kind of quantity, as `model_writer.quantity_text`.  Raises ModelError as `check_tolerance`.
+    """
+    reading = _Reading(data, folder=None)
+
+    def text_of(entry: _Entry, text: object, where: str) -> object:
+        read, unit = reading.distribution(text, entry.probe, entry.vector, where)
+        if isinstance(read, StandardGrade):
+            return text
+        unit = unit or entry.unit
+        kind = next(kind for kind in entry.probe.kinds if KINDS[kind].unit == unit)
+        return f"{read.kind}({', '.join(write(value, kind) if value else '0' for value in read.values)})"
+
+    table = dict(reading.table)
+    for entry in reading.entries():
+        value, where = table[entry.path], f"tolerance.{entry.path}"
+        if isinstance(value, dict):
+            table[entry.path] = value | {k: text_of(entry, value[k], where) for k in ("own", "common") if k in value}
+        else:
+            table[entry.path] = text_of(entry, value, where)
+        if isinstance(prices := reading.costs.get(entry.path), dict):
+            anew = {text_of(entry, text, where): price for text, price in prices.items()}
+            table["cost"] = table["cost"] | {entry.path: anew}
+    return table
+
+
+def still_toleranced(data: PlainTable, file: PlainTable, above: PlainTable, names: Names) -> PlainTable:
+    """Return a document without the tolerances of the file whose number an override has removed or made a word.
+
+    data : the file with overrides laid over it.  above : the overrides; a tolerance that they state stays.
+    """
+    stated, mine = data.get("tolerance"), above.get("tolerance")
+    if not isinstance(stated, dict):
+        return data
+    own = mine if isinstance(mine, dict) else {}
+    gone = {
+        path
+        for path in stated
+        if path not in (*TOLERANCE_TABLES, *own) and _missing(data, path) and not _missing(file, path)
+    }
+    return data | {"tolerance": _without(stated, gone, names)} if gone else data
+
+
+def _without(table: PlainTable, gone: Collection[str], names: Names) -> PlainTable:
+    """Return `[tolerance]` without some entries, nor their prices and correlations."""
+    kept = {path: value for path, value in table.items() if path not in gone}
+    for name in TOLERANCE_TABLES:
+        if isinstance(inner := kept.get(name), dict):
+            kept[name] = {path: value for path, value in inner.items() if path not in gone}
+    if isinstance(pairs := kept.get("correlation"), dict):
+        others = {
+            first: {text: value for text, value in inner.items() if one_path(text, names, first) not in gone}
+            for first, inner in pairs.items()
+            if isinstance(inner, dict)
+        }
+        kept["correlation"] = {first: inner for first, inner in (pairs | others).items() if inner != {}}
+    return kept
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Entry:
+    """An entry as the file states it; fields as of `Tolerance`.  probe : what may stand at its path."""
+
+    path: str
+    own: Distribution | StandardGrade | None
+    common: Distribution | StandardGrade | None
+    phase: str
+    unit: str
+    count: int
+    probe: Probe
+    vector: bool
+
+
+class _Reading:
+    """`[tolerance]` of one document.  warnings : numbers without a unit in a file of format 1, once it is read."""
+
+    def __init__(self, data: PlainTable, *, folder: Path | None, names: Names | None = None) -> None:
+        table = data.get("tolerance")
+        self.table: PlainTable = table if isinstance(table, dict) else {}
+        self.costs = self._inner("cost")
+        # lists of pitch deviations may stand in a file beside the model, which nothing here needs
+        self.data = _without_pitch(data) if folder is None else data
+        self.folder = folder
+        self.names = names or collect(data)
+        self.warnings: list[CodedText] = []
+
+    def _inner(self, name: str) -> PlainTable:
+        """Return one of the tables beside the tolerances. Raises ModelError where it is none."""
+        inner = self.table.get(name, {})
+        if not isinstance(inner, dict):
+            raise ModelError("not a table", path=f"tolerance.{name}", given=inner, allowed=f"[tolerance.{name}]")
+        return inner
+
+    def entries(self) -> tuple[_Entry, ...]:
+        """Return the entries in the order of the file. Raises ModelError."""
+        stated = {path: value for path, value in self.table.items() if path not in TOLERANCE_TABLES}
+        probes = quantities_at(self.data, stated, self.names, self.folder)
+        return tuple(self._entry(path, value, probes[path]) for path, value in stated.items())
+
+    def grades(self, entry: _Entry, width: Width | None) -> tuple[Grade, ...]:
+        """Return the grades of one entry with their distributions."""
+        where = f"tolerance.cost.{entry.path}"
+        return tuple(
+            Grade(text=read.text, distribution=_sized(read, entry, width, where), price=price)
+            for read, price in self.priced(entry)
+        )
+
+    def priced(self, entry: _Entry) -> Iterator[tuple[Distribution | StandardGrade, float]]:
+        """Yield the grades of one entry and their prices."""
+        where = f"tolerance.cost.{entry.path}"
+        table = self.costs[entry.path]
+        allowed = '{ "grade(IT6, 3 sigma)" = 40, "normal(0, 8 um)" = 25 }: distributions and their prices'
+        if not isinstance(table, dict) or not table:
+            raise ModelError("no grades with prices", path=where, given=table, allowed=allowed)
+        for text, price in table.items():
+            place = f"{where}.{text[:80]}"
+            read, unit = self.distribution(text, entry.probe, entry.vector, place)
+            if unit and unit != entry.unit:
+                raise ModelError("of another quantity than its tolerance", path=place, given=text, allowed=entry.unit)
+            if isinstance(price, bool) or not isinstance(price, (int, float)) or not 0 <= price <= _MOST_PRICE:
+                allowed = f"a number of 0 to {_MOST_PRICE:g}, in any one currency, without a unit"
+                raise ModelError("not a price", path=place, given=price, allowed=allowed)
+            yield read, float(price)
+
+    def _entry(self, path: str, value: object, found: Probe | ModelError) -> _Entry:
+        """Return one entry. Raises ModelError."""
+        where = f"tolerance.{path}"
+        texts, phase = _texts(value, where)
+        probe = self._probe(path, value, found)
+        vector = path.startswith("deviations.") and path.rpartition(".")[2] in _VECTORS
+        vector = vector and any(_is_vector_text(text) for text in texts.values())
+        read: dict[str, Distribution | StandardGrade] = {}
+        units: dict[str, str] = {}
+        for name, text in texts.items():
+            place = f"{where}.{name}" if isinstance(value, dict) else where
+            read[name], units[name] = self.distribution(text, probe, vector, place)
+        stated = {unit for unit in units.values() if unit}
+        if len(stated) > 1:
+            allowed = " or ".join(KINDS[kind].unit for kind in probe.kinds)
+            raise ModelError("mixes kinds of quantity", path=where, given=str(value), allowed=f"all in {allowed}")
+        if not vector and self._is_pin(path):
+            # a number is the amplitude, whose phase is 0: along the radius, where a pin hardly loads its meshes
+            problem = "a pin position as a number is drawn along the radius, where it loads hardly any mesh"
+            allowed = (
+                f'"disc(diameter)" for a zone round the pin, or {path}.y for a tangential number, .x for a radial one'
+            )
+            raise ModelError(problem, path=where, given=_shown(value), allowed=allowed)
+        count = _count(path, probe, self.names, self.data)
+        if "common" in read and count == 1:
+            problem, allowed = (
+                "a common draw of a single one",
+                "own alone; common is of what several planets have",
+            )
+            raise ModelError(problem, path=f"{where}.common", given=texts["common"], allowed=allowed)
+        if phase == "marked" and not (vector and count > 1 and path.rpartition(".")[2] in _TURNING):
+            allowed = f"a vector that turns with planets, {' or '.join(_TURNING)} of planets"
+            raise ModelError("no tooth to mark here", path=f"{where}.phase", given=phase, allowed=allowed)
+        return _Entry(
+            path=path,
+            own=read.get("own"),
+            common=read.get("common"),
+            phase=phase,
+            unit=next(iter(stated), KINDS[probe.kinds[0]].unit),
+            count=count,
+            probe=probe,
+            vector=vector,
+        )
+
+    def _is_pin(self, path: str) -> bool:
+        """Whether a path is the position of a planet on a pin; that of one on a shaft turns with it."""
+        segments = path.split(".")
+        if segments[0] != "deviations" or segments[-1] != "position" or segments[1] not in self.names.stages:
+            return False
+        stage, member = segments[1:3]
+        turns = "on" in self.data["stages"][stage].get(member, {})
+        return self.names.stages[stage].get(member) == "planet" and not turns
+
+    def _probe(self, path: str, value: object, probe: Probe | ModelError) -> Probe:
+        """Return what may stand at the path of an entry. Raises ModelError where it is no number of the model."""
+        where, allowed = f"tolerance.{path}", "a path a number can stand at, in a table that is there"
+        if not isinstance(probe, Probe):
+            about = f"{probe.path}: {probe.problem}" if probe.path not in ("", path) else probe.problem
+            raise ModelError(f"no such path ({about})", path=where, given=_shown(value), allowed=allowed)
+        if probe.whole:
+            allowed = "a quantity that varies from part to part"
+            raise ModelError("a count, no number that varies", path=where, given=_shown(value), allowed=allowed)
+        if (fault := _missing(self.data, path)) is not None:
+            raise ModelError(f"no such path ({fault})", path=where, given=_shown(value), allowed=allowed)
+        return probe
+
+    def distribution(
+        self, text: object, probe: Probe, vector: bool, where: str
+    ) -> tuple[Distribution | StandardGrade, str]:
+        """Return the distribution of a text and its SI unit, "" where it names none. Raises ModelError."""
+        units: list[str] = []
+
+        def value(part: str) -> float:
+            number, unit = self._value(part, probe, where, text)
+            units.append(unit)
+            return number
+
+        read = read_distribution(text, value, vector=vector, where=where)
+        kinds = probe.kinds
+        if isinstance(read, StandardGrade) and "length" not in kinds:
+            raise ModelError(
+                "a grade of a length, where another quantity stands", path=where, given=text, allowed=_words(kinds)
+            )
+        if len({unit for unit in units if unit}) > 1:
+            allowed = " or ".join(KINDS[kind].unit for kind in kinds)
+            raise ModelError("mixes kinds of quantity", path=where, given=text, allowed=f"all in {allowed}")
+        if isinstance(read, Distribution):
+            _check_bounds(read, probe.bounds, where)
+        return read, next((unit for unit in units if unit), "")
+
+    def _value(self, part: str, probe: Probe, where: str, text: object) -> tuple[float, str]:
+        """Return one value in SI and its SI unit, no unit of zero; warnings are noted. Raises ModelError."""
+        kinds = probe.kinds
+        bare = float(part) if _NUMBER.fullmatch(part) else None
+        version = self.data.get("format")
+        if bare is not None and bare_in(bare, kinds):
+            likely = likely_text(bare, kinds, probe.ladder)
+            if version != 1:
+                raise ModelError(f'a number without a unit: "{likely}"?', path=where, given=text, allowed=_words(kinds))
+            unit = KINDS[kinds[0]].unit
+            self.warnings.append(
+                coded("no-unit", f'{where} = {text}: {part.strip()} has no unit, read in {unit}; "{likely}"?')
+            )
+        try:
+            listed = isinstance(version, int) and version >= LISTED
+            read = read_quantity(part if bare is None else bare, kinds, Bounds(), listed=listed)
+        except ModelError as error:
+            raise ModelError(error.problem, path=where, given=text, allowed=_words(kinds)) from None
+        if isinstance(read, Quantity):
+            assert isinstance(read.value, float)
+            return read.value, read.unit if read.value or bare is None else ""
+        assert isinstance(read, float)
+        return read, KINDS[kinds[0]].unit
+
+
+# one entry -----------------------------------------------------------------------------------------------------------
+
+
+def _texts(value: object, where: str) -> tuple[dict[str, object], str]:
+    """Return the texts of the own and the common distribution, and the phase. Raises ModelError."""
+    if not isinstance(value, dict):
+        return {"own": value}, "random"
+    for name, inner in value.items():
+        if name not in _SHARED:
+            problem = f"unknown key{nearest(name, _SHARED)}"
+            raise ModelError(problem, path=f"{where}.{name}", given=inner, allowed=", ".join(_SHARED))
+    texts = {name: value[name] for name in ("own", "common") if name in value}
+    if not texts:
+        raise ModelError("says nothing", path=where, given=_shown(value), allowed=_ENTRY)
+    phase = value.get("phase", "random")
+    if phase not in PHASES:
+        raise ModelError("no phase of assembly", path=f"{where}.phase", given=phase, allowed=" or ".join(PHASES))
+    return texts, str(phase)
+
+
+def _shown(value: object) -> object:
+    """Return the value of an entry for a message."""
+    return value if isinstance(value, str) else repr(value)
+
+
+def _is_vector_text(text: object) -> bool:
+    """Whether a text states the distribution of a vector, or a grade, which at a vector is one."""
+    return isinstance(text, str) and text.strip().partition("(")[0].strip() in (*VECTORS, "grade")
+
+
+def _words(kinds: tuple[str, ...]) -> str:
+    """Return what the values of a distribution may be."""
+    return " or ".join(f"{KINDS[k].name}{f' ({KINDS[k].spellings})' if KINDS[k].unit else ''}" for k in kinds)
+
+
+def _check_bounds(read: Distribution, bounds: Bounds, where: str) -> None:
+    """Raise ModelError for a distribution whose mean, or whose end, cannot stand at its path."""
+    if read.kind in VECTORS:
+        return
+    ends = [value for name, value in zip(FORMS[read.kind], read.values, strict=True) if name in ("low", "high")]
+    for value in (float(read.mean.real), *ends):
+        low, high = bounds.low, bounds.high
+        above = low is None or (value > low if bounds.above else value >= low)
+        below = high is None or (value < high if bounds.below else value <= high)
+        if not (above and below):
+            limits = [f"{'above' if bounds.above else 'at least'} {low:g}"] if low is not None else []
+            limits += [f"{'below' if bounds.below else 'at most'} {high:g}"] if high is not None else []
+            problem = f"its mean or an end, {value:.6g} in SI, cannot stand there"
+            raise ModelError(problem, path=where, given=read.text, allowed=" and ".join(limits))
+
+
+def _missing(data: PlainTable, path: str) -> str | None:
+    """Return what of a path is not in the file and cannot come from a tolerance alone; None where nothing is missing.
+
+    A kind of deviation, the stiffness of a mesh and a key of a table that is there need not be given. A support, a
+    bearing or a torque that is not there would be a new one.
+    """
+    segments = path.split(".")
+    here: Any = data
+    for at, name in enumerate(segments):
+        inner = here.get(name) if isinstance(here, dict) else None
+        if inner is None:
+            free = segments[0] == "deviations" or "meshes" in segments[:3]
+            last = at == len(segments) - 1 and segments[0] != "operation"
+            return None if free or last else f"{'.'.join(segments[: at + 1])} is not given"
+        here = inner
+    if isinstance(here, str) and not re.match(r"\s*(?:[\[+\-.0-9]|inf)", here):
+        return f'a word stands there, "{here[:40]}"'
+    if isinstance(here, dict) and set(here) & {"deflection", "force", "file"}:
+        return "a table of force stands there"
+    return None
+
+
+def _count(path: str, probe: Probe, names: Names, data: PlainTable) -> int:
+    """Return how many planets have a number of their own at a path."""
+    segments = path.split(".")
+    if not probe.many or segments[0] not in ("stages", "deviations") or segments[1] not in names.stages:
+        return 1
+    stage, name, *rest = segments[1:]
+    kinds = names.stages[stage]
+    members = rest[0].split("-") if name == "meshes" else [name]
+    if not any(kinds.get(member) == "planet" for member in members):
+        return 1
+    table = data["stages"][stage]
+    angles, _ = split_list(table.get("planet_angles"))
+    return len(angles) if angles else max(table.get("planets", 1), 1)
+
+
+# several entries -----------------------------------------------------------------------------------------------------
+
+
+def _check_overlaps(entries: Iterable[_Entry], names: Names) -> None:
+    """Raise ModelError where two entries draw the same number, or one that excludes the other."""
+    drawn: dict[str, str] = {}
+    for entry in entries:
+        for path in _numbers_of(entry, names):
+            if (other := drawn.setdefault(path, entry.path)) != entry.path:
+                problem = f"draws what {other} draws, or what stands in its place"
+                allowed = "one of the two; an empty value removes an entry of the file"
+                raise ModelError(problem, path=f"tolerance.{entry.path}", allowed=allowed)
+
+
+def _numbers_of(entry: _Entry, names: Names) -> list[str]:
+    """Return the paths of the numbers that an entry draws; of a vector, and of half a vector, one for each form."""
+    found = [path for path, _ in leaves(expand(nested(tuple(entry.path.split(".")), 1.0), names))]
+    table, _, last = found[0].rpartition(".")
+    if entry.vector:
+        return [f"{table}.x", f"{table}.y"]
+    if table.rpartition(".")[2] in _VECTORS and last in ("amplitude", "phase"):
+        # an amplitude stands in place of x and y
+        return [f"{table}.{last}", *([f"{table}.x", f"{table}.y"] if last == "amplitude" else [])]
+    return found
+
+
+def _check_costs(reading: _Reading, entries: Sequence[_Entry]) -> None:
+    """Raise ModelError for prices of a path without tolerance, and for what is no grade or no price."""
+    known = [entry.path for entry in entries]
+    for path, table in reading.costs.items():
+        if path not in known:
+            problem = f"no tolerance at this path{nearest(path, known)}"
+            allowed = f"one of {', '.join(known)}" if known else "a path of [tolerance]"
+            raise ModelError(problem, path=f"tolerance.cost.{path}", given=_shown(table), allowed=allowed)
+    for entry in entries:
+        if entry.path in reading.costs:
+            list(reading.priced(entry))
+
+
+def _resolved(entry: _Entry, width: Width | None) -> Tolerance:
+    """Return an entry with the widths of its grades."""
+    where = f"tolerance.{entry.path}"
+    return Tolerance(
+        path=entry.path,
+        own=None if entry.own is None else _sized(entry.own, entry, width, where),
+        common=None if entry.common is None else _sized(entry.common, entry, width, where),
+        phase=entry.phase,
+        unit=entry.unit,
+        count=entry.count,
+    )
+
+
+def _sized(read: Distribution | StandardGrade, entry: _Entry, width: Width | None, where: str) -> Distribution:
+    """Return a distribution as it is, and that of a grade with its width. Raises ModelError."""
+    if isinstance(read, Distribution):
+        return read
+    if width is None:
+        allowed = "a distribution in numbers; the size comes with the resolved train"
+        raise ModelError("the size of this grade is not known", path=where, given=read.text, allowed=allowed)
+    try:
+        return read.distribution(width(entry.path, read, entry.vector), vector=entry.vector)
+    except ModelError as error:
+        raise ModelError(error.problem, path=where, given=read.text, allowed=error.allowed) from None
+
+
+def _tables_of(document: object) -> PlainTable:
+    """Return the tables of a Document, or of a mapping."""
+    data = getattr(document, "data", document)
+    if not isinstance(data, Mapping):
+        raise TypeError(f"a Document or its tables, not {type(document).__name__}")
+    return dict(data)
+
+
+def _without_pitch(data: PlainTable) -> PlainTable:
+    """Return a document without its lists of pitch deviations."""
+    table = data.get("deviations")
+    return data | {"deviations": _pruned(table)} if isinstance(table, dict) else data
+
+
+def _pruned(table: PlainTable) -> PlainTable:
+    return {k: _pruned(v) if isinstance(v, dict) else v for k, v in table.items() if k != "pitch"}

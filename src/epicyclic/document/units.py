@@ -1,0 +1,440 @@
+"""Numbers with units at the border: text or bare number -> SI.
+
+The spellings that stand in nearly every file are converted from a table (tested against pint); everything else
+goes through pint, which is imported only then.
+
+Spellings of units in a file of format 2: one pattern a kind of quantity, for the reader and for the JSON Schema.
+
+A pattern is put together from the units of length, force, ... as the dimension is, so that a text of another dimension
+cannot match.  The factor to SI is that of `units`.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cache
+from typing import Any
+
+from ..errors import ModelError
+
+# no \d: to Python it is a digit of any script, to ECMAScript, which JSON Schema follows, an ASCII one
+_BLANK = r"\s*"
+_DIGITS = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
+_NUMBER_IN_SCHEMA = f"[+-]?{_DIGITS}"
+_ZERO = r"[+-]?(?:0+(?:\.0*)?|\.0+)(?:[eE][+-]?[0-9]{1,4})?"
+_INF = r"[+]?inf"
+
+_TIMES = r"(?: *[*·] *| +)"
+_OVER = " */ *"
+_SQUARED = r"(?:\^2|\*\*2|²)"
+_CUBED = r"(?:\^3|\*\*3|³)"
+_MICRO = "uµμ"  # the letter u, the micro sign and the Greek letter
+
+_LENGTH = f"(?:[kcdm{_MICRO}n]?m|in|inch|ft|thou)"
+_AREA = _LENGTH + _SQUARED
+_TIME = f"(?:[m{_MICRO}n]?s|min|h)"
+_MASS = f"(?:[km{_MICRO}M]?g|t|lb|oz|slug)"
+_FORCE = f"(?:[kMGm{_MICRO}]?N|lbf|kip|kgf)"
+_ANGLE = f"(?:[m{_MICRO}]?rad|deg|degree|°|arcmin|arcsec|gon|rev|turn)"
+_STRESS = "(?:[hkMG]?Pa|bar|psi|ksi)"
+_POWER = f"(?:[m{_MICRO}kMG]?W|hp)"
+_TORQUE = f"(?:{_FORCE}{_TIMES}{_LENGTH}|{_LENGTH}{_TIMES}{_FORCE})"
+
+
+def _per(*below: str) -> str:
+    """Quotient of what stands before by the product of units: by one after the other, or in brackets."""
+    return f"(?:{_OVER}{_OVER.join(below)}|{_OVER}\\( *{_TIMES.join(below)} *\\))"
+
+
+UNIT_PATTERNS: dict[str, str] = {
+    "ratio": "(?:%|percent|ppm)",
+    "cycles": "",
+    "length": _LENGTH,
+    "angle": _ANGLE,
+    "mass": _MASS,
+    "inertia": f"{_MASS}{_TIMES}{_AREA}",
+    "density": f"{_MASS}{_OVER}{_LENGTH}{_CUBED}",
+    "pressure": f"(?:{_STRESS}|{_FORCE}{_OVER}{_AREA})",
+    "viscosity": f"m?Pa{_TIMES}s",
+    "stiffness": f"{_FORCE}{_OVER}{_LENGTH}",
+    "stiffness_per_width": f"(?:{_FORCE}(?:{_OVER}{_AREA}|{_per(_LENGTH, _LENGTH)})|{_STRESS})",
+    "torsional_stiffness": f"{_TORQUE}{_OVER}{_ANGLE}",
+    "rigidity": f"{_FORCE}{_TIMES}{_AREA}",
+    "damping": f"{_FORCE}(?:{_TIMES}{_TIME}{_OVER}{_LENGTH}|{_OVER}\\( *{_LENGTH}{_OVER}{_TIME} *\\))",
+    "torsional_damping": f"{_TORQUE}(?:{_TIMES}{_TIME}{_OVER}{_ANGLE}|{_OVER}\\( *{_ANGLE}{_OVER}{_TIME} *\\))",
+    "force": _FORCE,
+    "torque": _TORQUE,
+    "power": _POWER,
+    "speed": f"(?:rpm|{_ANGLE}{_OVER}{_TIME})",
+    "acceleration": f"{_LENGTH}(?:{_OVER}{_TIME}{_SQUARED}|{_per(_TIME, _TIME)})",
+    "rate": f"1{_OVER}{_TIME}",
+    "time": _TIME,
+    "unbalance": f"{_MASS}{_TIMES}{_LENGTH}",
+}
+"""Regular expression of the unit texts of each kind of quantity; empty where there is no unit."""
+
+
+@cache
+def is_unit_of(unit: str, kind: str) -> bool:
+    """Return whether a unit text is one of a kind of quantity in a file of format 2."""
+    return re.fullmatch(UNIT_PATTERNS[kind], unit) is not None
+
+
+def number_pattern(kind: str, *, inf: bool) -> str:
+    """Return the pattern of a text with one number of a kind; a text `inf` where infinity may stand."""
+    return f"^{_BLANK}{_one(kind, inf=inf)}{_BLANK}$"
+
+
+def list_pattern(kind: str, *, inf: bool) -> str:
+    """Return the pattern of a text with a list: a unit behind the bracket, or in every entry that is not zero."""
+    item = f"{_BLANK}{_NUMBER_IN_SCHEMA}{_BLANK}" if not inf else f"{_BLANK}(?:{_NUMBER_IN_SCHEMA}|{_INF}){_BLANK}"
+    own = f"{_BLANK}{_one(kind, inf=inf)}{_BLANK}"
+    unit = UNIT_PATTERNS[kind]
+    shared = f"\\[{item}(?:,{item})*\\]{_BLANK}{unit}"
+    return f"^{_BLANK}(?:{shared}|\\[{own}(?:,{own})*\\]){_BLANK}$" if unit else f"^{_BLANK}{shared}$"
+
+
+def _one(kind: str, *, inf: bool) -> str:
+    """Return the pattern of one number: with its unit, zero, infinity, or of no dimension."""
+    unit = UNIT_PATTERNS[kind]
+    numbers = f"(?:{_NUMBER_IN_SCHEMA}|{_INF})" if inf else _NUMBER_IN_SCHEMA
+    if not unit:
+        return numbers
+    if kind == "ratio":
+        return f"{numbers}(?:{_BLANK}{unit})?"
+    return f"(?:{numbers}{_BLANK}{unit}|{_ZERO}{f'|{_INF}' if inf else ''})"
+
+
+PerPlanet = float | tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A value whose key takes two kinds of quantity: one number or one per planet, and the SI unit of its kind."""
+
+    value: PerPlanet
+    unit: str
+
+
+# Least magnitude [SI] of a number that is not 0: the product of a few smaller ones is none in double precision.
+_LEAST = 1e-60
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of quantity: name, SI unit, largest magnitude accepted [SI], and spellings to propose."""
+
+    name: str
+    unit: str
+    limit: float
+    spellings: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bounds:
+    """What a number may be [SI]: `low` to `high`, `low` excluded if `above`, `high` if `below`; infinity if `inf`."""
+
+    low: float | None = None
+    high: float | None = None
+    above: bool = False
+    below: bool = False
+    inf: bool = False
+
+
+KINDS: dict[str, Kind] = {
+    "ratio": Kind("number", "", 1e12, ""),
+    "cycles": Kind("phase in mesh cycles", "", 1e6, ""),
+    "length": Kind("length", "m", 1e4, "m, mm, um"),
+    "angle": Kind("angle", "rad", 1e4, "rad, deg"),
+    "mass": Kind("mass", "kg", 1e9, "kg, g, t"),
+    "inertia": Kind("moment of inertia", "kg m^2", 1e12, "kg m^2, kg mm^2"),
+    "density": Kind("density", "kg/m^3", 1e6, "kg/m^3, g/cm^3"),
+    "pressure": Kind("stress", "Pa", 1e15, "Pa, MPa, GPa"),
+    "viscosity": Kind("dynamic viscosity", "Pa s", 1e6, "mPa s, Pa s"),
+    "stiffness": Kind("stiffness", "N/m", 1e16, "N/m, N/um, kN/mm"),
+    "stiffness_per_width": Kind("stiffness per face width", "N/m^2", 1e16, "N/(mm um), N/m^2"),
+    "torsional_stiffness": Kind("torsional stiffness", "N m/rad", 1e18, "N m/rad, kN m/rad"),
+    "rigidity": Kind("torsional rigidity", "N m^2", 1e18, "N m^2, kN m^2"),
+    "damping": Kind("damping", "N s/m", 1e14, "N s/m"),
+    "torsional_damping": Kind("torsional damping", "N m s/rad", 1e16, "N m s/rad"),
+    "force": Kind("force", "N", 1e12, "N, kN, MN"),
+    "torque": Kind("torque", "N m", 1e13, "N m, kN m, MN m"),
+    "power": Kind("power", "W", 1e15, "W, kW, MW"),
+    "speed": Kind("speed", "rad/s", 1e7, "rad/s, rpm, deg/s"),
+    "acceleration": Kind("acceleration", "m/s^2", 1e6, "m/s^2"),
+    "rate": Kind("rate", "1/s", 1e12, "1/s"),
+    "time": Kind("time", "s", 1e9, "s, ms, us"),
+    "unbalance": Kind("unbalance", "kg m", 1e9, "kg m, g mm"),
+}
+
+UNKNOWN_UNIT = "unit not known or of another kind of quantity"
+_DEGREE = math.pi / 180
+# factor to SI, SI unit; every entry equals pint's (tested)
+COMMON: dict[str, tuple[float, str]] = {
+    "m": (1.0, "m"),
+    "mm": (1e-3, "m"),
+    "um": (1e-6, "m"),
+    "rad": (1.0, "rad"),
+    "deg": (_DEGREE, "rad"),
+    "kg": (1.0, "kg"),
+    "g": (1e-3, "kg"),
+    "t": (1e3, "kg"),
+    "s": (1.0, "s"),
+    "1/s": (1.0, "1/s"),
+    "Pa": (1.0, "Pa"),
+    "Pa s": (1.0, "Pa s"),
+    "mPa s": (1e-3, "Pa s"),
+    "MN": (1e6, "N"),
+    "MN m": (1e6, "N m"),
+    "GN/m": (1e9, "N/m"),
+    "kN/mm": (1e6, "N/m"),
+    "N/m^2": (1.0, "N/m^2"),
+    "kN m/rad": (1e3, "N m/rad"),
+    "kg mm^2": (1e-6, "kg m^2"),
+    "kg m": (1.0, "kg m"),
+    "kg m^2": (1.0, "kg m^2"),
+    "N/m": (1.0, "N/m"),
+    "MN/m": (1e6, "N/m"),
+    "N/um": (1e6, "N/m"),
+    "N/(mm um)": (1e9, "N/m^2"),
+    "N m/rad": (1.0, "N m/rad"),
+    "N m^2": (1.0, "N m^2"),
+    "N s/m": (1.0, "N s/m"),
+    "N": (1.0, "N"),
+    "kN": (1e3, "N"),
+    "N m": (1.0, "N m"),
+    "kN m": (1e3, "N m"),
+    "W": (1.0, "W"),
+    "kW": (1e3, "W"),
+    "MW": (1e6, "W"),
+    "rpm": (math.pi / 30, "rad/s"),
+    "rad/s": (1.0, "rad/s"),
+    "MPa": (1e6, "Pa"),
+    "GPa": (1e9, "Pa"),
+    "kg/m^3": (1.0, "kg/m^3"),
+    "m/s^2": (1.0, "m/s^2"),
+}
+_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?|[+-]?inf"
+_QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>.*?)\s*", re.DOTALL)
+_LIST = re.compile(r"\s*\[(?P<items>[^\[\]]*)\]\s*(?P<unit>[^\[\]]*?)\s*")
+# a decimal comma, or thousands set apart
+_SET_APART = re.compile(r"\s*[+-]?[0-9.]+\s*[,'\u2019\s]\s*(?!1\s*/)[0-9]")
+_BLANKS = re.compile(r"[\s*·]+")
+# a unit text: words, powers of one digit, products and quotients; nothing pint could be made to compute for long
+_UNIT = re.compile(r"(?:[A-Za-zµμ°%²³·]+|(?:\^|\*\*)-?\d(?![\d.]|\s*(?:\^|\*\*))|1(?=\s*/)|[*/()\s])+")
+_HERTZ = re.compile(r"(?<![A-Za-z])[kMG]?(?:Hz|[hH]ertz)(?![A-Za-z])")
+_ANGULAR = re.compile(r"rad|rev|turn|deg|rpm|°|cycle|arc|gon")
+
+
+def read_quantity(
+    value: object,
+    kinds: tuple[str, ...],
+    bounds: Bounds,
+    *,
+    many: bool = False,
+    one: bool = True,
+    words: tuple[str, ...] = (),
+    listed: bool = False,
+) -> float | str | tuple[float, ...] | Quantity:
+    """Return the SI value of a number, a text with a unit, or a list of them.
+
+    kinds : names in `KINDS`; a bare number is the first. Two kinds: the result is a `Quantity`.
+    many : a list (one value per planet) is allowed; one : a single value is allowed; words : texts kept as they are.
+    listed : only units of `unit_patterns`, as in a file of format 2; else any that pint knows.
+    Raises ModelError without a path.
+    """
+    if isinstance(value, str) and value.strip() in words:
+        return value.strip()
+    items, shared = split_list(value)
+    if items is None and not one:
+        raise _error("a list is needed", value, kinds, bounds, many=True, words=words)
+    if items is not None and (not many or not items):
+        raise _error("an empty list" if many else "a list where one number stands", value, kinds, bounds, words=words)
+    read = [_read_one(v, shared, kinds, bounds, many, words, listed) for v in ([value] if items is None else items)]
+    if len({unit for _, unit in read}) > 1:
+        raise _error("mixes kinds of quantity", value, kinds, bounds, many=many, words=words)
+    numbers = tuple(number for number, _ in read)
+    result = numbers if items is not None else numbers[0]
+    return Quantity(value=result, unit=read[0][1]) if len(kinds) > 1 else result
+
+
+def split_list(value: object) -> tuple[list[object] | None, str]:
+    """Return the entries of a list (None for a single value) and the unit they share."""
+    if isinstance(value, (list, tuple)):
+        return list(value), ""
+    if isinstance(value, str) and (found := _LIST.fullmatch(value)):
+        items = found["items"].strip()
+        return [item.strip() for item in items.split(",")] if items else [], found["unit"] or "SI"
+    return None, ""
+
+
+def _read_one(
+    value: object,
+    shared: str,
+    kinds: tuple[str, ...],
+    bounds: Bounds,
+    many: bool,
+    words: tuple[str, ...],
+    listed: bool,
+) -> tuple[float, str]:
+    """Return one SI number and its SI unit; `shared` is the unit behind a bracketed list."""
+
+    def wrong(problem: str) -> ModelError:
+        return _error(problem, value, kinds, bounds, many=many, words=words)
+
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise wrong(f"{_name(value)} where a number stands")
+    if isinstance(value, str):
+        text = f"{value} {shared}" if shared != "SI" else value
+        number, unit = _parse(text, kinds, wrong, bare=shared == "SI", listed=listed)
+    else:
+        number, unit = _finite(value, wrong), KINDS[kinds[0]].unit
+    _check(number, unit, kinds, bounds, wrong)
+    return number, unit
+
+
+def _parse(text: str, kinds: tuple[str, ...], wrong: Any, *, bare: bool, listed: bool) -> tuple[float, str]:
+    """Return the SI number and SI unit of a text like ``20 N/(mm um)``; without a unit only where `bare`, or zero."""
+    found = _QUANTITY.fullmatch(text) if len(text) <= 200 else None
+    if found is None:
+        raise wrong("not a number with a unit")
+    if _SET_APART.match(text):
+        raise wrong("a comma, an apostrophe or a space within the number (1.5 and 1500 are numbers)")
+    number, unit = float(found["number"]), found["unit"]
+    if math.isinf(number) and "inf" not in found["number"]:
+        raise wrong("too large")
+    if not unit:
+        if bare or math.isinf(number) or number == 0 or not KINDS[kinds[0]].unit:
+            return number, KINDS[kinds[0]].unit
+        raise wrong("a text without a unit")
+    if "speed" in kinds and (_HERTZ.search(unit) or not _ANGULAR.search(unit)):
+        raise wrong("revolutions or radians?")
+    for convert in (_common, factor):  # the table for all kinds before pint is imported for any
+        for kind in kinds:
+            if listed and not is_unit_of(unit, kind):
+                continue
+            if (scale := convert(unit, KINDS[kind].unit)) is not None:
+                return _scaled(found["number"], scale), KINDS[kind].unit
+    near = _meant(unit, kinds)
+    raise wrong(f"{UNKNOWN_UNIT}; did you mean {near!r}?" if near else UNKNOWN_UNIT)
+
+
+def _meant(unit: str, kinds: tuple[str, ...]) -> str:
+    """A unit of these kinds that differs in spaces and capitals alone: ``kN m`` of ``kNm``; "" without one."""
+    plain = _BLANKS.sub("", unit).casefold()
+    targets = {KINDS[kind].unit for kind in kinds}
+    return next(
+        (one for one, (_, si) in COMMON.items() if si in targets and _BLANKS.sub("", one).casefold() == plain), ""
+    )
+
+
+def _scaled(text: str, scale: float) -> float:
+    """Return number times scale; powers of ten shift the decimal point: 20 um is 2e-05, not 1.9999999999999998e-05."""
+    power = round(math.log10(scale))
+    if abs(scale / 10.0**power - 1) < 1e-14:
+        return float(Decimal(text).scaleb(power))
+    return float(text) * scale
+
+
+def _finite(value: int | float, wrong: Any) -> float:
+    """Return a float of an int or float of any size."""
+    try:
+        return float(value)
+    except OverflowError:
+        raise wrong("too large") from None
+
+
+def _check(number: float, unit: str, kinds: tuple[str, ...], bounds: Bounds, wrong: Any) -> None:
+    """Raise where a number is nan, infinite without leave, absurdly large or outside its bounds."""
+    limit = next(KINDS[k].limit for k in kinds if KINDS[k].unit == unit)
+    if math.isnan(number):
+        raise wrong("not a number")
+    if math.isinf(number):
+        if not bounds.inf or number < 0:
+            raise wrong("must be finite")
+        return
+    if abs(number) > limit:
+        raise wrong("out of range")
+    if 0 < abs(number) < _LEAST:
+        raise wrong("out of range, 0 is written as 0")
+    low, high = bounds.low, bounds.high
+    if low is not None and (number < low or (bounds.above and number == low)):
+        raise wrong("out of range")
+    if high is not None and (number > high or (bounds.below and number == high)):
+        raise wrong("out of range")
+
+
+def _common(unit: str, target: str) -> float | None:
+    """Return the factor of a unit in the table, None where it is not there or of another kind."""
+    scale, base = COMMON.get(unit, (1.0, None))
+    return scale if base == target else None
+
+
+@cache
+def factor(unit: str, target: str) -> float | None:
+    """Return the factor from `unit` to the SI unit `target`, None where `unit` is unknown or of another dimension."""
+    if len(unit) > 60 or not _UNIT.fullmatch(unit) or not _angles_agree(unit, target):
+        return None
+    registry = _registry()
+    text = unit.replace("·", " ").replace("²", "^2").replace("³", "^3")
+    try:
+        return float(registry.Quantity(1.0, registry.parse_units(text)).to(registry.parse_units(target)).magnitude)
+    except Exception:  # pint raises many kinds on bad text: undefined, tokens, dimensions, offsets
+        return None
+
+
+def _angles_agree(unit: str, target: str) -> bool:
+    """Return whether radians stand where they should; to pint they are a pure number."""
+    angular = _ANGULAR.search(unit) is not None
+    return angular if target in ("rad", "rad/s") else not angular or "rad" in target
+
+
+@cache
+def _registry() -> Any:
+    """Return pint's registry, made once, when a unit is not in the table."""
+    import pint
+
+    registry: Any = pint.UnitRegistry()
+    registry.define("@alias revolution = rev")
+    return registry
+
+
+def _name(value: object) -> str:
+    """Return what a value is, in the words of TOML."""
+    if isinstance(value, bool):
+        return "true or false"
+    if isinstance(value, dict):
+        return "a table"
+    return "a list" if isinstance(value, (list, tuple)) else f"a {type(value).__name__}"
+
+
+def _error(
+    problem: str,
+    value: object,
+    kinds: tuple[str, ...],
+    bounds: Bounds,
+    *,
+    many: bool = False,
+    words: tuple[str, ...] = (),
+) -> ModelError:
+    """Return the error with the quantities and the range that are allowed."""
+    forms = [_kind_words(KINDS[k]) for k in kinds] + [f'"{w}"' for w in words]
+    ranged = problem in ("out of range", "must be finite") or bounds.low is not None
+    text = " or ".join(forms) + (_range_words(bounds, tuple(KINDS[k] for k in kinds)) if ranged else "")
+    return ModelError(problem, given=value, allowed=text + ("; a list gives one value per planet" if many else ""))
+
+
+def _kind_words(kind: Kind) -> str:
+    """Return `length [m] (m, mm, um)`."""
+    return f"{kind.name} ({kind.spellings})" if kind.unit else kind.name
+
+
+def _range_words(bounds: Bounds, kinds: tuple[Kind, ...]) -> str:
+    """Return the range in SI units."""
+    unit, limit = kinds[0].unit, kinds[0].limit
+    low = f"{'>' if bounds.above else '>='} {bounds.low:g}" if bounds.low is not None else f">= {-limit:g}"
+    high = f"{'<' if bounds.below else '<='} {bounds.high if bounds.high is not None else limit:g}"
+    return f", {low} and {high}{' ' + unit if unit else ''}{' or inf' if bounds.inf else ''}"

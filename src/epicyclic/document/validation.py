@@ -1,0 +1,543 @@
+"""What is wrong with a document, in words that name the path.
+
+One readable ModelError from whatever pydantic found.
+
+Contradictions between tables of a document; resolution checks geometry, kinematics and statics.
+
+Validation of an expanded document: the model in SI, bare numbers with their paths, the quantity at a path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from ..errors import ModelError
+from .deviations import MemberDeviationsTable, TurningErrorTable, kind_of
+from .schema import (
+    KIND_BY_NAME,
+    SIDES,
+    BodyTable,
+    MemberTable,
+    MeshTable,
+    ModelFile,
+    Names,
+    SideTable,
+    StageTable,
+    check_label,
+    nearest,
+)
+from .schema_fields import CouplingTable, LinkDampingTable, LinkTable, SupportTable, Unit, metadata_of
+from .shorthand import expand, normalise
+from .tables import PlainTable, leaves, merge, nested
+from .units import UNKNOWN_UNIT, Quantity
+from .written_numbers import ASKED, BareNumber, Probe, Reading
+
+_WORDS = {
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_type": "true or false",
+    "string_type": "a text",
+    "float_type": "a number",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "tuple_type": "a list",
+    "list_type": "a list",
+}
+_FAULTS = {
+    "missing": ("missing", ""),
+    "finite_number": ("not finite", "a finite number"),
+    "string_too_short": ("empty", "a text"),
+    "float_parsing": ("not a number", "a number"),
+    "int_parsing": ("not a whole number", "a whole number"),
+    "bool_parsing": ("not true or false", "true or false"),
+    "too_short": ("too few", "a longer list"),
+    "too_long": ("too many", "a shorter list"),
+}
+_ORDER = ("extra_forbidden",)  # reported first: a misspelt key is also a missing one
+_HIDDEN = {"members", "bearings", "form"}
+Loc = tuple[int | str, ...]
+
+
+def as_model_error(error: ValidationError) -> ModelError:
+    """Return one ModelError: the first problem with path, value and what is allowed, and where the others are."""
+    return error_of(error.errors(include_url=False))
+
+
+def error_of(faults: Sequence[Any]) -> ModelError:
+    """Return one ModelError of faults as pydantic lists them."""
+    details = sorted(faults, key=lambda e: e["type"] not in _ORDER)
+    first = details[0]
+    loc = first["loc"]
+    problem, allowed = _describe(first, loc)
+    others = [path_of(d["loc"]) for d in details[1:] if d["loc"] != loc]
+    if others:
+        problem += f" (and {len(others)} more, at {', '.join(others[:3])}{', ...' if len(others) > 3 else ''})"
+    inner = first.get("ctx", {}).get("error")
+    if isinstance(inner, ModelError) and inner.path:  # about a part of the value
+        return ModelError(problem, path=f"{path_of(loc)}.{inner.path}", given=inner.given, allowed=allowed)
+    if first["type"] == "missing":
+        return ModelError(problem, path=path_of(loc), allowed=allowed)
+    return ModelError(problem, path=path_of(loc), given=first["input"], allowed=allowed)
+
+
+def path_of(loc: Loc) -> str:
+    """Return the path in the file of a place in the schema, without the tables only the schema has."""
+
+    def only_schema(i: int, part: int | str) -> bool:
+        return (
+            (i == 1 and loc[0] == "deviations")
+            or (i == 2 and loc[0] == "stages" and part == "members")
+            or (i > 2 and part == "bearings")
+        )
+
+    return ".".join(str(part).strip() for i, part in enumerate(loc) if not only_schema(i, part))
+
+
+def _describe(detail: Any, loc: Loc) -> tuple[str, str]:
+    """Return what is wrong and what is allowed."""
+    kind, context = detail["type"], detail.get("ctx", {})
+    if isinstance(context.get("error"), ModelError):
+        return context["error"].problem, context["error"].allowed
+    if kind == "extra_forbidden":
+        known = _keys(loc[:-1])
+        if (elsewhere := _key_of_a_mesh(loc)) and str(loc[-1]) not in known:
+            return "unknown key here; it stands in the table of a mesh", elsewhere
+        near = nearest(loc[-1], known)
+        return f"unknown key{near}", "" if near else f"one of {', '.join(known)}"
+    if kind == "missing":
+        near = nearest(loc[-2], (*_keys(loc[:-3]),)) if loc[-1] == "kind" else ""
+        return f"missing{near}", _described(loc)
+    return words_of(detail)
+
+
+def words_of(detail: Any) -> tuple[str, str]:
+    """What is wrong and what is allowed, of a fault as pydantic lists it, whatever the schema."""
+    kind, context = detail["type"], detail.get("ctx", {})
+    if kind == "literal_error":
+        return "not a word known here", context["expected"].replace("'", '"')
+    if kind in _WORDS:
+        return f"not {_WORDS[kind]}", _WORDS[kind]
+    if kind in _FAULTS:
+        return _FAULTS[kind]
+    limits = [f"{sign} {context[name]}" for name, sign in (("ge", ">="), ("le", "<=")) if name in context]
+    return ("out of range", limits[0]) if limits else (str(detail["msg"]), "")
+
+
+def _key_of_a_mesh(loc: Loc) -> str:
+    """Where a key that a stage or a gear does not have stands in a mesh; "" of any other key."""
+    here = _table_at(loc[:-1])
+    if here not in (StageTable, MemberTable) or loc[-1] not in _names(MeshTable):
+        return ""
+    return f"{loc[0]}.{loc[1]}.meshes.A-B.{loc[-1]}, with A-B such as sun-planet"
+
+
+def _described(loc: Loc) -> str:
+    """Return what a missing key stands for."""
+    table = _table_at(loc[:-1])
+    field = table.model_fields.get(str(loc[-1])) if table else None
+    if loc[-1] == "kind":
+        names = ", ".join(KIND_BY_NAME)
+        return f"kind = sun, planet, ring, carrier or gear, for a table that is none of {names}"
+    return field.description or "" if field else ""
+
+
+def _keys(loc: Loc) -> tuple[str, ...]:
+    """Return the keys a table may have, as they are written."""
+    table = _table_at(loc)
+    if table is None:
+        return ()
+    names = _names(table)
+    if issubclass(table, StageTable):
+        names += KIND_BY_NAME
+    if issubclass(table, LinkTable | LinkDampingTable):
+        names += ["radial", "tilt"]
+    return tuple(names)
+
+
+def _names(table: type[BaseModel]) -> list[str]:
+    """Return the keys of a table as they are written."""
+    return [field.alias or name for name, field in table.model_fields.items() if name not in _HIDDEN]
+
+
+def _table_at(loc: Loc) -> type[BaseModel] | None:
+    """Return the model of the table at a place in the schema."""
+    here: Any = ModelFile
+    for part in loc:
+        if get_origin(here) is dict:
+            here = get_args(here)[1]
+        elif _is_model(here) and part in here.model_fields:
+            here = _unwrap(here.model_fields[str(part)].annotation)
+        else:
+            return None
+    return here if _is_model(here) else None
+
+
+def _unwrap(annotation: Any) -> Any:
+    """Return the model in `X | None` or `Annotated[Quantity | X, ...] | None`, anything else as it is."""
+    if get_origin(annotation) is dict:
+        return annotation
+    parts = (_unwrap(part) for part in get_args(annotation))
+    return next((part for part in parts if _is_model(part)), annotation)
+
+
+def _is_model(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+_COMMON = {"kind", "mass", "inertia", "tilt_inertia", "split", "neck", "left", "right", "station", "material"}
+_GEAR = (
+    set(MemberTable.model_fields) - {"bearing", "support", "pin_radius", "ahead", "direction", "rim", "outer_diameter"}
+) | (_COMMON)
+_ALLOWED: dict[str, set[str]] = {
+    "sun": _GEAR | {"support"},
+    "ring": _GEAR - {"bore"} | {"support", "rim", "outer_diameter"},
+    "gear": _GEAR | {"support", "direction"},
+    "planet": _GEAR | {"bearing", "pin_radius", "ahead"},
+    "carrier": _COMMON | {"support", "pin_radius"},
+}
+
+# 50 stages take a second; 500 bodies have 3000 coordinates, matrices of 72 MB and minutes for their modes
+_MOST_STAGES, _MOST_BODIES, _MOST_ROWS = 50, 500, 20_000
+
+
+def check(model: ModelFile) -> None:
+    """Raise ModelError for the first contradiction between tables."""
+    if not model.stages:
+        raise ModelError("missing", path="stages", allowed="at least one stage, [stages.NAME]")
+    _check_size(model)
+    for name, stage in model.stages.items():
+        _check_stage(name, stage)
+    for name, body in model.bodies.items():
+        _check_body(f"bodies.{name}", body)
+        if body.frame is not None and body.frame not in model.stages:
+            near = nearest(body.frame, model.stages)
+            allowed = f"one of {', '.join(model.stages)}, or nothing for the housing"
+            raise ModelError(f"no such stage{near}", path=f"bodies.{name}.frame", given=body.frame, allowed=allowed)
+    for name, coupling in model.couplings.items():
+        _check_coupling(f"couplings.{name}", coupling)
+    _check_operation(model)
+    _check_deviations(model)
+
+
+def _check_size(model: ModelFile) -> None:
+    """Raise ModelError for a train whose matrices no memory holds, or whose exact speeds take minutes."""
+    if len(model.stages) > _MOST_STAGES:
+        problem = f"{len(model.stages)} stages, whose exact speeds take time as the cube of their number"
+        raise ModelError(problem, path="stages", allowed=f"at most {_MOST_STAGES}")
+    bodies, rows = len(model.bodies), 0
+    for stage in model.stages.values():
+        own = sum(max(1, stage.branches) if member.kind == "planet" else 1 for member in stage.members.values())
+        bodies += own
+        rows += own * max((mesh.slices or 1 for mesh in stage.meshes.values()), default=1)
+    size = (6 * bodies) ** 2 * 8e-9
+    if bodies > _MOST_BODIES:
+        problem = f"{bodies} bodies, whose matrices need {size:.2g} GB each"
+        raise ModelError(problem, path="stages", allowed=f"at most {_MOST_BODIES} bodies")
+    if rows > _MOST_ROWS:
+        problem = f"some {rows} slices of meshes, whose rows need {rows * 6 * bodies * 8e-9:.2g} GB each time"
+        raise ModelError(problem, path="stages", allowed=f"at most {_MOST_ROWS} in all")
+
+
+def _check_stage(name: str, stage: StageTable) -> None:
+    """Check the members, meshes and per-planet values of a stage."""
+    path = f"stages.{name}"
+    if not any(m.kind != "carrier" for m in stage.members.values()):
+        raise ModelError("no gears", path=path, allowed="sun, planet, ring, wheel, pinion, or a table with kind")
+    planets = [m for m, member in stage.members.items() if member.kind == "planet"]
+    if planets and not stage.branches:
+        raise ModelError("missing", path=f"{path}.planets", allowed="number of planets, or planet_angles")
+    for member, table in stage.members.items():
+        _check_member(f"{path}.{member}", name, table, stage)
+    for mesh, keys in stage.meshes.items():
+        count = stage.branches if set(mesh.split("-")) & set(planets) else 0
+        for where, value in _values(keys, f"{path}.meshes.{mesh}"):
+            _check_count(where, value, count)
+
+
+def _check_member(path: str, stage_name: str, member: MemberTable, stage: StageTable) -> None:
+    """Check one member against its name, its kind and its stage."""
+    named = KIND_BY_NAME.get(path.rpartition(".")[2], member.kind)
+    if member.kind != named:
+        raise ModelError(
+            "contradicts the name", path=f"{path}.kind", given=member.kind, allowed=f"{named}, or another name"
+        )
+    for key in sorted(member.model_fields_set - _ALLOWED[member.kind]):
+        allowed = f"one of {', '.join(sorted(_ALLOWED[member.kind]))}"
+        near = {"support": "; a planet has a bearing", "bearing": f"; a {member.kind} has a support"}.get(key, "")
+        raise ModelError(f"no key of a {member.kind}{near}", path=f"{path}.{key}", allowed=allowed)
+    if member.kind != "carrier" and member.teeth is None:
+        raise ModelError("missing", path=f"{path}.teeth", allowed="number of teeth, positive also of a ring")
+    if member.on is not None:
+        _check_shaft(path, stage_name, member.on, stage)
+    for key in ("shaft", "clocking"):
+        if getattr(member, key) is not None and member.on is None:
+            raise ModelError("without `on`", path=f"{path}.{key}", allowed="on = the member whose shaft it sits on")
+    for key in ("bearing", "neck", "shaft"):
+        _check_bolts(f"{path}.{key}", getattr(member, key))
+    _check_sides(path, member)
+    for where, value in _values(member, path):
+        _check_count(where, value, stage.branches if member.kind == "planet" else 0)
+
+
+def _check_sides(path: str, member: MemberTable) -> None:
+    """Check the keys of the sides against the member's kind."""
+    for side in SIDES:
+        table: SideTable | None = getattr(member, side)
+        _check_bolts(f"{path}.{side}.bearing", None if table is None else table.bearing)
+        for key in sorted(table.model_fields_set - _ALLOWED[member.kind] if table else ()):
+            allowed = ", ".join(sorted(set(SideTable.model_fields) & _ALLOWED[member.kind]))
+            raise ModelError(f"no key of a {member.kind}", path=f"{path}.{side}.{key}", allowed=f"one of {allowed}")
+
+
+def _check_shaft(path: str, stage_name: str, on: str, stage: StageTable) -> None:
+    """Check that a gear sits on another gear of its stage."""
+    first, _, other = on.partition(".")
+    own = path.rpartition(".")[2]
+    if first != stage_name or other == own or other not in stage.members or stage.members[other].kind == "carrier":
+        known = [m for m, table in stage.members.items() if m != own and table.kind != "carrier"]
+        near = nearest(other, known)
+        raise ModelError(f"no other gear of this stage{near}", path=f"{path}.on", given=on, allowed=", ".join(known))
+
+
+def _check_body(path: str, body: BodyTable) -> None:
+    """Check a body's support: it has no radius, and no geometry to take a transverse inertia from."""
+    for where, value in _values(body, path):
+        _check_count(where, value, 0)
+    for link in _links(body.support):
+        if link.rz is not None and link.rz.unit == "N/m":
+            raise ModelError("rz in N/m without radius", path=f"{path}.support.rz", allowed="rz in N m/rad")
+        if (link.rx is not None or link.ry is not None) and body.tilt_inertia is None:
+            raise ModelError(
+                "missing", path=f"{path}.tilt_inertia", allowed="inertia about x and y of a body that tilts"
+            )
+
+
+def _check_coupling(path: str, coupling: CouplingTable) -> None:
+    """Check that an rz in N/m has a radius, and that two different things are joined."""
+    if coupling.rz is not None and coupling.rz.unit == "N/m" and coupling.radius is None:
+        raise ModelError("in N/m, but no radius is given", path=f"{path}.rz", allowed="rz in N m/rad, or a radius")
+    if coupling.between[0] == coupling.between[1]:
+        raise ModelError("joins a thing with itself", path=f"{path}.between", allowed="two members or bodies")
+    for where, value in _values(coupling, path, skip=("between",)):
+        _check_count(where, value, 0)
+
+
+def _check_bolts(path: str, link: LinkTable | None) -> None:
+    """Check that bolts stand only where a pitch circle is: in supports and couplings."""
+    for name, table in {"": link, **getattr(link, "bearings", {})}.items():
+        if table is not None and table.bolts is not None:
+            where = f"{path}.{name}.bolts" if name else f"{path}.bolts"
+            raise ModelError("no bolts here", path=where, given=table.bolts.radius, allowed="in supports and couplings")
+
+
+def _links(support: SupportTable | None) -> tuple[LinkTable, ...]:
+    """Return the links of a support."""
+    return () if support is None else (support, *support.bearings.values())
+
+
+def _check_operation(model: ModelFile) -> None:
+    """Check that held members are named once and given no speed, and that one member takes the balance."""
+    operation = model.operation
+    for i, member in enumerate(operation.held):
+        if member in operation.held[:i]:
+            raise ModelError("held twice", path="operation.held", given=member, allowed="each member once")
+        if operation.speed.get(member, 0.0) != 0.0:
+            path = f"operation.speed.{member}"
+            raise ModelError("is held", path=path, given=operation.speed[member], allowed="no speed of a held member")
+    balance = [m for m, torque in operation.torque.items() if torque == "balance"]
+    if len(balance) > 1:
+        path = f"operation.torque.{balance[1]}"
+        raise ModelError(f"{balance[0]} takes it already", path=path, given="balance", allowed="one balance")
+
+
+def _check_deviations(model: ModelFile) -> None:
+    """Check lists per planet, and kinds of deviation with a check of their own."""
+    for path, table in model.deviations.members.items():
+        stage_name, _, rest = path.partition(".")
+        member = model.stages[stage_name].members[rest.partition(".")[0]] if rest else None
+        count = model.stages[stage_name].branches if member and member.kind == "planet" else 0
+        own = {k: check for k in MemberDeviationsTable.model_fields if (check := kind_of(type(table), k).check)}
+        for where, value in _values(table, f"deviations.{path}"):
+            _check_count(where, value, count)
+        for name, check in own.items():
+            if (value := getattr(table, name)) is not None:
+                check(f"deviations.{path}.{name}", value, member.teeth if member else None, count)
+    for path, mesh in model.deviations.meshes.items():
+        stage = model.stages[path.partition(".")[0]]
+        gears = path.split(".")[2].split("-")
+        planets = any(stage.members[g].kind == "planet" for g in gears)
+        for where, value in _values(mesh, f"deviations.{path}"):
+            _check_count(where, value, stage.branches if planets else 0)
+        for name, error in mesh.errors.items():
+            _check_turning(f"deviations.{path}.errors.{name}", name, error, path.partition(".")[0], gears, stage)
+
+
+def _check_turning(
+    path: str, name: str, error: TurningErrorTable, stage_name: str, gears: Sequence[str], stage: StageTable
+) -> None:
+    """Check the name of an error of a mesh, and that it turns with a gear of the mesh or with the carrier."""
+    check_label(name, path)
+    carriers = [member for member, table in stage.members.items() if table.kind == "carrier"]
+    known = [f"{stage_name}.{member}" for member in (*gears, *carriers)]
+    if error.turns_with not in known:
+        given = error.turns_with
+        raise ModelError(
+            "turns with no part of this mesh", path=f"{path}.turns_with", given=given, allowed=", ".join(known)
+        )
+    both = all(stage.members[gear].kind == "planet" for gear in gears)
+    if error.from_ == "normal" and both and error.turns_with not in known[: len(gears)]:
+        raise ModelError("the carrier carries both gears", path=f"{path}.from", given="normal", allowed='"pitch-point"')
+
+
+def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tuple[str, object]]:
+    """Yield path and value of every number or per-planet tuple in a table and those in it."""
+    fields = getattr(type(table), "model_fields", {})
+    for name, field in fields.items():
+        value = getattr(table, name)
+        where = path if name in ("members", "bearings") else f"{path}.{name}"
+        if name in skip or value is None or (isinstance(value, tuple) and _is_list(field)):
+            continue
+        if isinstance(value, dict):
+            for entry, below in value.items():
+                yield from _values(below, f"{where}.{entry}")
+        elif hasattr(type(value), "model_fields"):
+            yield from _values(value, where)
+        else:
+            yield where, value.value if isinstance(value, Quantity) else value
+
+
+def _is_list(field: FieldInfo) -> bool:
+    """Return whether a key takes a list of its own, which is not one value per planet."""
+    return any(isinstance(m, Unit) and m.lists for m in metadata_of(field))
+
+
+def _check_count(path: str, value: object, count: int) -> None:
+    """Raise ModelError for a list of numbers that has not one entry per planet (count 0: no planets here)."""
+    lists = isinstance(value, tuple) and any(isinstance(entry, tuple) for entry in value)  # as of `pitch`
+    if isinstance(value, tuple) and not lists and len(value) != count:
+        given = list(value)
+        if not count:
+            raise ModelError("a list where one number stands", path=path, given=given, allowed="one number")
+        allowed = f"one number, or {count}, one per planet; with other planets, set it beside them"
+        raise ModelError(f"a list of {len(value)}", path=path, given=given, allowed=allowed)
+
+
+LISTED = 2  # the format from which on only units of `unit_patterns` are read
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BarePlace:
+    """A number without a unit: path in the expanded document, and the error that would name it."""
+
+    path: str
+    error: BareNumber
+
+
+def validate(data: PlainTable, names: Names, folder: Path | None) -> tuple[ModelFile, bool]:
+    """Return the validated model, and whether a bare number stands in it. Raises one ModelError."""
+    context = Reading(listed=_is_listed(data))
+    try:
+        model = ModelFile.model_validate(normalise(data, names, folder), context=context)
+    except ValidationError as error:
+        raise as_model_error(error) from None
+    try:
+        check(model)
+    except ModelError as error:  # say what the file says, not its value in SI
+        raise _as_written(error, data) from None
+    return model, context.found
+
+
+def bare_places(data: PlainTable, names: Names, folder: Path | None) -> list[BarePlace]:
+    """Return every value with a bare number in it, in the order of the schema; other faults are passed over."""
+    places = []
+    for detail in _faults(data, names, folder, Reading(listed=_is_listed(data), strict=True)):
+        if isinstance(error := detail.get("ctx", {}).get("error"), BareNumber):
+            places.append(BarePlace(path=path_of(detail["loc"]), error=error))
+    return places
+
+
+def unlisted_paths(data: PlainTable, names: Names) -> list[str]:
+    """Return the paths of the texts whose unit is none of `unit_patterns`."""
+    faults = _faults(data, names, None, Reading(listed=True))
+    errors = ((path_of(detail["loc"]), detail.get("ctx", {}).get("error")) for detail in faults)
+    return [path for path, error in errors if isinstance(error, ModelError) and error.problem.startswith(UNKNOWN_UNIT)]
+
+
+def quantity_at(data: PlainTable, path: str, names: Names, folder: Path | None) -> Probe:
+    """Return which quantity may stand at a path of the document.
+
+    Raises ModelError where no number may, or where a number alone is not enough.
+    """
+    trial = merge(data, expand(nested(tuple(path.split(".")), ASKED), names))
+    faults = _faults(trial, names, folder, Reading())
+    answers = [detail for detail in faults if isinstance(detail.get("ctx", {}).get("error"), Probe)]
+    if answers:
+        found: Probe = answers[0]["ctx"]["error"]
+        # what the number alone does not make whole: an error that turns with nothing, a load on nothing
+        if others := [detail for detail in faults if detail not in answers]:
+            raise error_of(others)
+        return found
+    here = [detail for detail in faults if path_of(detail["loc"]).startswith(path)]
+    if any(detail["type"].startswith("int_") for detail in here):  # a count
+        return Probe(("ratio",), whole=True)
+    raise error_of(here) if here else ModelError("no number stands here", path=path)
+
+
+def quantities_at(
+    data: PlainTable, paths: Iterable[str], names: Names, folder: Path | None
+) -> dict[str, Probe | ModelError]:
+    """Return what `quantity_at` says of each path, an error in place of one that it raises.
+
+    All are asked for in one validation; where anything else is wrong then, each by itself.
+    """
+    layers = {path: expand(nested(tuple(path.split(".")), ASKED), names) for path in paths}
+    trial = data
+    for layer in layers.values():
+        trial = merge(trial, layer)
+    answers: dict[str, Probe] = {}
+    for detail in _faults(trial, names, folder, Reading()):
+        error = detail.get("ctx", {}).get("error")
+        if not isinstance(error, Probe):
+            return {path: _answer(data, path, names, folder) for path in layers}
+        answers[path_of(detail["loc"])] = error
+    found = {path: next((answers[p] for p, _ in leaves(layer) if p in answers), None) for path, layer in layers.items()}
+    return {path: probe or _answer(data, path, names, folder) for path, probe in found.items()}
+
+
+def _answer(data: PlainTable, path: str, names: Names, folder: Path | None) -> Probe | ModelError:
+    """Return what `quantity_at` returns or raises."""
+    try:
+        return quantity_at(data, path, names, folder)
+    except ModelError as error:
+        return error
+
+
+def _faults(data: PlainTable, names: Names, folder: Path | None, context: Reading) -> list[Any]:
+    """Return what pydantic finds wrong."""
+    try:
+        ModelFile.model_validate(normalise(data, names, folder), context=context)
+    except ValidationError as error:
+        return list(error.errors(include_url=False))
+    return []
+
+
+def _is_listed(data: PlainTable) -> bool:
+    version = data.get("format")
+    return isinstance(version, int) and version >= LISTED
+
+
+def _as_written(error: ModelError, data: PlainTable) -> ModelError:
+    """Return an error about a value in SI with the value as it stands in the document."""
+    here: object = data
+    for part in error.path.split("."):
+        here = here.get(part) if isinstance(here, dict) else None
+    if here is None or isinstance(here, dict):
+        return error
+    return ModelError(error.problem, path=error.path, given=here, allowed=error.allowed)

@@ -1,0 +1,339 @@
+"""A model document as the file a person would write: sections in order, units of a drawing, comments, reasons last.
+
+`model_writer` states a document whole, shorthands expanded.  Here the spelling of the document stays (`radial`,
+`run_out = "20 um"`, a member without its stage), because a person goes on with the file.
+
+A model document as a file of format 2: numbers in SI with the units a drawing has, that load to the same bits.
+"""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Any
+
+from .schema import Names, collect
+from .shorthand import expand
+from .tables import PlainTable, clean, key_text, leaves, nested, to_toml, value_text
+from .tolerances import rewritten
+from .units import COMMON, KINDS, Bounds, Quantity, read_quantity
+from .validation import LISTED, bare_places, quantity_at, unlisted_paths
+from .written_numbers import shown
+
+_MOST = 10_000  # from there on a number with its unit is no longer short
+# units tried in this order: the first in which a number lies between 1 and _MOST; SI where none does
+_DRAWN = {
+    "m": ("mm", "um"),
+    "N/m": ("N/m",),
+    "N": ("N", "kN"),
+    "Pa": ("GPa", "MPa"),
+    "N m": ("N m", "kN m"),
+    "W": ("W", "kW", "MW"),
+}
+_ANGLES = ("deg", "rpm")  # no power of ten: only where a short number in them has the same bits
+
+
+def model_text(data: Mapping[str, Any]) -> str:
+    """Return a model document as TOML of format 2.
+
+    Numbers without a unit get one; reading the text gives the same bits. Raises ModelError for a document that is none.
+    """
+    return to_toml(with_units(data))
+
+
+def with_units(data: Mapping[str, Any]) -> PlainTable:
+    """Return a model document as format 2: the same with a unit at every number of a quantity with a dimension."""
+    plain: PlainTable = clean(data) | {"format": LISTED}
+    names = collect(plain)
+    expanded = expand(plain, names)
+    if data.get("format") == 1 and isinstance(expanded.get("tolerance"), dict):
+        table = rewritten(expanded | {"format": 1}, quantity_text)
+        expanded = expanded | {"tolerance": table}
+    for place in bare_places(expanded, names, None):
+        expanded = _replaced(expanded, place.path.split("."), place.error.kinds, unit_text)
+    for path in unlisted_paths(expanded, names):  # texts of a file of format 1
+        kinds = quantity_at(expanded, path, names, None).kinds
+        expanded = _replaced(expanded, path.split("."), kinds, _rewritten)
+    return expanded
+
+
+def _replaced(
+    table: PlainTable, path: list[str], kinds: tuple[str, ...], write: Callable[[Any, tuple[str, ...]], Any]
+) -> PlainTable:
+    """Return a table with the value at a path written anew."""
+    first, *rest = path
+    value = table[first]
+    return {**table, first: _replaced(value, rest, kinds, write) if rest else write(value, kinds)}
+
+
+def _rewritten(value: Any, kinds: tuple[str, ...]) -> Any:
+    """Return texts with units of any spelling in units of format 2."""
+    if isinstance(value, list):
+        return [_rewritten(entry, kinds) for entry in value]
+    if not isinstance(value, str):
+        return value
+    read = read_quantity(value, kinds, Bounds(inf=True), many=True)
+    kind = next((k for k in kinds if isinstance(read, Quantity) and KINDS[k].unit == read.unit), kinds[0])
+    numbers = read.value if isinstance(read, Quantity) else read
+    return _list(list(numbers), kind) if isinstance(numbers, tuple) else quantity_text(float(numbers), kind)
+
+
+def unit_text(value: Any, kinds: tuple[str, ...]) -> Any:
+    """Return a value as a text with its unit; of a list of numbers as one text."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return quantity_text(float(value), kinds[0])
+    if isinstance(value, str):  # a list without a unit behind the bracket
+        return f"{value} {KINDS[kinds[0]].unit}"
+    if all(isinstance(entry, (int, float)) for entry in value):
+        return _list([float(entry) for entry in value], kinds[0])
+    return [entry if isinstance(entry, str) and "[" not in entry else unit_text(entry, kinds) for entry in value]
+
+
+def quantity_text(value: float, kind: str) -> str:
+    """Return one number in SI with the unit in which it is short, and from which it is read with the same bits."""
+    for unit in _DRAWN.get(KINDS[kind].unit, ()):
+        number = _moved(value, unit)
+        if 1 <= abs(number) < _MOST and _reads(text := f"{number:f}", unit, kind, value):
+            return f"{text} {unit}"
+    for unit in _ANGLES:
+        if COMMON[unit][1] == KINDS[kind].unit and _reads(text := f"{value / COMMON[unit][0]:.10g}", unit, kind, value):
+            return f"{text} {unit}"
+    return f"{shown(value)} {KINDS[kind].unit}"
+
+
+def _list(values: list[float], kind: str) -> str:
+    """Return numbers as a list with one unit."""
+    size = max(map(abs, values))
+    for unit in _DRAWN.get(KINDS[kind].unit, ()):
+        texts = [shown(float(_moved(value, unit))) for value in values]
+        same = all(_reads(text, unit, kind, value) for text, value in zip(texts, values, strict=True))
+        if same and 1 <= abs(_moved(size, unit)) < _MOST:
+            return f"[{', '.join(texts)}] {unit}"
+    return f"[{', '.join(map(shown, values))}] {KINDS[kind].unit}"
+
+
+def _moved(value: float, unit: str) -> Decimal:
+    """Return the number of a value in SI in a unit that is a power of ten of it: no digit changes."""
+    return (Decimal(repr(value)) / Decimal(repr(COMMON[unit][0]))).normalize()
+
+
+def _reads(text: str, unit: str, kind: str, value: float) -> bool:
+    """Return whether a text with a unit is read as a value to the bit."""
+    return read_quantity(f"{text} {unit}", (kind,), Bounds(inf=True)) == value
+
+
+_ORDER = (
+    *("format", "title", "doi", "notes", "material", "damping", "stages", "bodies", "couplings"),
+    *("operation", "loads", "deviations", "tolerance", "assumed"),
+)
+_WIDTH = 120  # of a line with its comment; what is longer stands above
+_LONGEST_KEY = 40  # keys up to this length have their = in one column
+_BRACES = 80  # tables of plain values are written in braces where they fit on so long a line
+# a heading for each entry; all else stands on a line of the table it is in
+_HEADED = ("stages", "bodies", "couplings", "loads")
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\u2028\u2029]")
+_NO_MODEL = ("assumed", "tolerance")  # tables of paths and texts: no number without a unit stands there
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Line:
+    """One key and its value in TOML, with its comment."""
+
+    key: str
+    value: str
+    comment: str
+
+
+def commented_text(
+    document: Mapping[str, Any],
+    *,
+    head: Sequence[str] = (),
+    comments: Mapping[str, str] = {},
+    assumed: Mapping[str, str] = {},
+) -> str:
+    """A model document as a TOML text of format 2 that a person reads and goes on with.
+
+    Reading the text gives the same model as reading the document, to the bit.
+
+    document : nested tables, spelled as in a file; numbers of quantities with a dimension are texts with units, or SI.
+    head : lines of comment ahead of all.
+    comments : by path as the document spells it (``"stages.main.module"``), of a value or a table; behind it, or above
+        where that would be too long.  Those of a path that is not there stand at the nearest table above it.
+    assumed : reasons by path, added to those of the document.
+
+    Raises
+    ------
+    ModelError : tables that are no plain ones, references to nothing.
+    """
+    plain = _with_units(clean(document))
+    reasons = {**plain.pop("assumed", {}), **clean(assumed)}
+    if reasons:
+        plain["assumed"] = reasons
+    ordered = {name: plain[name] for name in (*_ORDER, *plain) if name in plain}
+    notes = _placed(comments, ordered)
+    top = [*_comment_lines("\n".join(head)), ""] if head else []
+    return "\n".join([*top, *_section(ordered, "", "", notes)]).strip("\n") + "\n"
+
+
+def _with_units(plain: PlainTable) -> PlainTable:
+    """The document in format 2: a unit at every number that wants one, its spelling kept."""
+    if plain.get("format") == 1:
+        return with_units(plain)
+    plain = {"format": LISTED, **plain}
+    names = collect(plain)
+    expanded = expand(plain, names)
+    bare = {place.path: place.error.kinds for place in bare_places(expanded, names, None)}
+    return _spelled(plain, "", _spellings(plain, names, bare)) if bare else plain
+
+
+def _spellings(plain: PlainTable, names: Names, bare: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+    """Kinds of quantity by the path that the document has for each of the `bare` expanded ones."""
+    found = {}
+    for name, table in plain.items():
+        if name in _NO_MODEL:
+            continue
+        for path, value in leaves({name: table}):
+            for written, _ in leaves(expand(nested(tuple(path.split(".")), value), names)):
+                if written in bare:
+                    found[path] = bare[written]
+    return found
+
+
+def _spelled(table: PlainTable, path: str, kinds: Mapping[str, tuple[str, ...]]) -> PlainTable:
+    """A table with a unit at the numbers of the paths in `kinds`."""
+    result: PlainTable = {}
+    for name, value in table.items():
+        where = _join(path, name)
+        if isinstance(value, dict) and where not in kinds:
+            value = _spelled(value, where, kinds)
+        result[name] = unit_text(value, kinds[where]) if where in kinds else value
+    return result
+
+
+def _placed(comments: Mapping[str, str], document: PlainTable) -> dict[str, str]:
+    """Comments by paths that are there."""
+    there = set(_paths(document, ""))
+    placed: dict[str, str] = {}
+    for path, text in comments.items():
+        here = path
+        while here and here not in there:
+            here = here.rpartition(".")[0]
+        said = str(text) if here == path else f"{path.removeprefix(here).lstrip('.')}: {text}"
+        here = here or "title"
+        placed[here] = f"{placed[here]}\n{said}" if here in placed else said
+    return placed
+
+
+def _paths(table: PlainTable, path: str) -> Iterator[str]:
+    """Paths of every value and table."""
+    for name, value in table.items():
+        where = _join(path, name)
+        yield where
+        if isinstance(value, dict):
+            yield from _paths(value, where)
+
+
+def _section(table: PlainTable, path: str, heading: str, notes: Mapping[str, str]) -> list[str]:
+    """Lines of a table under its heading, then of those in it that have a heading of their own."""
+    headed = {name: value for name, value in table.items() if _has_heading(value, path, name, notes)}
+    rows = [
+        row
+        for name, value in table.items()
+        if name not in headed
+        for row in _rows(key_text(name), value, _join(path, name), notes)
+    ]
+    below = [
+        line
+        for name, value in headed.items()
+        for line in _section(value, _join(path, name), ".".join(filter(None, (heading, key_text(name)))), notes)
+    ]
+    if not heading:
+        return _aligned(rows) + below
+    if not rows and headed and path not in notes:  # [stages] alone says nothing
+        return below
+    return ["", *_heading(f"[{heading}]", notes.get(path, "")), *_aligned(rows), *below]
+
+
+def _has_heading(value: object, path: str, name: str, notes: Mapping[str, str]) -> bool:
+    """Whether a table of the section at `path` gets a heading."""
+    if not isinstance(value, dict) or not value:
+        return False
+    if not path:
+        return name not in ("damping", "material")
+    parts = path.split(".")
+    if parts[0] == "stages":
+        return len(parts) == 1 or (len(parts) == 2 and name not in ("flank", "material")) or parts[2:] == ["meshes"]
+    if parts[0] == "tolerance":
+        if name in ("cost", "correlation"):
+            return True
+        return len(parts) == 2 and not _in_braces(value, _join(path, name), notes)
+    return len(parts) == 1 and parts[0] in _HEADED
+
+
+def _rows(key: str, value: object, path: str, notes: Mapping[str, str]) -> Iterator[_Line]:
+    """Lines of one entry: a value, a table in braces, or one line for each of its values."""
+    if isinstance(value, dict) and value and not _in_braces(value, path, notes):
+        for name, inner in value.items():
+            rows = list(_rows(f"{key}.{key_text(name)}", inner, _join(path, name), notes))
+            if path in notes and name == next(iter(value)):  # what is said of the table stands at its first line
+                said = "\n".join(filter(None, (notes[path], rows[0].comment)))
+                rows[0] = _Line(key=rows[0].key, value=rows[0].value, comment=said)
+            yield from rows
+    else:
+        yield _Line(key=key, value=_value(value), comment=notes.get(path, ""))
+
+
+def _value(value: object) -> str:
+    """A value in TOML; a text of several lines in lines of its own."""
+    if not isinstance(value, str) or "\n" not in value:
+        return value_text(value)
+    lines = [value_text(line)[1:-1] for line in value.split("\n")]  # quotes inside are escaped
+    return "\n".join(['"""', *lines]) + '"""'
+
+
+def _in_braces(value: Mapping[str, object], path: str, notes: Mapping[str, str]) -> bool:
+    """Whether a table stands in braces: short, of several plain values or of distributions, none with a comment."""
+    if any(isinstance(inner, Mapping) for inner in value.values()) or any(_join(path, name) in notes for name in value):
+        return False
+    several = len(value) > 1 or path.startswith("tolerance.")
+    return several and len(value_text(value)) <= _BRACES
+
+
+def _aligned(rows: Sequence[_Line]) -> list[str]:
+    """Lines with their = below each other, and comments behind them where there is room."""
+    column = max((len(row.key) for row in rows if len(row.key) <= _LONGEST_KEY), default=0)
+    texts = [f"{row.key:<{column}} = {row.value}" for row in rows]
+    behind = [bool(row.comment) and "\n" not in row.comment for row in rows]
+    behind = [is_behind and len(text) <= _WIDTH // 2 for is_behind, text in zip(behind, texts, strict=True)]
+    place = max((len(text) for text, is_behind in zip(texts, behind, strict=True) if is_behind), default=0) + 2
+    lines = []
+    for row, text, is_behind in zip(rows, texts, behind, strict=True):
+        said = _comment_lines(row.comment)
+        if is_behind and len(said) == 1 and place + len(said[0]) <= _WIDTH:
+            lines.append(f"{text:<{place}}{said[0]}")
+        else:
+            lines += [*said, text]
+    return lines
+
+
+def _heading(text: str, comment: str) -> list[str]:
+    """A heading with its comment."""
+    said = _comment_lines(comment)
+    if len(said) == 1 and len(text) + 2 + len(said[0]) <= _WIDTH:
+        return [f"{text}  {said[0]}"]
+    return [*said, text]
+
+
+def _comment_lines(text: str) -> list[str]:
+    """Lines of a comment; what no comment may hold is a blank."""
+    lines = []
+    for line in text.splitlines():
+        lines += textwrap.wrap(_CONTROL.sub(" ", line), _WIDTH - 2, break_long_words=False, break_on_hyphens=False)
+    return [f"# {line}" for line in lines]
+
+
+def _join(path: str, name: str) -> str:
+    return f"{path}.{name}" if path else name
