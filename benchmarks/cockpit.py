@@ -30,9 +30,9 @@ from epicyclic.cockpit.computing.sharing_view import live_sharing, twin_of
 from epicyclic.cockpit.computing.speed_view import efforts, force_curves, speed_model
 from epicyclic.cockpit.computing.train_view import train_head
 from epicyclic.machine_code import numba_available
-from epicyclic.resolve.resolve import load
 from epicyclic.studies.drives import drive_text
 from epicyclic.system.assembly import assemble
+from epicyclic.train.resolution import load
 
 RUN_OUTS: dict[str, object] = {
     "deviations.sun.run_out": "20 um",

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from epicyclic.resolve import load
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System
+from epicyclic.train.resolution import load
 
 Array = NDArray[np.float64]
 TONE = 1000

@@ -16,8 +16,8 @@ from epicyclic.system.system import System
 
 def rows(quick: bool) -> list[table.Row]:
     """Time of the whole sweep and of its solution alone, memory and size of the result; CPU seconds of one thread."""
-    from epicyclic.resolve import load
     from epicyclic.system.assembly import assemble
+    from epicyclic.train.resolution import load
 
     system = assemble(load("ren2021"))
     frequency = np.linspace(20, 600, 200)

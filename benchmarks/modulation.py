@@ -10,9 +10,9 @@ from timing import cpu_seconds
 
 from epicyclic.analyses.modulation.modulation import modulation
 from epicyclic.analyses.steady.periodic import periodic
-from epicyclic.resolve import load
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 __all__ = ["rows"]
 

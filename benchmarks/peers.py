@@ -43,8 +43,8 @@ SAMPLES = 128
 
 def problem() -> System:
     """ren2021 with the lines that are multiples of its mesh frequency."""
-    from epicyclic.resolve import load
     from epicyclic.system.assembly import assemble
+    from epicyclic.train.resolution import load
 
     system = assemble(load("ren2021"))
     tone = system.tones[0]

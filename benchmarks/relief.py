@@ -13,13 +13,13 @@ import table
 import xarray as xr
 from scipy.optimize import differential_evolution
 
-from epicyclic.resolve import load
 from epicyclic.studies.relief.optimisation import relief
 from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.flank import Flank, Relief
 from epicyclic.teeth.loaded_contact import loaded_contact
 from epicyclic.teeth.microgeometries import microgeometry_contact
 from epicyclic.teeth.segments import ContactSegments, contact_segments
+from epicyclic.train.resolution import load
 
 __all__ = ["rows"]
 

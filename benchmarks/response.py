@@ -41,8 +41,8 @@ def rows(quick: bool) -> list[table.Row]:
 
 
 def _ren2021(quick: bool) -> list[table.Row]:
-    from epicyclic.resolve import load
     from epicyclic.system.assembly import assemble
+    from epicyclic.train.resolution import load
 
     system = assemble(load("ren2021"))
     speeds = [20.0, 86.0, 212.0, 600.0] if quick else [20.0, 43.0, 86.0, 130.0, 212.0, 300.0, 450.0, 600.0]
@@ -157,8 +157,8 @@ def _compare(
 def _modes() -> list[table.Row]:
     from epicyclic.analyses.modes.eigen import eigen
     from epicyclic.analyses.modes.modal import modal
-    from epicyclic.resolve import load
     from epicyclic.system.assembly import assemble
+    from epicyclic.train.resolution import load
 
     train = load("lin1999-n4")
     system = assemble(train)

@@ -30,9 +30,9 @@ import numpy as np
 import table
 
 from epicyclic.analyses.steady.sweep import sweep
-from epicyclic.resolve import load
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 # degrees of freedom: planets (two meshes each), bodies on the carrier, directions
 CASES = {30: (4, 3, "xy"), 56: (8, 3, "xyz"), 100: (12, 10, "xyz"), 200: (20, 27, "xyz")}

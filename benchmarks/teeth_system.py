@@ -19,7 +19,6 @@ from collections.abc import Callable
 import numpy as np
 import table
 
-from epicyclic.resolve import load
 from epicyclic.statics.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.record import excitation
@@ -27,6 +26,7 @@ from epicyclic.system.assembly import assemble
 from epicyclic.system.face_contact import face_laws, with_three_rows
 from epicyclic.system.tooth_pairs import mean_force, pair_of
 from epicyclic.teeth.loaded_contact import contact_table
+from epicyclic.train.resolution import load
 
 _INSTANTS, _TABLE = 32, 0.5
 

@@ -3,7 +3,6 @@
 from .audits.audit import audit as audit
 from .errors import ConvergenceError as ConvergenceError
 from .errors import ModelError as ModelError
-from .resolve import load as load
 from .results.dataset import load_result as load_result
 from .results.dataset import save_result as save_result
 from .results.dataset import to_json as to_json
@@ -12,14 +11,15 @@ from .rexs.import_train import read_rexs as read_rexs
 from .show.plot import figure_names as figure_names
 from .show.plot import plot as plot
 from .show.report import write_report as write_report
-from .studies.new_train.constructors import differential as differential
-from .studies.new_train.constructors import planetary as planetary
-from .studies.new_train.constructors import star as star
 from .studies.parameter_studies import vary as vary
 from .studies.rexs_export.export import write_rexs as write_rexs
 from .system.assembly import assemble as assemble
 from .system.system import System as System
 from .terms.explain import explain as explain
+from .train.new_train import differential as differential
+from .train.new_train import planetary as planetary
+from .train.new_train import star as star
+from .train.resolution import load as load
 from .train.train import Train as Train
 from .verbs.allocate import allocate as allocate
 from .verbs.campbell import campbell as campbell

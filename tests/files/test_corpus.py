@@ -27,7 +27,7 @@ def check_message(error: ModelError, case: Any) -> None:
 
 
 def test_base_is_read_and_resolved(base_text: str) -> None:
-    from epicyclic.resolve import load
+    from epicyclic.train.resolution import load
 
     assert load(tomllib.loads(base_text)).planets == {"main": 3}
 
@@ -39,7 +39,7 @@ def test_reading_refuses(read_case: Any, tmp_path: Path) -> None:
 
 
 def test_resolving_refuses(resolve_case: Any, tmp_path: Path) -> None:
-    from epicyclic.resolve import load
+    from epicyclic.train.resolution import load
 
     path = written(tmp_path, resolve_case.text)
     read(path)  # the document itself is well formed

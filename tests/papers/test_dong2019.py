@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.audits.audit_reader import read_audit
-from epicyclic.resolve import load
 from epicyclic.statics.record import Record, record_of
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 from epicyclic.train.train import Train
 
 Array = NDArray[np.float64]

@@ -26,10 +26,10 @@ from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.sharing.tone_forces import Method
 from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.analyses.steady.steady import steady
-from epicyclic.resolve import load
 from epicyclic.studies.check import check
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 Array = NDArray[np.float64]
 Table = dict[str, Any]

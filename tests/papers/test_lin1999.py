@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from epicyclic.analyses.modes.modal import modal
-from epicyclic.resolve import load
 from epicyclic.system.assembly import assemble
+from epicyclic.train.resolution import load
 
 ROTATIONAL = {
     3: [0, 1475.7, 1930.3, 2658.3, 7462.8, 11775.3],

@@ -24,10 +24,10 @@ from scipy.integrate import solve_ivp
 from epicyclic.analyses.modes.modal import modal
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.steady.periodic import periodic
-from epicyclic.resolve import load
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 Array = NDArray[np.float64]
 Table = dict[str, Any]

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.resolve import load
 from epicyclic.system.assembly import assemble
+from epicyclic.train.resolution import load
 
 Table = dict[str, Any]
 E = 20e-6

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.analyses.steady.periodic import periodic
-from epicyclic.resolve import load
 from epicyclic.statics.static import static
 from epicyclic.studies.stiffness import stiffness, stiffness_history
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 Array = NDArray[np.float64]
 Changes = dict[str, Any]

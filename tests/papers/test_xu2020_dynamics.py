@@ -19,10 +19,10 @@ from epicyclic.analyses.modes.modal import modal
 from epicyclic.analyses.steady.periodic import Periodic, periodic
 from epicyclic.analyses.steady.response import FrameSpeed
 from epicyclic.analyses.steady.sweep import sweep
-from epicyclic.resolve import load
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 Array = NDArray[np.float64]
 

@@ -22,9 +22,9 @@ import epicyclic
 from epicyclic.analyses.modes.eigen import eigen
 from epicyclic.analyses.modes.modal import modal
 from epicyclic.errors import ModelError
-from epicyclic.resolve import load
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 from epicyclic.warning_codes import code_of
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import pytest
 
-from epicyclic.resolve import load
+from epicyclic.train.resolution import load
 from epicyclic.train.train import Train
 
 CASES = ("i", "ii", "iii")

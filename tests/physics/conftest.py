@@ -10,8 +10,7 @@ from typing import Any
 
 import pytest
 
-from epicyclic.train.bodies import Body, Frame
-from epicyclic.train.connections import Link, Mesh
+from epicyclic.train.bodies import Body, Frame, Link, Mesh
 from epicyclic.train.kinematics import Kinematics
 from epicyclic.train.train import Train
 

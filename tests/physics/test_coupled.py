@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.resolve import load
 from epicyclic.system.system import System
 from epicyclic.train.bodies import DIRECTIONS, Body
+from epicyclic.train.resolution import load
 from epicyclic.train.train import Train
 
 Array = NDArray[np.float64]
 Document = dict[str, Any]
-MODELS = Path(__file__).parents[1] / "unit" / "resolve" / "models"
+MODELS = Path(__file__).parents[1] / "unit" / "train" / "models"
 LATERAL = {"radial": 3e8, "z": 1e8, "tilt": 1e6}
 
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.resolve import load
 from epicyclic.statics.static import OPEN_RATIO
 from epicyclic.system.system import System
-from epicyclic.train.connections import Mesh
+from epicyclic.train.bodies import Mesh
+from epicyclic.train.resolution import load
 from epicyclic.train.train import Train
 
 TEETH = {"sun": 22, "planet": 23, "ring": 68}

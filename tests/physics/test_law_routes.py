@@ -29,10 +29,10 @@ from epicyclic.analyses.transient.integrators import integrate, steps_for
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.outputs import flank_force as record_force
 from epicyclic.analyses.transient.program import constant
-from epicyclic.resolve import load
 from epicyclic.statics.tangent import linear
 from epicyclic.system.gaps import flanks
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.resolve.resolve import load
 from epicyclic.system.assembly import assemble
 from epicyclic.system.structure import structure_of
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 from epicyclic.train.train import Train
 
 Array = NDArray[np.float64]

@@ -15,9 +15,9 @@ from tooth_oracles import contact_line_length
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.resolve import load
 from epicyclic.system.system import System, faces
 from epicyclic.teeth.mesh_stiffness import evaluate_series
+from epicyclic.train.resolution import load
 
 Document = dict[str, Any]
 PAIRS = ("sun-planet", "planet-ring")

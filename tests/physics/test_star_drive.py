@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.resolve import load
 from epicyclic.statics.equilibrium import compliance_of, require_balance
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 Array = NDArray[np.float64]
 Table = dict[str, Any]

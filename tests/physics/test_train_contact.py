@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.resolve import load
 from epicyclic.statics.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.record import excitation
@@ -24,6 +23,7 @@ from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.face_rows import RowStations, row_response, row_weights
 from epicyclic.teeth.loaded_contact import loaded_contact
 from epicyclic.teeth.segments import contact_segments
+from epicyclic.train.resolution import load
 from epicyclic.train.train import Train
 
 Array = NDArray[np.float64]

@@ -88,8 +88,7 @@ def check(
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
     from ..document.writer import model_text
-    from ..resolve import load
-    from ..resolve.resolved_document import resolved_document
+    from ..train.resolution import load, resolved_document
 
     if output is not None:
         target_of(output, (".toml",))

@@ -18,7 +18,7 @@ from .command import file_name
 from .console import complain, on_stdout, reported
 
 if TYPE_CHECKING:
-    from ..studies.new_train.new_train import NewTrain
+    from ..train.new_train import NewTrain
 
 __all__ = ["new"]
 
@@ -135,7 +135,7 @@ def _check_target(file: Path, *, force: bool) -> None:
 
 
 def _made(given: Mapping[str, Any]) -> NewTrain:
-    from ..studies.new_train.new_train import new_train
+    from ..train.new_train import new_train
 
     return new_train(**({"kind": "planetary"} | dict(given)))
 

@@ -4,7 +4,7 @@ A kind of deviation is a field of `MemberDeviationsTable` (`deviations.MEMBER.KI
 (`deviations.meshes.A-B.KIND`, of `errors` with a name behind it). The type of the field gives its form, units and
 shorthand, the description is its row in docs/reference/model-file.md, `DeviationKind` in the annotation the rest.
 Shorthand, normalisation, checks, error messages, JSON Schema and the page read these fields. The effect of a kind on
-the train stands in `resolve/deviations.py`, under the same key.
+the train stands in `train/deviations.py`, under the same key.
 """
 
 from __future__ import annotations

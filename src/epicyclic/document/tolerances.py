@@ -68,7 +68,7 @@ Width = Callable[[str, StandardGrade, bool], float]
 def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance, ...]:
     """Return the entries of `[tolerance]`.
 
-    document : a Document, or its tables (`Train.document`).  width : of the grades; `resolve.tolerances` knows the
+    document : a Document, or its tables (`Train.document`).  width : of the grades; `train.tolerances` knows the
     sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
     """
     return tuple(_resolved(entry, width) for entry in _Reading(_tables_of(document), folder=None).entries())

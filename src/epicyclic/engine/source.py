@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError
-from ..resolve import load
 from ..system.system import System
+from ..train.resolution import load
 from ..train.train import Train
 
 Source = str | Path | Mapping[str, Any] | Train | System

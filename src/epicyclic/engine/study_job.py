@@ -27,8 +27,8 @@ from ..document.validation import quantity_at
 from ..document.written_numbers import Probe, bare_in, likely_text, typed
 from ..errors import ModelError
 from ..input_files import read_text
-from ..resolve import load
-from ..resolve.tolerances import tolerances_of
+from ..train.resolution import load
+from ..train.tolerances import tolerances_of
 from ..warning_codes import CodedText, coded
 from .sampling import Sampler, SamplingPlan, scramble_uniforms
 

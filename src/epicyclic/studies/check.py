@@ -12,12 +12,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..document.tolerances import Tolerance
-from ..resolve.tolerances import tolerances_of
 from ..results.dataset import dataset
 from ..statics.equilibrium import compliance_of
 from ..statics.unheld import unheld_warnings
-from ..train.bodies import DIRECTIONS, Body, GearData
-from ..train.connections import Mesh
+from ..train.bodies import DIRECTIONS, Body, GearData, Mesh
+from ..train.tolerances import tolerances_of
 from ..train.train import Train
 from ..warning_codes import CodedText, coded
 from .choices import choices

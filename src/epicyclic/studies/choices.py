@@ -6,9 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..resolve.tilt import link_row, tilt_groups
-from ..train.bodies import Body
-from ..train.connections import Link, Mesh
+from ..train.bodies import Body, Link, Mesh
+from ..train.stage_bodies import link_row, tilt_groups
 from ..train.train import Train
 
 __all__ = ["Choice", "choices"]

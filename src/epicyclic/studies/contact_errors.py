@@ -21,7 +21,7 @@ from ..document.written_numbers import stated
 from ..errors import ModelError
 from ..teeth.gear_pair import ContactPair, MeshWave, uniform_along_face
 from ..teeth.loaded_contact import loaded_contact
-from ..train.connections import Mesh
+from ..train.bodies import Mesh
 from ..train.train import Train
 from ..warning_codes import CodedText, coded
 

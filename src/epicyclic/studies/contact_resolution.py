@@ -12,7 +12,7 @@ from ..errors import ModelError
 from ..teeth.contact_lines import corner_phases, graded_phases
 from ..teeth.gear_pair import ContactPair, uniform_along_face
 from ..teeth.loaded_contact import LoadedContact, all_loaded, all_segments
-from ..train.connections import Mesh
+from ..train.bodies import Mesh
 
 __all__ = [
     "PHASE_SHARE",

@@ -18,10 +18,9 @@ from ..teeth import geometry
 from ..teeth.contact_lines import cycle_mean
 from ..teeth.loaded_contact import LoadedContact, all_loaded, all_segments
 from ..teeth.loss_factor import Rolling, loss_factor, mean_friction, path_load, sliding_distance
-from ..train.bodies import Body, GearData
-from ..train.connections import Mesh
+from ..train.bodies import Body, GearData, Mesh
 from ..train.kinematics import Gearing
-from ..train.losses import LossyFlow, lossy_flow, require_contact, require_flow
+from ..train.power import LossyFlow, lossy_flow, require_contact, require_flow
 from ..train.train import Train
 from ..warning_codes import CodedText, coded, placed
 from .check import train_provenance

@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..train.bodies import Body
-from ..train.connections import Mesh
+from ..train.bodies import Body, Mesh
 from ..train.train import Displacement, Train
 
 __all__ = ["MeshDeviation", "mesh_deviations"]

@@ -115,8 +115,8 @@ def vary(
 def _evaluate(
     source: str | Path | Mapping[str, Any], overrides: Mapping[str, Any], quantity: Callable[[System], float]
 ) -> float:
-    from ..resolve import load
     from ..system.assembly import assemble
+    from ..train.resolution import load
 
     return float(quantity(assemble(load(source, overrides=overrides))))
 

@@ -15,7 +15,7 @@ from ..statics.tangent import linear
 from ..system.assembly import assemble
 from ..system.system import Array, System
 from ..system.tooth_pairs import loaded_mesh, mean_force, pair_of, tooth_warnings
-from ..train.losses import require_contact, require_flow
+from ..train.power import require_contact, require_flow
 from ..train.train import Train
 from ..warning_codes import CodedText, coded
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..engine.workers import MOST_NUMBERS, require_memory
 from ..results.dataset import dataset
-from ..train.connections import Mesh
+from ..train.bodies import Mesh
 from ..train.train import Train
 from .check import train_provenance
 

@@ -15,10 +15,10 @@ import numpy as np
 
 from ..analyses.sensitivity.numbers import SystemNumbers, combined, numbers, with_lines
 from ..errors import ConvergenceError, ModelError
-from ..resolve import load
 from ..statics.tangent import linear
 from ..system.assembly import assemble
 from ..system.system import Array, System
+from ..train.resolution import load
 from ..train.train import Train
 from .parameters import Parameter
 

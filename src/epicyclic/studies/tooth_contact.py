@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from ..document.written_numbers import stated
 from ..engine.workers import require_memory
 from ..errors import ModelError
-from ..resolve.deviation_sizes import check_contact_errors
 from ..results.dataset import dataset
 from ..system.tooth_pairs import End, loaded_mesh, mean_force, pair_of, tooth_warnings
 from ..teeth.contact_lines import averaging_length, cycle_harmonics, cycle_mean
 from ..teeth.loaded_contact import LoadedContact, all_loaded, all_segments, harmonics
 from ..teeth.segments import ContactSegments, with_microgeometry
-from ..train.connections import Mesh
+from ..train.bodies import Mesh
+from ..train.tolerances import check_contact_errors
 from ..train.train import Train
 from ..warning_codes import CodedText, coded
 from .check import train_provenance

@@ -18,11 +18,11 @@ from ..analyses.modes.eigen import eigen
 from ..analyses.modes.tracking import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
 from ..document.written_numbers import written
 from ..errors import ModelError
-from ..resolve import load
 from ..results.dataset import dataset
 from ..statics.tangent import flank_warnings, linear
 from ..system.assembly import assemble
 from ..system.system import System
+from ..train.resolution import load
 from ..train.train import Train
 from .check import train_provenance
 from .parameters import Parameter, parameter_at

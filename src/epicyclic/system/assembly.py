@@ -20,8 +20,7 @@ from ..arguments import checked
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import series_in_time
 from ..teeth.phasing import HALF, Phase
-from ..train.bodies import DIRECTIONS
-from ..train.connections import Mesh
+from ..train.bodies import DIRECTIONS, Mesh
 from ..train.train import Train
 from .elimination import eliminate
 from .excitation import FullModel, excitation_lines

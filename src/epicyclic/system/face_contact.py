@@ -12,7 +12,7 @@ from ..teeth.contact_lines import averaging_length, line_windows
 from ..teeth.face_rows import RowStations, row_response, row_weights
 from ..teeth.gear_pair import ContactPair
 from ..teeth.segments import ContactSegments, contact_segments
-from ..train.connections import Mesh, MeshSlice
+from ..train.bodies import Mesh, MeshSlice
 from ..train.train import Train
 from .flank_laws import ROWS, FaceForce
 from .tooth_pairs import axial_offsets, pair_of

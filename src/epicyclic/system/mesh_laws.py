@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.flank import PLAIN, Flank
-from ..train.bodies import DIRECTIONS
-from ..train.connections import Link, Mesh
+from ..train.bodies import DIRECTIONS, Link, Mesh
 from ..train.train import Train
 from ..warning_codes import CodedText, coded
 from .flank_laws import LawRows, TabulatedLaw

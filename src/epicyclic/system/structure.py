@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..train.connections import Link, Mesh
+from ..train.bodies import Link, Mesh
 from ..train.train import Train
 
 Array = NDArray[np.float64]

@@ -21,7 +21,7 @@ from ..teeth.gear_pair import ContactPair, Torsion, check_pair, drawn_pair
 from ..teeth.loaded_contact import harmonics
 from ..teeth.mesh_stiffness import ComplexArray, mesh_phasor, series_in_time, table_series
 from ..teeth.outline import GearForm
-from ..train.connections import Mesh
+from ..train.bodies import Mesh
 from ..train.train import Train
 from ..warning_codes import CodedText, placed
 from .system import Line, System

@@ -1,4 +1,4 @@
-"""The resolved train as frozen data: bodies, connections, kinematics, mesh phases, power flow.
+"""Document to Train: frozen data of bodies, connections, kinematics, phases, power; and a new train.
 
-Depends on: teeth.
+Depends on: document, teeth.  Modules of the Train itself know no document.
 """

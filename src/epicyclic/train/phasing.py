@@ -29,18 +29,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.phasing import Angle, Phase, driver_tooth, mate_tooth, shift_term
-from .rational import whole_solution
-
-__all__ = [
-    "StagePhases",
-    "ToothMesh",
-    "ToothedGear",
-    "chain_flanks",
-    "disc_gaps",
-    "flank_of_torque",
-    "stage_leads",
-    "staggered",
-]
+from .kinematics import whole_solution
 
 Number = Fraction | float
 ASSEMBLY_TOLERANCE = 1e-3  # [pitches] angles given with a few decimals count as buildable: far below any backlash

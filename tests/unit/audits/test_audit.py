@@ -17,8 +17,8 @@ from epicyclic.audits import audit as module
 from epicyclic.cli.main import app
 from epicyclic.document.writer import model_text
 from epicyclic.errors import ConvergenceError, ModelError
-from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.show.views.audit import tables, tally
+from epicyclic.train.resolution import resolved_document
 from epicyclic.verbs.record import Verb
 
 ROOT = Path(__file__).parents[3]

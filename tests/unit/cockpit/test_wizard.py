@@ -15,8 +15,8 @@ from epicyclic.cockpit.dialogs.new_train_words import BESIDE, needed, preview_of
 from epicyclic.cockpit.dialogs.wizard import new_button
 from epicyclic.cockpit.state.state import request_of, tables_of
 from epicyclic.errors import ModelError
-from epicyclic.resolve import load
-from epicyclic.studies.new_train.new_train import new_train
+from epicyclic.train.new_train import new_train
+from epicyclic.train.resolution import load
 
 OWN = {
     "teeth": "21/39/99",

@@ -10,8 +10,8 @@ from scipy import stats
 from epicyclic.document.correlation import Correlations
 from epicyclic.document.document import read
 from epicyclic.errors import ModelError
-from epicyclic.resolve.resolve import load
-from epicyclic.resolve.tolerances import correlations_of, tolerances_of
+from epicyclic.train.resolution import load
+from epicyclic.train.tolerances import correlations_of, tolerances_of
 
 PLAIN = read("ren2021", {"tolerance": None}).data
 X, Y, R, SUN = (

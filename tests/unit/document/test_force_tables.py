@@ -224,8 +224,8 @@ def test_overrides_replace_a_list_the_load_and_the_whole() -> None:
 
 
 def test_one_number_of_a_table_is_a_parameter() -> None:
-    from epicyclic.resolve import load
     from epicyclic.studies.parameters import all_parameters, parameter_at
+    from epicyclic.train.resolution import load
 
     train = load(FILES / "model.toml")
     path = "couplings.output.rz.force"
@@ -245,8 +245,7 @@ def test_one_number_of_a_table_is_a_parameter() -> None:
 
 
 def test_a_resolved_train_is_written_and_read_again(tmp_path: Path) -> None:
-    from epicyclic.resolve import load
-    from epicyclic.resolve.resolved_document import resolved_document
+    from epicyclic.train.resolution import load, resolved_document
 
     transverse = {"stages.main.meshes.planet-ring.direction": "transverse", "stages.main.helix_angle": "12 deg"}
     train = load(FILES / "model.toml", transverse)

@@ -16,7 +16,7 @@ from epicyclic.document.document import Document, read
 from epicyclic.document.tolerances import tolerances
 from epicyclic.document.units import KINDS, Bounds, read_quantity
 from epicyclic.document.writer import model_text, quantity_text, with_units
-from epicyclic.resolve.resolved_document import resolved_document
+from epicyclic.train.resolution import resolved_document
 
 MODEL: dict[str, Any] = {
     "format": 1,

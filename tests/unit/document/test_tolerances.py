@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from epicyclic.document.document import Document, read
 from epicyclic.document.tolerances import costs, tolerances
 from epicyclic.errors import ModelError
-from epicyclic.resolve.resolve import load
-from epicyclic.resolve.tolerances import tolerances_of
+from epicyclic.train.resolution import load
+from epicyclic.train.tolerances import tolerances_of
 
 PLAIN = read("ren2021", {"tolerance": None}).data
 RUN_OUT = "deviations.main.sun.run_out.amplitude"

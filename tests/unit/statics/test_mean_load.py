@@ -15,7 +15,6 @@ from epicyclic.analyses.sharing.definitions import DEFINITIONS
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.document.document import ready_drives
 from epicyclic.errors import ModelError
-from epicyclic.resolve import load
 from epicyclic.statics.load_map import load_map
 from epicyclic.statics.mean_load import (
     MEAN_LOADS,
@@ -28,6 +27,7 @@ from epicyclic.statics.mean_load import (
 from epicyclic.statics.sample_loads import mean_loads, net_forces, nominal_signs
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 RNG = np.random.default_rng(4)
 

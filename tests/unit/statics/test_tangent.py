@@ -15,12 +15,12 @@ import epicyclic
 from epicyclic.analyses.modes.eigen import eigen
 from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.transient.motion import motion
-from epicyclic.resolve import load
 from epicyclic.statics.tangent import flank_warnings, linear
 from epicyclic.system.flank_laws import LawRows, TabulatedLaw
 from epicyclic.system.gaps import flanks
 from epicyclic.system.system import System
 from epicyclic.teeth.mesh_stiffness import evaluate_series
+from epicyclic.train.resolution import load
 
 Array = NDArray[np.float64]
 PAIRS = tuple(f"stages.main.meshes.{pair}" for pair in ("sun-planet", "planet-ring"))

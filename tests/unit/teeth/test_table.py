@@ -10,12 +10,12 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.resolve import load
 from epicyclic.system.flank_laws import TabulatedAt, TabulatedLaw
 from epicyclic.teeth.flank import Flank, Relief
 from epicyclic.teeth.gear_pair import ContactPair
 from epicyclic.teeth.loaded_contact import contact_table, loaded_contact
 from epicyclic.teeth.mesh_stiffness import evaluate_series
+from epicyclic.train.resolution import load
 
 LOAD = 6e3
 RELIEF = Flank(tip_relief=Relief(amount=12e-6, length=2e-3, shape="parabolic"), crown=6e-6)

@@ -9,8 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 import epicyclic
-from epicyclic.train.display import driving_member
-from epicyclic.train.train import Train
+from epicyclic.train.train import Train, driving_member
 
 SVG = "{http://www.w3.org/2000/svg}"
 DRIVES = ("ren2021", "xu2020", "dong2019", "encased-differential", "lin1999-n3", "yue2014-iii")

@@ -13,7 +13,7 @@ from tests.unit.train.gearings import pair
 
 from epicyclic.errors import ModelError
 from epicyclic.train.kinematics import Gearing, Kinematics, Tie, solve_kinematics
-from epicyclic.train.losses import LossyFlow, lossy_flow, require_flow
+from epicyclic.train.power import LossyFlow, lossy_flow, require_flow
 
 TIGHT = 1e-12  # rounding of a system of some ten torques
 

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epicyclic.train.rational import least_norm, null_space
+from epicyclic.train.kinematics import least_norm, null_space
 
 ENTRY = st.integers(-3, 3).map(Fraction)
 

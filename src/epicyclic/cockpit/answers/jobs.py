@@ -80,7 +80,7 @@ def _contact_loss(source: Source, overrides: Mapping[str, object], options: Mapp
 
 
 def _relief(source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], go: Progress) -> Result:
-    from ...resolve.resolve import load
+    from ...train.resolution import load
     from ...verbs.relief import relief
     from .job_relief import relief_frame
     from .relief_answer import estimates_of
@@ -108,7 +108,7 @@ def _relief(source: Source, overrides: Mapping[str, object], options: Mapping[st
 
 
 def _tolerance(source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], go: Progress) -> Result:
-    from ...resolve.resolve import load
+    from ...train.resolution import load
     from ...verbs.tolerance import tolerance
 
     chosen = {"samples": 16_384, "effects": "shares", **_known("tolerance", options)}
@@ -125,7 +125,7 @@ def _transient(source: Source, overrides: Mapping[str, object], options: Mapping
 
 
 def _contact(source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], go: Progress) -> Result:
-    from ...resolve.resolve import load
+    from ...train.resolution import load
     from ...verbs.contact import contact
 
     chosen = {"loads": (0.5, 1.0, 1.25), **_known("contact", options)}

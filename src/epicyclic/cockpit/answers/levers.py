@@ -14,7 +14,7 @@ from pathlib import Path
 from ...document.document import file_text, parse_text
 from ...document.tables import PlainTable
 from ...errors import ConvergenceError, ModelError
-from ...resolve.resolve import load
+from ...train.resolution import load
 from ...train.train import Train
 from .lever_candidates import Candidate, candidates_of
 from .lever_effects import Effect, effect_of, figures_of

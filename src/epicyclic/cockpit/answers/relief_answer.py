@@ -9,7 +9,7 @@ from ...document.tables import leaves
 from ...document.units import factor
 from ...document.written_numbers import written
 from ...system.tooth_pairs import mean_force
-from ...train.connections import Mesh
+from ...train.bodies import Mesh
 from ...train.train import Train
 from .answer import Answer, Level, answer, number
 

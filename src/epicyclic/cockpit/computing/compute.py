@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from ...analyses.sharing.outputs import require_speed
 from ...analyses.sharing.sharing import sharing
 from ...errors import ConvergenceError, ModelError
-from ...resolve.resolve import load
 from ...studies.drives import drive_text
 from ...system.assembly import assemble
 from ...system.system import System
+from ...train.resolution import load
 from ...train.train import Train
 from ..answers import answers, checks
 from .compiler import compile_aside, compiler_ready

@@ -16,7 +16,7 @@ from ...errors import ConvergenceError, ModelError
 from ...statics.sample_loads import mean_loads
 from ...system.assembly import assemble
 from ...system.system import Array, System
-from ...train.connections import Link
+from ...train.bodies import Link
 from ...train.train import Train
 
 __all__ = ["SharingView", "Twin", "full_sharing", "live_sharing", "sharing_head", "twin_of", "twin_train"]

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from ...document.tables import PlainTable
-from ...resolve import load
 from ...show.views.compare import tables
 from ...studies.compare.compare import compare_of
+from ...train.resolution import load
 
 __all__ = ["Loadable", "compared_states"]
 

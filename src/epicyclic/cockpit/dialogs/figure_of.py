@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from ...resolve import load
 from ...show.plot import companions, figure_names, plot
+from ...train.resolution import load
 from ...verbs.record import verbs
 from .compared_states import Loadable
 

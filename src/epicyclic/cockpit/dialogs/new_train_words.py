@@ -10,9 +10,9 @@ from typing import Any
 from ...document.tables import PlainTable
 from ...document.writer import commented_text
 from ...errors import ModelError
-from ...resolve import load
-from ...studies.new_train.new_train import new_train
-from ...studies.new_train.wishes import HELD, MEMBERS
+from ...train.new_train import new_train
+from ...train.resolution import load
+from ...train.wishes import HELD, MEMBERS
 
 __all__ = ["BESIDE", "UNITS", "Preview", "drivers_of", "needed", "preview_of", "sets_in"]
 

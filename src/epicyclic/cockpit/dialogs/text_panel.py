@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from nicegui import background_tasks, ui
 
 from ...errors import ModelError
-from ...resolve import load
+from ...train.resolution import load
 from ..state.state import request_of, with_text
 from ..state.written_text import text_of
 from .line_of import line_of_error

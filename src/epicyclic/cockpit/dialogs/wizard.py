@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import background_tasks, ui
 
 from ...errors import ModelError
-from ...studies.new_train.wishes import HELD, KINDS, MEMBERS
+from ...train.wishes import HELD, KINDS, MEMBERS
 from ..state.state import from_text
 from .new_train_words import BESIDE, UNITS, Preview, drivers_of, needed, preview_of, sets_in
 from .parts import plain_button, refused, safe_name, show_model, window

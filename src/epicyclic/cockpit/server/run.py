@@ -56,7 +56,7 @@ def _checked(source: str | Path | None) -> PageState | None:
     """The state to begin with; read through once, so that a wrong model is told before there is a page."""
     if source is None:
         return None
-    from ...resolve.resolve import load
+    from ...train.resolution import load
     from ..state.state import request_of
 
     state = opened(source)

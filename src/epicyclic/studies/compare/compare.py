@@ -14,9 +14,9 @@ import xarray as xr
 
 from ...engine.source import train_of
 from ...errors import ModelError
-from ...resolve import load
 from ...results.dataset import SUFFIXES, dataset, load_result
 from ...system.system import System
+from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded, placed
 from .drawing import Difference, drawing_differences

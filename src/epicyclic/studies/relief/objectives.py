@@ -22,7 +22,7 @@ from ...teeth.gear_pair import ContactPair, uniform_along_face
 from ...teeth.loaded_contact import all_segments, first_images
 from ...teeth.microgeometries import MicrogeometryContact, microgeometry_contact
 from ...teeth.segments import ContactSegments
-from ...train.connections import Mesh
+from ...train.bodies import Mesh
 from ...train.train import Train
 from ..contact_resolution import Resolution, mesh_phases, sigma_at
 from .variables import DesignVariable, FlankSettings, modified_flank, settings_of, varies_along_face

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from ...engine.source import Source, train_of
 from ...errors import ModelError
-from ...resolve import load
 from ...results.dataset import dataset
 from ...system.assembly import assemble
 from ...system.system import System
 from ...teeth.flank import Flank
 from ...teeth.gear_pair import check_pair
 from ...teeth.segments import ContactSegments
-from ...train.connections import Mesh
+from ...train.bodies import Mesh
+from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from ..check import train_provenance

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ...train.connections import Link
+from ...train.bodies import Link
 from ...train.train import Train
 from .draft import RIGID, Attributes, Draft, in_unit, place
 from .parts import ShaftPart

@@ -11,8 +11,7 @@ from ...analyses.sharing.outputs import known_mean_loads
 from ...errors import ConvergenceError, ModelError
 from ...system.assembly import assemble
 from ...system.system import faces
-from ...train.bodies import Body
-from ...train.connections import Mesh
+from ...train.bodies import Body, Mesh
 from ...train.train import Train
 from .draft import Attributes, Draft, in_unit
 from .gears import DEG

@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ...train.bodies import Body
-from ...train.connections import Mesh
+from ...train.bodies import Body, Mesh
 from ...train.train import Train
 from .draft import Draft
 

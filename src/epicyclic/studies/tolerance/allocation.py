@@ -15,11 +15,11 @@ from ...engine.sampling import sampling_plan
 from ...engine.source import Overrides, Source, train_of
 from ...engine.workers import one_thread
 from ...errors import ModelError
-from ...resolve import load
-from ...resolve.tolerances import costs_of
 from ...results.dataset import dataset
 from ...statics.mean_load import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
+from ...train.resolution import load
+from ...train.tolerances import costs_of
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from ..check import train_provenance

@@ -12,14 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from ...document.correlation import Correlations
 from ...document.tolerances import Tolerance
 from ...errors import ModelError
-from ...resolve import load
-from ...resolve.tolerances import correlations_of, tolerances_of
 from ...statics.load_map import LawMap, LoadMap, law_map, load_map
 from ...statics.sample_loads import ContactMethod, nominal_signs, sample_loads
 from ...statics.tangent import linear, linear_columns
 from ...system.assembly import assemble
 from ...system.excitation import unit_lines
 from ...system.system import Array, Line, System
+from ...train.resolution import load
+from ...train.tolerances import correlations_of, tolerances_of
 from ...train.train import Train
 from ...warning_codes import CodedText
 from .sources import Kind, Source, drawn_paths, sources_of, unit_deviations, unit_overrides

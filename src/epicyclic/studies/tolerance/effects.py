@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ...engine.sampling import PIECE, SamplingPlan, scramble_uniforms
 from ...errors import ConvergenceError, ModelError
-from ...resolve import load
 from ...statics.mean_load import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
+from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from .columns import tolerance_map

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from ...document.tolerances import Tolerance
 from ...errors import ModelError
-from ...resolve import load
 from ...statics.load_map import at_mesh_order
 from ...system.assembly import assemble
 from ...system.system import System
+from ...train.resolution import load
 
 __all__ = ["Shift", "shift_of", "values_text"]
 

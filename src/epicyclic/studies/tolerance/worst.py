@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ...document.writer import model_text
 from ...engine.sampling import SamplingPlan, scramble_uniforms
 from ...errors import ModelError
-from ...resolve import load
 from ...results.files import write_text
+from ...train.resolution import load
 from ...train.train import Train
 from .sample_map import SampleMap
 

@@ -22,9 +22,9 @@ from epicyclic.analyses.contact_loss.outputs import mesh_force, periodic_measure
 from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, distinct, solution, with_stability
 from epicyclic.analyses.contact_loss.sweep_direction import Reached, _reached_at, sweep_direction
 from epicyclic.analyses.steady.response import response
-from epicyclic.resolve import load
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 Array = NDArray[np.float64]
 

@@ -25,10 +25,10 @@ from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.steady.sweep import sweep as linear_sweep
 from epicyclic.engine import workers
 from epicyclic.errors import ModelError
-from epicyclic.resolve import load
 from epicyclic.results.dataset import load_result, save_result, to_json
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System, faces
+from epicyclic.train.resolution import load
 
 Array = NDArray[np.float64]
 SPEEDS = np.array([0.75, 0.82, 0.9])

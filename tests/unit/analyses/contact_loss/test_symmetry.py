@@ -17,8 +17,8 @@ from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.contact_loss.sweep_direction import sweep_direction
 from epicyclic.analyses.contact_loss.symmetry import symmetry_is_broken
 from epicyclic.analyses.steady.response import response
-from epicyclic.resolve import load
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 TRAIN = """
 format = 2

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from epicyclic.resolve import load
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 # sun, planet, ring; planets, or steps of 1/(z_s + z_r) turn at which each can be assembled
 GROUPS: dict[str, tuple[tuple[int, int, int], int | tuple[int, ...]]] = {

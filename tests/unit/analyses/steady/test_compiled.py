@@ -16,9 +16,9 @@ from epicyclic.analyses.steady import response as engine
 from epicyclic.analyses.steady.response import respond, response
 from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.errors import ModelError
-from epicyclic.resolve import load
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 SPEEDS = np.linspace(0.3, 2.5, 13)
 CURVES = ("mesh_force_rms", "mesh_force_peak", "mesh_force_minimum", "amplitude")

@@ -9,8 +9,8 @@ import pytest
 
 from epicyclic.analyses.modes.basis import mean_modes
 from epicyclic.analyses.steady.periodic import periodic
-from epicyclic.resolve import load
 from epicyclic.system.assembly import assemble
+from epicyclic.train.resolution import load
 
 
 @pytest.mark.slow

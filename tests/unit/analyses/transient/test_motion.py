@@ -17,11 +17,11 @@ from epicyclic.analyses.transient.program import constant, phase_at, program, sp
 from epicyclic.analyses.transient.right_hand_side import acceleration, instant_terms, row_force
 from epicyclic.analyses.transient.start import at_equilibrium, at_rest
 from epicyclic.errors import ModelError
-from epicyclic.resolve import load
 from epicyclic.system.assembly import assemble
 from epicyclic.system.group_laws import LawGroup
 from epicyclic.system.radial_laws import Law
 from epicyclic.system.system import System
+from epicyclic.train.resolution import load
 
 Array = NDArray[np.float64]
 RAMP = program([0.0, 0.004, 0.004, 0.02], [0.4, 0.6, 0.6, 1.1], [[0.0], [0.3], [-0.2], [0.0]])

@@ -21,10 +21,10 @@ from epicyclic.cockpit.answers.relief_answer import relief_answer
 from epicyclic.cockpit.answers.sharing_answers import float_answer
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.computing.frames import PageFrame, Request
-from epicyclic.resolve.resolve import load
 from epicyclic.studies.drives import drive_text
-from epicyclic.studies.new_train.new_train import new_train
 from epicyclic.system.assembly import assemble
+from epicyclic.train.new_train import new_train
+from epicyclic.train.resolution import load
 from epicyclic.verbs.check import check
 from epicyclic.verbs.modes import modes
 from epicyclic.verbs.sharing import sharing

@@ -15,8 +15,8 @@ from epicyclic.cockpit.state.state import opened, request_of, with_value
 from epicyclic.document.document import ready_drives
 from epicyclic.document.units import factor
 from epicyclic.errors import ModelError
-from epicyclic.resolve.resolve import load
 from epicyclic.studies.drives import drive_text
+from epicyclic.train.resolution import load
 from epicyclic.verbs.sharing import sharing
 
 

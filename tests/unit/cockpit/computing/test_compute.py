@@ -21,9 +21,9 @@ from epicyclic.cockpit.computing.frames import PageFrame, Request, pack, unpack
 from epicyclic.cockpit.computing.sharing_view import live_sharing, twin_of
 from epicyclic.cockpit.computing.speed_view import Effort, force_curves, speed_model
 from epicyclic.document.document import ready_drives
-from epicyclic.resolve import resolve
 from epicyclic.statics.sample_loads import mean_loads
 from epicyclic.studies.drives import drive_text
+from epicyclic.train import resolution
 
 RUN_OUTS = {
     "deviations.sun.run_out": "20 um",
@@ -125,7 +125,7 @@ def test_a_lever_that_is_let_go_is_not_computed_again(monkeypatch: pytest.Monkey
 
     def counted(*given: Any) -> Any:
         loads.append(given)
-        return resolve.load(*given)
+        return resolution.load(*given)
 
     monkeypatch.setattr(computing, "load", counted)
     released = next(iter(compute(replace(request, rev=4, kind="full"))))

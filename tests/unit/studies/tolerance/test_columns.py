@@ -22,11 +22,11 @@ from epicyclic.statics import sample_loads
 from epicyclic.statics.quasi_static import held_train, settled
 from epicyclic.statics.record import excitation
 from epicyclic.statics.sample_loads import mean_loads, net_forces
-from epicyclic.studies.new_train.new_train import new_train
 from epicyclic.studies.tolerance.columns import SAMPLES, SampleValues, ToleranceMap, tolerance_map
 from epicyclic.system.assembly import assemble
 from epicyclic.system.gaps import net_force
 from epicyclic.system.system import System
+from epicyclic.train.new_train import new_train
 
 Array = NDArray[np.float64]
 

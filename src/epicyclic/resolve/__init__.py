@@ -1,5 +1,0 @@
-"""Document to Train: everything that follows from the model file."""
-
-from .resolve import load
-
-__all__ = ["load"]

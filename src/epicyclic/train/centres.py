@@ -1,0 +1,358 @@
+"""Where the axes of a stage stand: shifts, working angles, centre distances, pin radii, contact ratios."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..errors import ModelError
+from ..teeth import geometry
+from ..teeth.phasing import Angle, Phase
+from ..warning_codes import coded
+from .bodies import GearData
+from .gears import (
+    Teeth,
+    distance_from_shifts,
+    finish_gear,
+    given_distances,
+    given_radius,
+    profile_shifts,
+    teeth_of_stage,
+    width_of,
+)
+from .stages import GearPair, Plan
+from .train import NAN, ResolutionLog, same, turns_of
+
+Place = tuple[float, float]
+STEEPEST = math.radians(60)  # working pressure angle, as in the file format
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeshShape:
+    """One pair at its working place: angle [rad], distance [m] of the teeth themselves, contact and overlap ratio.
+
+    tooth_angle : angle at which the teeth themselves touch [rad]; the working angle unless base radii are stated.
+    limits : where a tooth pair touches, (sigma_min, sigma_max).  width : the narrower face [m], by side.
+    """
+
+    working_angle: float
+    tooth_angle: float
+    centre_distance: float
+    limits: tuple[float, float]
+    contact_ratio: float
+    overlap_ratio: float
+    width: Mapping[str | None, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StageShape:
+    """The geometry of a stage.
+
+    gears : member -> side -> toothed part.  pin : planet gear -> radius of its axes [m].
+    ahead : planet gear -> polar angle of its axis from the branch line [rad].  centre : central gear -> (x, y) [m].
+    pin_radius : of the planet gear that meets the sun [m], nan without planets.
+    directions : pair -> polar angle of e, one per branch [turns].
+    """
+
+    plan: Plan
+    teeth: Mapping[str, Teeth]
+    gears: Mapping[str, Mapping[str | None, GearData]]
+    meshes: Mapping[str, MeshShape]
+    pin: Mapping[str, float]
+    ahead: Mapping[str, float]
+    centre: Mapping[str, Place]
+    pin_radius: float
+    directions: Mapping[str, tuple[Angle, ...]]
+
+    def place(self, member: str, branch: int) -> Place:
+        """Centre of a gear of one branch (0 ..) [m]."""
+        if member in self.centre:
+            return self.centre[member]
+        angle = math.tau * float(self.plan.angles[branch]) + self.ahead[member]
+        return self.pin[member] * math.cos(angle), self.pin[member] * math.sin(angle)
+
+    def polar(self, member: str, branch: int) -> float:
+        """Polar angle of the own axes of a gear [rad]: 0 for a central one."""
+        if member in self.centre:
+            return 0.0
+        return math.tau * float(self.plan.angles[branch]) + self.ahead[member]
+
+
+def shape_stage(plan: Plan, log: ResolutionLog) -> StageShape:
+    """Geometry of one stage.
+
+    Raises
+    ------
+    ModelError : contradicting teeth, a centre distance below the base circles, axes that cannot be placed.
+    """
+    teeth = teeth_of_stage(plan, log)
+    given = given_distances(plan, log)
+    shifts = profile_shifts(plan, teeth, given)
+    gears = {name: finish_gear(plan, name, teeth[name], shifts[name], log) for name in plan.gears}
+    worked = {p.name: _working(plan, p, teeth, given.get(p.name), shifts) for p in plan.pairs}
+    pin = _pin_radii(plan, given, {name: distance for name, (_, distance) in worked.items()}, log)
+    meshes = {p.name: _mesh_shape(plan, p, teeth, gears, worked[p.name], log) for p in plan.pairs}
+    ahead = _ahead(plan, pin, {name: distance for name, (_, distance) in worked.items()})
+    centre = _centres(plan, {name: distance for name, (_, distance) in worked.items()})
+    meeting = [p.b for p in plan.pairs if plan.gears[p.a].kind == "sun" and p.b in pin] or list(pin)
+    return StageShape(
+        plan=plan,
+        teeth=teeth,
+        gears=gears,
+        meshes=meshes,
+        pin=pin,
+        ahead=ahead,
+        centre=centre,
+        pin_radius=pin[meeting[0]] if meeting else NAN,
+        directions={p.name: _directions(plan, p, pin, ahead, centre) for p in plan.pairs},
+    )
+
+
+# the pair at work ----------------------------------------------------------------------------------------------------
+
+
+def _working(
+    plan: Plan,
+    p: GearPair,
+    teeth: Mapping[str, Teeth],
+    given: float | None,
+    shifts: Mapping[str, tuple[float, str]],
+) -> tuple[float, float]:
+    """Working transverse pressure angle [rad] of a pair and the distance of its axes [m].
+
+    Stated base radii, rounded as print is, work at the angle that fits the distance, so that a stage that
+    turns as a whole stresses no tooth.
+    """
+    a, b = teeth[p.a], teeth[p.b]
+    if p.internal and b.base_radius <= a.base_radius:
+        raise ModelError(
+            f"the ring is smaller than {p.a}, which turns in it",
+            path=f"{plan.member_path(p.b)}.teeth",
+            given=b.teeth,
+            allowed=f"more teeth than {a.teeth}",
+        )
+    if p.keys.pressure_angle is not None:
+        own = (b.base_radius - a.base_radius if p.internal else b.base_radius + a.base_radius) / math.cos(
+            p.keys.pressure_angle
+        )
+        return p.keys.pressure_angle, given if given is not None else own
+    angle, distance = distance_from_shifts(p, teeth, shifts[p.a][0], shifts[p.b][0])
+    if given is None or same(given, distance, 1e-12):
+        if math.isnan(angle):
+            raise ModelError("no working angle: these shifts close the teeth", path=f"{p.path}.pressure_angle")
+        own = angle if _nominal(a, b) else _angle_at(p, distance, teeth)
+        return angle if math.isnan(own) else own, distance
+    angle = _angle_at(p, given, teeth)
+    if angle > STEEPEST:
+        raise ModelError(
+            f"the centre distance is too large, the working pressure angle would be {math.degrees(angle):.3g} deg",
+            path=f"{p.path}.centre_distance",
+            given=f"{given * 1e3:.6g} mm",
+            allowed=f"about {distance * 1e3:.6g} mm, the distance of teeth and module",
+        )
+    if math.isnan(angle):
+        least = abs(b.base_radius - a.base_radius) if p.internal else b.base_radius + a.base_radius
+        raise ModelError(
+            "the centre distance is below the base circles",
+            path=f"{p.path}.centre_distance",
+            given=f"{given * 1e3:.6g} mm",
+            allowed=f"at least {least * 1e3:.6g} mm, or {p.path}.pressure_angle",
+        )
+    return angle, given
+
+
+def _angle_at(p: GearPair, distance: float, teeth: Mapping[str, Teeth]) -> float:
+    """Working angle of a pair at a distance [rad]; nan below the base circles."""
+    radii = teeth[p.a].base_radius, teeth[p.b].base_radius
+    return geometry.working_pressure_angle_at(distance, *radii, internal=p.internal)
+
+
+def _nominal(a: Teeth, b: Teeth) -> bool:
+    """Whether the base radii of a pair are those of teeth and module."""
+    return same(a.base_radius, a.nominal_base) and same(b.base_radius, b.nominal_base)
+
+
+def _mesh_shape(
+    plan: Plan,
+    p: GearPair,
+    teeth: Mapping[str, Teeth],
+    gears: Mapping[str, Mapping[str | None, GearData]],
+    worked: tuple[float, float],
+    log: ResolutionLog,
+) -> MeshShape:
+    """Working geometry of one pair: contact limits, contact ratio and overlap ratio [iso21771].
+
+    worked : working transverse pressure angle [rad] and centre distance [m].
+    """
+    a, b = teeth[p.a], teeth[p.b]
+    first, second = next(iter(gears[p.a].values())), next(iter(gears[p.b].values()))
+    angle, distance = worked
+    # Stated base radii are levers of the forces; the contact limits follow from the teeth themselves.
+    by_teeth = distance_from_shifts(p, teeth, first.profile_shift, second.profile_shift)[0]
+    tooth_angle = angle if _nominal(a, b) or math.isnan(by_teeth) else by_teeth
+    limits = geometry.contact_limits(
+        a.nominal_base,
+        first.tip_radius,
+        b.nominal_base,
+        second.tip_radius,
+        working_pressure_angle=tooth_angle,
+        base_pitch=geometry.base_pitch(a.module, a.pressure_angle, a.helix_angle),
+        internal=p.internal,
+    )
+    ratio = geometry.transverse_contact_ratio(limits)
+    widths = _widths(plan, p)
+    width = next(iter(widths.values()))
+    overlap = geometry.overlap_ratio(width, a.helix_angle, a.module) if a.helix_angle else 0.0
+    log.note(f"{p.path}.pressure_angle", angle, "rad", "given" if p.keys.pressure_angle is not None else "geometry")
+    own = "given" if p.keys.centre_distance is not None else "geometry"
+    log.note(f"{p.path}.centre_distance", distance, "m", own)
+    log.note(f"{p.path}.contact_ratio", ratio, "", "geometry")
+    log.note(f"{p.path}.overlap_ratio", overlap, "", "geometry")
+    if ratio < 1.0:
+        log.warn(
+            coded("contact-ratio-below-one", f"{p.path}: contact ratio {ratio:.3f} < 1, the teeth do not keep contact")
+        )
+    return MeshShape(
+        working_angle=angle,
+        tooth_angle=tooth_angle,
+        centre_distance=distance,
+        limits=limits,
+        contact_ratio=ratio,
+        overlap_ratio=overlap,
+        width=widths,
+    )
+
+
+def _widths(plan: Plan, p: GearPair) -> dict[str | None, float]:
+    """Common face width of a pair [m] by side; nan where neither gear states one."""
+    if plan.two_sided(p.a) != plan.two_sided(p.b):
+        single, double = (p.a, p.b) if plan.two_sided(p.b) else (p.b, p.a)
+        raise ModelError(
+            f"meshes with {double}, which has a left and a right half",
+            path=f"{plan.member_path(single)}.herringbone",
+            given=False,
+            allowed="herringbone or split gears mesh with such gears",
+        )
+    sides: tuple[str | None, ...] = ("left", "right") if plan.two_sided(p.a) else (None,)
+    result: dict[str | None, float] = {}
+    for side in sides:
+        known = [w for w in (width_of(plan, p.a, side), width_of(plan, p.b, side)) if w is not None]
+        result[side] = min(known, default=NAN)
+    return result
+
+
+# places --------------------------------------------------------------------------------------------------------------
+
+
+def _pin_radii(
+    plan: Plan, given: Mapping[str, float], distance: Mapping[str, float], log: ResolutionLog
+) -> dict[str, float]:
+    """Radius of the axes of every planet gear [m]: given, else the distance of its mesh nearest the sun."""
+    radii: dict[str, float] = {}
+    for p in plan.pairs:
+        planets = [name for name in (p.a, p.b) if not plan.central(name)]
+        if len(planets) == 1:
+            radii.setdefault(plan.axis[planets[0]], distance[p.name])
+    result = {}
+    for name, member in plan.gears.items():
+        if plan.central(name):
+            continue
+        own = given_radius(plan, plan.axis[name], log)
+        radius = own if own is not None else radii.get(plan.axis[name])
+        if radius is None:
+            raise ModelError(
+                "is missing: no mesh with a central gear says it",
+                path=f"{plan.member_path(name)}.pin_radius",
+                allowed="radius of its axes [m]",
+            )
+        result[name] = radius
+        origin = "given" if member.pin_radius is not None else "geometry"
+        log.note(f"{plan.member_path(name)}.pin_radius", radius, "m", origin)
+    return result
+
+
+def _ahead(plan: Plan, pin: Mapping[str, float], distance: Mapping[str, float]) -> dict[str, float]:
+    """Polar angle of every planet gear from the branch line [rad]: 0 for the first one and what shares its axis."""
+    if not pin:
+        return {}
+    angle = {plan.axis[next(iter(pin))]: 0.0}
+    joints = [p for p in plan.pairs if p.a in pin and p.b in pin]
+    for _ in joints:
+        for p in joints:
+            for known, new in ((p.a, p.b), (p.b, p.a)):
+                if plan.axis[known] in angle and plan.axis[new] not in angle:
+                    turn = _turn(plan, p, pin[known], pin[new], distance[p.name])
+                    sign = -1.0 if plan.gears[new].ahead is False else 1.0
+                    angle[plan.axis[new]] = angle[plan.axis[known]] + sign * turn
+    return {name: angle.get(plan.axis[name], 0.0) for name in pin}
+
+
+def _turn(plan: Plan, p: GearPair, known: float, new: float, between: float) -> float:
+    """Angle at the centre of the stage between two axes that mesh, from the three centre distances [rad]."""
+    cosine = (known**2 + new**2 - between**2) / (2 * known * new)
+    if not -1.0 <= cosine < 1.0:
+        raise ModelError(
+            f"the centre distances {known * 1e3:.6g}, {new * 1e3:.6g} and {between * 1e3:.6g} mm make no triangle",
+            path=f"{p.path}.centre_distance",
+            given=f"{between * 1e3:.6g} mm",
+            allowed=f"between {abs(known - new) * 1e3:.6g} and {(known + new) * 1e3:.6g} mm",
+        )
+    return math.acos(cosine)
+
+
+def _centres(plan: Plan, distance: Mapping[str, float]) -> dict[str, Place]:
+    """Centre of every central gear [m]: the stage's, or for gears on fixed axes seen from their first partner."""
+    fixed = [name for name, member in plan.gears.items() if member.kind == "gear"]
+    centre = {name: (0.0, 0.0) for name in plan.gears if plan.central(name) and name not in fixed}
+    if fixed and not centre and len(fixed) == len(plan.gears):
+        centre[fixed[0]] = (0.0, 0.0)
+    for _ in plan.gears:
+        for name in (n for n in fixed if n not in centre):
+            base = plan.axis[name]
+            if base in centre:
+                centre[name] = centre[base]
+            else:
+                _place_beside(plan, name, centre, distance)
+    for name in fixed:
+        if name not in centre:
+            raise ModelError("cannot be placed: it meshes with no central gear", path=plan.member_path(name))
+    return centre
+
+
+def _place_beside(plan: Plan, name: str, centre: dict[str, Place], distance: Mapping[str, float]) -> None:
+    """Put the centre of one gear on a fixed axis [m] at its distance from the first partner that has a place."""
+    for p in plan.pairs:
+        partner = p.b if p.a == name else p.a if p.b == name else None
+        if partner in centre and partner is not None:
+            angle = plan.gears[name].direction or 0.0
+            x, y = centre[partner]
+            centre[name] = (x + distance[p.name] * math.cos(angle), y + distance[p.name] * math.sin(angle))
+            return
+
+
+def _directions(
+    plan: Plan, p: GearPair, pin: Mapping[str, float], ahead: Mapping[str, float], centre: Mapping[str, Place]
+) -> tuple[Angle, ...]:
+    """Polar angle of e, from the centre of a to the pitch point, one per branch [turns]."""
+    if p.a in centre and p.b in centre:
+        return (_between(plan, p, centre),) * len(plan.angles)
+    if p.a in pin and p.b in pin:
+        a, b = (pin[n] * complex(math.cos(ahead[n]), math.sin(ahead[n])) for n in (p.a, p.b))
+        offset = Phase(rest=math.atan2((b - a).imag, (b - a).real) / math.tau)
+    else:
+        planet = p.a if p.a in pin else p.b
+        inward = p.a in pin and not p.internal
+        offset = Phase(rest=ahead[planet] / math.tau) + (Phase.of(turns_of(math.pi)) if inward else Phase())
+    return tuple(
+        (Phase.of(angle) + offset).value if offset.rest == 0.0 else Phase.of(angle) + offset for angle in plan.angles
+    )
+
+
+def _between(plan: Plan, p: GearPair, centre: Mapping[str, Place]) -> Angle:
+    """Polar angle of e between two gears on fixed axes [turns]. Raises ModelError for one common centre."""
+    (xa, ya), (xb, yb) = centre[p.a], centre[p.b]
+    sign = -1.0 if p.internal else 1.0
+    if xa == xb and ya == yb:
+        raise ModelError("two gears that mesh have one centre", path=p.path, given=f"{p.a}, {p.b}")
+    return turns_of(math.atan2(sign * (yb - ya), sign * (xb - xa)))

@@ -1,0 +1,500 @@
+"""Deviations from nominal: what each kind does to the train, with exact signed frequencies.
+
+One function a kind, listed in `MEMBER_KINDS` or `MESH_KINDS` under the key of `document/deviations.py`. A deviation
+becomes a displaced feature, an error of a mesh or a load (docs/conventions.md, errors).
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..document.deviations import DisplacementTable, ProfileErrorTable, TiltTable, TurningErrorTable, UnbalanceTable
+from ..document.schema import ModelFile
+from ..errors import ModelError
+from ..teeth.grades import pitch_lines, profile_amplitude, random_phases, tooth_phase
+from ..warning_codes import coded
+from .bodies import DIRECTIONS, Body, Link, Mesh
+from .kinematics import Kinematics
+from .stage_bodies import link_row
+from .stages import Level, Levels, stated, subtables
+from .train import Displacement, Load, MeshError, ResolutionLog, per_branch
+
+NEGLIGIBLE = 1e-9  # of the largest pitch harmonic
+
+
+@dataclass(slots=True, kw_only=True)
+class DeviationEffects:
+    """What the deviations of a file become.
+
+    left_out : paths of those that turn in a train without speeds.
+    """
+
+    displacements: list[Displacement] = field(default_factory=list)
+    mesh_errors: list[MeshError] = field(default_factory=list)
+    loads: list[Load] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeviationScope:
+    """The train so far, which deviations act on, and what they become.
+
+    planets : number of branches, by stage.  effects, log : collected here by the kinds.
+    """
+
+    bodies: Sequence[Body]
+    meshes: Sequence[Mesh]
+    links: Sequence[Link]
+    kinematics: Kinematics
+    planets: Mapping[str, int]
+    effects: DeviationEffects
+    log: ResolutionLog
+
+    def relative(self, body: Body) -> Fraction | None:
+        """Turns per second of a body in its frame, None without speeds."""
+        speed, frames = self.kinematics.speed, self.kinematics.frame_speed
+        if speed is None or frames is None:
+            return None
+        return (speed[body.member] - frames.get(body.frame, Fraction(0))) / 60
+
+    def seat_turn(self, body: Body, seats: Sequence[Link]) -> Fraction | None:
+        """Turns per second, in the frame of a body, of what carries it; None for a shaft without speeds."""
+        speed, frames = self.kinematics.speed, self.kinematics.frame_speed
+        if any(link.kind == "shaft" for link in seats):
+            return self.relative(body)
+        if speed is None or frames is None or body.branch is not None:
+            return Fraction(0)
+        frame = frames.get(body.frame, Fraction(0))
+        carrier = next((link.second for link in seats if link.second is not None), None)
+        if carrier is None:
+            return -frame / 60
+        member = next(b.member for b in self.bodies if b.name == carrier)
+        return (speed[member] - frame) / 60
+
+    def seats(self, body: Body) -> list[Link]:
+        """The supports or bearings that carry a body; of a gear that has none, the shaft it sits on."""
+        found = [
+            link
+            for link in self.links
+            if (link.kind == "support" and link.first == body.name)
+            or (link.kind == "bearing" and (link.second or link.first) == body.name)
+        ]
+        return found or [link for link in self.links if link.kind == "shaft" and link.second == body.name]
+
+    def pins(self, body: Body) -> list[Link]:
+        """The bearings of what a body carries."""
+        return [link for link in self.links if link.kind == "bearing" and link.first == body.name and link.second]
+
+    def value_of_body(self, body: Body, value: float | Sequence[float] | None, path: str) -> float:
+        """Value of one body in one value or one per planet. Raises ModelError for a list of another length."""
+        count = self.planets.get(body.frame, 0) if body.branch is not None else 1
+        return per_branch(value, max(count, 1), path)[(body.branch or 1) - 1]
+
+    def value_of_mesh(self, mesh: Mesh, value: float | Sequence[float] | None, path: str) -> float:
+        """Value of one mesh in one value or one per planet. Raises ModelError for a list of another length."""
+        count = self.branches(mesh)
+        return per_branch(value, count, path)[(mesh.branch or 1) - 1]
+
+    def branches(self, mesh: Mesh) -> int:
+        """Number of branches that have this mesh."""
+        return self.planets[mesh.pair.split(".")[1]] if mesh.branch is not None else 1
+
+
+def deviations_of(
+    model: ModelFile,
+    *,
+    bodies: Sequence[Body],
+    meshes: Sequence[Mesh],
+    links: Sequence[Link],
+    kinematics: Kinematics,
+    planets: Mapping[str, int],
+    log: ResolutionLog,
+) -> DeviationEffects:
+    """Effects of all deviations; those that turn are left out with a warning where the file gives no speeds.
+
+    Raises
+    ------
+    ModelError : a list that is not one per planet; from format 2 on, deviations of a pair that does not mesh.
+    """
+    effects = DeviationEffects()
+    scope = DeviationScope(
+        bodies=bodies, meshes=meshes, links=links, kinematics=kinematics, planets=planets, effects=effects, log=log
+    )
+    for body in bodies:
+        levels = _levels(model.deviations.members, body.member, body.side)
+        for key, resolve_member in MEMBER_KINDS.items():
+            if (found := stated(levels, key)) is not None:
+                resolve_member(scope, body, found.path, found.value)
+    for mesh in meshes:
+        levels = _levels(model.deviations.meshes, mesh.pair.removeprefix("stages."), mesh.side)
+        for key, resolve_mesh in MESH_KINDS.items():
+            for path, value in _statements(levels, key):
+                resolve_mesh(scope, mesh, path, value)
+    _check_meshed(model, meshes, log)
+    if effects.left_out:
+        names = ", ".join(dict.fromkeys(effects.left_out))
+        log.warn(
+            coded(
+                "deviation-without-speed", f"no speed is given (operation.speed): left out, because they turn: {names}"
+            )
+        )
+    return effects
+
+
+def _check_meshed(model: ModelFile, meshes: Sequence[Mesh], log: ResolutionLog) -> None:
+    """Refuse deviations of a pair that does not mesh, or of a side that its meshes have not; format 1 warns of them.
+
+    Raises
+    ------
+    ModelError : from format 2 on, no such mesh.
+    """
+    pairs = dict.fromkeys(mesh.pair.removeprefix("stages.") for mesh in meshes)
+    sides = dict.fromkeys(f"{mesh.pair.removeprefix('stages.')}.{mesh.side}" for mesh in meshes if mesh.side)
+    for name in model.deviations.meshes:
+        if name in pairs or name in sides:
+            continue
+        if model.format > 1:
+            raise ModelError(
+                "no such mesh", path=f"deviations.{name}", allowed=", ".join((*pairs, *sides)) or "no mesh"
+            )
+        log.warn(
+            coded(
+                "deviation-without-effect",
+                f"deviations.{name} has no effect: no such mesh; there are {', '.join(sorted(pairs))}",
+            )
+        )
+
+
+def misaligned_bodies(model: ModelFile, bodies: Sequence[Body]) -> frozenset[str]:
+    """Names of the bodies whose seat the file tilts: they stand askew even where no freedom lets them tilt."""
+    members = model.deviations.members
+    return frozenset(b.name for b in bodies if stated(_levels(members, b.member, b.side), "tilt") is not None)
+
+
+def _levels(tables: Mapping[str, object], name: str, side: str | None) -> Levels:
+    """The tables that may state a deviation of a member or mesh, nearest first."""
+    own = (Level("side", f"deviations.{name}.{side}", tables.get(f"{name}.{side}")),) if side else ()
+    return (*own, Level("member", f"deviations.{name}", tables.get(name)))
+
+
+def _statements(levels: Levels, key: str) -> Iterable[tuple[str, Any]]:
+    """Path and value of a kind in the nearest table that states it; of named errors the nearest of each name."""
+    found = stated(levels, key)
+    if found is None or not isinstance(found.value, dict):
+        return [] if found is None else [(found.path, found.value)]
+    named: dict[str, tuple[str, Any]] = {}
+    for level in reversed(subtables(levels, key)):
+        named |= {name: (f"{level.path}.{name}", table) for name, table in (level.table or {}).items()}  # type: ignore[attr-defined]
+    return named.values()
+
+
+# displaced features --------------------------------------------------------------------------------------------------
+
+
+def _run_out(scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
+    """Run-out of the teeth, which turns with the body and enters its meshes; of a carrier the run-out of its pins."""
+    if body.gear is not None:
+        _displace(scope, body, path, table, cause="run_out", rows="mesh", links=[], frequency=scope.relative(body))
+        return
+    pins = scope.pins(body)
+    if not pins:
+        scope.log.warn(
+            coded(
+                "deviation-without-effect", f"{path}: {body.name} has neither teeth nor pins, its run-out moves nothing"
+            )
+        )
+        return
+    _displace(scope, body, path, table, cause="run_out", rows="own", links=pins, frequency=Fraction(0))
+
+
+def _bearing_run_out(scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
+    """Run-out of the bearing seat, which turns with the body and enters the links that carry it."""
+    seats = scope.seats(body)
+    _warn_unheld(scope, body, path, table, tilt=False)
+    frequency = scope.relative(body)
+    _displace(scope, body, path, table, cause="bearing_run_out", rows="own", links=seats, frequency=frequency)
+
+
+def _position(scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
+    """Position error of the seat, which stands still in what carries the body."""
+    seats = scope.seats(body)
+    _warn_unheld(scope, body, path, table, tilt=False)
+    frequency = scope.seat_turn(body, seats)
+    _displace(scope, body, path, table, cause="position", rows="seat", links=seats, frequency=frequency)
+
+
+def _tilt(scope: DeviationScope, body: Body, path: str, table: TiltTable) -> None:
+    """Misalignment of the seat, which stands still in what carries the body."""
+    seats = scope.seats(body)
+    _warn_unheld(scope, body, path, table, tilt=True)
+    frequency = scope.seat_turn(body, seats)
+    _displace(scope, body, path, table, cause="tilt", rows="seat", links=seats, frequency=frequency, tilt=True)
+
+
+def _displace(
+    scope: DeviationScope,
+    body: Body,
+    path: str,
+    table: DisplacementTable | TiltTable,
+    *,
+    cause: str,
+    rows: Literal["mesh", "own", "seat"],
+    links: Sequence[Link],
+    frequency: Fraction | None,
+    tilt: bool = False,
+) -> None:
+    """Add the displaced feature: its components across the axis turn at `frequency` [Hz], that along z stands still.
+
+    A kind whose axial component turns adds its `Displacement` itself.
+
+    cause, rows, links : as in `Displacement`.  frequency : None where it turns and no speed is given.
+    """
+    across, along = _components(scope, body, path, table)
+    if across and frequency is None:
+        scope.effects.left_out.append(path)
+    for size, axial, turns in ((across, False, frequency), (along, True, Fraction(0))):
+        if size and turns is not None:
+            scope.effects.displacements.append(
+                Displacement(
+                    path=path,
+                    cause=cause,
+                    body=body.name,
+                    rows=rows,
+                    links=tuple(link.name for link in links),
+                    vector=_six(size, along=axial, tilt=tilt, turning=turns != 0),
+                    frequency=turns,
+                )
+            )
+
+
+def _warn_unheld(
+    scope: DeviationScope, body: Body, path: str, table: DisplacementTable | TiltTable, *, tilt: bool
+) -> None:
+    """Warn where nothing holds a member (or the half that `path` names) in the direction its seat is displaced in."""
+    whole = f".{body.side}." not in path
+    own = [b for b in scope.bodies if b is body or (whole and (b.member, b.branch) == (body.member, body.branch))]
+    rows = [_held_rows(link, b) for b in own for link in scope.seats(b)]
+    first = 3 if tilt else 0
+    components = _components(scope, body, path, table)
+    for value, directions in zip(components, ((first, first + 1), (first + 2,)), strict=True):
+        if value and not any(row[i] for row in rows for i in directions):
+            names = " and ".join(DIRECTIONS[i] for i in directions)
+            scope.log.warn(
+                coded(
+                    "deviation-without-effect",
+                    f"{path} has no effect: no support or bearing holds {body.member} in {names}",
+                )
+            )
+
+
+def _held_rows(link: Link, body: Body) -> NDArray[np.bool_]:
+    """Which of the six motions of a body about its centre a link resists, (6,): off its centre also tilt."""
+    place = (*body.centre, body.station)
+    rows = [link_row(link, direction, place) for direction in range(6) if link.stiffness[direction]]
+    # rounding of cosines is no lever; a lever is in m, or 1 of an angle
+    held: NDArray[np.bool_] = np.any(np.abs(np.array(rows).reshape(-1, 6)) > 1e-12, axis=0)
+    return held
+
+
+def _components(
+    scope: DeviationScope, body: Body, path: str, table: DisplacementTable | TiltTable
+) -> tuple[complex, complex]:
+    """Component across the axis, x + i y in the body's own axes at t = 0, and along it [m], of a tilt [rad]."""
+    if table.amplitude is not None:
+        phase = scope.value_of_body(body, table.phase, f"{path}.phase")
+        across = scope.value_of_body(body, table.amplitude, f"{path}.amplitude") * cmath.exp(1j * phase)
+    else:
+        x, y = (scope.value_of_body(body, getattr(table, key), f"{path}.{key}") for key in ("x", "y"))
+        across = complex(x, y)
+    if table.from_ == "stage":
+        across *= cmath.exp(-1j * body.angle)
+    return across, complex(scope.value_of_body(body, table.z, f"{path}.z"))
+
+
+def _six(size: complex, *, along: bool, tilt: bool, turning: bool) -> NDArray[np.complex128]:
+    """Amplitude (6,) of a displaced feature, x y z [m], rx ry rz [rad]: E(t) = Re(vector exp(i w t)).
+
+    It turns (x, y) by w t; at w = 0 it is (x, y) itself.  Derived here.
+    """
+    vector = np.zeros(6, complex)
+    first = 3 if tilt else 0
+    if along:
+        vector[first + 2] = size.real
+    elif turning:
+        vector[first : first + 2] = size, -1j * size
+    else:
+        vector[first : first + 2] = size.real, size.imag
+    return vector
+
+
+# forces --------------------------------------------------------------------------------------------------------------
+
+
+def _unbalance(scope: DeviationScope, body: Body, path: str, table: UnbalanceTable) -> None:
+    """A force that turns with the body, amount [kg m] times the square of its absolute speed."""
+    speed = scope.kinematics.speed
+    if speed is None:
+        scope.effects.left_out.append(path)
+        return
+    omega = float(speed[body.member]) * math.pi / 30
+    force = scope.value_of_body(body, table.amount, f"{path}.amount") * omega**2
+    if force:
+        scope.effects.loads.append(
+            Load(
+                path=path,
+                body=body.name,
+                force=(force, 0.0, 0.0),
+                moment=(0.0, 0.0, 0.0),
+                station=body.station,
+                turns=True,
+                phase=scope.value_of_body(body, table.phase, f"{path}.phase"),
+                speed_squared=True,
+            )
+        )
+
+
+# errors of meshes ----------------------------------------------------------------------------------------------------
+
+
+def _pitch(scope: DeviationScope, body: Body, path: str, lists: tuple[tuple[float, ...], ...]) -> None:
+    """Measured pitch deviations [m]: in every mesh of the gear a line at each order of its turning in the frame."""
+    relative = scope.relative(body)
+    if relative is None:
+        scope.effects.left_out.append(path)
+        return
+    samples = lists[(body.branch or 1) - 1] if len(lists) > 1 else lists[0]
+    orders, coefficients = pitch_lines(samples)
+    floor = NEGLIGIBLE * float(np.abs(coefficients).max(initial=0.0))
+    for mesh in scope.meshes:
+        if body.name not in (mesh.a, mesh.b):
+            continue
+        seen_from = mesh.direction if body.name == mesh.a or mesh.internal else mesh.direction + math.pi
+        start = tooth_phase(len(samples), seen_from, body.angle) / len(samples)
+        for order, coefficient in zip(orders.tolist(), coefficients.tolist(), strict=True):
+            if abs(coefficient) > floor:
+                scope.effects.mesh_errors.append(
+                    MeshError(
+                        path=path,
+                        cause="pitch",
+                        mesh=mesh.name,
+                        amplitude=coefficient * cmath.exp(2j * math.pi * order * start),
+                        frequency=-order * relative,
+                    )
+                )
+
+
+def _profile(scope: DeviationScope, mesh: Mesh, path: str, table: ProfileErrorTable) -> None:
+    """Profile error: a cosine at one order of the mesh frequency."""
+    amplitude = scope.value_of_mesh(mesh, table.amplitude, f"{path}.amplitude")
+    if amplitude == 0.0:
+        return
+    frequency = scope.kinematics.mesh_frequency
+    if frequency is None:
+        scope.effects.left_out.append(path)
+        return
+    if table.phase == "identical":
+        value = profile_amplitude(amplitude, table.order, lead=mesh.lead)
+    elif table.phase == "random":
+        phases = random_phases(scope.branches(mesh), table.seed or 0)
+        value = profile_amplitude(amplitude, table.order, float(phases[(mesh.branch or 1) - 1]))
+    else:
+        assert not isinstance(table.phase, str)  # the schema leaves numbers
+        value = profile_amplitude(amplitude, table.order, scope.value_of_mesh(mesh, table.phase, f"{path}.phase"))
+    error = MeshError(
+        path=path, cause="profile", mesh=mesh.name, amplitude=value, frequency=table.order * frequency[mesh.stage]
+    )
+    scope.effects.mesh_errors.append(error)
+
+
+def _gap(scope: DeviationScope, mesh: Mesh, path: str, gap: float | tuple[float, ...]) -> None:
+    """Tooth thickness error: a constant opening of the gap [m]."""
+    size = scope.value_of_mesh(mesh, gap, path)
+    if size:
+        error = MeshError(path=path, cause="gap", mesh=mesh.name, amplitude=complex(size), frequency=Fraction(0))
+        scope.effects.mesh_errors.append(error)
+
+
+def _turning_error(scope: DeviationScope, mesh: Mesh, path: str, table: TurningErrorTable) -> None:
+    """Error that turns with a gear of the mesh or with the carrier: A cos(order theta + phase).
+
+    theta : angle that the x axis of the member has turned past the direction of `from`, counter-clockwise.
+    Derived here.
+    """
+    gears = [next(b for b in scope.bodies if b.name == name) for name in (mesh.a, mesh.b)]
+    body = _turning_body(scope, gears, table.turns_with, mesh.side)
+    amplitude = scope.value_of_mesh(mesh, table.amplitude, f"{path}.amplitude")
+    if amplitude == 0.0:
+        return
+    # in the frame, which turns with the carrier, that stands still whether a speed is given or not
+    turns = Fraction(0) if body.kind == "carrier" else scope.relative(body)
+    if turns is None:
+        scope.effects.left_out.append(path)
+        return
+    size = amplitude * (math.cos(mesh.base_helix) if table.direction == "transverse" else 1.0)
+    phase = scope.value_of_mesh(mesh, table.phase, f"{path}.phase")
+    for far in (False, True) if table.flanks == "both" else (False,):
+        if table.from_ == "pitch-point":
+            origin = _pitch_point_angle(mesh, gears[0], body)
+        else:
+            origin = _force_angle(mesh, gears, body, far=far)
+        wave = cmath.rect(size, table.order * (body.angle - origin) + phase)
+        error = MeshError(
+            path=path,
+            cause="errors",
+            mesh=mesh.name,
+            amplitude=-wave if table.sense == "closes" else wave,
+            frequency=table.order * turns,
+            far=far,
+        )
+        scope.effects.mesh_errors.append(error)
+
+
+def _turning_body(scope: DeviationScope, gears: Sequence[Body], member: str, side: str | None) -> Body:
+    """The gear of a mesh, or the carrier of its stage, that an error turns with; of a split one the half of a side."""
+    carriers = [body for body in scope.bodies if body.kind == "carrier" and body.frame == gears[0].frame]
+    nearest = sorted(carriers, key=lambda body: body.side != side)
+    return next(body for body in (*gears, *nearest) if body.member == member)
+
+
+def _pitch_point_angle(mesh: Mesh, a: Body, body: Body) -> float:
+    """Polar angle from the centre of a body to the pitch point of a mesh with the gear a [rad]."""
+    x = a.centre[0] + mesh.radius_a * math.cos(mesh.direction) - body.centre[0]
+    y = a.centre[1] + mesh.radius_a * math.sin(mesh.direction) - body.centre[1]
+    return math.atan2(y, x)
+
+
+def _force_angle(mesh: Mesh, gears: Sequence[Body], body: Body, *, far: bool) -> float:
+    """Polar angle of the transverse tooth force of the loaded or the far flank on a body [rad].
+
+    The force on gear a is -n, on gear b it is +n (docs/conventions.md, The mesh row); on the carrier it is that on the
+    planet of the mesh.
+    """
+    a, b = gears
+    flank = -mesh.flank if far else mesh.flank
+    normal = mesh.direction + flank * (math.pi / 2 - mesh.pressure_angle)
+    on_a = body is a or (body is not b and a.branch is not None)
+    return normal + math.pi if on_a else normal
+
+
+# (scope, body or mesh, path in the file, value of the schema); displacements and errors are added in this order
+MEMBER_KINDS: dict[str, Callable[[DeviationScope, Body, str, Any], None]] = {
+    "run_out": _run_out,
+    "bearing_run_out": _bearing_run_out,
+    "position": _position,
+    "tilt": _tilt,
+    "unbalance": _unbalance,
+    "pitch": _pitch,
+}
+MESH_KINDS: dict[str, Callable[[DeviationScope, Mesh, str, Any], None]] = {
+    "profile": _profile,
+    "gap": _gap,
+    "errors": _turning_error,
+}

@@ -1,0 +1,470 @@
+"""The teeth of a stage: what a chain shares, hands, widths, shifts, radii.
+
+Centre distances that are given, and the profile shifts that follow from them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..errors import ModelError
+from ..teeth import geometry
+from ..warning_codes import coded
+from .bodies import GearData
+from .stages import GearPair, Plan, origin_of, stated, stated_value
+from .train import ResolutionLog, same
+
+DEFAULTS = {"pressure_angle": math.radians(20.0), "helix_angle": 0.0}
+HANDS = {"right": 1, "left": -1}
+_HELIX = math.radians(1e-3)  # below it a face is as long as 50 000 modules before a tooth overlaps the next
+FAR_RADIUS = 0.01  # given base radii of rounded print agree with teeth and module to a few per mille
+# Three printed digits are off by up to half of the last one: 0.005 of the 1.00 where that weighs most.
+ROUNDED_RADIUS = 0.005
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Teeth:
+    """The teeth of one gear, before profile shifts are known; lengths [m], angles [rad].
+
+    module : normal.  pressure_angle : normal.  hand : +1 right, -1 left (left helix of a herringbone gear), 0 spur.
+    nominal_base : base radius by teeth and module; base_radius : the one used, given or nominal.
+    from_module : module stated (False: it follows from stated base radii).
+    """
+
+    teeth: int
+    internal: bool
+    module: float
+    pressure_angle: float
+    helix_angle: float
+    hand: int
+    nominal_base: float
+    base_radius: float
+    from_module: bool
+
+    @property
+    def transverse_angle(self) -> float:
+        """Transverse pressure angle of the tool [rad]."""
+        return geometry.transverse_pressure_angle(self.pressure_angle, self.helix_angle)
+
+    @property
+    def base_helix(self) -> float:
+        """Base helix angle, magnitude [rad]."""
+        return geometry.base_helix_angle(self.pressure_angle, self.helix_angle)
+
+
+def teeth_of_stage(plan: Plan, log: ResolutionLog) -> dict[str, Teeth]:
+    """Module, angles, hands and base radii of all gears of a stage.
+
+    Raises
+    ------
+    ModelError : a module, angle or hand that contradicts its chain, no module and no base radius.
+    """
+    found: dict[str, Teeth] = {}
+    for name in plan.gears:
+        if name not in found:
+            found |= _chain_teeth(plan, plan.chain(name), log)
+    return {name: found[name] for name in plan.gears}
+
+
+def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict[str, Teeth]:
+    """Teeth of the gears of one chain, which share module, pressure angle and helix angle. Raises ModelError."""
+    helix = _shared(plan, chain, "helix_angle", log)
+    if 0 < helix < _HELIX:
+        raise ModelError(
+            "is no helix",
+            path=f"{plan.path}.helix_angle",
+            given=f"{math.degrees(helix):.3g} deg",
+            allowed=f"0, or from {math.degrees(_HELIX):g} deg on",
+        )
+    normal = _shared(plan, chain, "pressure_angle", log)
+    module, from_module = _module(plan, chain, (normal, helix), log)
+    hands = _hands(plan, chain, helix, log)
+    by_teeth = {n: geometry.base_radius(plan.gears[n].teeth or 0, module, normal, helix) for n in chain}
+    scaled = _scaled_to_teeth(plan, by_teeth, from_module, log)
+    result = {}
+    for name, nominal in by_teeth.items():
+        member = plan.gears[name]
+        base = member.base_radius if member.base_radius is not None and name not in scaled else nominal
+        origin = "geometry" if member.base_radius is None or name in scaled else "given"
+        log.note(f"{plan.member_path(name)}.base_radius", base, "m", origin)
+        result[name] = Teeth(
+            teeth=member.teeth or 0,
+            internal=member.kind == "ring",
+            module=module,
+            pressure_angle=normal,
+            helix_angle=helix,
+            hand=hands[name],
+            nominal_base=nominal,
+            base_radius=base,
+            from_module=from_module,
+        )
+    return result
+
+
+def _scaled_to_teeth(plan: Plan, by_teeth: Mapping[str, float], from_module: bool, log: ResolutionLog) -> set[str]:
+    """Gears of a chain under load whose stated base radii give way to those by the teeth, with a warning.
+
+    Speeds and torques follow from teeth: on radii in another ratio a train that turns as it must stresses its teeth,
+    and no torque balances.  Without a load nothing needs that balance, and radii stay as stated; so do radii that are
+    further off than rounding in print: they are another drawing than the teeth.
+    by_teeth : base radii by teeth and module [m].  from_module : the module is stated.
+    """
+    stated = {name: radius for name in by_teeth if (radius := plan.gears[name].base_radius) is not None}
+    missed = {name: radius for name, radius in stated.items() if not same(radius, by_teeth[name])}
+    share = {name: abs(radius / by_teeth[name] - 1) for name, radius in missed.items()}
+    rounded = all(value <= ROUNDED_RADIUS for value in share.values())
+    for name, radius in missed.items():
+        if (from_module and share[name] > FAR_RADIUS) or (plan.loaded and not rounded):
+            log.warn(
+                coded(
+                    "base-radius-far",
+                    f"{plan.member_path(name)}.base_radius = {radius * 1e3:.4g} mm is far from teeth and module, "
+                    f"which give {by_teeth[name] * 1e3:.4g} mm",
+                )
+            )
+    if not plan.loaded or not missed or not rounded:
+        return set()
+    texts = [f"{name} {radius * 1e3:.6g} to {by_teeth[name] * 1e3:.6g} mm" for name, radius in missed.items()]
+    log.warn(
+        coded(
+            "base-radius-scaled",
+            f"{plan.path}: base radii are scaled to the ratios of the teeth, without which no torque balances: "
+            f"{', '.join(texts)}",
+        )
+    )
+    return set(missed)
+
+
+def _stated_in_chain(plan: Plan, chain: tuple[str, ...], key: str) -> dict[str, float]:
+    """Values that the gears of a chain state themselves, by gear. Raises ModelError where two differ."""
+    given: dict[str, float] = {name: value for name in chain if (value := getattr(plan.gears[name], key)) is not None}
+    first = next(iter(given), "")
+    for name, value in given.items():
+        if not same(value, given[first]):
+            raise ModelError(
+                f"contradicts its chain: {first} meshes with it and has {given[first]:g}",
+                path=f"{plan.member_path(name)}.{key}",
+                given=value,
+                allowed="one value along a chain of meshing gears",
+            )
+    return given
+
+
+def _shared(plan: Plan, chain: tuple[str, ...], key: str, log: ResolutionLog) -> float:
+    """Pressure or helix angle of a chain of meshing gears [rad]: of a gear, else the stage, else the default."""
+    given = _stated_in_chain(plan, chain, key)
+    stage = getattr(plan.stage, key)
+    value, origin = DEFAULTS[key], "default"
+    if given:
+        first = next(iter(given))
+        value, origin = given[first], f"as {first}"
+    elif stage is not None:
+        value, origin = float(stage), "stage"
+        log.note(f"{plan.path}.{key}", value, "rad")
+    for name in chain:
+        log.note(f"{plan.member_path(name)}.{key}", value, "rad", "given" if name in given else origin)
+    return value
+
+
+def _module(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float], log: ResolutionLog) -> tuple[float, bool]:
+    """Normal module of a chain [m], and whether it is stated; else it follows from the stated base radii.
+
+    angles : normal pressure angle and helix angle [rad].
+    """
+    slant = math.cos(angles[1])
+    given = _stated_in_chain(plan, chain, "module")
+    tilted = {name: value * slant for name, value in _stated_in_chain(plan, chain, "transverse_module").items()}
+    both = given | tilted
+    stage = plan.stage
+    if both:
+        first = next(iter(both))
+        for name, value in both.items():
+            if not same(value, both[first]):
+                raise ModelError(
+                    f"contradicts its chain: {first}", path=f"{plan.member_path(name)}.module", given=value
+                )
+        value, origin = both[first], f"as {first}"
+    elif stage.module is not None or stage.transverse_module is not None:
+        value = stage.module if stage.module is not None else (stage.transverse_module or 0.0) * slant
+        origin = "stage"
+        log.note(f"{plan.path}.module", value, "m", "given" if stage.module is not None else "geometry")
+    else:
+        value, origin = _module_of_radii(plan, chain, angles), "base radii"
+    for name in chain:
+        log.note(f"{plan.member_path(name)}.module", value, "m", "given" if name in given else origin)
+    return value, origin != "base radii"
+
+
+def _module_of_radii(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float]) -> float:
+    """Mean normal module [m] of the stated base radii of a chain. Raises ModelError unless all are stated."""
+    normal, helix = angles
+    given = [(m.base_radius, m.teeth) for name in chain if (m := plan.gears[name]).base_radius is not None]
+    if len(given) < len(chain):
+        raise ModelError(
+            "is missing",
+            path=f"{plan.member_path(chain[0])}.module",
+            allowed="module or transverse_module of the stage or of a gear of the chain, or base_radius of every gear",
+        )
+    units = [base / geometry.base_radius(teeth or 1, 1.0, normal, helix) for base, teeth in given if base is not None]
+    return math.fsum(units) / len(units)
+
+
+def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog) -> dict[str, int]:
+    """Hand of every gear of a chain, +1 right, -1 left, 0 spur: one is stated, the others follow, default right."""
+    relative = {chain[0]: 1}
+    pairs = [p for p in plan.pairs if p.a in chain]
+    for _ in pairs:
+        for p in pairs:
+            sign = 1 if p.internal else -1
+            if p.a in relative:
+                relative.setdefault(p.b, sign * relative[p.a])
+            elif p.b in relative:
+                relative[p.a] = sign * relative[p.b]
+    _check_loops(plan, pairs, relative, helix)
+    given = {n: HANDS[word] for n in chain if (word := plan.gears[n].hand) is not None}
+    first = next(iter(given), chain[0])
+    base = given.get(first, 1) * relative[first]
+    for name, hand in given.items():
+        if hand != base * relative[name]:
+            raise ModelError(
+                f"contradicts its chain: it follows from {first}",
+                path=f"{plan.member_path(name)}.hand",
+                given=plan.gears[name].hand,
+                allowed="left" if hand > 0 else "right",
+            )
+    if helix == 0.0:
+        return dict.fromkeys(chain, 0)
+    for name in chain:
+        origin = "given" if name in given else f"as {first}" if given or name != first else "default"
+        log.note(f"{plan.member_path(name)}.hand", "right" if base * relative[name] > 0 else "left", "", origin)
+    return {name: base * relative[name] for name in chain}
+
+
+def _check_loops(plan: Plan, pairs: list[GearPair], relative: Mapping[str, int], helix: float) -> None:
+    """Raise ModelError where the hands of a closed loop of helical meshes contradict each other."""
+    for p in pairs:
+        if helix and relative[p.b] != relative[p.a] * (1 if p.internal else -1):
+            raise ModelError("these hands cannot mesh all the way round", path=p.path, given=f"{p.a}, {p.b}")
+
+
+def width_of(plan: Plan, name: str, side: str | None = None) -> float | None:
+    """Face width of one helix [m]: of the side, the gear, the stage; None where none states it."""
+    width: float | None = stated_value(plan.levels(name, side), "face_width", None)
+    return width
+
+
+def gap_of(plan: Plan, name: str) -> float:
+    """Gap between the two helices [m]."""
+    return float(stated_value(plan.levels(name), "gap", 0.0))
+
+
+def finish_gear(
+    plan: Plan, name: str, teeth: Teeth, shift: tuple[float, str], log: ResolutionLog
+) -> dict[str | None, GearData]:
+    """Toothed part of every half of a gear, by side, with tip and root radii [m].
+
+    shift : profile shift [1] and its origin.
+
+    Raises
+    ------
+    ModelError : a shift that leaves no tooth.
+    """
+    member, path = plan.gears[name], plan.member_path(name)
+    log.note(f"{path}.profile_shift", shift[0], "", shift[1])
+    levels = plan.levels(name)
+    log.note(f"{path}.herringbone", plan.herringbone(name), "", origin_of(stated(levels, "herringbone")))
+    log.note(f"{path}.split", plan.split(name), "", origin_of(stated(levels, "split")))
+    log.note(f"{path}.gap", gap_of(plan, name), "m", origin_of(stated(levels, "gap")))
+    halves: tuple[str | None, ...] = ("left", "right") if plan.split(name) else (None,)
+    found = {side: _gear_data(plan, name, teeth, shift[0], side) for side in halves}
+    first = found[halves[0]]
+    width = width_of(plan, name)
+    if width is not None:
+        log.note(f"{path}.face_width", width, "m", origin_of(stated(levels, "face_width")))
+    for key, radius in (("tip_diameter", first.tip_radius), ("root_diameter", first.root_radius)):
+        log.note(f"{path}.{key}", 2 * radius, "m", "geometry" if getattr(member, key) is None else "given")
+    if first.tip_radius <= 0 or (first.root_radius <= 0 and not teeth.internal):
+        raise ModelError("leaves no tooth", path=f"{path}.profile_shift", given=shift[0])
+    if (first.root_radius >= first.tip_radius) is not teeth.internal:
+        key, radius = ("root", first.root_radius) if member.root_diameter is not None else ("tip", first.tip_radius)
+        raise ModelError(
+            "the tip lies beyond the root: no tooth is left",
+            path=f"{path}.{key}_diameter",
+            given=f"{2e3 * radius:.4g} mm",
+        )
+    return found
+
+
+def _gear_data(plan: Plan, name: str, teeth: Teeth, shift: float, side: str | None) -> GearData:
+    """Geometry of one half of a gear [m, rad]; tip and root stated, else from the shift [iso21771]."""
+    member = plan.gears[name]
+    addendum = float(stated_value(plan.levels(name, side), "addendum", 1.0))
+    dedendum = float(stated_value(plan.levels(name, side), "dedendum", 1.25))
+    tip = geometry.tip_radius(
+        teeth.teeth,
+        teeth.module,
+        teeth.helix_angle,
+        internal=teeth.internal,
+        profile_shift=shift,
+        addendum=addendum,
+    )
+    root = geometry.root_radius(
+        teeth.teeth,
+        teeth.module,
+        teeth.helix_angle,
+        internal=teeth.internal,
+        profile_shift=shift,
+        dedendum=dedendum,
+    )
+    return GearData(
+        teeth=teeth.teeth,
+        internal=teeth.internal,
+        module=teeth.module,
+        pressure_angle=teeth.pressure_angle,
+        helix_angle=teeth.helix_angle,
+        hand=-teeth.hand if side == "right" else teeth.hand,
+        face_width=width_of(plan, name, side),
+        gap=gap_of(plan, name),
+        herringbone=plan.herringbone(name) and side is None,
+        base_radius=teeth.base_radius,
+        tip_radius=tip if member.tip_diameter is None else member.tip_diameter / 2,
+        root_radius=root if member.root_diameter is None else member.root_diameter / 2,
+        reference_radius=geometry.reference_radius(teeth.teeth, teeth.module, teeth.helix_angle),
+        profile_shift=shift,
+        addendum=addendum,
+        dedendum=dedendum,
+    )
+
+
+LARGEST_SHIFT = 5.0  # as in the file format; far beyond any tooth
+
+
+def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, float]:
+    """Given centre distance of every pair that has one [m]; two that differ are a warning, the nearest one counts."""
+    radii = {axis: given_radius(plan, axis, log) for axis in set(plan.axis.values())}
+    found: dict[str, float] = {}
+    for p in plan.pairs:
+        stated = [(f"{p.path}.centre_distance", p.keys.centre_distance)]
+        planets = [name for name in (p.a, p.b) if not plan.central(name)]
+        if len(planets) == 1:
+            stated.append(("the pin radius", radii[plan.axis[planets[0]]]))
+        elif not planets:
+            stated.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
+        value = _first(stated, log)
+        if value is not None:
+            found[p.name] = value
+    return found
+
+
+def given_radius(plan: Plan, axis: str, log: ResolutionLog) -> float | None:
+    """Given radius of one planet axis [m]."""
+    if plan.central(axis):
+        return None
+    on_axis = [name for name in plan.gears if plan.axis[name] == axis]
+    stated = [(f"{plan.member_path(name)}.pin_radius", plan.gears[name].pin_radius) for name in on_axis]
+    axes = list(dict.fromkeys(plan.axis[name] for name in plan.gears if not plan.central(name)))
+    if plan.carrier is not None and axis == axes[0]:
+        member = plan.stage.members[plan.carrier]
+        stated.append((f"{plan.member_path(plan.carrier)}.pin_radius", member.pin_radius))
+    meets = {q for p in plan.pairs for q in (p.a, p.b) if plan.central(p.a) or plan.central(p.b)}
+    if any(name in meets for name in on_axis):
+        stated.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
+    return _first(stated, log)
+
+
+def _first(stated: list[tuple[str, float | None]], log: ResolutionLog) -> float | None:
+    """First stated centre distance [m], with a warning for each one that differs."""
+    given = [(path, value) for path, value in stated if value is not None]
+    for path, value in given[1:]:
+        if not same(value, given[0][1], 1e-6):
+            log.warn(
+                coded(
+                    "centre-distances-differ",
+                    f"centre distances differ: {given[0][0]} {given[0][1] * 1e3:.6g} mm, {path} {value * 1e3:.6g} mm; "
+                    "the first one counts",
+                )
+            )
+    return given[0][1] if given else None
+
+
+def profile_shifts(plan: Plan, teeth: Mapping[str, Teeth], given: dict[str, float]) -> dict[str, tuple[float, str]]:
+    """Profile shift of every gear and where it comes from; what a centre distance fixes follows, the rest is 0.
+
+    Raises
+    ------
+    ModelError : a centre distance that no shift of a tooth can serve.
+    """
+    known = {n: (float(x), "given") for n, m in plan.gears.items() if (x := m.profile_shift) is not None}
+    distance = given | _distances_from_shifts(plan, teeth, known, given)
+    for p in plan.pairs:
+        if p.name not in distance or (p.a in known and p.b in known):
+            continue
+        total = _shift_sum(p, teeth, distance[p.name])
+        if total is None:
+            continue
+        known.setdefault(p.a if p.b not in known else p.b, (0.0, "default"))
+        if p.a not in known:
+            known[p.a] = (total - known[p.b][0], "geometry")
+        elif p.b not in known:
+            known[p.b] = (total - known[p.a][0], "geometry")
+    for name, (shift, _) in known.items():
+        if abs(shift) > LARGEST_SHIFT:
+            raise ModelError(
+                f"the centre distance asks for a profile shift of {shift:.3g}, no tooth is left",
+                path=f"{plan.member_path(name)}.profile_shift",
+                given="(from the centre distance)",
+                allowed=f"a centre distance nearer to that of teeth and module, shifts within +-{LARGEST_SHIFT:g}",
+            )
+    return {name: known.get(name, (0.0, "default")) for name in plan.gears}
+
+
+def _distances_from_shifts(
+    plan: Plan, teeth: Mapping[str, Teeth], known: Mapping[str, tuple[float, str]], given: Mapping[str, float]
+) -> dict[str, float]:
+    """Centre distance [m] of pairs on an axis that has a central mesh with two stated shifts."""
+    found: dict[str, float] = {}
+    for p in plan.pairs:
+        planet = next((n for n in (p.a, p.b) if not plan.central(n)), None)
+        if planet is None or plan.central(p.a) == plan.central(p.b) or not (p.a in known and p.b in known):
+            continue
+        for q in plan.pairs:
+            on_axis = any(plan.axis[n] == plan.axis[planet] for n in (q.a, q.b) if not plan.central(n))
+            if on_axis and plan.central(q.a) != plan.central(q.b) and q.name not in given:
+                found.setdefault(q.name, distance_from_shifts(p, teeth, known[p.a][0], known[p.b][0])[1])
+    return found
+
+
+def _shift_sum(p: GearPair, teeth: Mapping[str, Teeth], distance: float) -> float | None:
+    """Sum of shifts with which a pair works at a distance; None where its base circles do not allow it."""
+    a, b = teeth[p.a], teeth[p.b]
+    if not (same(a.base_radius, a.nominal_base) and same(b.base_radius, b.nominal_base)):
+        return None
+    angle = geometry.working_pressure_angle_at(distance, a.base_radius, b.base_radius, internal=p.internal)
+    if math.isnan(angle):
+        return None
+    total = geometry.shift_sum(
+        a.teeth, b.teeth, a.pressure_angle, a.helix_angle, working_pressure_angle=angle, internal=p.internal
+    )
+    return 0.0 if abs(total) < 1e-9 else total
+
+
+def distance_from_shifts(
+    p: GearPair, teeth: Mapping[str, Teeth], shift_a: float, shift_b: float
+) -> tuple[float, float]:
+    """Working angle [rad] and centre distance [m] of a pair by its teeth and shifts."""
+    a, b = teeth[p.a], teeth[p.b]
+    angle = geometry.working_pressure_angle(
+        a.teeth, b.teeth, a.pressure_angle, a.helix_angle, shift_a=shift_a, shift_b=shift_b, internal=p.internal
+    )
+    distance = geometry.centre_distance(
+        a.teeth,
+        b.teeth,
+        a.module,
+        a.helix_angle,
+        pressure_angle=a.pressure_angle,
+        working_pressure_angle=angle,
+        internal=p.internal,
+    )
+    return angle, distance

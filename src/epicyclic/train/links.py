@@ -1,0 +1,564 @@
+"""Links of a stage and between stages: supports, bearings, necks, shafts, couplings.
+
+Stiffness of a cylindrical shaft or neck, as springs at its middle.
+
+One link of a model file at its site, and bolts on a pitch circle, each of which is a link of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from ..document import schema_fields as tables
+from ..document.schema import ModelFile
+from ..document.schema_fields import BoltsTable, ForceTableOf, LinkTable, SolidTable
+from ..document.units import Quantity
+from ..errors import ModelError
+from ..teeth.mesh_stiffness import ForceCurve, force_curve
+from .bodies import DIRECTIONS, Body, Link
+from .centres import StageShape
+from .gears import gap_of, width_of
+from .stage_bodies import body_name, held_by_distance, member_bodies, member_centre
+from .stages import Plan, elastic_constants, file_material, gear_below, member_material, overlaid, sides_of
+from .train import ResolutionLog, per_branch
+
+
+def shaft_stiffness(
+    diameter: float, bore: float, length: float, youngs_modulus: float, poisson_ratio: float
+) -> dict[str, float]:
+    """Stiffness of a hollow cylinder between its two ends, seen at its middle, where all six directions uncouple.
+
+    A beam with shear has the stiffness matrix of six springs at mid-length: axial E A/l, lateral
+    12 E I/(l^3 (1 + Phi)), torsional G J/l, bending E I/l; Phi = 12 E I/(kappa G A l^2) with kappa of
+    `shear_coefficient`.
+
+    diameter, bore, length [m]; youngs_modulus [Pa]; poisson_ratio [1].  Returns x y z [N/m], rx ry rz [N m/rad].
+    """
+    shear_modulus = youngs_modulus / (2 * (1 + poisson_ratio))
+    area = math.pi / 4 * (diameter**2 - bore**2)
+    second_moment = math.pi / 64 * (diameter**4 - bore**4)
+    kappa = shear_coefficient(bore / diameter, poisson_ratio)
+    shear = 12 * youngs_modulus * second_moment / (kappa * shear_modulus * area * length**2)
+    lateral = 12 * youngs_modulus * second_moment / (length**3 * (1 + shear))
+    bending = youngs_modulus * second_moment / length
+    return {
+        "x": lateral,
+        "y": lateral,
+        "z": youngs_modulus * area / length,
+        "rx": bending,
+        "ry": bending,
+        "rz": shear_modulus * 2 * second_moment / length,
+    }
+
+
+def shear_coefficient(bore_ratio: float, poisson_ratio: float) -> float:
+    """Shear coefficient kappa of a hollow circular section [1], that of a solid one at bore_ratio 0 [cowper1966].
+
+    bore_ratio : inner per outer diameter m, 0 <= m < 1 [1].  poisson_ratio : nu [1].
+
+    kappa = 6 (1 + nu) (1 + m^2)^2 / [(7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2].
+    """
+    wide = (1 + bore_ratio**2) ** 2
+    return 6 * (1 + poisson_ratio) * wide / ((7 + 6 * poisson_ratio) * wide + (20 + 12 * poisson_ratio) * bore_ratio**2)
+
+
+def solid_stiffness(table: SolidTable, length: float, material: tuple[float, float]) -> dict[str, float]:
+    """Stiffness of a neck, shaft or coupling by its shape, x y z [N/m], rx ry rz [N m/rad]; rz alone from G J_p.
+
+    length [m]; material : Young's modulus [Pa], Poisson's ratio.
+    """
+    if length <= 0:
+        return {}
+    found: dict[str, float] = {}
+    if table.diameter is not None:
+        found = shaft_stiffness(table.diameter, table.bore or 0.0, length, *material)
+    if table.torsional_rigidity is not None:
+        found["rz"] = table.torsional_rigidity / length
+    return found
+
+
+Six = tuple[float, float, float, float, float, float]
+UNITS = {"x": "N/m", "y": "N/m", "z": "N/m", "rx": "N m/rad", "ry": "N m/rad", "rz": "N m/rad"}
+STIFF = math.inf
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkSite:
+    """Where a link sits: path in the file, name in results, bodies, branch (0 ..) of `count`, radius of rz in N/m.
+
+    plate : side of the carrier plate it sits in, where there are two.
+    """
+
+    path: str
+    name: str
+    kind: str
+    first: Body
+    second: str | None
+    turn: float
+    branch: int = 0
+    count: int = 1
+    radius: float = 1.0
+    share: float = 1.0
+    to_housing: bool = False
+    plate: str | None = None
+
+
+def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, float], log: ResolutionLog) -> Link:
+    """Link of one table at its site.
+
+    rest : stiffness of the directions the table does not name [N/m, N m/rad].
+
+    Raises
+    ------
+    ModelError : a list that does not fit the planets, an rz in N/m without radius.
+    """
+    path = f"{site.path}.{name}" if name else site.path
+    carried = site.kind == "bearing" and site.second is not None
+    station = site.first.station
+    if table.at is not None:
+        station = member_centre(site.first) + table.at
+    curves = _curves(site, table, path)
+    return Link(
+        name=f"{site.name}/{name}" if name else site.name,
+        path=path,
+        kind=site.kind,
+        first=site.second if carried and site.second is not None else site.first.name,
+        second=site.first.name if carried else site.second,
+        centre=site.first.centre,
+        station=station,
+        angle=site.turn,
+        stiffness=_six(site, path, table, rest, curves, log),
+        damping=_dampers(table, site.share),
+        clearance=per_branch(table.clearance or 0.0, site.count, f"{path}.clearance")[site.branch],
+        exponent=table.exponent if table.exponent is not None else 1.0,
+        load=(table.load or 0.0) * site.share,
+        friction=_friction(table, site.share),
+        curves=tuple(curves.items()),
+        to_housing=site.to_housing,
+    )
+
+
+def _curves(site: LinkSite, table: LinkTable, path: str) -> dict[int, ForceCurve]:
+    """Force over deflection of the directions that state a table; at a shared site the share of the force."""
+    found = {}
+    for number, direction in enumerate(DIRECTIONS):
+        stated = getattr(table, direction)
+        if isinstance(stated, ForceTableOf):
+            radius = 1.0
+            if direction == "rz" and stated.deflection is not None and stated.deflection.unit == "m":
+                radius = _known(site.radius, f"{path}.{direction}", "a table in m and N")
+            curve = force_curve(*stated.curves[0])
+            found[number] = curve.scaled(deflection=1 / radius, force=radius * site.share)
+    return found
+
+
+def _six(
+    site: LinkSite,
+    path: str,
+    table: LinkTable,
+    rest: Mapping[str, float],
+    curves: Mapping[int, ForceCurve],
+    log: ResolutionLog,
+) -> Six:
+    """Stiffness in x y z [N/m], rx ry rz [N m/rad]; at a shared site the share of finite ones.
+
+    Of a direction that follows a table, the nominal one.
+    """
+    values = []
+    for number, direction in enumerate(DIRECTIONS):
+        stated = getattr(table, direction)
+        if number in curves:
+            values.append(curves[number].stiffness)
+            log.note(f"{path}.{direction}.tangent", values[-1] / site.share, UNITS[direction], "half of its last force")
+            continue
+        if stated is None:
+            value, origin = (
+                rest[direction],
+                "default" if math.isinf(rest[direction]) or not rest[direction] else "geometry",
+            )
+            log.note(f"{path}.{direction}", value, UNITS[direction], origin)
+        else:
+            whole = _torsional(stated, site.radius, f"{path}.{direction}") if isinstance(stated, Quantity) else stated
+            value = per_branch(whole, site.count, f"{path}.{direction}")[site.branch]
+            note = list(whole) if isinstance(whole, tuple) else whole
+            log.note(f"{path}.{direction}", note, UNITS[direction])
+        values.append(value * site.share if math.isfinite(value) else value)
+    x, y, z, rx, ry, rz = values
+    return x, y, z, rx, ry, rz
+
+
+def _torsional(stated: Quantity, radius: float, path: str) -> float | tuple[float, ...]:
+    """Torsional stiffness [N m/rad]; one in N/m acts at `radius` [m]. Raises ModelError for an unknown radius."""
+    if stated.unit == "N m/rad":
+        return stated.value
+    radius = _known(radius, path, stated.value)
+    if isinstance(stated.value, tuple):
+        return tuple(value * radius**2 for value in stated.value)
+    return stated.value * radius**2
+
+
+def _known(radius: float, path: str, given: object) -> float:
+    """A radius [m]. Raises ModelError for an unknown one."""
+    if not math.isfinite(radius):
+        raise ModelError("in N/m, but no radius is known", path=path, given=given, allowed="a value in N m/rad")
+    return radius
+
+
+def _dampers(table: LinkTable, share: float) -> Six:
+    """Dampers in x y z [N s/m], rx ry rz [N m s/rad]; at a shared site the share."""
+    if table.damping is None:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    x, y, z, rx, ry, rz = ((getattr(table.damping, d) or 0.0) * share for d in DIRECTIONS)
+    return x, y, z, rx, ry, rz
+
+
+def _friction(table: LinkTable, share: float) -> tuple[tuple[str, float | str], ...]:
+    """Friction of a link as pairs of key and value: force [N], coefficient [1], radius [m], law."""
+    if table.friction is None:
+        return ()
+    pairs = ((key, getattr(table.friction, key)) for key in ("force", "coefficient", "radius", "law"))
+    return tuple((key, value * share if key == "force" else value) for key, value in pairs if value is not None)
+
+
+# bolts ----------------------------------------------------------------------------------------------------------------
+
+
+def bolted(site: Link, table: LinkTable, log: ResolutionLog) -> list[Link]:
+    """A link and its bolts; the link itself only where it holds anything beside them.
+
+    A bolt stands on the circle at its own angle, its x axis radial and its y axis tangential: with stiffness k_r, k_t,
+    k_z of one, n >= 3 equal bolts evenly spaced on the radius r hold a member with x and y n (k_r + k_t)/2, rz
+    n k_t r^2, z n k_z, rx and ry n k_z r^2/2.  A direction of a bolt that is not named is rigid.
+    """
+    bolts = table.bolts
+    if bolts is None:
+        return [site]
+    path = f"{site.path}.bolts"
+    log.note(f"{path}.radius", bolts.radius, "m")
+    keys = ("radial", "tangential", "z")
+    radial, tangential, z = (_stiffness(bolts, key, path, log) for key in keys)
+    tables = [(number, getattr(bolts, key)) for number, key in enumerate(keys)]
+    curves = tuple((i, force_curve(*one.curves[0])) for i, one in tables if isinstance(one, ForceTableOf))
+    angles = bolts.angles
+    if angles is None:
+        angles = tuple(math.tau * i / (bolts.count or 1) for i in range(bolts.count or 1))
+    found = [site] if any(site.stiffness) or any(site.damping) else []
+    for number, angle in enumerate(angles, start=1):
+        centre = (
+            site.centre[0] + bolts.radius * math.cos(angle),
+            site.centre[1] + bolts.radius * math.sin(angle),
+        )
+        name = f"{site.name}/bolts/{number}"
+        found.append(
+            replace(
+                _plain(site),
+                name=name,
+                path=path,
+                centre=centre,
+                angle=angle,
+                stiffness=(radial, tangential, z, 0.0, 0.0, 0.0),
+                curves=curves,
+            )
+        )
+    return found
+
+
+def _plain(site: Link) -> Link:
+    """The place of a link without dampers and laws, which are the site's own."""
+    return Link(
+        name=site.name,
+        path=site.path,
+        kind=site.kind,
+        first=site.first,
+        second=site.second,
+        centre=site.centre,
+        station=site.station,
+        stiffness=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        to_housing=site.to_housing,
+    )
+
+
+def _stiffness(bolts: BoltsTable, key: str, path: str, log: ResolutionLog) -> float:
+    """Stiffness of one bolt in one direction [N/m]; rigid where it is not named."""
+    value: float | ForceTableOf | None = getattr(bolts, key)
+    if isinstance(value, ForceTableOf):
+        tangent = force_curve(*value.curves[0]).stiffness
+        log.note(f"{path}.{key}.tangent", tangent, "N/m", "half of its last force")
+        return tangent
+    log.note(f"{path}.{key}", math.inf if value is None else value, "N/m", "default" if value is None else "given")
+    return math.inf if value is None else value
+
+
+def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> list[Link]:
+    """All links of a stage.
+
+    Raises
+    ------
+    ModelError : halves that nothing holds together, a member that carries nothing it could carry.
+    """
+    plan = shape.plan
+    found: list[Link] = []
+    for name, member in plan.stage.members.items():
+        planet = not plan.central(name)
+        for branch in range(plan.branches) if planet else (None,):
+            number = None if branch is None else branch + 1
+            names = member_bodies(plan, name, number)
+            for side, body in names.items():
+                if member.on is None or (member.bearing if planet else member.support) is not None:
+                    held = f"{plan.name}.{name}" in model.operation.held
+                    found += _support(shape, name, side, bodies[body], branch, bodies, held, log)
+            found += _joints(shape, name, branch, bodies, model, log)
+        if plan.split(name) and member.neck is None:
+            _check_halves(plan, name, model)
+    return found
+
+
+def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> list[Link]:
+    """Supports of the file's `[bodies]`."""
+    found: list[Link] = []
+    for name, body in model.bodies.items():
+        path = f"bodies.{name}.support"
+        held = name in model.operation.held
+        second = _carrying(body.support, bodies, None, path)
+        site = LinkSite(path=path, name=f"{name}/support", kind="support", first=bodies[name], second=second, turn=0.0)
+        found += _bearings(site, body.support, STIFF if held else 0.0, log)
+    return found
+
+
+# supports and bearings -----------------------------------------------------------------------------------------------
+
+
+def _support(
+    shape: StageShape,
+    name: str,
+    side: str | None,
+    body: Body,
+    branch: int | None,
+    bodies: Mapping[str, Body],
+    held: bool,
+    log: ResolutionLog,
+) -> list[Link]:
+    """Support of a central body or bearing of a planet, every named bearing a link."""
+    plan = shape.plan
+    key = "support" if branch is None else "bearing"
+    table, path = overlaid(plan.member_levels(name, side), key)
+    carriers = _carriers(plan, side) if branch is not None and (table is None or table.to is None) else ()
+    seconds: Sequence[str | None] = carriers or (_carrying(table, bodies, side, path),)
+    if body.name in seconds and table is not None:
+        raise ModelError(
+            "holds a body on itself", path=f"{path}.to", given=table.to, allowed="housing, or another body"
+        )
+    found: list[Link] = []
+    for second in seconds:
+        plate = second.rsplit("/", 1)[-1] if second is not None and len(seconds) > 1 else None
+        site = LinkSite(
+            path=path,
+            name=f"{body.name}/{key}",
+            kind=key,
+            first=body,
+            second=second,
+            turn=body.angle,
+            branch=branch or 0,
+            count=plan.branches if branch is not None else 1,
+            radius=body.reference_radius,
+            to_housing=second is None and branch is None and plan.carrier is not None,
+            plate=plate,
+        )
+        found += _bearings(site, table, STIFF if held else 0.0, log)
+    return found
+
+
+def _carriers(plan: Plan, side: str | None) -> tuple[str, ...]:
+    """Bodies that carry a planet: the carrier, of a split one the half of this side, both for a planet in one piece."""
+    if plan.carrier is None:
+        return ()
+    sides = sides_of(plan, plan.carrier)
+    if side is not None and side in sides:
+        sides = (side,)
+    return tuple(body_name(plan.name, plan.carrier, None, s) for s in sides)
+
+
+def _carrying(table: tables.SupportTable | None, bodies: Mapping[str, Body], side: str | None, path: str) -> str | None:
+    """Body that `to` names, None = the frame."""
+    if table is None or table.to is None or table.to == "housing":
+        return None
+    return body_of(table.to, bodies, f"{path}.to", side)
+
+
+def body_of(reference: str, bodies: Mapping[str, Body], path: str, side: str | None = None) -> str:
+    """Body of a reference such as ``main.sun.right``; of a split member the half of the same side.
+
+    Raises
+    ------
+    ModelError : a planet, which there is several of, or a split member without a side.
+    """
+    parts = reference.split(".")
+    found = [
+        body.name
+        for body in bodies.values()
+        if body.member == ".".join(parts[:2]) and (len(parts) < 3 or body.side == parts[2]) and body.branch is None
+    ]
+    same_side = [name for name in found if bodies[name].side == side] if len(found) > 1 else found
+    if len(same_side) != 1:
+        split = len(found) > 1
+        raise ModelError(
+            "names a split member" if split else "names no single body",
+            path=path,
+            given=reference,
+            allowed=f"{reference}.left or {reference}.right" if split else "a central member or a body",
+        )
+    return same_side[0]
+
+
+def _bearings(site: LinkSite, support: tables.SupportTable | None, rz: float, log: ResolutionLog) -> list[Link]:
+    """One link for every bearing; a direction that none names is rigid (rz: `rz` [N m/rad]), in the first one.
+
+    Tilt that none names is rigid too, but where two bearings at a distance hold it by their own stiffness.
+    Bolts hold in every direction, so that beside them no other direction is rigid unless named.  Of two carrier plates
+    a bearing sits in the one on its side of the planet's centre, in the middle half in each.
+    """
+    listed: list[tuple[str, tables.LinkTable]] = []
+    if support is None or not support.bearings or support.directions():
+        listed.append(("", support if support is not None else tables.LinkTable()))
+    if support is not None:
+        listed += list(support.bearings.items())
+    named = {d for _, link in listed for d in link.directions()}
+    if any(link.bolts is not None for _, link in listed):
+        named = set(DIRECTIONS)
+    named |= held_by_distance([link for _, link in listed], site.branch)
+    found: list[Link] = []
+    for i, (name, link) in enumerate(listed):
+        rest: dict[str, float] = {d: 0.0 if d in named or i else (rz if d == "rz" else STIFF) for d in DIRECTIONS}
+        if site.plate is None or not link.at:
+            half = site if site.plate is None else replace(site, name=f"{site.name}/{site.plate}", share=0.5)
+            found += bolted(link_at(half, name, link, rest, log), link, log)
+        elif (site.plate == "left") == (link.at < 0):
+            found += bolted(link_at(site, name, link, rest, log), link, log)
+    return found
+
+
+# necks, shafts, couplings --------------------------------------------------------------------------------------------
+
+
+def _joints(
+    shape: StageShape,
+    name: str,
+    branch: int | None,
+    bodies: Mapping[str, Body],
+    model: ModelFile,
+    log: ResolutionLog,
+) -> list[Link]:
+    """Neck between the halves of a member, and shaft to the member it sits on."""
+    plan, member = shape.plan, shape.plan.stage.members[name]
+    number = None if branch is None else branch + 1
+    own = member_bodies(plan, name, number)
+    material = elastic_constants(member_material(plan, name, model))
+    found = []
+    if member.neck is not None:
+        length = member.neck.length or (width_of(plan, name) or 0.0) + gap_of(plan, name)
+        left, right = bodies[own["left"]], bodies[own["right"]]
+        where = f"{plan.member_path(name)}.neck", f"{body_name(plan.name, name, number)}/neck", "neck"
+        found.append(_joint(plan, where, left, right, member.neck, branch, length, material, log))
+    if (below := gear_below(member)) is not None:
+        base = member_bodies(plan, below, number)
+        for side, body in own.items():
+            first, second = bodies[base.get(side, next(iter(base.values())))], bodies[body]
+            where = f"{plan.member_path(name)}.shaft", f"{body}/shaft", "shaft"
+            table = member.shaft or tables.SolidTable()
+            length = table.length or abs(second.station - first.station)
+            found.append(_joint(plan, where, first, second, table, branch, length, material, log))
+    return found
+
+
+def _joint(
+    plan: Plan,
+    where: tuple[str, str, str],
+    first: Body,
+    second: Body,
+    table: tables.SolidTable,
+    branch: int | None,
+    length: float,
+    material: tuple[float, float],
+    log: ResolutionLog,
+) -> Link:
+    """Link of a solid between two bodies of one axis; directions its shape does not give are rigid.
+
+    where : path in the file, name and kind.  length [m].  material : Young's modulus [Pa], Poisson's ratio [1].
+
+    Raises
+    ------
+    ModelError : a diameter without length.
+    """
+    path, name, kind = where
+    if table.diameter is not None and length <= 0:
+        raise ModelError("is missing", path=f"{path}.length", allowed="length of the shaft [m]")
+    rest: dict[str, float] = {d: STIFF for d in DIRECTIONS} | solid_stiffness(table, length, material)
+    site = LinkSite(
+        path=path,
+        name=name,
+        kind=kind,
+        first=first,
+        second=second.name,
+        turn=first.angle,
+        branch=branch or 0,
+        count=plan.branches if branch is not None else 1,
+        radius=first.reference_radius,
+    )
+    link = link_at(site, "", table, rest, log)
+    middle = (first.station + second.station) / 2
+    return replace(link, station=middle if table.at is None else middle + table.at)
+
+
+def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> list[Link]:
+    """All couplings.
+
+    Raises
+    ------
+    ModelError : an end that is no single body, an rz in N/m without radius, a fixed shaft without its shape.
+    """
+    material = elastic_constants(file_material(model))
+    found: list[Link] = []
+    for name, table in model.couplings.items():
+        path = f"couplings.{name}"
+        first, second = (bodies[body_of(end, bodies, f"{path}.between")] for end in table.between)
+        shape = solid_stiffness(table, table.length or 0.0, material)
+        if (table.diameter is not None or table.torsional_rigidity is not None) and table.length is None:
+            raise ModelError("is missing", path=f"{path}.length", allowed="length of the shaft [m]")
+        if table.ends == "fixed" and not {"x", "rz"} <= {*shape, *table.directions()}:
+            raise ModelError(
+                "is missing", path=f"{path}.diameter", allowed="diameter and length of a shaft with fixed ends"
+            )
+        rest: dict[str, float] = dict.fromkeys(("x", "y", "z", "rx", "ry"), 0.0)
+        rest["rz"] = shape.get("rz", STIFF if table.bolts is None else 0.0)
+        if table.ends == "fixed":
+            rest |= shape
+        site = LinkSite(
+            path=path, name=name, kind="coupling", first=first, second=second.name, turn=0.0, radius=table.radius or 1.0
+        )
+        middle = (first.station + second.station) / 2
+        link = replace(link_at(site, "", table, rest, log), station=middle + (table.at or 0.0))
+        found += bolted(link, table, log)
+    return found
+
+
+def _check_halves(plan: Plan, name: str, model: ModelFile) -> None:
+    """Halves without a neck need something else that keeps each of them from turning away."""
+    if not plan.central(name):
+        return
+    key = f"{plan.name}.{name}"
+    if key in model.operation.held:
+        return
+    ends = {end for table in model.couplings.values() for end in table.between}
+    for side in ("left", "right"):
+        table, _ = overlaid(plan.member_levels(name, side), "support")
+        links = [] if table is None else [table, *table.bearings.values()]
+        sprung = any(link.rz is not None and link.rz.value != 0.0 for link in links)
+        if not sprung and f"{key}.{side}" not in ends:
+            raise ModelError(
+                f"nothing holds the {side} half: neither neck nor hold",
+                path=plan.member_path(name),
+                given="split = true",
+                allowed="a neck, a held member, support.rz, or a coupling at each half",
+            )

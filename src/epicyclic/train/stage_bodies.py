@@ -1,0 +1,382 @@
+"""Bodies of a stage: where they are, what they weigh.
+
+Tilt of bodies: which are joined rigidly in tilt, what two bearings at a distance hold, and slices a mesh needs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..document.schema import MemberTable, ModelFile
+from ..document.schema_fields import ForceTableOf, LinkTable
+from ..document.units import Quantity
+from ..errors import ModelError
+from .bodies import HOUSING, Body, Frame, GearData, Link
+from .centres import StageShape
+from .gears import gap_of, width_of
+from .stages import Plan, density_of, member_material, sides_of, stated, stated_value
+from .train import NAN, ResolutionLog
+
+# A mesh of stiffness k and face width b in n equal slices, each a row at its middle, has about mid-face the tilt
+# stiffness k b^2/12 (1 - 1/n^2): the least n at which it is right to 1 %.
+SLICES = 10
+_SPRINGS = {"rx": "y", "ry": "x"}  # tilt -> direction of the springs that hold it at a distance
+
+
+def held_by_distance(tables: Sequence[LinkTable], branch: int) -> set[str]:
+    """Tilts (rx, ry) that the bearings of one site hold by their places: two or more with springs at different `at`.
+
+    Springs k_i along y at the places z_i hold rx with sum k_i z_i^2 about z = 0, springs along x hold ry.
+
+    branch : of the site (0 ..), for stiffnesses per planet.
+    """
+    return {
+        tilt
+        for tilt, spring in _SPRINGS.items()
+        if len({table.at or 0.0 for table in tables if _presses(getattr(table, spring), branch)}) > 1
+    }
+
+
+def _presses(stated: float | tuple[float, ...] | ForceTableOf | None, branch: int) -> bool:
+    """Whether a stated stiffness [N/m], of one planet, is not 0; a list of a wrong length is refused elsewhere."""
+    if isinstance(stated, tuple):
+        return stated[min(branch, len(stated) - 1)] != 0.0
+    return stated is not None and stated != 0.0
+
+
+def tilt_groups(bodies: Sequence[Body], links: Sequence[Link], misaligned: Collection[str] = ()) -> dict[str, str]:
+    """Group of every body, by name: bodies of one group cannot tilt against each other; "" is that of the frames.
+
+    Links of the same two bodies count together, so that two rigid bearings at a distance join them in tilt.  Bodies
+    that only a loop over further bodies joins rigidly stand apart.
+
+    misaligned : names of bodies whose seats are tilted, which join them to nothing here.
+    """
+    group = {body.name: body.name for body in bodies} | {"": ""}
+    joined: dict[tuple[str, str], list[Link]] = {}
+    for link in links:
+        if _seated(link) not in misaligned:
+            joined.setdefault((link.first, link.second or ""), []).append(link)
+    for (first, second), between in joined.items():
+        if group[first] != group[second] and _rigid(between):
+            low, high = sorted((group[first], group[second]))  # "" sorts first
+            group = {name: low if own == high else own for name, own in group.items()}
+    return group
+
+
+def _seated(link: Link) -> str:
+    """Body whose seat a link is; "" of a joint between bodies."""
+    if link.kind == "bearing":
+        return link.second or link.first
+    return {"support": link.first, "shaft": link.second or ""}.get(link.kind, "")
+
+
+def _rigid(links: Sequence[Link]) -> bool:
+    """Whether the rigid directions of links between two bodies leave no tilt of one against the other."""
+    if any(math.isinf(link.stiffness[3]) and math.isinf(link.stiffness[4]) for link in links):
+        return True
+    rows = [link_row(link, d, (0.0, 0.0, 0.0)) for link in links for d in range(6) if math.isinf(link.stiffness[d])]
+    if len(rows) < 2:
+        return False
+    tilts = np.eye(6)[3:5]
+    return bool(np.linalg.matrix_rank(np.array(rows)) == np.linalg.matrix_rank(np.array([*rows, *tilts])))
+
+
+def link_row(link: Link, direction: int, origin: tuple[float, float, float]) -> NDArray[np.float64]:
+    """Row [n, r x n] of a direction of a link, or [0, n] of an angle, about an origin [m] of its frame, (6,)."""
+    cosine, sine = math.cos(link.angle), math.sin(link.angle)
+    normal = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])[direction % 3]
+    if direction >= 3:
+        return np.concatenate([np.zeros(3), normal])
+    return np.concatenate([normal, np.cross(np.subtract((*link.centre, link.station), origin), normal)])
+
+
+# Least bore per pitch circle: a body held on less has, in double precision, no stiffness about it.
+_BORE = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _MassProperties:
+    """Mass [kg], inertia about the axis and about a diameter [kg m^2], with the origin of mass and inertia."""
+
+    mass: float
+    inertia: float
+    tilt: float
+    origins: tuple[str, str, str]
+
+
+def body_name(stage: str, member: str, branch: int | None = None, side: str | None = None) -> str:
+    """Name of a body, ``stage/member[/branch][/side]``."""
+    return "/".join(str(part) for part in (stage, member, branch, side) if part is not None)
+
+
+def member_bodies(plan: Plan, member: str, branch: int | None) -> dict[str | None, str]:
+    """Names of the bodies of a member (of one branch, counted from 1), by side."""
+    return {side: body_name(plan.name, member, branch, side) for side in sides_of(plan, member)}
+
+
+def half_station(plan: Plan, member: str, side: str | None) -> float:
+    """Axial place of a body or helix [m]: of a half, half a width and half the gap from the member's centre."""
+    table = plan.stage.members[member]
+    centre = table.station or 0.0
+    if side is None:
+        return centre
+    if table.kind == "carrier":
+        planet = next((name for name in plan.gears if not plan.central(name)), None)
+        return centre if planet is None else centre + half_station(plan, planet, side) - half_centre(plan, planet)
+    offset = ((width_of(plan, member, side) or 0.0) + gap_of(plan, member)) / 2
+    return centre + (offset if side == "right" else -offset)
+
+
+def half_centre(plan: Plan, member: str) -> float:
+    """Axial place of a member's centre [m]."""
+    return plan.stage.members[member].station or 0.0
+
+
+def member_centre(body: Body) -> float:
+    """Axial place of the centre of a body's member [m]: of a half, the middle of the gap."""
+    if body.gear is None or body.side is None:
+        return body.station
+    offset = ((body.gear.face_width or 0.0) + body.gear.gap) / 2
+    return body.station + (offset if body.side == "left" else -offset)
+
+
+def frames_of(plans: tuple[Plan, ...]) -> tuple[Frame, ...]:
+    """The frame of every stage, and the housing."""
+    stages = tuple(Frame(name=p.name, carrier=p.carrier and f"{p.name}.{p.carrier}") for p in plans)
+    return (*stages, Frame(name=HOUSING))
+
+
+def bodies_of_stage(shape: StageShape, model: ModelFile, log: ResolutionLog) -> list[Body]:
+    """All bodies of a stage: central members in file order, then the planets branch by branch."""
+    plan = shape.plan
+    found: list[Body] = []
+    for name in plan.stage.members:
+        if plan.central(name):
+            found += _member(shape, name, None, model, log)
+    for branch in range(plan.branches):
+        for name in shape.pin:
+            found += _member(shape, name, branch, model, log)
+    return found
+
+
+def free_bodies(model: ModelFile, log: ResolutionLog) -> list[Body]:
+    """Bodies of the file's `[bodies]`; keys that are not stated are 0."""
+    found = []
+    for name, body in model.bodies.items():
+        for key, unit in (("mass", "kg"), ("inertia", "kg m^2"), ("tilt_inertia", "kg m^2"), ("station", "m")):
+            value = getattr(body, key)
+            log.note(f"bodies.{name}.{key}", value or 0.0, unit, "default" if value is None else "given")
+        found.append(
+            Body(
+                name=name,
+                member=name,
+                kind="body",
+                frame=body.frame or HOUSING,
+                station=body.station or 0.0,
+                mass=body.mass or 0.0,
+                inertia=body.inertia or 0.0,
+                tilt_inertia=body.tilt_inertia or 0.0,
+            )
+        )
+    return found
+
+
+def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, log: ResolutionLog) -> list[Body]:
+    """Bodies of one member, by side; of a planet gear those of one branch (0 ..)."""
+    plan, member = shape.plan, shape.plan.stage.members[name]
+    carried = branch is not None
+    sides = sides_of(plan, name)
+    if name not in plan.gears:
+        log.note(
+            f"{plan.member_path(name)}.split", plan.split(name), "", "default" if member.split is None else "given"
+        )
+    if name == plan.carrier:
+        origin = "geometry" if member.pin_radius is None else "given"
+        log.note(f"{plan.member_path(name)}.pin_radius", shape.pin_radius, "m", origin)
+    radius = shape.teeth[name].base_radius if name in plan.gears else shape.pin_radius
+    found = []
+    for side in sides:
+        gear = shape.gears[name][side] if name in plan.gears else None
+        solid = _mass_properties(plan, name, side, gear, radius, model)
+        if not branch:
+            _log_mass(plan, name, side, solid, log)
+        found.append(
+            Body(
+                name=body_name(plan.name, name, branch + 1 if branch is not None else None, side),
+                member=f"{plan.name}.{name}",
+                kind=member.kind,
+                frame=plan.name,
+                carried_by=_carrier_body(plan, side) if carried else None,
+                branch=branch + 1 if branch is not None else None,
+                side=side,
+                centre=shape.place(name, branch or 0) if name in plan.gears else (0.0, 0.0),
+                station=half_station(plan, name, side),
+                angle=shape.polar(name, branch or 0) if name in plan.gears else 0.0,
+                mass=solid.mass,
+                inertia=solid.inertia,
+                tilt_inertia=solid.tilt,
+                reference_radius=radius if math.isfinite(radius) else 1.0,
+                outer_radius=_ring_radius(member, gear),
+                gear=gear,
+            )
+        )
+    return found
+
+
+def _carrier_body(plan: Plan, side: str | None) -> str | None:
+    """The carrier body that carries a planet; of a split carrier its half, the left one for planets in one piece."""
+    if plan.carrier is None:
+        return None
+    return body_name(plan.name, plan.carrier, None, (side or "left") if plan.split(plan.carrier) else None)
+
+
+# mass and inertia ---------------------------------------------------------------------------------------------------
+
+
+def _mass_properties(
+    plan: Plan, name: str, side: str | None, gear: GearData | None, radius: float, model: ModelFile
+) -> _MassProperties:
+    """Mass [kg] and inertias [kg m^2] of one body: stated, else of the solid of the gear; nan where neither is known.
+
+    A hollow cylinder: m = rho pi (r_o^2 - r_i^2) l, J_p = m (r_o^2 + r_i^2)/2, J_d = J_p/2 + m l^2/12.
+
+    Raises
+    ------
+    ModelError : a bore or outer diameter that leaves no solid beside the pitch circle.
+    """
+    member = plan.stage.members[name]
+    mass, inertia, tilt = (
+        _stated_inertia(plan, name, side, key, radius) for key in ("mass", "inertia", "tilt_inertia")
+    )
+    origins = [_stated_origin(plan, name, side, key) for key in ("mass", "inertia", "tilt_inertia")]
+    radii, width = _radii(member, gear), _width(gear, side)
+    if radii[1] >= radii[0]:
+        key = "outer_diameter" if gear is not None and gear.internal else "bore"
+        limit = f"{'above' if key != 'bore' else 'below'} {(gear.reference_radius if gear else NAN) * 2e3:.6g} mm"
+        path = f"{plan.member_path(name)}.{key}"
+        raise ModelError(
+            "leaves no solid beside the pitch circle", path=path, given=_in_mm(getattr(member, key)), allowed=limit
+        )
+    if 0 < radii[1] < _BORE * radii[0] and not (gear is not None and gear.internal):
+        raise ModelError(
+            "is no bore of a gear",
+            path=f"{plan.member_path(name)}.bore",
+            given=_in_mm(member.bore),
+            allowed=f"0, or from {2e3 * _BORE * radii[0]:.2g} mm, a thousandth of the pitch circle",
+        )
+    squares = radii[0] ** 2 + radii[1] ** 2
+    if mass is None:
+        mass = density_of(member_material(plan, name, model)) * math.pi * (radii[0] ** 2 - radii[1] ** 2) * width
+    if inertia is None:
+        inertia = 0.5 * mass * squares
+    if tilt is None:
+        tilt = inertia / 2 + mass * width**2 / 12
+    return _MassProperties(mass=mass, inertia=inertia, tilt=tilt, origins=(origins[0], origins[1], origins[2]))
+
+
+def _in_mm(length: float | None) -> str:
+    """A length [m] as a message has it."""
+    return f"{1e3 * (length or 0.0):.6g} mm"
+
+
+def _stated_inertia(plan: Plan, name: str, side: str | None, key: str, radius: float) -> float | None:
+    """Stated mass [kg] or inertia [kg m^2] of a body; an inertia in kg is J/r^2 at `radius` [m]."""
+    value = stated_value(plan.member_levels(name, side), key, None)
+    if isinstance(value, Quantity):
+        assert isinstance(value.value, float)  # the schema takes no list here
+        value = value.value * (radius**2 if value.unit == "kg" else 1.0)
+    return None if value is None else float(value)
+
+
+def _stated_origin(plan: Plan, name: str, side: str | None, key: str) -> str:
+    """Key that states a mass or inertia, from the table of the member on; `geometry` where none does."""
+    found = stated(plan.member_levels(name, side), key)
+    return "geometry" if found is None else found.path.removeprefix(f"{plan.member_path(name)}.")
+
+
+def _radii(member: MemberTable, gear: GearData | None) -> tuple[float, float]:
+    """Outer and inner radius of the solid of a gear [m]: to its pitch circle, of a ring from its pitch circle."""
+    if gear is None:
+        return NAN, NAN
+    if not gear.internal:
+        return gear.reference_radius, (member.bore or 0.0) / 2
+    if member.outer_diameter is not None:
+        return member.outer_diameter / 2, gear.reference_radius
+    return (NAN if member.rim is None else gear.root_radius + member.rim), gear.reference_radius
+
+
+def _ring_radius(member: MemberTable, gear: GearData | None) -> float | None:
+    """Outer radius of a ring whose rim or outer diameter is given [m], else None."""
+    outer = _radii(member, gear)[0] if gear is not None and gear.internal else NAN
+    return outer if math.isfinite(outer) else None
+
+
+def _width(gear: GearData | None, side: str | None) -> float:
+    """Axial width of the solid of a body [m]: the gap counts, to one half its half."""
+    if gear is None or gear.face_width is None:
+        return NAN
+    if side is not None:
+        return gear.face_width + gear.gap / 2
+    return 2 * gear.face_width + gear.gap if gear.herringbone else gear.face_width
+
+
+def _log_mass(plan: Plan, name: str, side: str | None, solid: _MassProperties, log: ResolutionLog) -> None:
+    """Log mass and inertias; of a half at the path of the member, or of the side where that states its own."""
+    path = plan.member_path(name)
+    member = plan.stage.members[name]
+    by_side = side is not None and any(
+        getattr(member, s) is not None and getattr(getattr(member, s), k) is not None
+        for s in ("left", "right")
+        for k in ("mass", "inertia", "tilt_inertia", "face_width")
+    )
+    for key, value, key_origin, unit in zip(
+        ("mass", "inertia", "tilt_inertia"),
+        (solid.mass, solid.inertia, solid.tilt),
+        solid.origins,
+        ("kg", "kg m^2", "kg m^2"),
+        strict=True,
+    ):
+        where = f"{path}.{side}.{key}" if by_side else f"{path}.{key}"
+        origin = (
+            key_origin if key_origin == "geometry" else "given" if where == f"{path}.{key_origin}" else f"as {name}"
+        )
+        log.note(where, value, unit, origin if math.isfinite(value) else "missing")
+
+
+# places ---------------------------------------------------------------------------------------------------------------
+
+
+def coaxial(bodies: Sequence[Body], model: ModelFile) -> list[Body]:
+    """Move stages on fixed axes, and bodies, so that what a coupling joins has one axis.
+
+    A stage with a carrier stays around the origin; so does the first stage. What a loop of couplings leaves apart
+    stays apart.
+    """
+    group = {body.name: body.frame if "." in body.member else body.name for body in bodies}
+    fixed = [name for name, stage in model.stages.items() if any(m.kind == "carrier" for m in stage.members.values())]
+    offset: dict[str, complex] = dict.fromkeys([*fixed, next(iter(model.stages))], 0j)
+    ends = [(_end(table.between[0], bodies), _end(table.between[1], bodies)) for table in model.couplings.values()]
+    joints = [(a, b) for a, b in ends if a is not None and b is not None]
+    joints += [(b, a) for a, b in joints]
+    for _ in joints:
+        for a, b in joints:
+            if group[a.name] in offset and group[b.name] not in offset:
+                offset[group[b.name]] = offset[group[a.name]] + complex(*a.centre) - complex(*b.centre)
+    return [_moved(body, offset.get(group[body.name], 0j)) for body in bodies]
+
+
+def _end(reference: str, bodies: Sequence[Body]) -> Body | None:
+    """First body of the member that a coupling names; None for an unknown reference."""
+    member = ".".join(reference.split(".")[:2])
+    return next((body for body in bodies if body.member == member), None)
+
+
+def _moved(body: Body, by: complex) -> Body:
+    """A body with its centre moved by x + i y [m]."""
+    return body if by == 0 else replace(body, centre=(body.centre[0] + by.real, body.centre[1] + by.imag))

@@ -1,0 +1,379 @@
+"""A stage of the document: its members and pairs, the keys they inherit, their material.
+
+Inheritance of keys: a side, else its member or mesh, else the stage, else the file.
+
+Every key that may stand at several levels of the file is read through this module.
+
+What stands in a stage: members, pairs that mesh, chains, axes and branch angles.
+
+Material of a gear or a coupling: of its own table, else the stage, else the file, else steel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Literal, NamedTuple
+
+from ..document.schema import SIDES, MemberTable, MeshTable, ModelFile, StageTable
+from ..errors import ModelError
+from ..teeth.mesh_stiffness import STEEL_MODULUS
+from .train import Number, ResolutionLog, turns_of
+
+LevelName = Literal["side", "member", "mesh", "stage", "file"]
+
+
+class Level(NamedTuple):
+    """A table that may state a key: which level of the file it is, its path, and the table, None where it is absent."""
+
+    name: LevelName
+    path: str
+    table: object | None
+
+
+Levels = tuple[Level, ...]  # nearest first
+
+
+class Stated(NamedTuple):
+    """A value the file states: the value in SI, the level and the path of its key."""
+
+    value: Any
+    level: LevelName
+    path: str
+
+
+def stated(levels: Levels, key: str) -> Stated | None:
+    """Value of a key in the nearest table that states it; None where none does."""
+    for level in levels:
+        value = getattr(level.table, key, None)
+        if value is not None:
+            return Stated(value, level.name, _below(level.path, key))
+    return None
+
+
+def stated_value(levels: Levels, key: str, default: Any) -> Any:
+    """Value of a key in the nearest table that states it, else `default`."""
+    found = stated(levels, key)
+    return default if found is None else found.value
+
+
+def subtables(levels: Levels, key: str) -> Levels:
+    """The tables under one key at each level, so that each of their own keys is inherited by itself."""
+    return tuple(Level(level.name, _below(level.path, key), getattr(level.table, key, None)) for level in levels)
+
+
+def overlaid(levels: Levels, key: str) -> tuple[Any, str]:
+    """The tables under one key laid over each other, nearest on top, and the path of the nearest one.
+
+    Without any table None, and the path at the farthest level.
+    """
+    present = [level for level in subtables(levels, key) if level.table is not None]
+    if not present:
+        return None, _below(levels[-1].path, key)
+    table: Any = present[-1].table
+    for level in reversed(present[:-1]):
+        nearer: Any = level.table
+        table = table.model_copy(update={name: getattr(nearer, name) for name in nearer.model_fields_set})
+    return table, present[0].path
+
+
+def origin_of(found: Stated | None) -> str:
+    """Origin of an inherited value as `Derived.origin` names it: given, stage or default."""
+    if found is None:
+        return "default"
+    return "stage" if found.level == "stage" else "given"
+
+
+def _below(path: str, key: str) -> str:
+    """Path of a key in the table at `path`, "" for the file itself."""
+    return f"{path}.{key}" if path else key
+
+
+FAR = 10**6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GearPair:
+    """Two gears of a stage that mesh: `a` nearer the sun along the power path, in a ring mesh the planet gear."""
+
+    name: str
+    stage: str
+    a: str
+    b: str
+    internal: bool
+    keys: MeshTable
+
+    @property
+    def path(self) -> str:
+        """Its table in the file."""
+        return f"stages.{self.stage}.meshes.{self.name}"
+
+    def levels(self, side: str | None) -> Levels:
+        """The tables that may state a key of one side of the mesh, nearest first."""
+        own = (Level("side", f"{self.path}.{side}", getattr(self.keys, side)),) if side else ()
+        return (*own, Level("mesh", self.path, self.keys))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """A stage before any number is known.
+
+    gears : toothed members in file order; carrier : its name, None where the axes stand in the housing.
+    pairs : in the order of the power path.  chains : number of the chain of meshing gears each gear belongs to.
+    axis : gear -> first gear on the same shaft.  branches : 0 without planets.
+    angles : polar angle of every branch [turns], one entry (0) without planets.  loaded : torque or power is given.
+    """
+
+    name: str
+    stage: StageTable
+    gears: Mapping[str, MemberTable]
+    carrier: str | None
+    pairs: tuple[GearPair, ...]
+    chains: Mapping[str, int]
+    axis: Mapping[str, str]
+    branches: int
+    angles: tuple[Number, ...]
+    loaded: bool
+
+    @property
+    def path(self) -> str:
+        """Its table in the file."""
+        return f"stages.{self.name}"
+
+    def member_path(self, member: str) -> str:
+        """A member's table in the file."""
+        return f"stages.{self.name}.{member}"
+
+    def member_levels(self, member: str, side: str | None = None) -> Levels:
+        """The tables of a side and of its member, nearest first."""
+        table, path = self.stage.members[member], self.member_path(member)
+        own = (Level("side", f"{path}.{side}", getattr(table, side, None)),) if side else ()
+        return (*own, Level("member", path, table))
+
+    def levels(self, member: str, side: str | None = None) -> Levels:
+        """The tables that may state a key of a member, or of a side of it, nearest first."""
+        return (*self.member_levels(member, side), Level("stage", self.path, self.stage))
+
+    def central(self, member: str) -> bool:
+        """Whether there is one of it for all branches."""
+        return self.stage.members[member].kind != "planet"
+
+    def two_sided(self, member: str) -> bool:
+        """Whether it has a left and a right half, in one body or two."""
+        return self.split(member) or self.herringbone(member)
+
+    def split(self, member: str) -> bool:
+        """Whether its halves are bodies of their own."""
+        if self.stage.members[member].neck is not None:
+            return True
+        return bool(stated_value(self.levels(member), "split", False))
+
+    def herringbone(self, member: str) -> bool:
+        """Whether it carries two helices."""
+        return bool(stated_value(self.levels(member), "herringbone", False))
+
+    def chain(self, gear: str) -> tuple[str, ...]:
+        """The gears that share module, pressure angle and helix with this one, itself included, in file order."""
+        return tuple(name for name in self.gears if self.chains[name] == self.chains[gear])
+
+
+def sides_of(plan: Plan, member: str) -> tuple[str | None, ...]:
+    """Sides that are bodies of their own: left and right, or None."""
+    return SIDES if plan.split(member) else (None,)
+
+
+def gear_below(member: MemberTable) -> str | None:
+    """Gear on whose shaft a gear sits, by its name in the stage; None for a gear on its own axis."""
+    return None if member.on is None else member.on.split(".")[-1]
+
+
+def plan_stages(model: ModelFile, log: ResolutionLog) -> tuple[Plan, ...]:
+    """Plan every stage.
+
+    Raises
+    ------
+    ModelError : two carriers, shafts in a circle, meshes to be named, a gear that meshes with nothing.
+    """
+    loaded = any(value != 0 for value in (*model.operation.torque.values(), *model.operation.power.values()))
+    return tuple(_plan(name, stage, loaded, log) for name, stage in model.stages.items())
+
+
+def _plan(name: str, stage: StageTable, loaded: bool, log: ResolutionLog) -> Plan:
+    """Plan of one stage. Raises ModelError for what `plan_stages` names."""
+    path = f"stages.{name}"
+    carriers = [m for m, member in stage.members.items() if member.kind == "carrier"]
+    gears = {m: member for m, member in stage.members.items() if member.kind != "carrier"}
+    if len(carriers) > 1:
+        raise ModelError(
+            "a stage has one carrier", path=path, given=carriers, allowed="one; split = true for its halves"
+        )
+    for m, member in gears.items():
+        _check_shaft(f"{path}.{m}", m, gears)
+        log.note(f"{path}.{m}.teeth", member.teeth)
+    axis = {m: _shaft_root(m, gears) for m in gears}
+    pairs = _pairs(name, stage, gears)
+    branches, angles = _branches(path, stage, gears, log)
+    return Plan(
+        name=name,
+        stage=stage,
+        gears=gears,
+        carrier=carriers[0] if carriers else None,
+        pairs=_ordered(pairs, gears, axis),
+        chains=_chains(pairs, gears, path),
+        axis=axis,
+        branches=branches,
+        angles=angles,
+        loaded=loaded,
+    )
+
+
+def _check_shaft(path: str, name: str, gears: Mapping[str, MemberTable]) -> None:
+    """Raise ModelError where a planet gear and a central gear sit on one shaft."""
+    target = gear_below(gears[name])
+    if target is not None and (gears[target].kind == "planet") != (gears[name].kind == "planet"):
+        raise ModelError("a planet gear and a central gear on one shaft", path=f"{path}.on", given=gears[name].on)
+
+
+def _shaft_root(name: str, gears: Mapping[str, MemberTable]) -> str:
+    """Gear at the root of the shaft a gear sits on. Raises ModelError for shafts in a circle."""
+    seen = [name]
+    while (below := gear_below(gears[seen[-1]])) is not None:
+        seen.append(below)
+        if len(seen) > len(gears):
+            raise ModelError("shafts in a circle", path="on", given=seen)
+    return seen[-1]
+
+
+def _branches(
+    path: str, stage: StageTable, gears: Mapping[str, MemberTable], log: ResolutionLog
+) -> tuple[int, tuple[Number, ...]]:
+    """Number of branches, 0 without planets, and their polar angles [turns]. Raises ModelError."""
+    if all(member.kind != "planet" for member in gears.values()):
+        return 0, (Fraction(0),)
+    if stage.planet_angles is None:
+        count = stage.branches
+        log.note(f"{path}.planets", count)
+        log.note(f"{path}.planet_angles", [math.tau * i / count for i in range(count)], "rad", "equal spacing")
+        return count, tuple(Fraction(i, count) for i in range(count))
+    log.note(f"{path}.planet_angles", list(stage.planet_angles), "rad")
+    angles = tuple(turns_of(angle) for angle in stage.planet_angles)
+    if len({round(float(angle) % 1, 9) for angle in angles}) < len(angles):
+        raise ModelError("two planets at one place", path=f"{path}.planet_angles", given=list(stage.planet_angles))
+    return len(angles), angles
+
+
+def _pairs(stage_name: str, stage: StageTable, gears: Mapping[str, MemberTable]) -> list[GearPair]:
+    """The pairs that mesh: named ones, and those that a single planet gear or two fixed gears leave no doubt about."""
+    implied = _implied(gears)
+    named = {frozenset(key.split("-")): (key, keys) for key, keys in stage.meshes.items()}
+    found = []
+    for a, b in implied:
+        key, keys = named.pop(frozenset((a, b)), (f"{a}-{b}", MeshTable()))
+        found.append(_pair(stage_name, key, keys, gears))
+    found += [_pair(stage_name, key, keys, gears) for key, keys in named.values()]
+    if not found:
+        raise ModelError(
+            "these gears do not say which of them mesh",
+            path=f"stages.{stage_name}.meshes",
+            given=list(gears),
+            allowed="a table with every mesh, e.g. meshes.sun-p, meshes.p-d, meshes.d-ring",
+        )
+    return found
+
+
+def _implied(gears: Mapping[str, MemberTable]) -> list[tuple[str, str]]:
+    """Pairs that need no naming: the meshes of a single planet gear, and of two gears on fixed axes."""
+    by_kind: dict[str, list[str]] = {}
+    for name, member in gears.items():
+        by_kind.setdefault(member.kind, []).append(name)
+    planets, fixed = by_kind.get("planet", []), by_kind.get("gear", [])
+    if len(planets) == 1:
+        inner = [(sun, planets[0]) for sun in by_kind.get("sun", [])]
+        return inner + [(planets[0], ring) for ring in by_kind.get("ring", [])]
+    if not planets and len(gears) == 2:
+        a, b = sorted(gears, key=lambda name: gears[name].kind == "ring")
+        return [(a, b)] if len(fixed) == 2 or "ring" in by_kind else []
+    return []
+
+
+def _pair(stage: str, key: str, keys: MeshTable, gears: Mapping[str, MemberTable]) -> GearPair:
+    """Pair of a key `A-B`, in a ring mesh the planet gear first. Raises ModelError."""
+    path = f"stages.{stage}.meshes.{key}"
+    names = key.split("-")
+    if len(names) != 2 or any(name not in gears for name in names):
+        raise ModelError("not two gears of this stage", path=path, given=key, allowed=", ".join(gears))
+    a, b = sorted(names, key=lambda name: gears[name].kind == "ring")
+    if gears[a].kind == "ring":
+        raise ModelError("two rings do not mesh", path=path, given=key)
+    return GearPair(name=key, stage=stage, a=a, b=b, internal=gears[b].kind == "ring", keys=keys)
+
+
+def _ordered(
+    pairs: Sequence[GearPair], gears: Mapping[str, MemberTable], axis: Mapping[str, str]
+) -> tuple[GearPair, ...]:
+    """Turn every pair so that `a` is nearer the sun, and sort them along the power path."""
+    joints = [(p.a, p.b) for p in pairs] + [(g, axis[g]) for g in gears if axis[g] != g]
+    suns = [g for g, m in gears.items() if m.kind == "sun"] or [g for g, m in gears.items() if m.kind == "gear"][:1]
+    if suns:
+        far = _distances(suns, joints)
+    else:
+        far = {g: -d for g, d in _distances([g for g, m in gears.items() if m.kind == "ring"], joints).items()}
+    turned = []
+    for p in pairs:
+        swap = not p.internal and far.get(p.b, FAR) < far.get(p.a, FAR)
+        a, b = (p.b, p.a) if swap else (p.a, p.b)
+        turned.append(GearPair(name=p.name, stage=p.stage, a=a, b=b, internal=p.internal, keys=p.keys))
+    return tuple(sorted(turned, key=lambda p: (far.get(p.a, FAR), p.internal)))
+
+
+def _distances(roots: Iterable[str], joints: Sequence[tuple[str, str]]) -> dict[str, int]:
+    """Number of joints from the nearest root, by gear."""
+    far = dict.fromkeys(roots, 0)
+    both = [*joints, *((b, a) for a, b in joints)]
+    while new := [(b, far[a] + 1) for a, b in both if a in far and b not in far]:
+        far.update(new)
+    return far
+
+
+def _chains(pairs: Sequence[GearPair], gears: Mapping[str, MemberTable], path: str) -> dict[str, int]:
+    """Number of the chain of meshing gears, by gear. Raises ModelError for a gear that meshes with nothing."""
+    chain = {name: i for i, name in enumerate(gears)}
+    for p in pairs:
+        low, high = sorted((chain[p.a], chain[p.b]))
+        chain = {name: low if c == high else c for name, c in chain.items()}
+    meshing = {name for p in pairs for name in (p.a, p.b)}
+    for name in gears:
+        if name not in meshing:
+            raise ModelError(
+                "meshes with nothing",
+                path=f"{path}.{name}",
+                allowed=f"a mesh in {path}.meshes with one of {', '.join(g for g in gears if g != name)}",
+            )
+    return chain
+
+
+STEEL_DENSITY = 7850.0  # [kg/m^3]
+STEEL_POISSON = 0.3
+
+
+def file_material(model: ModelFile) -> Levels:
+    """The `material` table of the file."""
+    return subtables((Level("file", "", model),), "material")
+
+
+def member_material(plan: Plan, member: str, model: ModelFile) -> Levels:
+    """The `material` tables of a member, its stage and the file, nearest first."""
+    return (*subtables(plan.levels(member), "material"), *file_material(model))
+
+
+def density_of(material: Levels) -> float:
+    """Density [kg/m^3]."""
+    return float(stated_value(material, "density", STEEL_DENSITY))
+
+
+def elastic_constants(material: Levels) -> tuple[float, float]:
+    """Young's modulus [Pa] and Poisson's ratio [1]."""
+    modulus = stated_value(material, "youngs_modulus", STEEL_MODULUS)
+    return float(modulus), float(stated_value(material, "poisson_ratio", STEEL_POISSON))

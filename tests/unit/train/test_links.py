@@ -1,0 +1,156 @@
+"""Links: what is not named is rigid, shafts, shares, torques on halves."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from epicyclic.train.bodies import Link
+from epicyclic.train.links import shaft_stiffness, shear_coefficient
+from epicyclic.train.resolution import load
+from epicyclic.train.train import Train
+
+MODELS = Path(__file__).parent / "models"
+INF = math.inf
+
+
+def link(train: Train, name: str) -> Link:
+    return next(entry for entry in train.links if entry.name == name)
+
+
+def test_what_is_not_named_is_rigid_and_rz_is_free() -> None:
+    train = load("ren2021")
+    assert link(train, "main/sun/support").stiffness == (1e9, 1e9, 1e9, INF, INF, 0.0)
+    bearing = link(train, "main/planet/2/bearing")
+    assert bearing.stiffness == (1e9, 1e9, 1e9, INF, INF, 0.0)
+    assert (bearing.first, bearing.second) == ("main/carrier", "main/planet/2")
+    assert bearing.angle == pytest.approx(2 * math.pi / 3)
+    assert link(train, "main/ring/left/support").station == -0.095
+
+
+def test_a_held_member_is_rigid_in_rz_unless_it_says_otherwise() -> None:
+    held = load("ren2021", {"stages.main.ring.support.rz": None})
+    assert link(held, "main/ring/left/support").stiffness[5] == INF
+    assert link(load("ren2021"), "main/ring/left/support").stiffness[5] == pytest.approx(
+        1e10 * 0.933793115162928**2, rel=1e-12
+    )  # z m_t cos(alpha_t)/2 of 57 teeth
+
+
+def test_overrides_of_one_direction_and_per_planet() -> None:
+    train = load("ren2021", {"stages.main.planet.bearing.x": [1e8, 2e8, 3e8]})
+    assert [link(train, f"main/planet/{i}/bearing").stiffness[:2] for i in (1, 2, 3)] == [
+        (1e8, 1e9),
+        (2e8, 1e9),
+        (3e8, 1e9),
+    ]
+
+
+def test_planets_without_carrier_stand_in_the_housing() -> None:
+    train = load(MODELS / "encased.toml")
+    bearing = link(train, "encased/planet/3/bearing")
+    assert (bearing.first, bearing.second, bearing.to_housing) == ("encased/planet/3", None, False)
+    assert link(train, "differential/sun/support").to_housing
+    assert not link(train, "encased/sun/support").to_housing
+
+
+def test_a_planet_in_one_piece_hangs_on_both_halves_of_a_split_carrier() -> None:
+    train = load("ren2021", {"stages.main.carrier.split": True, "stages.main.carrier.neck": {}})
+    ends = [(entry.first, entry.stiffness[0]) for entry in train.links if entry.name.startswith("main/planet/1")]
+    assert ends == [("main/carrier/left", 5e8), ("main/carrier/right", 5e8)]
+
+
+def test_supported_by_another_member() -> None:
+    train = load("ren2021", {"stages.main.sun.support.to": "carrier"})
+    assert link(train, "main/sun/support").second == "main/carrier"
+
+
+def test_damping_and_play_are_handed_on() -> None:
+    train = load(MODELS / "dong.toml", {"stages.main.sun.support.damping": "100 N s/m"})
+    support = link(train, "main/sun/support")
+    assert support.damping == (100.0, 100.0, 100.0, 0.0, 0.0, 0.0)
+    assert support.clearance == 20e-6
+    assert dict(support.friction) == {"coefficient": 0.1, "radius": 0.02, "law": "holonomic"}
+
+
+def test_couplings_pass_torque_only_unless_their_ends_are_fixed() -> None:
+    splined = link(load(MODELS / "xu.toml"), "output-shaft")
+    shape = shaft_stiffness(0.28, 0.0, 0.4325, 206e9, 0.3)
+    assert splined.stiffness == (0, 0, 0, 0, 0, shape["rz"])
+    fixed = link(load(MODELS / "xu.toml", {"couplings.output-shaft.ends": "fixed"}), "output-shaft")
+    assert fixed.stiffness == tuple(shape[d] for d in ("x", "y", "z", "rx", "ry", "rz"))
+
+
+def test_shaft_stiffness_is_that_of_a_beam_with_shear() -> None:
+    """Cantilever: an end force F gives F l^3/(3 E I) + F l/(kappa G A), an end moment M l/(E I)."""
+    modulus, poisson, diameter, length = 206e9, 0.3, 0.1, 0.4
+    k = shaft_stiffness(diameter, 0.0, length, modulus, poisson)
+    second, area = math.pi * diameter**4 / 64, math.pi * diameter**2 / 4
+    shear = modulus / (2 * (1 + poisson)) * 6 * (1 + poisson) / (7 + 6 * poisson) * area
+    # springs at mid-length: the end force bends the rotation spring over half the length
+    tip = 1 / k["x"] + (length / 2) ** 2 / k["ry"]
+    assert tip == pytest.approx(length**3 / (3 * modulus * second) + length / shear, rel=1e-12)
+    assert 1 / k["ry"] == pytest.approx(length / (modulus * second), rel=1e-12)
+    assert k["rz"] == pytest.approx(modulus / 2.6 * 2 * second / length, rel=1e-12)
+
+
+def annular_shear_coefficient(inner: float, outer: float, nu: float) -> float:
+    """Cowper's integral over an annulus of the flexure function chi, harmonic with the flux of an end load."""
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    r, dr = (outer + inner) / 2 + (outer - inner) / 2 * nodes, (outer - inner) / 2 * weights
+    turn = 2 * np.pi * np.arange(16) / 16
+    r, turn = r[:, None], turn[None]
+    x, y, dA = r * np.cos(turn), r * np.sin(turn), r * dr[:, None] * (2 * np.pi / 16)
+    squares = inner**2 + outer**2
+    chi = -(3 + 2 * nu) / 4 * (squares * r + inner**2 * outer**2 / r) * np.cos(turn) + r**3 * np.cos(3 * turn) / 4
+    area, second = np.sum(dA + 0 * turn), np.sum(x**2 * dA)
+    return float(-2 * (1 + nu) * second**2 / (area * np.sum(x * (chi + x * y**2) * dA)))
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.5])
+def test_shear_coefficient_of_hollow_sections(poisson: float) -> None:
+    """Solid and thin-walled sections in closed form, between them the integral over the section."""
+    assert shear_coefficient(0.0, poisson) == pytest.approx(6 * (1 + poisson) / (7 + 6 * poisson), rel=1e-14)
+    assert shear_coefficient(1 - 1e-9, poisson) == pytest.approx(2 * (1 + poisson) / (4 + 3 * poisson), rel=1e-8)
+    for ratio in (0.2, 0.6, 0.95):
+        assert shear_coefficient(ratio, poisson) == pytest.approx(annular_shear_coefficient(ratio, 1.0, poisson))
+
+
+def test_a_hollow_shaft_shears_more() -> None:
+    """A short tube of thin wall: half of its section carries the shear, of a solid one nine tenths."""
+    modulus, poisson, diameter, length = 206e9, 0.3, 0.1, 0.02
+    bore = 0.999 * diameter
+    second, area = math.pi * (diameter**4 - bore**4) / 64, math.pi * (diameter**2 - bore**2) / 4
+    shear = 1 / shaft_stiffness(diameter, bore, length, modulus, poisson)["x"] - length**3 / (12 * modulus * second)
+    kappa = 2 * (1 + poisson) / (4 + 3 * poisson)
+    assert shear == pytest.approx(length * 2 * (1 + poisson) / (modulus * kappa * area), rel=1e-5)
+
+
+def test_torque_of_a_named_side_and_of_both() -> None:
+    whole = load(MODELS / "xu.toml")
+    assert whole.torques["main/carrier/left"] == whole.torques["main/carrier/right"] == -414e3
+    sided = load(MODELS / "xu.toml", {"operation.torque.carrier": {"right": "-828 kN m"}})
+    assert "main/carrier/left" not in sided.torques
+    assert sided.torques["main/carrier/right"] == -828e3
+
+
+def test_origins_say_where_a_value_comes_from() -> None:
+    train = load("ren2021", {"stages.main.sun.mass": "700 kg"})
+    origin = {value.path: value.origin for value in train.values}
+    assert origin["stages.main.sun.mass"] == "set"
+    assert origin["stages.main.planet.mass"] == "given"
+    assert origin["stages.main.module"] == "assumed"
+    assert origin["stages.main.sun.module"] == "stage"
+    assert origin["stages.main.planet.hand"] == "as sun"
+    assert origin["stages.main.sun.base_radius"] == "geometry"
+    assert origin["stages.main.sun.pressure_angle"] == "default"
+    assert origin["stages.main.carrier.tilt_inertia"] == "missing"
+
+
+def test_one_gear_speaks_for_its_chain() -> None:
+    train = load(MODELS / "dong.toml")
+    origin = {value.path: value.origin for value in train.values}
+    assert origin["stages.main.star1.module"] == "as sun"
+    assert origin["stages.main.ring.helix_angle"] == "as star2"
