@@ -1,4 +1,4 @@
-"""Assembly: Train -> System, matrices of all bodies and connections and their reduction to the free coordinates.
+"""Assembly, Train -> System: matrices of all bodies and connections, and their reduction to the free coordinates.
 
 Every mesh, bearing, pin and support becomes rows of gaps; rigid connections are eliminated; displaced features become
 excitation lines of exact frequency.  Frames, rows, signs and phases are those of docs/conventions.md.
@@ -35,9 +35,7 @@ from .inertia import (
 from .mesh_laws import flank_laws, flanks_ignored, idle_friction, law_groups, one_sided_flanks
 from .structure import Structure, own_centres, structure_of
 from .symmetry import commutes, reduced_operator, turn_operator
-from .system import Dofs, FarFlanks, LinkRows, MeshRows, Symmetry, System
-
-Array = NDArray[np.float64]
+from .system import Array, Dofs, FarFlanks, LinkRows, MeshRows, Symmetry, System
 
 
 @checked
@@ -65,45 +63,23 @@ def assemble(train: Train) -> System:
     if not kept.size:
         raise ModelError("every direction of every body is rigid: nothing can move", path="stages")
     mass, missing = _masses(train, T)
-    bodies = mass[:, 0], mass[:, 5], mass[:, 3]
-    G = gyroscopic_matrix(*bodies, structure.frame_speed, structure.spin)
-    Kg = centrifugal_stiffness(*bodies, structure.frame_speed, structure.spin)
-    _add_carried(Kg, train, structure, mass)
-    euler = euler_matrix(*bodies, structure.frame_speed, structure.spin)
-    law = np.array([row.law for row in structure.links], dtype=bool)
-    stiffness = np.array([0.0 if row.law else row.stiffness for row in structure.links])
-    given = np.array([row.damping for row in structure.links])
-    damping = given + (train.damping.stiffness or 0.0) * stiffness
-    alpha = train.damping.mass or 0.0
-    turning = _housing_dampers(structure, given)
-    skew = structure.link.T @ turning @ structure.link
-    model = FullModel(
-        T=T,
-        S=S,
-        mass=mass,
-        G=G,
-        Kg=Kg,
-        euler=euler,
-        mass_damping=alpha,
-        link_stiffness=stiffness,
-        link_damping=damping,
-        skew=skew,
-    )
+    turning = _housing_dampers(structure)
+    model = _full_model(train, structure, T, S, mass, turning)
     M = (T.T * mass.ravel()) @ T
     L = structure.link @ T
-    K = (L.T * stiffness) @ L
+    K = (L.T * model.link_stiffness) @ L
     tones = tuple(sorted(set((train.kinematics.mesh_frequency or {}).values()) - {Fraction(0)}))
-    meshes = _mesh_rows(train, structure, T, M, tones)
+    meshes = _meshes(train, structure, T, M, tones)
     return System(
         dofs=_dofs(train, T, kept),
         M=M,
-        C=(L.T * damping) @ L + alpha * M,
-        G=T.T @ G @ T,
+        C=(L.T * model.link_damping) @ L + model.mass_damping * M,
+        G=T.T @ model.G @ T,
         K=K,
-        Kg=T.T @ Kg @ T,
-        Cskew=T.T @ skew @ T,
+        Kg=T.T @ model.Kg @ T,
+        Cskew=T.T @ model.skew @ T,
         meshes=meshes,
-        links=_link_rows(structure, L[~law], damping[~law], turning[np.ix_(~law, ~law)]),
+        links=_links(structure, L, model.link_damping, turning),
         force=_torques(train, structure) @ T,
         tones=tones,
         lines=excitation_lines(train, structure, model),
@@ -111,15 +87,29 @@ def assemble(train: Train) -> System:
         body_mass=mass,
         symmetries=_symmetries(train, T, M, K + (meshes.B * meshes.stiffness) @ meshes.B.T),
         warnings=(*train.warnings, *idle_friction(train), *one_sided_flanks(train), *flanks_ignored(train)),
-        provenance=_provenance(train),
+        provenance={
+            "title": train.title,
+            "doi": train.doi,
+            "model": _model_text(train),
+            "assumed": json.dumps(dict(train.assumed)),
+        },
         missing_inertia=missing,
         groups=law_groups(train, structure.links, L, lag=train.damping.stiffness or 0.0),
         body_turns=structure.spin_turn if train.kinematics.speed is not None else (),
-        euler=T.T @ euler @ T,
+        euler=T.T @ model.euler @ T,
         spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, own_centres(train)) @ T,
         stage_turns=_stage_turns(train),
         far=_far_flanks(structure, T, meshes) if structure.far_of.size else None,
     )
+
+
+@lru_cache(maxsize=4)
+def _model_text(train: Train) -> str:
+    """Model file of a train as JSON, kept because a study assembles one train many times."""
+    return json.dumps(train.document, default=str)
+
+
+# bodies ---------------------------------------------------------------------------------------------------------------
 
 
 def _masses(train: Train, T: Array) -> tuple[Array, tuple[str, ...]]:
@@ -128,22 +118,19 @@ def _masses(train: Train, T: Array) -> tuple[Array, tuple[str, ...]]:
     moving = np.abs(T).max(axis=1).reshape(-1, 6) > 0
     needed = np.stack([moving[:, :3].any(axis=1), moving[:, 5], moving[:, 3] | moving[:, 4]], axis=1)
     absent = ~np.isfinite(values)
-    missing = tuple(
-        dict.fromkeys(
-            f"{_path(train.bodies[i].member)}.{('mass', 'inertia', 'tilt_inertia')[j]}"
-            for i, j in np.argwhere(absent & needed)
-        )
-    )
+    missing = []
+    for i, j in np.argwhere(absent & needed):
+        member = train.bodies[i].member
+        table = "stages" if "." in member else "bodies"
+        missing.append(f"{table}.{member}.{('mass', 'inertia', 'tilt_inertia')[j]}")
     mass, inertia, tilt = np.where(absent, 0.0, values).T
-    return mass_diagonal(mass, inertia, tilt), missing
+    return mass_diagonal(mass, inertia, tilt), tuple(dict.fromkeys(missing))
 
 
-def _path(member: str) -> str:
-    return f"stages.{member}" if "." in member else f"bodies.{member}"
-
-
-def _add_carried(Kg: Array, train: Train, structure: Structure, mass: Array) -> None:
-    """Add to Kg (6 nb, 6 nb) the geometric stiffness of all carried bodies, in place; mass : (nb, 6) [kg]."""
+def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Array, turning: Array) -> FullModel:
+    """Matrices of all bodies and links on the unreduced coordinates; mass : (nb, 6) [kg, kg m^2], turning : (p, p)."""
+    motion = mass[:, 0], mass[:, 5], mass[:, 3], structure.frame_speed, structure.spin
+    Kg = centrifugal_stiffness(*motion)
     for i, body in enumerate(train.bodies):
         omega = structure.frame_speed[i]
         if body.carried_by is None or omega == 0.0:
@@ -157,35 +144,67 @@ def _add_carried(Kg: Array, train: Train, structure: Structure, mass: Array) -> 
             preload=mass[i, 0] * omega**2,
             radius=math.hypot(*body.centre),
         )
+    stiffness = structure.linear_stiffness
+    dampers = np.array([row.damping for row in structure.links])
+    return FullModel(
+        T=T,
+        S=S,
+        mass=mass,
+        G=gyroscopic_matrix(*motion),
+        Kg=Kg,
+        euler=euler_matrix(*motion),
+        mass_damping=train.damping.mass or 0.0,
+        link_stiffness=stiffness,
+        link_damping=dampers + (train.damping.stiffness or 0.0) * stiffness,
+        skew=structure.link.T @ turning @ structure.link,
+    )
 
 
-def _housing_dampers(structure: Structure, damping: Array) -> Array:
+def _housing_dampers(structure: Structure) -> Array:
     """Stiffness-like terms (p, p) [N/m] between link rows of dampers to the housing in a turning frame.
 
     They act on the absolute velocity: with c on x' and y' of one support K[x,y] = -c Omega, K[y,x] = +c Omega; likewise
-    rx, ry (docs/conventions.md, Inertia in a turning frame).  damping : (p,) [N s/m].
+    rx, ry (docs/conventions.md, Inertia in a turning frame).
     """
     turning = np.zeros((len(structure.links), len(structure.links)))
     pairs: dict[tuple[str, int], dict[int, int]] = {}
     for i, row in enumerate(structure.links):
-        if row.to_housing and damping[i] and row.direction in (0, 1, 3, 4) and structure.frame_speed[row.first]:
-            pairs.setdefault((row.link, row.direction // 3), {})[row.direction % 3] = i
+        if row.to_housing and row.damping and row.direction in (0, 1, 3, 4) and structure.frame_speed[row.first]:
+            pairs.setdefault((row.link.name, row.direction // 3), {})[row.direction % 3] = i
     for pair in pairs.values():
-        factor = damping[pair[0]] * structure.frame_speed[structure.links[pair[0]].first]
+        x = structure.links[pair[0]]
+        factor = x.damping * structure.frame_speed[x.first]
         turning[pair[1], pair[0]], turning[pair[0], pair[1]] = factor, -factor
     return turning
 
 
-def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tuple[Fraction, ...]) -> MeshRows:
+def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:
+    """Names of the reduced coordinates, `kept` (n,) of the 6 nb, and their expansion T (6 nb, n)."""
+    body = [train.bodies[k // 6] for k in kept]
+    direction = tuple(DIRECTIONS[k % 6] for k in kept)
+    return Dofs(
+        names=tuple(f"{b.name}/{d}" for b, d in zip(body, direction, strict=True)),
+        body=tuple(b.name for b in body),
+        direction=direction,
+        radius=np.array([b.reference_radius if d == "rz" else 1.0 for b, d in zip(body, direction, strict=True)]),
+        bodies=tuple(b.name for b in train.bodies),
+        expand=T,
+    )
+
+
+# meshes ---------------------------------------------------------------------------------------------------------------
+
+
+def _meshes(train: Train, structure: Structure, T: Array, M: Array, tones: tuple[Fraction, ...]) -> MeshRows:
     """Mesh rows on the reduced coordinates; T : (6 nb, n), M : (n, n)."""
     meshes = [row.mesh for row in structure.meshes]
     B = (structure.mesh @ T).T
     stiffness = np.array([mesh.stiffness for mesh in meshes])
     frequency = train.kinematics.mesh_frequency or {}
     tone = [tones.index(frequency[m.stage]) if frequency.get(m.stage) in tones else 0 for m in meshes]
-    given = np.array([mesh.damping for mesh in meshes])
+    damping = np.array([mesh.damping for mesh in meshes])
     if train.damping.mesh:
-        given = given + _relative_damping(train.damping.mesh, structure, B, stiffness, M)
+        damping = damping + _relative_damping(train.damping.mesh, structure, B, stiffness, M)
     return MeshRows(
         name=tuple(m.name for m in meshes),
         pair=tuple(m.pair for m in meshes),
@@ -196,7 +215,7 @@ def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tu
         stiffness=stiffness,
         variation=_variations(meshes),
         tone=np.array(tone, np.int64),
-        damping=given + (train.damping.stiffness or 0.0) * stiffness,
+        damping=damping + (train.damping.stiffness or 0.0) * stiffness,
         backlash=np.array([m.backlash for m in meshes]),
         cos_base_helix=np.cos([m.base_helix for m in meshes]),
         slice=tuple(row.number for row in structure.meshes),
@@ -207,14 +226,6 @@ def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tu
     )
 
 
-def _stage_turns(train: Train) -> dict[str, Fraction]:
-    """Speed of the axes of every stage, exact [rev/s]."""
-    if train.kinematics.speed is None:
-        return {}
-    turns = train.kinematics.frame_speed or {}
-    return {stage: Fraction(turns.get(stage, 0)) / 60 for stage in train.planets}
-
-
 def _far_flanks(structure: Structure, T: Array, meshes: MeshRows) -> FarFlanks:
     """Far flanks, those without mean load; T : (6 nb, n).
 
@@ -222,20 +233,17 @@ def _far_flanks(structure: Structure, T: Array, meshes: MeshRows) -> FarFlanks:
     the far flank moves in the opposite sense, with a lead less by sense (1/2 + 2 c_a).  Its table is that of the pair
     at the mirrored phase.  Derived here.
     """
-    rows = [structure.meshes[i] for i in structure.far_of]
-    rows = [row._replace(mesh=_mirrored(row.mesh)) for row in rows]
+    rows = []
+    for i in structure.far_of:
+        mesh = structure.meshes[i].mesh
+        lead = Phase.of(mesh.lead) - mesh.sense * (Phase.of(HALF) + mesh.tooth_shift)
+        rows.append(structure.meshes[i]._replace(mesh=replace(mesh, lead=lead.value, sense=-mesh.sense)))
     return FarFlanks(
         mesh=structure.far_of,
         B=(structure.far @ T).T,
         variation=_variations([row.mesh for row in rows], orders=meshes.variation.shape[1]),
         laws=flank_laws(rows, meshes.tone[structure.far_of], far=True),
     )
-
-
-def _mirrored(mesh: Mesh) -> Mesh:
-    """The mesh with the phase of its far flank."""
-    lead = Phase.of(mesh.lead) - mesh.sense * (Phase.of(HALF) + mesh.tooth_shift)
-    return replace(mesh, lead=lead.value, sense=-mesh.sense)
 
 
 def _relative_damping(ratio: float, structure: Structure, B: Array, stiffness: Array, M: Array) -> Array:
@@ -265,31 +273,22 @@ def _variations(meshes: Sequence[Mesh], *, orders: int = 0) -> NDArray[np.comple
     return result
 
 
-def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:
-    """Names of the reduced coordinates, `kept` (n,) of the 6 nb, and their expansion T (6 nb, n)."""
-    body = [train.bodies[k // 6] for k in kept]
-    direction = tuple(DIRECTIONS[k % 6] for k in kept)
-    return Dofs(
-        names=tuple(f"{b.name}/{d}" for b, d in zip(body, direction, strict=True)),
-        body=tuple(b.name for b in body),
-        direction=direction,
-        radius=np.array([b.reference_radius if d == "rz" else 1.0 for b, d in zip(body, direction, strict=True)]),
-        bodies=tuple(b.name for b in train.bodies),
-        expand=T,
-    )
+# links, loads, symmetry -----------------------------------------------------------------------------------------------
 
 
-def _link_rows(structure: Structure, L: Array, damping: Array, turning: Array) -> LinkRows:
-    """Linear link rows; L : (p, n), damping : (p,) [N s/m], turning : (p, p) [N/m]."""
+def _links(structure: Structure, L: Array, damping: Array, turning: Array) -> LinkRows:
+    """Linear link rows; L : (p, n), damping : (p,) [N s/m] and turning : (p, p) [N/m] of all elastic rows."""
+    linear = ~structure.lawful
     rows = [row for row in structure.links if not row.law]
+    skew = turning[np.ix_(linear, linear)]
     turn = tuple(structure.frame_turn[row.first] if row.to_housing else Fraction(0) for row in rows)
     return LinkRows(
-        name=tuple(f"{row.link}/{DIRECTIONS[row.direction]}" for row in rows),
-        link=tuple(row.link for row in rows),
-        B=L.T,
+        name=tuple(f"{row.link.name}/{DIRECTIONS[row.direction]}" for row in rows),
+        link=tuple(row.link.name for row in rows),
+        B=L[linear].T,
         stiffness=np.array([row.stiffness for row in rows]),
-        damping=damping,
-        skew=turning if turning.any() else np.zeros((0, 0)),
+        damping=damping[linear],
+        skew=skew if skew.any() else np.zeros((0, 0)),
         turn=turn if any(turn) else (),
     )
 
@@ -302,9 +301,17 @@ def _torques(train: Train, structure: Structure) -> Array:
     return force
 
 
+def _stage_turns(train: Train) -> dict[str, Fraction]:
+    """Speed of the axes of every stage, exact [rev/s]."""
+    if train.kinematics.speed is None:
+        return {}
+    turns = train.kinematics.frame_speed or {}
+    return {stage: Fraction(turns.get(stage, 0)) / 60 for stage in train.planets}
+
+
 def _symmetries(train: Train, T: Array, M: Array, K: Array) -> tuple[Symmetry, ...]:
     """Cyclic symmetry of every stage, checked on M and K (n, n), K with the mean meshes; T : (6 nb, n)."""
-    result = []
+    symmetries = []
     for stage, branches in train.planets.items():
         members: dict[tuple[str, str | None], dict[int, int]] = {}
         central = []
@@ -319,20 +326,5 @@ def _symmetries(train: Train, T: Array, M: Array, K: Array) -> tuple[Symmetry, .
         R = reduced_operator(full, T) if branches > 1 else None
         holds = R is not None and commutes(R, M) and commutes(R, K)
         operator = np.eye(T.shape[1]) if R is None else R
-        result.append(Symmetry(stage=stage, branches=branches, operator=operator, holds=holds))
-    return tuple(result)
-
-
-@lru_cache(maxsize=4)
-def _model_text(train: Train) -> str:
-    """Model file of a train as JSON, kept because a study assembles one train many times."""
-    return json.dumps(train.document, default=str)
-
-
-def _provenance(train: Train) -> dict[str, str]:
-    return {
-        "title": train.title,
-        "doi": train.doi,
-        "model": _model_text(train),
-        "assumed": json.dumps(dict(train.assumed)),
-    }
+        symmetries.append(Symmetry(stage=stage, branches=branches, operator=operator, holds=holds))
+    return tuple(symmetries)

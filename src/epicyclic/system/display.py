@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from .elimination import NEGLIGIBLE
+
 if TYPE_CHECKING:
     from .system import System
 
 _CELL, _LABEL = 13, 10  # side of a cell of the pattern and size of its letters [px]
-_MESH, _LINK, _OWN = "#e07b39", "#6ea8d8", "#c8c8c8"
-# Entries of a row below this share of its largest are rounding of the elimination.
-_NEGLIGIBLE = 1e-12
+_MESH, _LINK, _BODY = "#e07b39", "#6ea8d8", "#c8c8c8"  # colours of couplings and of a body with itself
 
 
 def system_html(system: System) -> str:
@@ -33,14 +33,14 @@ def damping_text(system: System) -> str:
 
 
 def _facts(system: System) -> list[tuple[str, str]]:
-    meshes, cut = system.meshes, sum(number > 0 for number in system.meshes.slice)
+    meshes, slices = system.meshes, sum(number > 0 for number in system.meshes.slice)
     laws = Counter(group.law.kind for group in system.groups)
-    found = [
+    facts = [
         ("degrees of freedom", f"{len(system.dofs.names)} of {len(set(system.dofs.body))} bodies"),
-        ("mesh rows", f"{len(meshes.name)}" + (f", {cut} of them slices" if cut else "")),
+        ("mesh rows", f"{len(meshes.name)}" + (f", {slices} of them slices" if slices else "")),
         ("mean mesh stiffness [N/m]", _range(meshes.stiffness)),
         ("far flanks", str(len(system.far.mesh)) if system.far is not None else "none"),
-        ("meshes with a law", f"{sum(len(part.rows) for part in meshes.laws)} rows" if meshes.laws else ""),
+        ("meshes with a law", f"{sum(len(block.rows) for block in meshes.laws)} rows" if meshes.laws else ""),
         ("linear link rows", str(len(system.links.name))),
         ("links with a law", ", ".join(f"{count} {kind}" for kind, count in laws.items()) or "none"),
         ("mesh frequencies [Hz]", ", ".join(f"{float(tone):.5g}" for tone in system.tones) or "no speed given"),
@@ -49,7 +49,7 @@ def _facts(system: System) -> list[tuple[str, str]]:
         ("cyclic stages", ", ".join(f"{s.stage} ({s.branches})" for s in system.symmetries if s.holds) or "none"),
         ("missing inertia", ", ".join(system.missing_inertia)),
     ]
-    return [(name, text) for name, text in found if text]
+    return [(name, text) for name, text in facts if text]
 
 
 def _range(values: NDArray[np.float64]) -> str:
@@ -67,15 +67,15 @@ def _pattern(system: System) -> str:
     groups = [system.links.B, *(group.B for group in system.groups)]
     meshes, links = _coupled(system.meshes.B, owner), _coupled(np.concatenate(groups, axis=1), owner)
     left = 0.62 * _LABEL * max((len(name) for name in names), default=0) + 6
-    cells = [_cell(left, i, i, _OWN, name) for i, name in enumerate(names)]
-    for pairs, colour, word in ((links, _LINK, "link"), (meshes, _MESH, "mesh")):
-        cells += [
-            _cell(left, *place, colour, f"{names[i]}, {names[j]}: {word}")
-            for i, j in sorted(pairs)
-            for place in ((i, j), (j, i))
-            if (word == "mesh" or (i, j) not in meshes or place[0] < place[1])
-            and (word == "link" or (i, j) not in links or place[0] > place[1])
-        ]
+    cells = [_cell(left, i, i, _BODY, name) for i, name in enumerate(names)]
+    for i, j in sorted(links):
+        cells.append(_cell(left, i, j, _LINK, f"{names[i]}, {names[j]}: link"))
+        if (i, j) not in meshes:
+            cells.append(_cell(left, j, i, _LINK, f"{names[i]}, {names[j]}: link"))
+    for i, j in sorted(meshes):
+        if (i, j) not in links:
+            cells.append(_cell(left, i, j, _MESH, f"{names[i]}, {names[j]}: mesh"))
+        cells.append(_cell(left, j, i, _MESH, f"{names[i]}, {names[j]}: mesh"))
     labels = "".join(
         f'<text x="{left - 4:.1f}" y="{_CELL * i + _LABEL:.1f}">{escape(name)}</text>' for i, name in enumerate(names)
     )
@@ -95,11 +95,11 @@ def _pattern(system: System) -> str:
 
 def _coupled(B: NDArray[np.float64], owner: NDArray[np.int64]) -> set[tuple[int, int]]:
     """Pairs i < j of bodies that some row, a column of B (n, R), couples; owner : (n,) body of each coordinate."""
-    found: set[tuple[int, int]] = set()
+    pairs: set[tuple[int, int]] = set()
     for column in np.abs(B).T:
-        touched = sorted(set(owner[column > _NEGLIGIBLE * column.max(initial=0.0)].tolist()))
-        found |= {(i, j) for k, i in enumerate(touched) for j in touched[k + 1 :]}
-    return found
+        touched = sorted(set(owner[column > NEGLIGIBLE * column.max(initial=0.0)].tolist()))
+        pairs |= {(i, j) for k, i in enumerate(touched) for j in touched[k + 1 :]}
+    return pairs
 
 
 def _cell(left: float, row: int, column: int, colour: str, text: str) -> str:

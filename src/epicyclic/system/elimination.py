@@ -1,25 +1,34 @@
 """Rank of rows: rigid connections eliminated, and motions that strain no row.
 
-Rigid connections by elimination: A q = eps becomes q = T p + S eps, exactly, without penalty springs.
+A q = eps of rigid connections becomes q = T p + S eps, exactly, without penalty springs, by Gauss-Jordan elimination
+with prescribed pivots (derived here).
 
-Gauss-Jordan elimination with prescribed pivots, derived here.
-
-Rows of the mean stiffness, and the motions that strain none of them, by the rank of the rows (derived here).
-
-With the rows weighted by the roots of stiffness, W = [sqrt(k) b], the mean stiffness is W W^T.  A rigid motion strains
-no mesh and no link, whatever their stiffness: kinematics tells it, the size of an eigenvalue does not.
+With the rows of the mean stiffness weighted by the roots of stiffness, W = [sqrt(k) b], it is W W^T.  A rigid motion
+strains no mesh and no link, whatever their stiffness: kinematics tells it by the rank of the rows (derived here), the
+size of an eigenvalue does not.
 """
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from .system import Array, System
 
-# Entries below this share of the largest one in a row are rounding of earlier eliminations.
-_NEGLIGIBLE = 1e-12
+if TYPE_CHECKING:
+    from .system import System
+
+Array = NDArray[np.float64]
+
+# Entries below this share of the largest one in a row are rounding of eliminations.
+NEGLIGIBLE = 1e-12
+# Singular values of rows of unit length that are zero: rounding of rows is 1e-15, and radii printed to eight digits fit
+# one centre distance to 1e-8; rows that hold a motion on purpose have 1e-3 (a narrow face against tilt) and more.
+_RANK = 1e-8
+# What K has beside its links, per geometric mean of its diagonal: rounding of the sum.
+REST = 1e-12
 
 
 def eliminate(constraints: Array, pivots: NDArray[np.int64]) -> tuple[Array, Array, NDArray[np.int64]]:
@@ -40,12 +49,11 @@ def eliminate(constraints: Array, pivots: NDArray[np.int64]) -> tuple[Array, Arr
     A = constraints.copy()
     S = np.zeros((size, count))
     active = np.ones(size, bool)
-    pending = np.ones(count, bool)
     scale = np.abs(A).max(axis=1, initial=0.0)
-    pending &= scale > 0
+    pending = scale > 0
     # Rows with one free coordinate determine it, many in a pass; that may leave other rows with one.
     while True:
-        live = ((np.abs(A) > _NEGLIGIBLE * scale[:, None]) & active).sum(axis=1)
+        live = ((np.abs(A) > NEGLIGIBLE * scale[:, None]) & active).sum(axis=1)
         pending &= live > 0
         single = np.flatnonzero(pending & (live == 1))
         if not single.size:
@@ -60,31 +68,19 @@ def eliminate(constraints: Array, pivots: NDArray[np.int64]) -> tuple[Array, Arr
     T = np.zeros((size, size))
     T[active, active] = 1.0
     for row in np.flatnonzero(pending).tolist():
-        _solve_row(A[row], row, int(pivots[row]), T, S, float(scale[row]))
+        reduced, pivot, least = A[row] @ T, int(pivots[row]), NEGLIGIBLE * scale[row]
+        if abs(reduced[pivot]) <= least:
+            pivot = int(np.argmax(np.abs(reduced)))
+        if abs(reduced[pivot]) <= least:
+            continue
+        right = -(A[row] @ S)
+        right[row] += 1.0
+        column = T[:, pivot].copy()
+        S += np.outer(column, right / reduced[pivot])
+        T -= np.outer(column, reduced / reduced[pivot])
+        T[:, pivot] = 0.0
     kept = np.flatnonzero(T.any(axis=0))
     return T[:, kept], S, kept
-
-
-def _solve_row(a: Array, row: int, pivot: int, T: Array, S: Array, scale: float) -> None:
-    """Solve one row a (N,) for `pivot`, or its largest coefficient; change T (N, N) and S (N, c) in place."""
-    reduced = a @ T
-    if abs(reduced[pivot]) <= _NEGLIGIBLE * scale:
-        pivot = int(np.argmax(np.abs(reduced)))
-        if abs(reduced[pivot]) <= _NEGLIGIBLE * scale:
-            return
-    right = -(a @ S)
-    right[row] += 1.0
-    column = T[:, pivot].copy()
-    S += np.outer(column, right / reduced[pivot])
-    T -= np.outer(column, reduced / reduced[pivot])
-    T[:, pivot] = 0.0
-
-
-# Singular values of rows of unit length that are zero: rounding of rows is 1e-15, and radii printed to eight digits fit
-# one centre distance to 1e-8; rows that hold a motion on purpose have 1e-3 (a narrow face against tilt) and more.
-_RANK = 1e-8
-# What K has beside its links, per geometric mean of its diagonal: rounding of the sum.
-REST = 1e-12
 
 
 def stiffness_rows(system: System) -> Array | None:
@@ -92,12 +88,12 @@ def stiffness_rows(system: System) -> Array | None:
 
     None where a part of it is negative.
     """
-    meshes = system.meshes
-    linear = np.isfinite(system.links.stiffness) & (system.links.stiffness != 0)
-    if np.any(system.links.stiffness[linear] < 0) or np.any(meshes.stiffness < 0):
+    meshes, k = system.meshes, system.links.stiffness
+    linear = np.isfinite(k) & (k != 0)
+    if np.any(k[linear] < 0) or np.any(meshes.stiffness < 0):
         return None
-    held = _elastic(system, linear)
-    return None if held is None else np.concatenate([meshes.B * np.sqrt(meshes.stiffness), held], axis=1)
+    elastic = _elastic(system, linear)
+    return None if elastic is None else np.concatenate([meshes.B * np.sqrt(meshes.stiffness), elastic], axis=1)
 
 
 def elastic_rows(system: System, without: NDArray[np.int64] | None = None) -> Array:
@@ -108,31 +104,31 @@ def elastic_rows(system: System, without: NDArray[np.int64] | None = None) -> Ar
     ModelError : K is negative along some motion.
     """
     k = system.links.stiffness
-    found = _elastic(system, np.isfinite(k) & (k > 0))
-    if found is None:
+    linear = np.isfinite(k) & (k > 0)
+    elastic = _elastic(system, linear)
+    if elastic is None:
         raise ModelError("the stiffness of links is negative along some motion", path="stages", allowed="0 or more")
     if without is None or not without.size:
-        return found
-    linear = np.flatnonzero(np.isfinite(k) & (k > 0))
-    return np.delete(found, np.flatnonzero(np.isin(linear, without)), axis=1)
+        return elastic
+    return np.delete(elastic, np.flatnonzero(np.isin(np.flatnonzero(linear), without)), axis=1)
 
 
 def _elastic(system: System, linear: NDArray[np.bool_]) -> Array | None:
     """Rows (n, R) of the linear links and of what else K holds; None where that is negative."""
     links = system.links
-    held = links.B[:, linear] * np.sqrt(links.stiffness[linear])
-    rest = system.K - held @ held.T
+    rows = links.B[:, linear] * np.sqrt(links.stiffness[linear])
+    rest = system.K - rows @ rows.T
     size = np.sqrt(np.maximum(np.diag(system.K), 0.0))
     rest[np.abs(rest) <= REST * np.outer(size, size)] = 0.0
     further = _factor((rest + rest.T) / 2)
-    return None if further is None else np.concatenate([held, further], axis=1)
+    return None if further is None else np.concatenate([rows, further], axis=1)
 
 
 def _factor(matrix: Array) -> Array | None:
     """F (n, r) with F F^T a symmetric matrix (n, n) without negative eigenvalues; None where it has some."""
-    size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     if not matrix.any():
         return np.zeros((len(matrix), 0))
+    size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     scale = np.where(size > 0, size, 1.0)
     values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
     limit = REST * len(values) * float(np.abs(values).max())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,13 +11,11 @@ from ..teeth.contact_lines import averaging_length, line_windows
 from ..teeth.face_rows import RowStations, row_response, row_weights
 from ..teeth.gear_pair import ContactPair
 from ..teeth.segments import ContactSegments, contact_segments
-from ..train.bodies import Mesh, MeshSlice
+from ..train.bodies import MeshSlice
 from ..train.train import Train
-from .flank_laws import ROWS, FaceForce
+from .flank_laws import ROWS, FaceForce, Index
+from .system import Array
 from .tooth_pairs import axial_offsets, pair_of
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def with_three_rows(train: Train) -> Train:
@@ -28,19 +25,18 @@ def with_three_rows(train: Train) -> Train:
     ------
     ModelError : no face width.
     """
-    meshes = tuple(_cut(mesh, _stations(pair_of(train, mesh))) for mesh in train.meshes)
+    none = np.zeros(0, complex)
+    meshes = []
+    for mesh in train.meshes:
+        at = _stations(pair_of(train, mesh))
+        rows = tuple(
+            MeshSlice(station=mesh.station + zeta, lead=mesh.lead, variation=none, along=along)
+            for zeta, along in ((at.left, 0.0), (at.right, 0.0), (0.0, at.along))
+        )
+        meshes.append(replace(mesh, slices=rows, variation=none, table=None))
     # the error of a linearised loaded contact is contained in the contact of the flanks
     errors = tuple(error for error in train.mesh_errors if error.cause != "contact")
-    return replace(train, meshes=meshes, mesh_errors=errors)
-
-
-def _cut(mesh: Mesh, at: RowStations) -> Mesh:
-    none = np.zeros(0, complex)
-    places = ((at.left, 0.0), (at.right, 0.0), (0.0, at.along))
-    rows = (
-        MeshSlice(station=mesh.station + zeta, lead=mesh.lead, variation=none, along=along) for zeta, along in places
-    )
-    return replace(mesh, slices=tuple(rows), variation=none, table=None)
+    return replace(train, meshes=tuple(meshes), mesh_errors=errors)
 
 
 def _stations(pair: ContactPair) -> RowStations:
@@ -75,23 +71,22 @@ class _At:
         t, g = rows.shape[:2]
         phases = (instants[:, None] * g + np.arange(g)).ravel()
         begin = None if start is None else start.reshape(t * g, -1)
-        found = row_response(self.segments, self.weight, rows.reshape(t * g, ROWS), phases, start=begin)
+        response = row_response(self.segments, self.weight, rows.reshape(t * g, ROWS), phases, start=begin)
         return FaceForce(
-            force=found.force.reshape(t, g, ROWS),
-            tangent=found.tangent.reshape(t, g, ROWS, ROWS),
-            energy=found.energy.reshape(t, g),
-            residual=found.residual.reshape(t, g),
-            state=found.own.reshape(t, g, -1),
+            force=response.force.reshape(t, g, ROWS),
+            tangent=response.tangent.reshape(t, g, ROWS, ROWS),
+            energy=response.energy.reshape(t, g),
+            residual=response.residual.reshape(t, g),
+            state=response.own.reshape(t, g, -1),
         )
 
     def face(self, rows: Array, start: Array) -> FaceLoad:
         """Load along the face at approaches (T, g, 3) [m] of a solved state `start` (T, g, n) [m]."""
         T, g = rows.shape[:2]
-        phases = np.arange(T * g)
-        found = row_response(
-            self.segments, self.weight, rows.reshape(T * g, ROWS), phases, start=start.reshape(T * g, -1)
-        )
-        force, lines, plane = self.segments.spread(found.segment), self.segments.lines, self.segments.pair.plane
+        flat, begin = rows.reshape(T * g, ROWS), start.reshape(T * g, -1)
+        response = row_response(self.segments, self.weight, flat, np.arange(T * g), start=begin)
+        force = self.segments.spread(response.segment)
+        lines, plane = self.segments.lines, self.segments.pair.plane
         touched = lines.length > 0
         mean = np.where(touched, line_windows(plane, lines).mean(force), np.nan)
         long = lines.length.sum(axis=2, keepdims=True) >= averaging_length(plane) * (1 - 1e-9)
@@ -137,20 +132,14 @@ def face_laws(
     alike: dict[object, list[int]] = {}
     for number, mesh in enumerate(train.meshes):
         alike.setdefault((mesh.pair, mesh.side, axial_offsets(train, mesh)), []).append(number)
-    return tuple(
-        _alike(
-            [train.meshes[i] for i in numbers],
-            numbers,
-            pair_of(train, train.meshes[numbers[0]], slices=slices, linear_at=linear_at, corner=corner),
+    laws = []
+    for numbers in alike.values():
+        meshes = [train.meshes[i] for i in numbers]
+        law = MeshFaceLaw(
+            meshes=tuple(numbers),
+            pair=pair_of(train, meshes[0], slices=slices, linear_at=linear_at, corner=corner),
+            lead=np.array([float(mesh.lead) for mesh in meshes]),
+            sense=np.array([float(mesh.sense) for mesh in meshes]),
         )
-        for numbers in alike.values()
-    )
-
-
-def _alike(meshes: Sequence[Mesh], numbers: Sequence[int], pair: ContactPair) -> MeshFaceLaw:
-    return MeshFaceLaw(
-        meshes=tuple(numbers),
-        pair=pair,
-        lead=np.array([float(mesh.lead) for mesh in meshes]),
-        sense=np.array([float(mesh.sense) for mesh in meshes]),
-    )
+        laws.append(law)
+    return tuple(laws)

@@ -1,34 +1,27 @@
-"""Laws of flanks: protocol; linear, tabulated, along the face, and their blend.
-
-Protocol of flank laws: force over one gap, at a phase of the mesh cycle.
+"""Laws of flanks: force over one gap at a phase of the mesh cycle; linear, tabulated, blended, or along the face.
 
 A flank law holds c rows of one kind.  `at` fixes the phases, which is the expensive part and is kept by the caller;
 `evaluate` is then asked for forces at gaps, once a Newton step or integrator stage.  A law only pushes: at gaps up to
 `touch` its force is zero.
 
-Linear law with parametric stiffness: f = k(t) <delta> of a flank, k periodic in its mesh tone [kahraman1990].
+Linear with parametric stiffness: f = k(t) <delta> of a flank, k periodic in its mesh tone [kahraman1990].
 
     k(theta) = k0 (1 + Re sum_l v_l exp(2 pi i l theta)),    theta the phase of the tone [cycles]
 
 A truncated series may dip below zero where the true stiffness is small: k stays above 1e-6 k0.
 
-Tabulated law of flanks: force over the gap and the phase of the mesh cycle.
+Tabulated: gaps of equal force and slopes are monotone cubics of the phase [fritsch1980]; between forces a rising cubic
+has the tabulated slopes: the derivatives are continuous.  Beyond the last force the law continues along its tangent.
 
-Gaps of equal force and slopes are monotone cubics of the phase [fritsch1980]; between forces a rising cubic has the
-tabulated slopes: the derivatives are continuous.  Beyond the last force the law continues along its tangent.
+Blended, f = (1 - share) k <delta> + share f_law(delta): the homotopy by which a solver comes from the one to the other.
 
-Protocol of meshes in tooth contact along the face: each is one convex potential of three rows.
-
-The teeth of a mesh stay straight against each other, so that the approach of any place of its plane of action is
+Along the face each mesh is one convex potential of three rows.  Its teeth stay straight against each other, so that the
+approach of any place of the plane of action is
 
     w(zeta, s) = c1 w1 + c2 w2 + c3 w3,   c1 + c2 + c3 = 1
 
 of its rows at both ends of the face, and at one place off the pitch point along the line of action.  The distribution
 of load in between is internal to the law, which returns the force of each row, its derivative and the energy.
-
-Blend of a linear law and another: the homotopy by which a solver comes from the one to the other.
-
-f = (1 - part) k <delta> + part f_law(delta)
 """
 
 from __future__ import annotations
@@ -41,7 +34,14 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from .radial_laws import STRAIGHT, Array, cubic, cubic_energy, energy_before
+
+Index = NDArray[np.int64]
+
+# Least stiffness of a closed flank per its mean: below any support, and the energy stays convex.
+LEAST = 1e-6
+# Phases beyond both ends of a cycle from which the cubics of its ends are made: a slope needs two neighbours.
+_AROUND = 3
 
 
 class FlankAt(Protocol):
@@ -118,15 +118,11 @@ class LawRows:
     """A law and the numbers (c,) of its rows among all."""
 
     law: FlankLaw
-    rows: NDArray[np.int64]
+    rows: Index
 
     def __repr__(self) -> str:
         """One line: the law and how many rows follow it."""
         return f"LawRows({self.law!r} of {len(self.rows)} rows)"
-
-
-# Least stiffness of a closed flank per its mean: below any support, and the energy stays convex.
-LEAST = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -139,7 +135,7 @@ class LinearLaw:
 
     stiffness: Array
     variation: NDArray[np.complex128]
-    tone: NDArray[np.int64]
+    tone: Index
 
     def __repr__(self) -> str:
         """One line: number of rows and orders."""
@@ -170,10 +166,10 @@ class LinearLaw:
         result = np.empty((len(phases), self.stiffness.size))
         orders = np.arange(1, self.variation.shape[1] + 1)
         for tone in np.unique(self.tone):
-            mine = self.tone == tone
+            rows = self.tone == tone
             wave = np.exp(2j * np.pi * np.outer(phases[:, tone], orders))
-            relative = 1 + (wave @ self.variation[mine].T).real
-            result[:, mine] = self.stiffness[mine] * np.maximum(relative, LEAST)
+            relative = 1 + (wave @ self.variation[rows].T).real
+            result[:, rows] = self.stiffness[rows] * np.maximum(relative, LEAST)
         return LinearAt(stiffness=result)
 
     def lower(self) -> LinearLaw:
@@ -219,12 +215,6 @@ class LinearAt:
         return (low > 0) | (high <= 0)
 
 
-# Tangents that differ by less than this of the largest are one: rounding of a table computed from a straight line.
-_STRAIGHT = 1e-9
-# Phases beyond both ends of a cycle from which the cubics of its ends are made: a slope needs two neighbours.
-_AROUND = 3
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TabulatedLaw:
     """Flanks of one table, which differ in their phases alone.
@@ -235,7 +225,7 @@ class TabulatedLaw:
     last : force up to which all phases have data, where less than the last one [N].
     """
 
-    tone: NDArray[np.int64]
+    tone: Index
     lead: Array
     sense: Array
     force: Array
@@ -264,8 +254,8 @@ class TabulatedLaw:
         first, last = self.slope[:, :-1], self.slope[:, 1:]
         bend, rise = 3 * (first + last - 2 * secant), 2 * (3 * secant - 2 * first - last)
         with np.errstate(divide="ignore", invalid="ignore"):
-            place = -rise / (2 * bend)
-            top = np.where((bend < 0) & (place > 0) & (place < 1), first - rise**2 / (4 * bend), 0.0)
+            crest = -rise / (2 * bend)
+            top = np.where((bend < 0) & (crest > 0) & (crest < 1), first - rise**2 / (4 * bend), 0.0)
         return np.full(len(self.lead), max(float(self.slope.max()), float(top.max())))
 
     @property
@@ -275,8 +265,13 @@ class TabulatedLaw:
 
     def rows(self, chosen: Any) -> TabulatedLaw:
         """The law of the chosen rows."""
-        own = {name: getattr(self, name)[chosen] for name in ("tone", "lead", "sense", "load")}
-        return replace(self, **own)
+        return replace(
+            self,
+            tone=self.tone[chosen],
+            lead=self.lead[chosen],
+            sense=self.sense[chosen],
+            load=self.load[chosen],
+        )
 
     def at(self, phases: Array) -> TabulatedAt:
         """Curves at phases (P, D) [cycles]."""
@@ -309,19 +304,12 @@ def _cubics(law: TabulatedLaw) -> Array:
     """`phase_cubics` power by power (4, S, 2 L), kept with the law: an integrator asks it at every stage."""
     from scipy.interpolate import PchipInterpolator  # half a second, for tables alone
 
-    places, values = _wrapped(law)
-    return np.ascontiguousarray(PchipInterpolator(places, values).c[:, _AROUND : _AROUND + len(law.gap)])
-
-
-def _wrapped(law: TabulatedLaw) -> tuple[Array, Array]:
-    """Phases (S + 7,) around a cycle, and there (S + 7, 2 L) first touch, increments of the gap [m] and slopes [N/m].
-
-    Increments that are positive stay positive between phases.
-    """
+    # increments that are positive stay positive between phases
     steps = np.hstack([law.gap[:, :1], np.diff(law.gap, axis=1), law.slope])
     S = len(steps)
-    index = np.arange(-_AROUND, S + _AROUND + 1)
-    return index / S, steps[index % S]
+    around = np.arange(-_AROUND, S + _AROUND + 1)
+    cubics = PchipInterpolator(around / S, steps[around % S]).c
+    return np.ascontiguousarray(cubics[:, _AROUND : _AROUND + S])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -353,26 +341,18 @@ class TabulatedAt:
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:
         """Force [N] and tangent [N/m] at gaps delta (..., P, c) [m]."""
-        (f0, f1), (k0, k1), h, t, _ = self._cells(delta)
-        value = f0 * (1 + 2 * t) * (1 - t) ** 2 + f1 * t**2 * (3 - 2 * t)
-        value += h * (k0 * t * (1 - t) ** 2 + k1 * t**2 * (t - 1))
-        rate = 6 * t * (1 - t) * (f1 - f0) / h + k0 * (1 - t) * (1 - 3 * t) + k1 * t * (3 * t - 2)
+        force, slope, width, t, _ = self._cells(delta)
+        value, rate = cubic(force, slope, width, t)
         beyond = np.maximum(delta - self.gap[:, :, -1], 0.0)
         open_ = delta <= self.gap[:, :, 0]
-        force = np.where(open_, 0.0, value + beyond * self.slope[:, :, -1])
-        return force, np.where(open_, 0.0, rate)
+        return np.where(open_, 0.0, value + beyond * self.slope[:, :, -1]), np.where(open_, 0.0, rate)
 
     def energy(self, delta: Array) -> Array:
         """Integral of the force from first touch, (..., P, c) [J]."""
-        (f0, f1), (k0, k1), h, t, cell = self._cells(delta)
-        width = np.diff(self.gap, axis=2)
-        whole = width * (self.force[..., :-1] + self.force[..., 1:]) / 2
-        whole += width**2 * (self.slope[..., :-1] - self.slope[..., 1:]) / 12
-        before = np.concatenate([np.zeros((*whole.shape[:2], 1)), np.cumsum(whole, axis=2)], axis=2)
-        part = f0 * (t - t**3 + t**4 / 2) + f1 * (t**3 - t**4 / 2)
-        part += h * (k0 * (t**2 / 2 - 2 * t**3 / 3 + t**4 / 4) + k1 * (t**4 / 4 - t**3 / 3))
+        force, slope, width, t, cell = self._cells(delta)
+        before = energy_before(self.gap, self.force, self.slope)
+        energy = before.ravel().take(self._flat(cell)) + cubic_energy(force, slope, width, t)
         beyond = np.maximum(delta - self.gap[:, :, -1], 0.0)
-        energy = before.ravel().take(self._flat(cell, before.shape[2])) + h * part
         energy += beyond * (self.force[:, :, -1] + beyond * self.slope[:, :, -1] / 2)
         return np.where(delta <= self.gap[:, :, 0], 0.0, energy)
 
@@ -385,32 +365,83 @@ class TabulatedAt:
         ends = np.stack([secant, self.slope[..., :-1], self.slope[..., 1:]])
         most = np.where(used, ends.max(axis=0), -np.inf).max(axis=2)
         least = np.where(used, ends.min(axis=0), np.inf).min(axis=2)
-        straight = (low > self.touch) & (most - least <= _STRAIGHT * np.maximum(most, 0.0))
+        straight = (low > self.touch) & (most - least <= STRAIGHT * np.maximum(most, 0.0))
         return np.asarray(((high <= self.touch) | straight).all(axis=0))
 
-    def _flat(self, cell: NDArray[np.int64], length: int) -> NDArray[np.int64]:
-        """Places of cells (..., P, c) in a flattened (P, c, length)."""
-        P, c = self.gap.shape[:2]
-        places: NDArray[np.int64] = cell + length * np.arange(P * c).reshape(P, c)
-        return places
-
-    def _cells(self, delta: Array) -> tuple[tuple[Array, Array], tuple[Array, Array], Array, Array, NDArray[np.int64]]:
+    def _cells(self, delta: Array) -> tuple[tuple[Array, Array], tuple[Array, Array], Array, Array, Index]:
         """Forces and slopes at both ends of the cell of each gap (..., P, c), width, place in it, and number of it."""
-        L = self.gap.shape[2]
-        cell = np.clip((delta[..., None] >= self.gap).sum(axis=-1) - 1, 0, L - 2)
-        low = self._flat(cell, L)
+        cell = np.clip((delta[..., None] >= self.gap).sum(axis=-1) - 1, 0, self.gap.shape[2] - 2)
+        first = self._flat(cell)
 
         def ends(values: Array) -> tuple[Array, Array]:
             flat = values.ravel()
-            return flat.take(low), flat.take(low + 1)
+            return flat.take(first), flat.take(first + 1)
 
         (x0, x1), force, slope = ends(self.gap), ends(self.force), ends(self.slope)
-        h = x1 - x0
-        return force, slope, h, np.clip((delta - x0) / h, 0.0, 1.0), cell
+        width = x1 - x0
+        return force, slope, width, np.clip((delta - x0) / width, 0.0, 1.0), cell
+
+    def _flat(self, cell: Index) -> Index:
+        """Places of cells (..., P, c) in the flattened knots (P, c, L)."""
+        P, c, L = self.gap.shape
+        places: Index = cell + L * np.arange(P * c).reshape(P, c)
+        return places
 
 
-Index = NDArray[np.int64]
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Blended:
+    """A share [0 .. 1] of a law, the rest linear, at P phases."""
 
+    linear: LinearAt
+    law: FlankAt
+    share: float
+
+    @property
+    def touch(self) -> Array:
+        """The earlier of both first touches (P, c) [m]."""
+        return np.minimum(self.linear.touch, self.law.touch)
+
+    @property
+    def kinks(self) -> Array:
+        """Kinks of both (P, c, K) [m]."""
+        return np.concatenate([self.linear.kinks, self.law.kinks], axis=2)
+
+    def instants(self, chosen: Any) -> Blended:
+        """The same at the chosen phases."""
+        return replace(self, linear=self.linear.instants(chosen), law=self.law.instants(chosen))
+
+    def rows(self, chosen: Any) -> Blended:
+        """The same of the chosen rows."""
+        return replace(self, linear=self.linear.rows(chosen), law=self.law.rows(chosen))
+
+    def evaluate(self, delta: Array) -> tuple[Array, Array]:
+        """Force [N] and tangent [N/m] at gaps delta (..., P, c) [m]."""
+        linear_force, linear_tangent = self.linear.evaluate(delta)
+        law_force, law_tangent = self.law.evaluate(delta)
+        force = (1 - self.share) * linear_force + self.share * law_force
+        return force, (1 - self.share) * linear_tangent + self.share * law_tangent
+
+    def energy(self, delta: Array) -> Array:
+        """Energy (..., P, c) [J] at gaps delta [m]."""
+        energy: Array = (1 - self.share) * self.linear.energy(delta) + self.share * self.law.energy(delta)
+        return energy
+
+    def constant(self, low: Array, high: Array) -> NDArray[np.bool_]:
+        """Whether both tangents keep one value over the gaps low .. high (c,) [m]."""
+        return self.linear.constant(low, high) & self.law.constant(low, high)
+
+
+def eased(law: FlankAt, mean: Array, share: float) -> FlankAt:
+    """A law with a share of its variation and curvature, the rest linear with the mean stiffness (c,) [N/m]."""
+    if isinstance(law, LinearAt):
+        return LinearAt(stiffness=mean + share * (law.stiffness - mean))
+    linear = LinearAt(stiffness=np.broadcast_to(mean, law.touch.shape))
+    return Blended(linear=linear, law=law, share=share)
+
+
+# along the face -------------------------------------------------------------------------------------------------------
+
+# rows of a mesh
 ROWS = 3
 
 
@@ -452,53 +483,3 @@ class FaceLaw(Protocol):
     def at(self, cycles: Array) -> FaceContact:
         """Contact at times (T, g) counted in cycles of each mesh [mesh cycles]."""
         ...
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Blended:
-    """A part [0 .. 1] of a law, the rest linear, at P phases."""
-
-    linear: LinearAt
-    law: FlankAt
-    part: float
-
-    @property
-    def touch(self) -> Array:
-        """The earlier of both first touches (P, c) [m]."""
-        return np.minimum(self.linear.touch, self.law.touch)
-
-    @property
-    def kinks(self) -> Array:
-        """Kinks of both (P, c, K) [m]."""
-        return np.concatenate([self.linear.kinks, self.law.kinks], axis=2)
-
-    def instants(self, chosen: Any) -> Blended:
-        """The same at the chosen phases."""
-        return replace(self, linear=self.linear.instants(chosen), law=self.law.instants(chosen))
-
-    def rows(self, chosen: Any) -> Blended:
-        """The same of the chosen rows."""
-        return replace(self, linear=self.linear.rows(chosen), law=self.law.rows(chosen))
-
-    def evaluate(self, delta: Array) -> tuple[Array, Array]:
-        """Force [N] and tangent [N/m] at gaps delta (..., P, c) [m]."""
-        linear, own = self.linear.evaluate(delta), self.law.evaluate(delta)
-        force, tangent = ((1 - self.part) * a + self.part * b for a, b in zip(linear, own, strict=True))
-        return force, tangent
-
-    def energy(self, delta: Array) -> Array:
-        """Energy (..., P, c) [J] at gaps delta [m]."""
-        energy: Array = (1 - self.part) * self.linear.energy(delta) + self.part * self.law.energy(delta)
-        return energy
-
-    def constant(self, low: Array, high: Array) -> NDArray[np.bool_]:
-        """Whether both tangents keep one value over the gaps low .. high (c,) [m]."""
-        return self.linear.constant(low, high) & self.law.constant(low, high)
-
-
-def eased(law: FlankAt, mean: Array, part: float) -> FlankAt:
-    """A law with a part of its variation and curvature, the rest linear with the mean stiffness (c,) [N/m]."""
-    if isinstance(law, LinearAt):
-        return LinearAt(stiffness=mean + part * (law.stiffness - mean))
-    linear = LinearAt(stiffness=np.broadcast_to(mean, law.touch.shape))
-    return Blended(linear=linear, law=law, part=part)

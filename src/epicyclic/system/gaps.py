@@ -50,12 +50,12 @@ class Flanks:
 
     def __repr__(self) -> str:
         """One line: number of rows and their laws."""
-        return f"Flanks({len(self.mesh)} rows, {', '.join(repr(part.law) for part in self.laws)})"
+        return f"Flanks({len(self.mesh)} rows, {', '.join(repr(block.law) for block in self.laws)})"
 
     @property
     def parametric(self) -> bool:
         """Whether all laws are linear with parametric stiffness."""
-        return all(isinstance(part.law, LinearLaw) for part in self.laws)
+        return all(isinstance(block.law, LinearLaw) for block in self.laws)
 
     @property
     def tangent(self) -> LinearLaw:
@@ -75,13 +75,14 @@ class Flanks:
     def at(self, phases: Array) -> FlanksAt:
         """Laws of all rows at phases (P, D) of the mesh tones [cycles]."""
         F = len(self.mesh)
-        return FlanksAt(parts=tuple((part.law.at(phases), _together(part.rows, F)) for part in self.laws), count=F)
+        parts = tuple((block.law.at(phases), _together(block.rows, F)) for block in self.laws)
+        return FlanksAt(parts=parts, count=F)
 
     def _gathered(self, value: Callable[[Any], Array]) -> Array:
         """Values (c,) of each law at their rows, (F,)."""
         result = np.zeros(len(self.mesh))
-        for part in self.laws:
-            result[part.rows] = value(part.law)
+        for block in self.laws:
+            result[block.rows] = value(block.law)
         return result
 
 
@@ -103,13 +104,11 @@ class FlanksAt:
     @property
     def kinks(self) -> Array:
         """Gaps at which the tangent jumps (P, F, K) [m], nan where a row has fewer than K."""
-        found = [law.kinks for law, _ in self.parts]
-        most = max((each.shape[2] for each in found), default=1)
-        padded = [np.pad(each, ((0, 0), (0, 0), (0, most - each.shape[2])), constant_values=np.nan) for each in found]
-        P = len(found[0]) if found else 0
-        result = np.full((P, self.count, most), np.nan)
-        for each, (_, rows) in zip(padded, self.parts, strict=True):
-            result[:, rows] = each
+        kinks = [law.kinks for law, _ in self.parts]
+        most = max((each.shape[2] for each in kinks), default=1)
+        result = np.full((len(kinks[0]) if kinks else 0, self.count, most), np.nan)
+        for each, (_, rows) in zip(kinks, self.parts, strict=True):
+            result[:, rows, : each.shape[2]] = each
         return result
 
     def instants(self, chosen: Any) -> FlanksAt:
@@ -119,17 +118,17 @@ class FlanksAt:
     def rows(self, chosen: Any) -> FlanksAt:
         """The same of the chosen ones of the F rows, a slice or their numbers."""
         wanted = np.arange(self.count)[chosen]
-        place = np.full(self.count, -1)
-        place[wanted] = np.arange(wanted.size)
+        number = np.full(self.count, -1)
+        number[wanted] = np.arange(wanted.size)
         parts = []
         for law, rows in self.parts:
-            own = place[rows]
-            kept = np.flatnonzero(own >= 0)
+            chosen_rows = number[rows]
+            kept = np.flatnonzero(chosen_rows >= 0)
             if kept.size:
-                every, first = kept.size == own.size, int(kept[0])
+                first, every = int(kept[0]), kept.size == chosen_rows.size
                 run = int(kept[-1]) - first + 1 == kept.size  # a slice, of which NumPy makes no copy
-                mine = law if every else law.rows(slice(first, first + kept.size) if run else kept)
-                parts.append((mine, _together(own[kept], wanted.size)))
+                kept_law = law if every else law.rows(slice(first, first + kept.size) if run else kept)
+                parts.append((kept_law, _together(chosen_rows[kept], wanted.size)))
         return FlanksAt(parts=tuple(parts), count=wanted.size)
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:
@@ -173,29 +172,29 @@ def flanks(system: System, *, far: bool = True) -> Flanks:
     far : whether far flanks come along, where backlash is finite.
     """
     meshes, behind = system.meshes, system.far_flanks
-    own = behind.mesh if far else behind.mesh[:0]
-    m, F = len(meshes.name), len(meshes.name) + own.size
-    stiffness = np.concatenate([meshes.stiffness, meshes.stiffness[own]])
-    variation = np.concatenate([meshes.variation, behind.variation[: own.size]])
-    tone = np.concatenate([meshes.tone, meshes.tone[own]]).astype(np.int64)
+    of_far = behind.mesh if far else behind.mesh[:0]
+    m, c = len(meshes.name), of_far.size
+    stiffness = np.concatenate([meshes.stiffness, meshes.stiffness[of_far]])
+    variation = np.concatenate([meshes.variation, behind.variation[:c]])
+    tone = np.concatenate([meshes.tone, meshes.tone[of_far]]).astype(np.int64)
     laws = list(meshes.laws)
     if far:
-        laws += [LawRows(law=part.law, rows=part.rows + m) for part in behind.laws]
-    taken = np.zeros(F, bool)
-    for part in laws:
-        taken[part.rows] = True
-    left = np.flatnonzero(~taken)
-    if left.size or not laws:
-        linear = LinearLaw(stiffness=stiffness[left], variation=variation[left], tone=tone[left])
-        laws.insert(0, LawRows(law=linear, rows=left))
+        laws += [LawRows(law=block.law, rows=block.rows + m) for block in behind.laws]
+    linear = np.ones(m + c, bool)
+    for block in laws:
+        linear[block.rows] = False
+    if linear.any() or not laws:
+        rows = np.flatnonzero(linear)
+        law = LinearLaw(stiffness=stiffness[rows], variation=variation[rows], tone=tone[rows])
+        laws.insert(0, LawRows(law=law, rows=rows))
     return Flanks(
-        B=np.concatenate([meshes.B, behind.B[:, : own.size]], axis=1),
-        mesh=np.concatenate([np.arange(m), own]),
+        B=np.concatenate([meshes.B, behind.B[:, :c]], axis=1),
+        mesh=np.concatenate([np.arange(m), of_far]),
         tone=tone,
-        sense=np.concatenate([np.ones(m), -np.ones(own.size)]),
-        opening=np.concatenate([np.zeros(m), meshes.backlash[own]]),
-        damping=np.concatenate([meshes.damping, meshes.damping[own]]),
-        linear=np.concatenate([meshes.stiffness, np.zeros(own.size)]),
+        sense=np.concatenate([np.ones(m), -np.ones(c)]),
+        opening=np.concatenate([np.zeros(m), meshes.backlash[of_far]]),
+        damping=np.concatenate([meshes.damping, meshes.damping[of_far]]),
+        linear=np.concatenate([meshes.stiffness, np.zeros(c)]),
         stiffness=stiffness,
         variation=variation,
         laws=tuple(laws),
@@ -215,26 +214,19 @@ def net_force(force: NDArray[Number], far: NDArray[np.int64]) -> NDArray[Number]
     return net
 
 
-def past_the_end(system: System, given: Flanks, largest: Array) -> list[CodedText]:
+def past_the_end(system: System, rows: Flanks, largest: Array) -> list[CodedText]:
     """A warning for every pair whose forces pass the end of their table, by how much.
 
     Parameters
     ----------
     largest : (F,) largest force of every flank met [N].
     """
-    ratio = largest / given.end
+    ratio = largest / rows.end
     worst: dict[str, tuple[float, float]] = {}
     for row in np.flatnonzero(ratio > 1 + _NOTABLE).tolist():
-        pair = system.meshes.pair[int(given.mesh[row])]
-        worst[pair] = max(worst.get(pair, (0.0, 0.0)), (float(ratio[row]), float(given.end[row])))
-    return [
-        coded(
-            "table-exceeded",
-            f"{pair}: forces reach {ratio:.4g} times the last force of its table, {end:.4g} N a row; behind it the law "
-            "goes on along its last tangent",
-        )
-        for pair, (ratio, end) in worst.items()
-    ]
+        pair = system.meshes.pair[int(rows.mesh[row])]
+        worst[pair] = max(worst.get(pair, (0.0, 0.0)), (float(ratio[row]), float(rows.end[row])))
+    return [_exceeded(pair, ratio, end, "N a row") for pair, (ratio, end) in worst.items()]
 
 
 def groups_past_the_end(system: System, largest: Array) -> list[CodedText]:
@@ -244,15 +236,18 @@ def groups_past_the_end(system: System, largest: Array) -> list[CodedText]:
     ----------
     largest : (G,) largest force of every group met [N, N m].
     """
-    found = []
+    warnings = []
     for group, force in zip(system.groups, largest.tolist(), strict=True):
-        if force > (1 + _NOTABLE) * group.law.end:
+        end = group.law.end
+        if force > (1 + _NOTABLE) * end:
             unit = "N m" if group.rows[0].endswith(("/rx", "/ry", "/rz")) else "N"
-            found.append(
-                coded(
-                    "table-exceeded",
-                    f"{group.name}: forces reach {force / group.law.end:.4g} times the last force of its table, "
-                    f"{group.law.end:.4g} {unit}; behind it the law goes on along its last tangent",
-                )
-            )
-    return found
+            warnings.append(_exceeded(group.name, force / end, end, unit))
+    return warnings
+
+
+def _exceeded(name: str, ratio: float, end: float, unit: str) -> CodedText:
+    return coded(
+        "table-exceeded",
+        f"{name}: forces reach {ratio:.4g} times the last force of its table, {end:.4g} {unit}; behind it the law "
+        "goes on along its last tangent",
+    )

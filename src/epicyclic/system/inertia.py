@@ -7,9 +7,9 @@ docs/conventions.md, Inertia in a turning frame; for x, y and rz they agree with
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from .system import Array
+
 X, Y, Z, RX, RY, RZ = range(6)
 
 

@@ -1,4 +1,4 @@
-"""Laws of gaps of a train: links with play, rolling elements or friction, and meshes of tabulated contact.
+"""Laws that the gaps of a train follow: links with play, rolling elements or friction, meshes of tabulated contact.
 
 The laws themselves are those of `system.flank_laws` and `system.radial_laws`.
 """
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..teeth.flank import PLAIN, Flank
+from ..teeth.flank import PLAIN
 from ..train.bodies import DIRECTIONS, Link, Mesh
 from ..train.train import Train
 from ..warning_codes import CodedText, coded
@@ -22,8 +22,7 @@ from .flank_laws import LawRows, TabulatedLaw
 from .group_laws import LawGroup
 from .radial_laws import Law, RadialLaw, RadialTable
 from .structure import LinkRow, MeshRow
-
-Array = NDArray[np.float64]
+from .system import Array
 
 
 def law_groups(train: Train, rows: Sequence[LinkRow], L: Array, *, lag: float) -> tuple[LawGroup, ...]:
@@ -38,27 +37,26 @@ def law_groups(train: Train, rows: Sequence[LinkRow], L: Array, *, lag: float) -
     ------
     ModelError : a friction coefficient in a link without a known torque.
     """
-    links = {link.name: link for link in train.links}
-    places: dict[tuple[str, str], list[int]] = {}
+    together: dict[tuple[str, str], list[int]] = {}
     for i, row in enumerate(rows):
         if row.law:
-            places.setdefault((row.link, _part(links[row.link], row.direction)), []).append(i)
-    laws = Counter(name for name, _ in places)
+            together.setdefault((row.link.name, _sense(row.link, row.direction)), []).append(i)
+    laws = Counter(name for name, _ in together)
     return tuple(
         LawGroup(
-            name=f"{name}/{part}" if laws[name] > 1 else name,
-            kind=links[name].kind,
+            name=f"{name}/{sense}" if laws[name] > 1 else name,
+            kind=rows[index[0]].link.kind,
             rows=tuple(f"{name}/{DIRECTIONS[rows[i].direction]}" for i in index),
             B=L[index].T,
-            law=_law(links[name], rows[index[0]], train),
+            law=_law(rows[index[0]], train),
             damping=np.array([rows[i].damping for i in index]),
             lag=lag,
         )
-        for (name, part), index in places.items()
+        for (name, sense), index in together.items()
     )
 
 
-def _part(link: Link, direction: int) -> str:
+def _sense(link: Link, direction: int) -> str:
     """Name of the rows that follow one law together with this one: x and y, rx and ry of one table are one law."""
     curves = dict(link.curves)
     if direction not in curves:
@@ -69,17 +67,9 @@ def _part(link: Link, direction: int) -> str:
     return DIRECTIONS[direction]
 
 
-def idle_friction(train: Train) -> list[CodedText]:
-    """A warning for every table whose friction has no clearance to slide in."""
-    paths = dict.fromkeys(link.path for link in train.links if link.friction and not link.clearance)
-    return [
-        coded("friction-without-clearance", f"{path}.friction has no effect: there is no clearance to slide in")
-        for path in paths
-    ]
-
-
-def _law(link: Link, row: LinkRow, train: Train) -> RadialLaw:
+def _law(row: LinkRow, train: Train) -> RadialLaw:
     """Law of the rows of a link to which this one belongs."""
+    link = row.link
     curve = dict(link.curves).get(row.direction)
     if curve is not None:
         return RadialTable(deflection=curve.deflection, force=curve.force, slope=curve.slope, stiffness=row.stiffness)
@@ -96,18 +86,18 @@ def _law(link: Link, row: LinkRow, train: Train) -> RadialLaw:
 
 def _friction_force(link: Link, train: Train) -> float:
     """Friction force F_m [N]: as given, else coefficient times torque per radius [dong2019]."""
-    given = {key: value for key, value in link.friction if not isinstance(value, str)}
-    if "force" in given:
-        return given["force"]
+    friction = {key: value for key, value in link.friction if not isinstance(value, str)}
+    if "force" in friction:
+        return friction["force"]
     torque = _torque_through(link, train)
     if not torque:
         raise ModelError(
             "no torque is known to pass through this link",
             path=f"{link.path}.friction.coefficient",
-            given=given["coefficient"],
+            given=friction["coefficient"],
             allowed="friction.force, or operation.torque",
         )
-    return given["coefficient"] * torque / given["radius"]
+    return friction["coefficient"] * torque / friction["radius"]
 
 
 def _torque_through(link: Link, train: Train) -> float:
@@ -120,13 +110,22 @@ def _torque_through(link: Link, train: Train) -> float:
         return abs(ties.get(link.name, 0.0))
     bodies = {body.name: body.member for body in train.bodies}
     member = bodies[link.second if link.kind == "bearing" and link.second is not None else link.first]
-    parts = [(train.kinematics.torque or {}).get(member, 0.0)]
+    torques = [(train.kinematics.torque or {}).get(member, 0.0)]
     for tie in train.links:
         if tie.kind == "coupling" and tie.second is not None:
             torque = ties.get(tie.name, 0.0)
-            parts += [-torque] * (bodies[tie.first] == member) + [torque] * (bodies[tie.second] == member)
-    through = (sum(abs(part) for part in parts) + abs(sum(parts))) / 2
+            torques += [-torque] * (bodies[tie.first] == member) + [torque] * (bodies[tie.second] == member)
+    through = (sum(abs(torque) for torque in torques) + abs(sum(torques))) / 2
     return through / sum(name == member for name in bodies.values())
+
+
+def idle_friction(train: Train) -> list[CodedText]:
+    """A warning for every table whose friction has no clearance to slide in."""
+    paths = dict.fromkeys(link.path for link in train.links if link.friction and not link.clearance)
+    return [
+        coded("friction-without-clearance", f"{path}.friction has no effect: there is no clearance to slide in")
+        for path in paths
+    ]
 
 
 # meshes ---------------------------------------------------------------------------------------------------------------
@@ -143,23 +142,23 @@ def flank_laws(rows: Sequence[MeshRow], tone: NDArray[np.int64], *, far: bool = 
     for i, row in enumerate(rows):
         if row.mesh.table is not None and not (far and _one_sided(row.mesh)):
             alike.setdefault((id(row.mesh.table), count[row.whole]), []).append(i)
-    found = []
-    for (_, parts), places in alike.items():
-        table = rows[places[0]].mesh.table
+    laws = []
+    for (_, slices), numbers in alike.items():
+        table = rows[numbers[0]].mesh.table
         assert table is not None
-        index = np.array(places, np.int64)
+        index = np.array(numbers, np.int64)
         law = TabulatedLaw(
             tone=tone[index],
-            lead=np.array([float(rows[i].mesh.lead) for i in places]),
-            sense=np.array([float(rows[i].mesh.sense) for i in places]),
-            force=table.force / parts,
+            lead=np.array([float(rows[i].mesh.lead) for i in numbers]),
+            sense=np.array([float(rows[i].mesh.sense) for i in numbers]),
+            force=table.force / slices,
             gap=table.approach if far else table.gap,
-            slope=table.slope / parts,
-            load=np.full(index.size, table.load / parts),
-            last=table.last / parts,
+            slope=table.slope / slices,
+            load=np.full(index.size, table.load / slices),
+            last=table.last / slices,
         )
-        found.append(LawRows(law=law, rows=index))
-    return tuple(found)
+        laws.append(LawRows(law=law, rows=index))
+    return tuple(laws)
 
 
 def _one_sided(mesh: Mesh) -> bool:
@@ -170,21 +169,18 @@ def _one_sided(mesh: Mesh) -> bool:
     )
 
 
-def _modified(*flanks: Flank) -> bool:
-    """Whether a flank has micro-geometry of its drawing: measured waves and pitches aside."""
-    return any(replace(flank, waves=(), pitch=()) != PLAIN for flank in flanks)
-
-
 def flanks_ignored(train: Train) -> list[CodedText]:
     """One warning of all pairs with micro-geometry whose stiffness is linear and does not know it."""
-    pairs = dict.fromkeys(
-        mesh.pair
-        for mesh in train.meshes
-        if mesh.table is None and mesh.teeth is not None and _modified(mesh.teeth.flank_a, mesh.teeth.flank_b)
-    )
+    pairs = []
+    for mesh in train.meshes:
+        flanks = () if mesh.teeth is None else (mesh.teeth.flank_a, mesh.teeth.flank_b)
+        # micro-geometry of the drawing: measured waves and pitches aside
+        modified = any(replace(flank, waves=(), pitch=()) != PLAIN for flank in flanks)
+        if mesh.table is None and modified:
+            pairs.append(mesh.pair)
     if not pairs:
         return []
-    keys = ", ".join(f"{pair}.stiffness" for pair in pairs)
+    keys = ", ".join(f"{pair}.stiffness" for pair in dict.fromkeys(pairs))
     text = f'relief, crown and slope of the flanks are ignored by {keys}; they count with "contact" there'
     return [coded("flank-without-effect", text)]
 

@@ -1,4 +1,6 @@
-"""Radial laws of links: play, rolling elements and splines, force = f(rho) delta / rho with rho = |delta|.
+"""Radial laws of links: force = f(rho) delta / rho with rho = |delta|, by a formula or by a table.
+
+Play, rolling elements and splines:
 
     f(rho) = min(k rho, F_m) + C <rho - S_2>^n        S_1 = F_m / k,  S_2 = S_1 + clearance
 
@@ -6,9 +8,8 @@ Without friction (F_m = 0) that is play and then a power law; with friction it i
 up to the slip start S_1, sliding at F_m over the clearance, elastic again.  S_1 is derived: any other value makes the
 force discontinuous.  C follows from k, the tangent stiffness at the given load F: k = n C^(1/n) F^((n - 1)/n).
 
-Tabulated law of links: force over the length rho of the stretch by cubics through given points.
-
-Zero up to the first point, the play; behind the last one it goes on along its last tangent.
+A table has cubics through its points, zero up to the first one, the play; behind the last one it goes on along its last
+tangent.
 """
 
 from __future__ import annotations
@@ -189,8 +190,33 @@ class PowerProfile:
         return energy
 
 
-# Slopes that differ by less than this of the largest are one: rounding of a straight line.
-_STRAIGHT = 1e-9
+# Slopes that differ by less than this of the largest are one: rounding of a table computed from a straight line.
+STRAIGHT = 1e-9
+
+
+def cubic(force: tuple[Array, Array], slope: tuple[Array, Array], width: Array, t: Array) -> tuple[Array, Array]:
+    """Force [N] and slope [N/m] at the place t (0 .. 1) of a cell, from those at both ends of it."""
+    (f0, f1), (k0, k1) = force, slope
+    rest = 1 - t
+    value = f0 * (1 + 2 * t) * rest**2 + f1 * t**2 * (3 - 2 * t) + width * (k0 * t * rest**2 - k1 * t**2 * rest)
+    rate = 6 * t * rest * (f1 - f0) / width + k0 * rest * (1 - 3 * t) + k1 * t * (3 * t - 2)
+    return value, rate
+
+
+def cubic_energy(force: tuple[Array, Array], slope: tuple[Array, Array], width: Array, t: Array) -> Array:
+    """Integral of the force of `cubic` [J] from the start of the cell."""
+    (f0, f1), (k0, k1) = force, slope
+    mean = f0 * (t - t**3 + t**4 / 2) + f1 * (t**3 - t**4 / 2)
+    mean += width * (k0 * (t**2 / 2 - 2 * t**3 / 3 + t**4 / 4) + k1 * (t**4 / 4 - t**3 / 3))
+    return width * mean
+
+
+def energy_before(deflection: Array, force: Array, slope: Array) -> Array:
+    """Energy [J] of cubics up to each of their points (..., L)."""
+    width = np.diff(deflection, axis=-1)
+    whole = width * (force[..., :-1] + force[..., 1:]) / 2
+    whole += width**2 * (slope[..., :-1] - slope[..., 1:]) / 12
+    return np.concatenate([np.zeros((*whole.shape[:-1], 1)), np.cumsum(whole, axis=-1)], axis=-1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -256,7 +282,7 @@ class RadialTable:
         """Play and a spring where the table is straight, else None."""
         secant = np.diff(self.force) / np.diff(self.deflection)
         slopes = np.concatenate([secant, self.slope])
-        if np.ptp(slopes) > _STRAIGHT * slopes.max():
+        if np.ptp(slopes) > STRAIGHT * slopes.max():
             return None
         return Law(stiffness=self.stiffness, clearance=self.clearance)
 
@@ -271,42 +297,38 @@ class TableProfile:
     def parts(self, rho: Array) -> tuple[Array, Array]:
         """Force f (..., g) [N] and slope f' (..., g) [N/m] at rho (..., g) [m]."""
         value, slope = np.zeros_like(rho), np.zeros_like(rho)
-        for table, mine in self._places():
-            (f0, f1), (k0, k1), h, t, beyond, _ = _cells(table, rho[..., mine])
-            rest = 1 - t
-            force = f0 * (1 + 2 * t) * rest**2 + f1 * t**2 * (3 - 2 * t) + h * (k0 * t * rest**2 - k1 * t**2 * rest)
-            rate = 6 * t * rest * (f1 - f0) / h + k0 * rest * (1 - 3 * t) + k1 * t * (3 * t - 2)
-            pressed = rho[..., mine] >= table.deflection[0]
-            value[..., mine] = force + beyond * table.slope[-1]
-            slope[..., mine] = np.where(pressed, rate, 0.0)
+        for table, groups in self._groups():
+            stretch = rho[..., groups]
+            force_at, slope_at, width, t, _ = _cells(table, stretch)
+            force, rate = cubic(force_at, slope_at, width, t)
+            beyond = np.maximum(stretch - table.deflection[-1], 0.0)
+            value[..., groups] = force + beyond * table.slope[-1]
+            slope[..., groups] = np.where(stretch >= table.deflection[0], rate, 0.0)
         return value, slope
 
     def energy(self, rho: Array) -> Array:
         """Integral of the force from zero, (..., g) [J], at rho (..., g) [m]."""
         energy = np.zeros_like(rho)
-        for table, mine in self._places():
-            (f0, f1), (k0, k1), h, t, beyond, before = _cells(table, rho[..., mine])
-            part = f0 * (t - t**3 + t**4 / 2) + f1 * (t**3 - t**4 / 2)
-            part += h * (k0 * (t**2 / 2 - 2 * t**3 / 3 + t**4 / 4) + k1 * (t**4 / 4 - t**3 / 3))
-            energy[..., mine] = before + h * part + beyond * (table.force[-1] + beyond * table.slope[-1] / 2)
+        for table, groups in self._groups():
+            stretch = rho[..., groups]
+            force_at, slope_at, width, t, cell = _cells(table, stretch)
+            before = energy_before(np.array(table.deflection), np.array(table.force), np.array(table.slope))
+            beyond = np.maximum(stretch - table.deflection[-1], 0.0)
+            tail = beyond * (table.force[-1] + beyond * table.slope[-1] / 2)
+            energy[..., groups] = before[cell] + cubic_energy(force_at, slope_at, width, t) + tail
         return energy
 
-    def _places(self) -> list[tuple[RadialTable, NDArray[np.int64]]]:
+    def _groups(self) -> list[tuple[RadialTable, NDArray[np.int64]]]:
         """Each table and the numbers of its groups."""
         return [(table, np.flatnonzero(self.number == i)) for i, table in enumerate(self.tables)]
 
 
 def _cells(
     table: RadialTable, rho: Array
-) -> tuple[tuple[Array, Array], tuple[Array, Array], Array, Array, Array, Array]:
-    """Cell of each stretch [m]: forces and slopes at its ends, width, place 0 .. 1 in it, what is behind the last point
-    [m], and the energy up to its start [J]."""
+) -> tuple[tuple[Array, Array], tuple[Array, Array], Array, Array, NDArray[np.int64]]:
+    """Forces and slopes at both ends of the cell of each stretch [m], its width, place 0 .. 1 in it, and its number."""
     x, f, k = (np.array(values) for values in (table.deflection, table.force, table.slope))
-    width = np.diff(x)
-    whole = width * (f[:-1] + f[1:]) / 2 + width**2 * (k[:-1] - k[1:]) / 12
-    before = np.concatenate([[0.0], np.cumsum(whole)])
     cell = np.clip(np.searchsorted(x, rho, side="right") - 1, 0, len(x) - 2)
-    h = width[cell]
-    t = np.clip((rho - x[cell]) / h, 0.0, 1.0)
-    ends = (f[cell], f[cell + 1]), (k[cell], k[cell + 1])
-    return *ends, h, t, np.maximum(rho - x[-1], 0.0), before[cell]
+    width = np.diff(x)[cell]
+    t = np.clip((rho - x[cell]) / width, 0.0, 1.0)
+    return (f[cell], f[cell + 1]), (k[cell], k[cell + 1]), width, t, cell

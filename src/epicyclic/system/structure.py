@@ -1,8 +1,8 @@
-"""Rows of a train before its reduction, and the isotropy of those that turn.
+"""Rows of a train before its reduction: gaps of meshes and links, six coordinates a body in its own axes.
 
-Isotropy of supports: equal in all lateral directions, as required where they turn against the frame.
-
-Gap rows of a train in unreduced coordinates, six a body in its own axes (docs/conventions.md, The mesh row).
+A force along the unit vector n at the point r of a body does the work n . (u + theta x r), hence the row [n, r x n]; a
+moment along n has the row [0, n] (docs/conventions.md, The mesh row).  Links that turn against the frame of their body
+are isotropic, or their stiffness would vary in time.
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from ..train.bodies import Link, Mesh
 from ..train.train import Train
-
-Array = NDArray[np.float64]
+from .system import Array
 
 # Angles and stiffnesses of a drawing carry 1e-12 of rounding; a support anisotropic by less than this is isotropic.
 _ROUND = 1e-9
@@ -28,74 +27,29 @@ _ROUND = 1e-9
 _SAME = 1e-9
 
 
-def check_isotropy(rows: Array, stiffness: Array, damping: Array, links: Sequence[Link]) -> None:
-    """Check the isotropy of the rows between one body and a body that turns against its frame, all links together.
-
-    Parameters
-    ----------
-    rows : (r, 6) of the coordinates of the body.  stiffness (inf = rigid) [N/m], damping [N s/m] : (r,).
-    links : (r,) of each row.
-
-    Raises
-    ------
-    ModelError : their sum is anisotropic; names the first link that is anisotropic by itself.
-    """
-    if isotropic(rows, stiffness, damping):
-        return
-    names = np.array([link.name for link in links])
-    mine = [names == link.name for link in links]
-    alone = [isotropic(rows[one], stiffness[one], damping[one]) for one in mine]
-    link = links[alone.index(False) if False in alone else 0]
-    turning = "the frame turns" if link.second is None else "it turns in the frame"
-    raise ModelError(
-        f"differs between x and y (or rx and ry) although {turning}: its stiffness would vary in time",
-        path=link.path,
-        given=list(link.stiffness),
-        allowed="equal x and y, equal rx and ry, three or more equal bolts evenly spaced, or a frame that stands still",
-    )
-
-
-def isotropic(rows: Array, stiffness: Array, damping: Array) -> bool:
-    """Whether springs, dampers and the space of rigid rows are invariant under any rotation about z.
-
-    rows : (r, 6).  stiffness [N/m], damping [N s/m] : (r,).
-    """
-    rigid = np.isinf(stiffness)
-    springs = (rows.T * np.where(rigid, 0.0, stiffness)) @ rows
-    dampers = (rows.T * damping) @ rows
-    if not rigid.any():
-        return _round(springs) and _round(dampers)
-    _, size, right = np.linalg.svd(rows[rigid], full_matrices=False)
-    span = right[size > _SAME * size.max(initial=0.0)]
-    return _round(springs) and _round(dampers) and _round(span.T @ span + np.eye(6))  # a projector has rounding of 1
-
-
-def _round(matrix: Array) -> bool:
-    """Whether a symmetric (6, 6) matrix commutes with rotations about z; entries on the scale of their diagonals."""
-    turn = np.zeros((6, 6))
-    for i in (0, 3):
-        turn[i, i + 1], turn[i + 1, i] = -1.0, 1.0
-    diagonal = np.sqrt(np.diag(matrix))
-    for i in (0, 3):
-        diagonal[i : i + 2] = diagonal[i : i + 2].max()
-    return bool(np.all(np.abs(matrix @ turn - turn @ matrix) <= _ROUND * np.outer(diagonal, diagonal)))
-
-
-LATERAL = (0, 1, 3, 4)
-
-
 class LinkRow(NamedTuple):
     """One direction of one link.  first, second : body indices, -1 = the frame.  law : it follows a law, see `gaps`."""
 
-    link: str
-    path: str
+    link: Link
     direction: int
     first: int
     second: int
-    stiffness: float
-    damping: float
-    to_housing: bool
     law: bool
+
+    @property
+    def stiffness(self) -> float:
+        """Of this direction, inf = rigid [N/m, N m/rad]."""
+        return self.link.stiffness[self.direction]
+
+    @property
+    def damping(self) -> float:
+        """Of this direction [N s/m, N m s/rad]."""
+        return self.link.damping[self.direction]
+
+    @property
+    def to_housing(self) -> bool:
+        """Whether what stands on the other side is no body."""
+        return self.second < 0
 
 
 class MeshRow(NamedTuple):
@@ -112,7 +66,7 @@ class Structure:
 
     index : body name -> number.  frame_speed, spin : (nb,) of frame and body [rad/s].  frame_turn, spin_turn : (nb,)
     the same, exact [rev/s].
-    mesh : (m, 6 nb), of the rows `meshes`, slices counted one by one; mesh_ends : (m, 2) body indices.
+    mesh : (m, 6 nb), of the rows `meshes`, slices counted one by one.
     far : (c, 6 nb), of the far flanks of the mesh rows far_of (c,), those with a finite backlash.
     link, links : (p, 6 nb) elastic rows and their data, those with a law among them.  rigid, rigids, pivots : rows
         (r, 6 nb) of rigid directions, their data, and the coordinate (r,) to eliminate.
@@ -125,7 +79,6 @@ class Structure:
     spin_turn: tuple[Fraction, ...]
     meshes: tuple[MeshRow, ...]
     mesh: Array
-    mesh_ends: NDArray[np.int64]
     far: Array
     far_of: NDArray[np.int64]
     link: Array
@@ -134,11 +87,15 @@ class Structure:
     rigids: tuple[LinkRow, ...]
     pivots: NDArray[np.int64]
 
+    @property
+    def lawful(self) -> NDArray[np.bool_]:
+        """Elastic rows that follow a law (p,)."""
+        return np.array([row.law for row in self.links], dtype=bool)
 
-def own_centres(train: Train) -> Array:
-    """Centre of every body in its own axes, (nb, 2) [m]."""
-    own = [complex(*body.centre) * np.exp(-1j * body.angle) for body in train.bodies]
-    return np.array([(place.real, place.imag) for place in own])
+    @property
+    def linear_stiffness(self) -> Array:
+        """Stiffness of elastic rows (p,) [N/m, N m/rad], 0 of those with a law."""
+        return np.array([0.0 if row.law else row.stiffness for row in self.links])
 
 
 def structure_of(train: Train) -> Structure:
@@ -150,34 +107,23 @@ def structure_of(train: Train) -> Structure:
         (play, friction, exponent) on rows that cannot follow it.
     """
     index = {body.name: i for i, body in enumerate(train.bodies)}
-    frames = {frame.name: i for i, frame in enumerate(train.frames)}
-    frame_turns = tuple(_turn(train.kinematics.frame_speed, frame.name) for frame in train.frames)
-    frame_turn = tuple(frame_turns[frames[b.frame]] if b.frame in frames else Fraction(0) for b in train.bodies)
-    spins = {member: _turn(train.kinematics.speed, member) for member in {body.member for body in train.bodies}}
-    spin_turn = tuple(spins[body.member] for body in train.bodies)
-    rows: list[LinkRow] = []
-    owners: list[Link] = []
-    for link in train.links:
-        _check_link(link, index, frame_turn, train)
-        lawful = _law_directions(link)
-        for direction, (k, c) in enumerate(zip(link.stiffness, link.damping, strict=True)):
-            if k != 0.0 or c != 0.0:
-                second = -1 if link.second is None else index[link.second]
-                place = link.name, link.path, direction, index[link.first], second
-                rows.append(LinkRow(*place, k, c, link.second is None, direction in lawful))
-                owners.append(link)
-    places = np.array([(*body.centre, body.station) for body in train.bodies])
+    frames = {frame.name: _turn(train.kinematics.frame_speed, frame.name) for frame in train.frames}
+    frame_turn = tuple(frames.get(body.frame, Fraction(0)) for body in train.bodies)
+    spin_turn = tuple(_turn(train.kinematics.speed, body.member) for body in train.bodies)
+    origins = np.array([(*body.centre, body.station) for body in train.bodies])
+    axes = np.array([body.angle for body in train.bodies])
+
+    rows = _link_rows(train, index, frame_turn)
+    link = _link_matrix(rows, origins, axes)
+    _check_isotropy(rows, link, frame_turn, spin_turn)
+    rigid = np.array([math.isinf(row.stiffness) for row in rows], bool)
+    rigids = tuple(row for row in rows if math.isinf(row.stiffness))
+
     meshes = mesh_rows(train.meshes)
     ends = np.array([(index[row.mesh.a], index[row.mesh.b]) for row in meshes], np.int64).reshape(-1, 2)
     far_of = np.flatnonzero([math.isfinite(row.mesh.backlash) for row in meshes])
     flanks = [row.mesh for row in meshes] + [replace(meshes[i].mesh, flank=-meshes[i].mesh.flank) for i in far_of]
-    parts = _link_ends(rows, owners, places)
-    parts += _mesh_ends(flanks, np.concatenate([ends, ends[far_of]]), places, len(rows))
-    matrix = _matrix(len(rows) + len(flanks), parts, np.array([body.angle for body in train.bodies]))
-    matrix, mesh, far = np.split(matrix, [len(rows), len(rows) + len(meshes)])
-    _check_frames(rows, owners, matrix, (frame_turn, spin_turn))
-    rigid = np.array([math.isinf(row.stiffness) for row in rows], bool)
-    rigids = tuple(row for row, hard in zip(rows, rigid, strict=True) if hard)
+    mesh, far = np.split(_mesh_matrix(flanks, np.concatenate([ends, ends[far_of]]), origins, axes), [len(meshes)])
     return Structure(
         index=index,
         frame_speed=np.array([2 * math.pi * float(turn) for turn in frame_turn]),
@@ -186,20 +132,47 @@ def structure_of(train: Train) -> Structure:
         spin_turn=spin_turn,
         meshes=meshes,
         mesh=mesh,
-        mesh_ends=ends,
         far=far,
         far_of=far_of,
-        link=matrix[~rigid],
-        links=tuple(row for row, hard in zip(rows, rigid, strict=True) if not hard),
-        rigid=matrix[rigid],
+        link=link[~rigid],
+        links=tuple(row for row in rows if not math.isinf(row.stiffness)),
+        rigid=link[rigid],
         rigids=rigids,
         pivots=np.array([6 * (r.first if r.second < 0 else r.second) + r.direction for r in rigids], np.int64),
     )
 
 
+def own_centres(train: Train) -> Array:
+    """Centre of every body in its own axes, (nb, 2) [m]."""
+    centres = [complex(*body.centre) * np.exp(-1j * body.angle) for body in train.bodies]
+    return np.array([(centre.real, centre.imag) for centre in centres])
+
+
 def _turn(speeds: Mapping[str, Fraction] | None, name: str) -> Fraction:
     """Speed of a member or frame [rev/s], 0 where no speeds are known."""
     return Fraction(0) if speeds is None else Fraction(speeds.get(name, 0)) / 60
+
+
+# links ----------------------------------------------------------------------------------------------------------------
+
+
+def _link_rows(train: Train, index: dict[str, int], frame_turn: tuple[Fraction, ...]) -> list[LinkRow]:
+    """Rows of all directions in which a link is stiff or damps; frame_turn : (nb,) [rev/s]."""
+    rows = []
+    for link in train.links:
+        first, second = index[link.first], -1 if link.second is None else index[link.second]
+        x, y, _, rx, ry, _ = link.stiffness
+        if second >= 0 and any((x, y, rx, ry)) and frame_turn[second] != frame_turn[first]:
+            raise ModelError(
+                "joins bodies whose frames turn at different speeds: x, y, rx, ry would vary in time there",
+                path=link.path,
+                allowed="z and rz between such bodies",
+            )
+        lawful = _law_directions(link)
+        for direction, (k, c) in enumerate(zip(link.stiffness, link.damping, strict=True)):
+            if k != 0.0 or c != 0.0:
+                rows.append(LinkRow(link, direction, first, second, direction in lawful))
+    return rows
 
 
 def _law_directions(link: Link) -> tuple[int, ...]:
@@ -215,8 +188,8 @@ def _law_directions(link: Link) -> tuple[int, ...]:
     if not link.clearance and link.exponent == 1.0:
         return tables
     x, y, z = link.stiffness[:3]
-    found = tuple(i for i, k in ((0, x), (1, y)) if k) or ((2,) if z else ())
-    values = {link.stiffness[i] for i in found}
+    directions = tuple(i for i, k in ((0, x), (1, y)) if k) or ((2,) if z else ())
+    values = {link.stiffness[i] for i in directions}
     if len(values) != 1 or math.isinf(*values):
         raise ModelError(
             "clearance, exponent and friction need one finite stiffness",
@@ -224,106 +197,123 @@ def _law_directions(link: Link) -> tuple[int, ...]:
             given=f"x, y, z = {x:g}, {y:g}, {z:g} N/m",
             allowed="radial (x and y alike), x or y alone, or z alone",
         )
-    return found + tables
+    return directions + tables
 
 
-def _check_link(link: Link, index: dict[str, int], frame_turn: tuple[Fraction, ...], train: Train) -> None:
-    first = frame_turn[index[link.first]]
-    lateral = [link.stiffness[i] for i in LATERAL]
-    if link.second is not None and any(lateral) and frame_turn[index[link.second]] != first:
-        raise ModelError(
-            "joins bodies whose frames turn at different speeds: x, y, rx, ry would vary in time there",
-            path=link.path,
-            allowed="z and rz between such bodies",
-        )
-
-
-def _check_frames(
-    rows: list[LinkRow], owners: list[Link], matrix: Array, turns: tuple[tuple[Fraction, ...], tuple[Fraction, ...]]
+def _check_isotropy(
+    rows: list[LinkRow], matrix: Array, frame_turn: tuple[Fraction, ...], spin_turn: tuple[Fraction, ...]
 ) -> None:
-    """Check the isotropy of every link whose own axes turn against the frame of its body.
+    """Check the rows between one body and another, of all links together, whose axes turn against the body's frame.
 
-    matrix : (p, 6 nb) of the rows.  turns : speeds of the frames and of the bodies [rev/s].
+    matrix : (p, 6 nb) of the rows.  frame_turn, spin_turn : (nb,) speeds of frames and bodies [rev/s].
     The axes of a support are those of the housing or of what it stands on, of a bearing those of what carries, of a
     coupling those of what it joins.
+
+    Raises
+    ------
+    ModelError : their sum is anisotropic; names the first link that is anisotropic by itself.
     """
-    frame_turn, spin_turn = turns
-    if not any(frame_turn) and not any(spin_turn):
-        return
-    turning: dict[tuple[int, int], list[int]] = {}
-    for i, (row, link) in enumerate(zip(rows, owners, strict=True)):
-        seat = row.first if link.kind == "bearing" else row.second
+    joints: dict[tuple[int, int], list[int]] = {}
+    for i, row in enumerate(rows):
+        seat = row.first if row.link.kind == "bearing" else row.second
         if (Fraction(0) if row.second < 0 else spin_turn[seat]) != frame_turn[row.first]:
-            turning.setdefault((row.first, row.second), []).append(i)
-    for (body, _), mine in turning.items():
-        check_isotropy(
-            matrix[mine, 6 * body : 6 * body + 6],
-            np.array([rows[i].stiffness for i in mine]),
-            np.array([rows[i].damping for i in mine]),
-            [owners[i] for i in mine],
+            joints.setdefault((row.first, row.second), []).append(i)
+    for (body, _), joint in joints.items():
+        columns = matrix[:, 6 * body : 6 * body + 6]
+        if _isotropic(columns[joint], [rows[i] for i in joint]):
+            continue
+        of_links: dict[str, list[int]] = {}
+        for i in joint:
+            of_links.setdefault(rows[i].link.name, []).append(i)
+        uneven = [alone for alone in of_links.values() if not _isotropic(columns[alone], [rows[i] for i in alone])]
+        link = rows[(uneven or [joint])[0][0]].link
+        turning = "the frame turns" if link.second is None else "it turns in the frame"
+        raise ModelError(
+            f"differs between x and y (or rx and ry) although {turning}: its stiffness would vary in time",
+            path=link.path,
+            given=list(link.stiffness),
+            allowed="equal x and y, equal rx and ry, three or more equal bolts evenly spaced, "
+            "or a frame that stands still",
         )
 
 
-class _Ends(NamedTuple):
-    """Ends of R rows at their bodies: row and body (R,), sign, unit vector and point (R, 3) [m] in frame axes, and
-    whether the row is an angle (R,)."""
+def _isotropic(matrix: Array, rows: list[LinkRow]) -> bool:
+    """Whether springs, dampers and the space of rigid rows (r, 6) are invariant under any rotation about z."""
+    stiffness, damping = np.array([row.stiffness for row in rows]), np.array([row.damping for row in rows])
+    rigid = np.isinf(stiffness)
+    springs = (matrix.T * np.where(rigid, 0.0, stiffness)) @ matrix
+    dampers = (matrix.T * damping) @ matrix
+    if not rigid.any():
+        return _round(springs) and _round(dampers)
+    _, size, right = np.linalg.svd(matrix[rigid], full_matrices=False)
+    span = right[size > _SAME * size.max(initial=0.0)]
+    return _round(springs) and _round(dampers) and _round(span.T @ span + np.eye(6))  # a projector has rounding of 1
 
-    row: NDArray[np.int64]
-    body: NDArray[np.int64]
-    sign: float
-    normal: Array
-    point: Array
-    rotation: NDArray[np.bool_]
+
+def _round(matrix: Array) -> bool:
+    """Whether a symmetric (6, 6) matrix commutes with rotations about z; entries on the scale of their diagonals."""
+    turn = np.zeros((6, 6))
+    for i in (0, 3):
+        turn[i, i + 1], turn[i + 1, i] = -1.0, 1.0
+    diagonal = np.sqrt(np.diag(matrix))
+    for i in (0, 3):
+        diagonal[i : i + 2] = diagonal[i : i + 2].max()
+    return bool(np.all(np.abs(matrix @ turn - turn @ matrix) <= _ROUND * np.outer(diagonal, diagonal)))
 
 
-def _link_ends(rows: list[LinkRow], owners: list[Link], places: Array) -> list[_Ends]:
-    """Ends of link rows; places : (nb, 3) of the origins of the bodies [m]."""
-    if not rows:
-        return []
-    angle = np.array([link.angle for link in owners])
-    direction = np.array([row.direction for row in rows])
-    axis = direction % 3
+def _link_matrix(rows: list[LinkRow], origins: Array, axes: Array) -> Array:
+    """Rows (p, 6 nb) of links; origins : (nb, 3) [m] and axes : (nb,) [rad] of the bodies."""
+    angle = np.array([row.link.angle for row in rows])
+    direction = np.array([row.direction for row in rows], np.int64)
+    axis, rotation = direction % 3, direction >= 3
     normal = np.zeros((len(rows), 3))
     c, s = np.cos(angle), np.sin(angle)
     normal[:, 0] = np.where(axis == 0, c, np.where(axis == 1, -s, 0.0))
     normal[:, 1] = np.where(axis == 0, s, np.where(axis == 1, c, 0.0))
     normal[:, 2] = axis == 2
-    point = np.array([(*link.centre, link.station) for link in owners])
-    first = np.array([row.first for row in rows])
-    second = np.array([row.second for row in rows])
-    has = np.flatnonzero(second >= 0)
-    other, rotation = second[has], direction >= 3
-    return [
-        _Ends(np.arange(len(rows)), first, 1.0, normal, point - places[first], rotation),
-        _Ends(has, other, -1.0, normal[has], point[has] - places[other], rotation[has]),
-    ]
+    point = np.array([(*row.link.centre, row.link.station) for row in rows]).reshape(-1, 3)
+    matrix = np.zeros((len(rows), axes.size, 6))
+    first = np.array([row.first for row in rows], np.int64)
+    matrix[np.arange(len(rows)), first] = gap_rows(normal, point - origins[first], axes[first], rotation=rotation)
+    joins = np.flatnonzero([row.second >= 0 for row in rows])
+    second = np.array([rows[i].second for i in joins], np.int64)
+    lever = point[joins] - origins[second]
+    matrix[joins, second] = -gap_rows(normal[joins], lever, axes[second], rotation=rotation[joins])
+    return matrix.reshape(len(rows), -1)
 
 
-def _mesh_ends(meshes: Sequence[Mesh], ends: NDArray[np.int64], places: Array, start: int) -> list[_Ends]:
-    """Ends of mesh rows from number `start` on (docs/conventions.md, The mesh row).
+# meshes ---------------------------------------------------------------------------------------------------------------
 
-    ends : (m, 2) indices of the bodies a and b.  places : (nb, 3) of the origins of the bodies [m].
-    """
-    if not meshes:
-        return []
-    value = np.array(
-        [
-            (
-                m.direction,
-                m.pressure_angle,
-                m.base_helix,
-                m.hand,
-                m.flank,
-                m.station,
-                m.radius_a,
-                m.radius_b,
-                m.internal,
-                m.along,
+
+def mesh_rows(meshes: Sequence[Mesh]) -> tuple[MeshRow, ...]:
+    """All rows of the meshes, in order; a slice has its share of stiffness and damping, and its own place and phase."""
+    rows = []
+    for mesh in meshes:
+        if not mesh.slices:
+            rows.append(MeshRow(mesh.name, 0, mesh))
+        for number, piece in enumerate(mesh.slices, start=1):
+            share = replace(
+                mesh,
+                name=f"{mesh.name}/{number}",
+                station=piece.station,
+                along=piece.along,
+                lead=piece.lead,
+                variation=piece.variation,
+                stiffness=mesh.stiffness / len(mesh.slices),
+                damping=mesh.damping / len(mesh.slices),
             )
-            for m in meshes
-        ]
-    )
-    direction, alpha, helix, hand, flank, station, radius_a, radius_b, internal, along = value.T
+            rows.append(MeshRow(mesh.name, number, share))
+    return tuple(rows)
+
+
+def _mesh_matrix(meshes: Sequence[Mesh], ends: NDArray[np.int64], origins: Array, axes: Array) -> Array:
+    """Rows (m, 6 nb) of meshes; ends : (m, 2) indices of the bodies a and b; origins, axes as of `_link_matrix`."""
+
+    def values(name: str) -> Array:
+        return np.array([getattr(mesh, name) for mesh in meshes], dtype=float)
+
+    direction, alpha, helix = values("direction"), values("pressure_angle"), values("base_helix")
+    hand, flank, along = values("hand"), values("flank"), values("along")
     e = np.stack([np.cos(direction), np.sin(direction)], axis=1)
     t = np.stack([-e[:, 1], e[:, 0]], axis=1)
     across = np.sin(alpha)[:, None] * e + (flank * np.cos(alpha))[:, None] * t
@@ -332,67 +322,19 @@ def _mesh_ends(meshes: Sequence[Mesh], ends: NDArray[np.int64], places: Array, s
     normal[:, 2] = -hand * flank * np.sin(helix)
     # Each body keeps its own lever r_b / cos(alpha) along e: the pitch point of a consistent geometry, and the best
     # meaning of given radii that fit no single centre distance.
-    outward = np.where(internal > 0, radius_b, -radius_b)
-    row, flat = start + np.arange(len(meshes)), np.zeros(len(meshes), bool)
-
-    def end(which: int, lever: Array, sign: float) -> _Ends:
-        body = ends[:, which]
+    radius_b = values("radius_b")
+    levers = values("radius_a"), np.where(values("internal") > 0, radius_b, -radius_b)
+    matrix = np.zeros((len(meshes), axes.size, 6))
+    for body, lever, sign in zip(ends.T, levers, (1.0, -1.0), strict=True):
         place = lever[:, None] * e + along[:, None] * across
-        point = np.concatenate([place, (station - places[body, 2])[:, None]], axis=1)
-        return _Ends(row, body, sign, normal, point, flat)
-
-    return [end(0, radius_a, 1.0), end(1, outward, -1.0)]
-
-
-def _matrix(count: int, ends: list[_Ends], axes: Array) -> Array:
-    """Rows (count, 6 nb): sign * [n, r x n] of each end in the columns of its body; axes : (nb,) [rad]."""
-    matrix = np.zeros((count, 6 * axes.size))
-    if ends:
-        row, body = np.concatenate([end.row for end in ends]), np.concatenate([end.body for end in ends])
-        sign = np.repeat([end.sign for end in ends], [end.row.size for end in ends])
-        rotation = np.concatenate([end.rotation for end in ends])
-        normal, point = np.concatenate([end.normal for end in ends]), np.concatenate([end.point for end in ends])
-        block = sign[:, None] * gap_rows(normal, point, axes[body], rotation=rotation)
-        matrix[row[:, None], 6 * body[:, None] + np.arange(6)] = block
-    return matrix
-
-
-# mesh rows and columns of the bodies ----------------------------------------------------------------------------------
-
-
-def mesh_rows(meshes: Sequence[Mesh]) -> tuple[MeshRow, ...]:
-    """All rows of the meshes, in order; a slice has its share of stiffness and damping, and its own place and phase."""
-    return tuple(row for mesh in meshes for row in _rows(mesh))
-
-
-def _rows(mesh: Mesh) -> list[MeshRow]:
-    if not mesh.slices:
-        return [MeshRow(mesh.name, 0, mesh)]
-    count = len(mesh.slices)
-    return [
-        MeshRow(
-            mesh.name,
-            number,
-            replace(
-                mesh,
-                name=f"{mesh.name}/{number}",
-                station=piece.station,
-                along=piece.along,
-                lead=piece.lead,
-                variation=piece.variation,
-                stiffness=mesh.stiffness / count,
-                damping=mesh.damping / count,
-            ),
-        )
-        for number, piece in enumerate(mesh.slices, start=1)
-    ]
+        point = np.concatenate([place, (values("station") - origins[body, 2])[:, None]], axis=1)
+        straight = np.zeros(len(meshes), bool)
+        matrix[np.arange(len(meshes)), body] = sign * gap_rows(normal, point, axes[body], rotation=straight)
+    return matrix.reshape(len(meshes), -1)
 
 
 def gap_rows(normal: Array, point: Array, axes: Array, *, rotation: NDArray[np.bool_]) -> Array:
-    """Six coefficients of R gap rows in their bodies (docs/conventions.md, The mesh row).
-
-    A force along the unit vector n at the point r of a body does the work n . (u + theta x r), hence the row
-    [n, r x n]; a moment along n has the row [0, n].
+    """Six coefficients [n, r x n] or [0, n] of R gap rows in their bodies (docs/conventions.md, The mesh row).
 
     Parameters
     ----------

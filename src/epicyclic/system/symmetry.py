@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["commutes", "reduced_operator", "turn_operator"]
-
-Array = NDArray[np.float64]
+from .system import Array
 
 # Angles and stiffnesses of a drawing carry about 1e-12 of rounding; a real asymmetry is far above.
 _TOLERANCE = 1e-9

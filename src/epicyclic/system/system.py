@@ -3,9 +3,8 @@
     M q'' + (C + s G) q' + (K + s^2 Kg) q + B f(B^T q - e(t)) = F(t)        s = speed / operating speed
 
 with one column of B a mesh row, f_m = k_m(t) <B^T q - e>_m + c_m d/dt(...), all gaps along the tooth normal
-(docs/conventions.md, The mesh row).
-
-Whole meshes and their slices: names, and sums over the face.
+(docs/conventions.md, The mesh row).  A mesh cut along the face has a row a slice; `faces` names whole meshes and sums
+over them.
 """
 
 from __future__ import annotations
@@ -24,61 +23,9 @@ from .display import damping_text, system_html
 from .flank_laws import LawRows
 from .group_laws import LawGroup, Laws, stacked
 
-Number = TypeVar("Number", bound=np.inexact)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Faces:
-    """The w whole meshes of a System with m mesh rows.
-
-    name : (w,) of each.  row : (m,) mesh of each row.  first : (w,) first row of each, whose labels are those of the
-    mesh.  count : (w,) rows of each, 1 without slices.
-    """
-
-    name: tuple[str, ...]
-    row: NDArray[np.int64]
-    first: NDArray[np.int64]
-    count: NDArray[np.int64]
-
-    @property
-    def cut(self) -> NDArray[np.bool_]:
-        """(m,) rows that are slices of a mesh."""
-        return np.asarray(self.count[self.row] > 1, bool)
-
-    def total(self, values: NDArray[Number], axis: int = 0) -> NDArray[Number]:
-        """Sums (..., w, ...) over the rows of each mesh of values (..., m, ...), in their unit, along `axis`."""
-        if len(self.first) == len(self.row):
-            return values
-        summed: NDArray[Number] = np.add.reduceat(values, self.first, axis=axis)
-        return summed
-
-    def least(self, values: Array, axis: int = 0) -> Array:
-        """Smallest value (..., w, ...) of the rows of each mesh, of values (..., m, ...), in their unit."""
-        lowest: Array = np.minimum.reduceat(values, self.first, axis=axis)
-        return lowest
-
-    def any(self, values: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(w,) meshes of which any row (m,) is true."""
-        found: NDArray[np.bool_] = np.logical_or.reduceat(values, self.first)
-        return found
-
-
-def faces(meshes: MeshRows) -> Faces:
-    """Whole meshes of mesh rows; the slices of one mesh are adjacent."""
-    number = meshes.slice or (0,) * len(meshes.name)
-    names = [name.rpartition("/")[0] if k else name for name, k in zip(meshes.name, number, strict=True)]
-    whole = {name: i for i, name in enumerate(dict.fromkeys(names))}
-    row = np.array([whole[name] for name in names], np.int64)
-    return Faces(
-        name=tuple(whole),
-        row=row,
-        first=np.flatnonzero(np.diff(row, prepend=-1)),
-        count=np.bincount(row, minlength=len(whole)),
-    )
-
-
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+Number = TypeVar("Number", bound=np.inexact)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -309,9 +256,8 @@ class System:
     def far_flanks(self) -> FarFlanks:
         """The far flanks, none of them where no backlash is finite."""
         n, L = len(self.force), self.meshes.variation.shape[1]
-        return self.far or FarFlanks(
-            mesh=np.zeros(0, np.int64), B=np.zeros((n, 0)), variation=np.zeros((0, L), complex)
-        )
+        none = np.zeros(0, np.int64)
+        return self.far or FarFlanks(mesh=none, B=np.zeros((n, 0)), variation=np.zeros((0, L), complex))
 
     def flank_gaps(self, line: Line) -> ComplexArray:
         """Errors of all mesh rows and then of all far flanks, (m + c,) [m]."""
@@ -347,3 +293,55 @@ class System:
                 path=self.missing_inertia[0],
                 allowed="a value, or `bore`, `rim` or `outer_diameter` to derive it from",
             )
+
+
+# whole meshes ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Faces:
+    """The w whole meshes of a System with m mesh rows.
+
+    name : (w,) of each.  row : (m,) mesh of each row.  first : (w,) first row of each, whose labels are those of the
+    mesh.  count : (w,) rows of each, 1 without slices.
+    """
+
+    name: tuple[str, ...]
+    row: NDArray[np.int64]
+    first: NDArray[np.int64]
+    count: NDArray[np.int64]
+
+    @property
+    def cut(self) -> NDArray[np.bool_]:
+        """(m,) rows that are slices of a mesh."""
+        return np.asarray(self.count[self.row] > 1, bool)
+
+    def total(self, values: NDArray[Number], axis: int = 0) -> NDArray[Number]:
+        """Sums (..., w, ...) over the rows of each mesh of values (..., m, ...), in their unit, along `axis`."""
+        if len(self.first) == len(self.row):
+            return values
+        summed: NDArray[Number] = np.add.reduceat(values, self.first, axis=axis)
+        return summed
+
+    def least(self, values: Array, axis: int = 0) -> Array:
+        """Smallest value (..., w, ...) of the rows of each mesh, of values (..., m, ...), in their unit."""
+        lowest: Array = np.minimum.reduceat(values, self.first, axis=axis)
+        return lowest
+
+    def any(self, values: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(w,) meshes of which any row (m,) is true."""
+        return np.asarray(np.logical_or.reduceat(values, self.first), bool)
+
+
+def faces(meshes: MeshRows) -> Faces:
+    """Whole meshes of mesh rows; the slices of one mesh are adjacent."""
+    number = meshes.slice or (0,) * len(meshes.name)
+    names = [name.rpartition("/")[0] if k else name for name, k in zip(meshes.name, number, strict=True)]
+    whole = {name: i for i, name in enumerate(dict.fromkeys(names))}
+    row = np.array([whole[name] for name in names], np.int64)
+    return Faces(
+        name=tuple(whole),
+        row=row,
+        first=np.flatnonzero(np.diff(row, prepend=-1)),
+        count=np.bincount(row, minlength=len(whole)),
+    )

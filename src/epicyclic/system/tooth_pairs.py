@@ -1,7 +1,4 @@
-"""Tooth contact of the meshes of a train: their pair of teeth, and linear rows about their loaded contact.
-
-Rows are the linear force k(t) (delta - e(t)) about the mean load of the teeth.
-"""
+"""Tooth contact of the meshes of a train: the pair of teeth of a mesh, and linear rows about its loaded contact."""
 
 from __future__ import annotations
 
@@ -12,19 +9,18 @@ from fractions import Fraction
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.compliance import ToothCompliance
 from ..teeth.energy_stiffness import MeshedTeeth, interference_warnings
 from ..teeth.gear_pair import ContactPair, Torsion, check_pair, drawn_pair
 from ..teeth.loaded_contact import harmonics
-from ..teeth.mesh_stiffness import ComplexArray, mesh_phasor, series_in_time, table_series
+from ..teeth.mesh_stiffness import mesh_phasor, series_in_time, table_series
 from ..teeth.outline import GearForm
 from ..train.bodies import Mesh
 from ..train.train import Train
 from ..warning_codes import CodedText, placed
-from .system import Line, System
+from .system import Array, ComplexArray, Line, System
 
 End = Literal["left", "right"]
 
@@ -77,18 +73,6 @@ def pair_of(
     return pair
 
 
-def _meshing(pair: ContactPair) -> MeshedTeeth:
-    a, b = pair.tooth_a, pair.tooth_b
-    assert isinstance(a, ToothCompliance)
-    assert isinstance(b, ToothCompliance)
-    return MeshedTeeth(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
-
-
-def axial_offsets(train: Train, mesh: Mesh) -> tuple[float, float]:
-    """Axial offsets of both gears of a mesh from the drawing, by deviations at rest [m]."""
-    return _slide(train, mesh.a), _slide(train, mesh.b)
-
-
 def _torsion(form: GearForm, end: End | None) -> Torsion | None:
     """Torsional rigidity of the body of a gear, G pi/2 |r_f^4 - r_i^4| [N m^2]."""
     if end is None:
@@ -97,10 +81,40 @@ def _torsion(form: GearForm, end: End | None) -> Torsion | None:
     return Torsion(rigidity=modulus * math.pi / 2 * abs(form.root**4 - form.bore**4), end=end)
 
 
+def axial_offsets(train: Train, mesh: Mesh) -> tuple[float, float]:
+    """Axial offsets of both gears of a mesh from the drawing, by deviations at rest [m]."""
+    return _slide(train, mesh.a), _slide(train, mesh.b)
+
+
 def _slide(train: Train, body: str) -> float:
     """Axial offset of a body from the drawing, by deviations at rest [m]."""
-    still = (d for d in train.displacements if d.body == body and d.cause == "position" and d.frequency == 0)
-    return math.fsum(float(d.vector[2].real) for d in still)
+    return math.fsum(
+        float(displacement.vector[2].real)
+        for displacement in train.displacements
+        if displacement.body == body and displacement.cause == "position" and displacement.frequency == 0
+    )
+
+
+def tooth_warnings(pair: ContactPair, mesh: Mesh) -> tuple[CodedText, ...]:
+    """Warnings of a pair of `pair_of`: formulas of the teeth outside their limits, and tips that interfere.
+
+    mesh : that the pair is of; its table in the model file stands before each warning.
+    """
+    meshing = _meshing(pair)
+    texts = (*meshing.a.warnings, *meshing.b.warnings, *interference_warnings(meshing, names=_gears(mesh)))
+    return tuple(dict.fromkeys(placed(mesh.pair, text) for text in texts))
+
+
+def _meshing(pair: ContactPair) -> MeshedTeeth:
+    a, b = pair.tooth_a, pair.tooth_b
+    assert isinstance(a, ToothCompliance)
+    assert isinstance(b, ToothCompliance)
+    return MeshedTeeth(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
+
+
+def _gears(mesh: Mesh) -> tuple[str, str]:
+    """Names of the gears of a mesh within their stage."""
+    return mesh.a.split("/")[1], mesh.b.split("/")[1]
 
 
 def mean_force(train: Train, mesh: Mesh) -> float:
@@ -118,22 +132,7 @@ def loaded_mesh(train: Train) -> Mesh:
     return next((mesh for mesh in train.meshes if mean_force(train, mesh) > 0), train.meshes[0])
 
 
-def tooth_warnings(pair: ContactPair, mesh: Mesh) -> tuple[CodedText, ...]:
-    """Warnings of a pair of `pair_of`: formulas of the teeth outside their limits, and tips that interfere.
-
-    mesh : that the pair is of; its table in the model file stands before each warning.
-    """
-    meshing = _meshing(pair)
-    said = (*meshing.a.warnings, *meshing.b.warnings, *interference_warnings(meshing, names=_gears(mesh)))
-    return tuple(dict.fromkeys(placed(mesh.pair, text) for text in said))
-
-
-def _gears(mesh: Mesh) -> tuple[str, str]:
-    """Names of the gears of a mesh within their stage."""
-    return mesh.a.split("/")[1], mesh.b.split("/")[1]
-
-
-Array = NDArray[np.float64]
+# linear rows ----------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -169,24 +168,25 @@ def with_contact_tangent(train: Train, system: System, histories: Mapping[str, C
     """
     if not system.tones:
         raise ModelError("the dynamic force needs a speed", path="operation.speed", allowed="the speed of one member")
-    given = {(mesh.pair, mesh.side): (mesh, histories[mesh.name]) for mesh in train.meshes if mesh.name in histories}
+    contacts = {(mesh.pair, mesh.side): (mesh, histories[mesh.name]) for mesh in train.meshes if mesh.name in histories}
     stiffness, variation = system.meshes.stiffness.copy(), [*system.meshes.variation]
     gaps: dict[Fraction, ComplexArray] = {}
     row = 0
     for mesh in train.meshes:
-        rows = slice(row, row + max(len(mesh.slices), 1))
-        row = rows.stop
-        if (mesh.pair, mesh.side) not in given:
+        count = max(len(mesh.slices), 1)
+        rows = slice(row, row + count)
+        row += count
+        if (mesh.pair, mesh.side) not in contacts:
             continue
-        first, history = given[mesh.pair, mesh.side]
+        first, history = contacts[mesh.pair, mesh.side]
         mean, series, errors = _series(history)
-        stiffness[rows] = mean / (rows.stop - rows.start)
-        variation[rows] = [_moved(series, first, mesh)] * (rows.stop - rows.start)
+        stiffness[rows] = mean / count
+        variation[rows] = [_moved(series, first, mesh)] * count
         tone = system.tones[int(system.meshes.tone[rows.start])]
         for order, error in enumerate([errors[0], *_moved(errors[1:], first, mesh)]):
             gaps.setdefault(tone * order, np.zeros(len(variation), complex))[rows] += error
-    L = max(len(own) for own in variation)
-    padded = np.array([np.pad(own, (0, L - len(own))) for own in variation])
+    L = max(len(series) for series in variation)
+    padded = np.array([np.pad(series, (0, L - len(series))) for series in variation])
     meshes = replace(system.meshes, stiffness=stiffness, variation=padded, laws=())
     return replace(system, meshes=meshes, lines=_lines(system, gaps))
 
@@ -204,26 +204,22 @@ def _series(history: ContactHistory) -> tuple[float, ComplexArray, ComplexArray]
 def _moved(series: ComplexArray, first: Mesh, mesh: Mesh) -> ComplexArray:
     """Series (L,) over the time of the mesh `first`, moved to the time of `mesh` through sigma, in the same unit."""
     back = np.array([mesh_phasor(order, -first.lead) for order in range(1, len(series) + 1)], dtype=np.complex128)
-    own = series * back
-    return series_in_time(own if first.sense > 0 else own.conj(), lead=mesh.lead, sense=mesh.sense)
+    over_sigma = series * back
+    return series_in_time(over_sigma if first.sense > 0 else over_sigma.conj(), lead=mesh.lead, sense=mesh.sense)
 
 
 def _lines(system: System, gaps: Mapping[Fraction, ComplexArray]) -> tuple[Line, ...]:
     """Excitation lines with the errors `gaps` (m,) [m] of each frequency [Hz] added, frequencies rising."""
     lines = {line.frequency: line for line in system.lines}
-    n, p, rows = len(system.force), len(system.links.name), sum(group.B.shape[1] for group in system.groups)
+    empty = Line(
+        frequency=Fraction(0),
+        gap=np.zeros(len(system.meshes.name), complex),
+        link_gap=np.zeros(len(system.links.name), complex),
+        force=np.zeros((3, len(system.force)), complex),
+        group_gap=np.zeros(sum(group.B.shape[1] for group in system.groups), complex),
+    )
     for frequency, gap in gaps.items():
-        old = lines.get(frequency)
-        lines[frequency] = (
-            replace(old, gap=old.gap + gap, causes=tuple(sorted({*old.causes, "contact"})))
-            if old is not None
-            else Line(
-                frequency=frequency,
-                gap=gap,
-                link_gap=np.zeros(p, complex),
-                force=np.zeros((3, n), complex),
-                causes=("contact",),
-                group_gap=np.zeros(rows, complex),
-            )
-        )
+        line = lines.get(frequency, replace(empty, frequency=frequency))
+        causes = tuple(sorted({*line.causes, "contact"}))
+        lines[frequency] = replace(line, gap=line.gap + gap, causes=causes)
     return tuple(lines[frequency] for frequency in sorted(lines))
