@@ -75,18 +75,19 @@ class _Point:
 
     q: Array
     rows: Array
+    row_force: Array
     contact_states: tuple[FaceForce, ...]
     energy: Array
     residual: Array
     force_residual: Array
 
-    def assign(self, at: Index, other: _Point) -> None:
-        """Overwrite the instants `at` (t,) from another point."""
-        for name in ("q", "rows", "energy", "residual", "force_residual"):
-            getattr(self, name)[at] = getattr(other, name)
-        for mine, theirs in zip(self.contact_states, other.contact_states, strict=True):
+    def assign(self, at: Index, other: _Point, chosen: Index | slice) -> None:
+        """Overwrite the instants `at` (t,) by those `chosen` of another point."""
+        for name in ("q", "rows", "row_force", "energy", "residual", "force_residual"):
+            getattr(self, name)[at] = getattr(other, name)[chosen]
+        for contact, trial in zip(self.contact_states, other.contact_states, strict=True):
             for name in ("force", "tangent", "energy", "residual", "state"):
-                getattr(mine, name)[at] = getattr(theirs, name)
+                getattr(contact, name)[at] = getattr(trial, name)[chosen]
 
 
 def contact_equilibrium(problem: ContactProblem, start: Array) -> ContactEquilibrium:
@@ -97,10 +98,9 @@ def contact_equilibrium(problem: ContactProblem, start: Array) -> ContactEquilib
     ConvergenceError : not found.  ModelError : the load drives meshing bodies apart and nothing holds them.
     """
     scale, free = _scaling(problem)
-    everything = np.arange(len(start), dtype=np.int64)
-    point = _evaluated(problem, everything, start.copy(), None)
+    todo = np.arange(len(start), dtype=np.int64)
+    point = _evaluated(problem, todo, start.copy(), None)
     steps = np.zeros(len(start), np.int64)
-    todo = everything
     for _ in range(_STEPS):
         todo = todo[point.force_residual[todo] > 1.0]
         if not todo.size:
@@ -127,12 +127,12 @@ def _evaluated(problem: ContactProblem, instants: Index, q: Array, states: Seque
     gap, load = problem.gap[instants], problem.force[instants]
     rows = q @ system.meshes.B - gap[:, :m]
     contact_states = tuple(
-        contact.press(_mesh_rows(rows, meshes), instants, None if states is None else states[i])
+        contact.press(rows.reshape(len(q), -1, ROWS)[:, meshes], instants, None if states is None else states[i])
         for i, (contact, meshes) in enumerate(problem.contacts)
     )
     force = np.zeros_like(rows)
-    for (_, meshes), found in zip(problem.contacts, contact_states, strict=True):
-        force.reshape(len(q), -1, ROWS)[:, meshes] = found.force
+    for (_, meshes), pressed in zip(problem.contacts, contact_states, strict=True):
+        force.reshape(len(q), -1, ROWS)[:, meshes] = pressed.force
     elastic = q @ system.K
     pull = force @ system.meshes.B.T
     sizes = np.abs(q) @ np.abs(system.K) + np.abs(force) @ np.abs(system.meshes.B.T) + np.abs(load)
@@ -149,16 +149,12 @@ def _evaluated(problem: ContactProblem, instants: Index, q: Array, states: Seque
     return _Point(
         q=q,
         rows=rows,
+        row_force=force,
         contact_states=contact_states,
         energy=energy,
         residual=residual,
         force_residual=_relative_residual(problem, residual, sizes),
     )
-
-
-def _mesh_rows(rows: Array, meshes: Index) -> Array:
-    """Rows (t, 3 w) of some meshes, (t, g, 3)."""
-    return rows.reshape(len(rows), -1, ROWS)[:, meshes]
 
 
 def _relative_residual(problem: ContactProblem, residual: Array, sizes: Array) -> Array:
@@ -176,10 +172,10 @@ def _newton_steps(problem: ContactProblem, point: _Point, todo: Index, scale: Ar
     n = len(scale)
     B = system.meshes.B
     matrix = np.broadcast_to(system.K + _OPEN * system.mean_stiffness, (len(todo), n, n)).copy()
-    for (_, meshes), found in zip(problem.contacts, point.contact_states, strict=True):
+    for (_, meshes), pressed in zip(problem.contacts, point.contact_states, strict=True):
         for j, mesh in enumerate(meshes.tolist()):
             rows = B[:, ROWS * mesh : ROWS * mesh + ROWS]
-            matrix += rows @ found.tangent[todo, j] @ rows.T
+            matrix += rows @ pressed.tangent[todo, j] @ rows.T
     if system.groups:
         stretch = point.q[todo] @ system.group_rows - problem.gap[todo][:, B.shape[1] :]
         groups = system.group_rows
@@ -197,49 +193,29 @@ def _backtracked(problem: ContactProblem, point: _Point, todo: Index, direction:
     Halving stands in a batch: every instant keeps its own length, and the contact of all waiting ones is solved at
     once.
     """
+
+    def tried(waiting: Index, length: Array | float) -> _Point:
+        """The point that steps of some of the waiting instants reach, from the contact they have."""
+        at = todo[waiting]
+        q = point.q[at] + length * direction[waiting]
+        return _evaluated(problem, at, q, [pressed.state[at] for pressed in point.contact_states])
+
     slope = (direction * point.residual[todo]).sum(axis=1)
     length = np.ones(len(todo))
     waiting = np.arange(len(todo))
     for _ in range(_HALVINGS):
         at = todo[waiting]
-        q = point.q[at] + length[waiting, None] * direction[waiting]
-        trial = _evaluated(problem, at, q, [found.state[at] for found in point.contact_states])
+        trial = tried(waiting, length[waiting, None])
         descends = trial.energy <= point.energy[at] + _DECREASE * length[waiting] * slope[waiting]
         accept = descends | (trial.force_residual <= _DROP * point.force_residual[at])
         accepted = np.flatnonzero(accept)
-        point.assign(at[accepted], _subset(trial, accepted))
+        point.assign(at[accepted], trial, accepted)
         waiting = waiting[~accept]
         if not waiting.size:
             return
         length[waiting] /= 2
     # rounding of the energy hides what is left to gain: the full step is taken, and the residual decides
-    at = todo[waiting]
-    point.assign(
-        at,
-        _evaluated(problem, at, point.q[at] + direction[waiting], [found.state[at] for found in point.contact_states]),
-    )
-
-
-def _subset(point: _Point, keep: NDArray[np.intp]) -> _Point:
-    """The same at the places `keep` (t,)."""
-    contact_states = tuple(
-        FaceForce(
-            force=p.force[keep],
-            tangent=p.tangent[keep],
-            energy=p.energy[keep],
-            residual=p.residual[keep],
-            state=p.state[keep],
-        )
-        for p in point.contact_states
-    )
-    return _Point(
-        q=point.q[keep],
-        rows=point.rows[keep],
-        contact_states=contact_states,
-        energy=point.energy[keep],
-        residual=point.residual[keep],
-        force_residual=point.force_residual[keep],
-    )
+    point.assign(todo[waiting], tried(waiting, 1.0), slice(None))
 
 
 def _result(problem: ContactProblem, point: _Point, steps: Index) -> ContactEquilibrium:
@@ -250,20 +226,17 @@ def _result(problem: ContactProblem, point: _Point, steps: Index) -> ContactEqui
     ModelError : forces are not finite.
     """
     system, m = problem.system, problem.system.meshes.B.shape[1]
-    force = np.zeros_like(point.rows)
-    for (_, meshes), found in zip(problem.contacts, point.contact_states, strict=True):
-        force.reshape(len(force), -1, ROWS)[:, meshes] = found.force
-    if not np.isfinite(force).all():
+    if not np.isfinite(point.row_force).all():
         raise ModelError("the load drives meshing bodies apart and nothing holds them", path="operation.torque")
     stretch = point.q @ system.group_rows - problem.gap[:, m:]
     return ContactEquilibrium(
         displacement=point.q,
-        row_force=force,
+        row_force=point.row_force,
         approach=point.rows,
-        states=tuple(found.state for found in point.contact_states),
+        states=tuple(pressed.state for pressed in point.contact_states),
         group_force=system.laws.force(stretch) if system.groups else stretch,
         group_stretch=stretch,
         steps=steps,
         force_residual=point.force_residual * _TOLERANCE,
-        contact_residual=np.max([found.residual.max(axis=1) for found in point.contact_states], axis=0),
+        contact_residual=np.max([pressed.residual.max(axis=1) for pressed in point.contact_states], axis=0),
     )

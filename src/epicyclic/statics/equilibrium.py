@@ -39,7 +39,6 @@ from .unheld import contradicting_radii, unheld, unheld_error
 
 Values = NDArray[Any]  # real or complex
 
-
 # Part of a unit motion that is rounding of the null space; 1e-14 is seen.
 _NULL_ROUNDING = 1e-10
 # Load along a free motion, per the sum of the sizes of its terms; torques that balance do so to rounding.
@@ -185,7 +184,7 @@ def compliance(elastic: Array, B: Array, stiffness: Array) -> Compliance:
     rows = np.hstack([elastic, B[:, closed] * np.sqrt(stiffness[closed])])
     diagonal = np.sum(rows**2, axis=1)
     scale: Array = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    free = _free(rows)
+    free = _free_unit_motions(rows)
     basis, _ = np.linalg.qr(free / scale[:, None], mode="complete")
     held = scale[:, None] * basis[:, free.shape[1] :]
     strain, motion = _factorised(rows.T @ held, held)
@@ -211,7 +210,7 @@ def compliance(elastic: Array, B: Array, stiffness: Array) -> Compliance:
     )
 
 
-def _free(rows: Array) -> Array:
+def _free_unit_motions(rows: Array) -> Array:
     """Unit motions (n, r) that strain no row (n, R), by their geometry alone."""
     length = np.linalg.norm(rows, axis=0)
     unit = rows[:, length > 0] / length[length > 0]
@@ -253,8 +252,8 @@ def require_balance(free: Array, force: Array, system: System) -> None:
         return
     instant, motion = np.unravel_index(int(np.argmax(excess)), work.shape)
     names = system.dofs.names
-    if found := unheld(free, force[instant], names):
-        raise unheld_error(found)
+    if coordinates := unheld(free, force[instant], names):
+        raise unheld_error(coordinates)
     worst = int(np.argmax(np.abs(force[instant] * free[:, motion])))
     raise ModelError(
         "the load does not balance along a motion that nothing holds",
@@ -377,13 +376,12 @@ def _residual(
     """r = p - k0 w + f(w - e) (T, M) [N], its convergence limit (T,) [N], and that without rounding (T,) [N]."""
     w = free_gap + pull @ S
     contact, tangent = rows.force_and_tangent(w)
-    stiff, behind = k0, np.flatnonzero(k0[: rows.F] == 0)
-    if behind.size:  # a far flank has k0 = 0, and rounds with its own stiffness where it presses
+    stiff, far = k0, np.flatnonzero(k0[: rows.F] == 0)
+    if far.size:  # a far flank has k0 = 0, and rounds with its own stiffness where it presses
         stiff = np.tile(k0, (len(w), 1))
-        stiff[:, behind] = tangent[:, behind]
-    terms = np.max(
-        np.maximum(np.abs(pull), stiff * (np.abs(w) + np.abs(rows.gap))), axis=1, initial=np.finfo(float).tiny
-    )
+        stiff[:, far] = tangent[:, far]
+    sizes = np.maximum(np.abs(pull), stiff * (np.abs(w) + np.abs(rows.gap)))
+    terms = np.max(sizes, axis=1, initial=np.finfo(float).tiny)
     exact = tolerance * np.max(np.abs(contact), axis=1, initial=0.0)
     return pull - k0 * w + contact, exact + _ROUNDING * len(k0) * terms, exact
 
@@ -400,11 +398,11 @@ def _newton_step(
     direction = -np.linalg.solve(rows.newton(approach, k0, S), residual[:, :, None])[:, :, 0]
     after = np.max(np.abs(_residual(S, k0, pull + direction, free_gap, rows)[0]), axis=1)
     before = np.minimum(least, np.max(np.abs(residual), axis=1))
-    far = ~(after <= _DROP * before)
+    search = ~(after <= _DROP * before)
     length = np.ones(len(pull))
-    if far.any():
-        length[far] = _step_length(flexible, pull[far], direction[far], free_gap[far], rows.at(far))
-    return length[:, None] * direction, np.where(far, least, after)
+    if search.any():
+        length[search] = _step_length(flexible, pull[search], direction[search], free_gap[search], rows.at(search))
+    return length[:, None] * direction, np.where(search, least, after)
 
 
 def _step_length(flexible: Compliance, pull: Array, direction: Array, free_gap: Array, rows: _Rows) -> Array:
@@ -472,8 +470,8 @@ def _unstrained(flexible: Compliance, direction: Array) -> NDArray[np.bool_]:
     motion = direction @ flexible.to_body.T
     unit = flexible.elastic / np.max(np.abs(flexible.elastic), axis=0, initial=np.finfo(float).tiny)
     strain = np.max(np.abs(motion @ unit), axis=1, initial=0.0)
-    still: NDArray[np.bool_] = strain <= _UNSTRAINED * np.max(np.abs(motion), axis=1, initial=0.0)
-    return still
+    unstrained: NDArray[np.bool_] = strain <= _UNSTRAINED * np.max(np.abs(motion), axis=1, initial=0.0)
+    return unstrained
 
 
 def imbalance(flexible: Compliance, load: Values, pull: Values, contact: Values) -> tuple[Array, Array]:
@@ -503,10 +501,10 @@ def require_forces(left: Array, size: Array) -> None:
     ------
     ConvergenceError : what is left is above a part of the load.
     """
-    if np.any(wrong := ~(left <= LEFT * size)):
+    if np.any(unbalanced := ~(left <= LEFT * size)):
         raise ConvergenceError(
-            f"forces on a body do not balance to {LEFT:g} of the load at {np.count_nonzero(wrong)} of {wrong.size} "
-            "instants: stiffnesses or errors too far apart for double precision"
+            f"forces on a body do not balance to {LEFT:g} of the load at {np.count_nonzero(unbalanced)} of "
+            f"{unbalanced.size} instants: stiffnesses or errors too far apart for double precision"
         )
 
 

@@ -70,8 +70,8 @@ def _bracketed(slope: Slope, low: Array, high: Array, slope_high: Array) -> tupl
             return high, slope_high
         place = low[endless] + length[endless]
         value = slope(place, endless)
-        found = value > 0
-        high[endless[found]], slope_high[endless[found]] = place[found], value[found]
+        rises = value > 0
+        high[endless[rises]], slope_high[endless[rises]] = place[rises], value[rises]
         length[endless] *= 2
     raise ConvergenceError("the energy falls without end along a motion; something holds too weakly or not at all")
 

@@ -1,4 +1,6 @@
-"""Quasi-static stretch of every contact as a linear function of deviations, at mean mesh stiffness.
+"""Quasi-static excitation of every contact as a linear function of deviations, at mean mesh stiffness.
+
+`load_map`, of a train without laws, maps deviations to stretches:
 
     g(theta) = torque g_T + g_0 + sum_c x_c Re(column_c exp(i theta_c)),    force of a closed row = k g
 
@@ -8,9 +10,8 @@ stiffness is kappa instead of k0, open ones with kappa = 0, has y = (k0 - kappa)
 `equilibrium`.  This is exact and needs the rows alone that differ; derived here.  Lines at mesh orders
 are left out: their phase is that of the mesh cycle, whose mean this is.
 
-Contact of samples of a train with laws: play, rolling elements and splines of links, tables of meshes.
-
-Each sample at each phase is an instant of the batched equilibrium of `statics.equilibrium`.
+`law_map`, of a train with laws (play, rolling elements and splines of links, tables of meshes), maps deviations to
+errors and forces.  Each sample at each phase is then an instant of the batched equilibrium of `statics.equilibrium`.
 """
 
 from __future__ import annotations
@@ -26,14 +27,17 @@ from numpy.typing import NDArray
 from ..errors import ConvergenceError, ModelError
 from ..system.elimination import elastic_rows
 from ..system.flank_laws import LinearAt
-from ..system.gaps import FlanksAt, flanks, net_force
-from ..system.system import Array, ComplexArray, Faces, Line, System, faces
+from ..system.gaps import FlanksAt, flanks
+from ..system.system import Array, ComplexArray, Faces, Line, MeshRows, System, faces
 from .equilibrium import Compliance, Values, compliance, imbalance, require_balance
 from .quasi_static import HeldTrain, held_train, settled
 from .record import MeshGroup, RecordExcitation, group_gap, parallel_meshes
 
 # Columns of a line that is left out, of one that stands still, and from 0 on of the turning frequencies.
-LEFT_OUT, STILL = -2, -1
+_LEFT_OUT, _STILL = -2, -1
+# Phases of the mesh cycle over which the force of a table is averaged; tables follow some twelve orders, whose aliases
+# in the mean begin at this one.
+_MESH_PHASES = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -61,16 +65,16 @@ class LineMap:
         factors : (S, C) on the columns.  torque : factor on the torques, one or (S,).
         """
         S = len(factors)
-        standing = self.column_line == STILL
+        standing = self.column_line == _STILL
         still = self.still + np.multiply.outer(np.broadcast_to(torque, S), self.torque)
         still += factors[:, standing] @ self.column[standing].real
         turning = np.empty((len(self.frequency), S, self.still.size), complex)
-        for place in range(len(self.frequency)):
-            own = self.column_line == place
-            x = factors[:, own]
-            turning[place].real = x @ self.column[own].real
-            turning[place].imag = x @ self.column[own].imag
-            turning[place] += self.turning[place]
+        for f in range(len(self.frequency)):
+            together = self.column_line == f
+            x = factors[:, together]
+            turning[f].real = x @ self.column[together].real
+            turning[f].imag = x @ self.column[together].imag
+            turning[f] += self.turning[f]
         return still, turning
 
 
@@ -95,6 +99,23 @@ class LoadMap:
     pair: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LawMap:
+    """Excitation of a train with laws as a linear function of its deviations.
+
+    train : with mean mesh stiffness, seen from its rows.
+    excitation : of the errors of loaded flanks (m), rows of groups (R), far flanks (c) [m] and the force (n) [N, N m].
+    """
+
+    train: HeldTrain
+    excitation: LineMap
+
+
+def at_mesh_order(system: System, line: Line) -> bool:
+    """Whether a line is at a multiple of any mesh frequency."""
+    return any((line.frequency / tone).denominator == 1 for tone in system.tones)
+
+
 def line_map(
     system: System,
     columns: Sequence[Line],
@@ -109,41 +130,25 @@ def line_map(
     ----------
     value : line -> (Q,).  constant : (Q,) without any line or torque.  torque : (Q,) of the torques.
     """
-    lines = (*system.lines, *columns)
-    frequency = turning_frequencies(system, lines)
-    place = {f: i for i, f in enumerate(frequency)}
-    found = np.array([value(line) for line in lines], complex).reshape(len(lines), constant.size)
-    kind = np.array([STILL if not line.frequency else place.get(line.frequency, LEFT_OUT) for line in lines], np.int64)
-    base = len(system.lines)
-    turning = np.zeros((len(frequency), constant.size), complex)
-    for line, values in zip(kind[:base].tolist(), found[:base], strict=True):
-        if line >= 0:
-            turning[line] += values
-    return LineMap(
-        still=constant + found[:base][kind[:base] == STILL].real.sum(axis=0),
-        torque=torque,
-        frequency=frequency,
-        turning=turning,
-        column=found[base:],
-        column_line=kind[base:],
+    lines, base = (*system.lines, *columns), len(system.lines)
+    turns = {line.frequency for line in lines if line.frequency and not at_mesh_order(system, line)}
+    places = {frequency: i for i, frequency in enumerate(sorted(turns))}
+    place = np.array(
+        [places.get(line.frequency, _LEFT_OUT) if line.frequency else _STILL for line in lines], dtype=np.int64
     )
-
-
-def group_names(system: System) -> tuple[str, ...]:
-    """Names of the groups of `parallel_meshes`: pair without ``stages.``, and side where it has one."""
-    face, found = faces(system.meshes), []
-    for group in parallel_meshes(system.meshes):
-        row = int(face.first[group[0]])
-        side = system.meshes.side[row]
-        pair = system.meshes.pair[row].removeprefix("stages.")
-        found.append(f"{pair}.{side}" if side else pair)
-    return tuple(found)
-
-
-def turning_frequencies(system: System, lines: Sequence[Line]) -> tuple[Fraction, ...]:
-    """Frequencies [Hz] of lines that neither stand still nor are at a mesh order, rising."""
-    found = {line.frequency for line in lines if line.frequency and not at_mesh_order(system, line)}
-    return tuple(sorted(found))
+    amplitudes = np.array([value(line) for line in lines], complex).reshape(len(lines), constant.size)
+    turning = np.zeros((len(places), constant.size), complex)
+    for i, amplitude in zip(place[:base].tolist(), amplitudes[:base], strict=True):
+        if i >= 0:
+            turning[i] += amplitude
+    return LineMap(
+        still=constant + amplitudes[:base][place[:base] == _STILL].real.sum(axis=0),
+        torque=torque,
+        frequency=tuple(places),
+        turning=turning,
+        column=amplitudes[base:],
+        column_line=place[base:],
+    )
 
 
 def load_map(system: System, columns: Sequence[Line] = (), *, links: NDArray[np.int64] | None = None) -> LoadMap:
@@ -158,10 +163,10 @@ def load_map(system: System, columns: Sequence[Line] = (), *, links: NDArray[np.
     ------
     ModelError : a load that nothing balances.
     """
-    own = np.zeros(0, np.int64) if links is None else links
+    varying = np.zeros(0, np.int64) if links is None else links
     meshes, far = system.meshes, system.far_flanks
     m, c = len(meshes.name), far.mesh.size
-    flexible = _flexible(system, own)
+    flexible = _flexible(system, varying)
     require_balance(flexible.free, system.force[None], system)
     opening = np.zeros(flexible.stiffness.size)
     opening[m : m + c] = meshes.backlash[far.mesh]
@@ -171,7 +176,7 @@ def load_map(system: System, columns: Sequence[Line] = (), *, links: NDArray[np.
     @functools.cache
     def solved(line: Line) -> tuple[ComplexArray, ComplexArray]:
         """Stretch and what it leaves of one line."""
-        return _closed(flexible, *_gap_and_force(system, flexible, own, line))
+        return _closed(flexible, *_gap_and_force(system, flexible, varying, line))
 
     return LoadMap(
         flexible=flexible,
@@ -182,23 +187,24 @@ def load_map(system: System, columns: Sequence[Line] = (), *, links: NDArray[np.
         left=line_map(system, columns, lambda line: solved(line)[1], constant=constant[1], torque=torque[1]),
         face=faces(meshes),
         group=tuple(parallel_meshes(meshes)),
-        pair=group_names(system),
+        pair=_group_names(meshes),
     )
 
 
-def at_mesh_order(system: System, line: Line) -> bool:
-    """Whether a line is at a multiple of any mesh frequency."""
-    return any((line.frequency / tone).denominator == 1 for tone in system.tones)
+def _group_names(meshes: MeshRows) -> tuple[str, ...]:
+    """Names of the groups of `parallel_meshes`: pair without ``stages.``, and side where it has one."""
+    rows = [int(faces(meshes).first[group[0]]) for group in parallel_meshes(meshes)]
+    return tuple(f"{meshes.pair[row]}.{meshes.side[row]}".removeprefix("stages.").removesuffix(".") for row in rows)
 
 
 def _flexible(system: System, links: NDArray[np.int64]) -> Compliance:
     """The train seen from its flanks and the links that vary, which are then rows and no part of K."""
     meshes, far = system.meshes, system.far_flanks
-    L, k = system.links.B[:, links], system.links.stiffness[links]
     train = held_train(system)
-    behind = (train.both or train.loaded).stiffness[len(meshes.name) : len(meshes.name) + far.mesh.size]
-    rows = np.hstack([meshes.B, far.B, L])
-    return compliance(elastic_rows(system, links), rows, np.concatenate([meshes.stiffness, behind, k]))
+    k_far = (train.both or train.loaded).stiffness[len(meshes.name) : len(meshes.name) + far.mesh.size]
+    rows = np.hstack([meshes.B, far.B, system.links.B[:, links]])
+    stiffness = np.concatenate([meshes.stiffness, k_far, system.links.stiffness[links]])
+    return compliance(elastic_rows(system, links), rows, stiffness)
 
 
 def _gap_and_force(
@@ -210,12 +216,12 @@ def _gap_and_force(
     ------
     ModelError : a load that nothing balances.
     """
-    own = line.link_gap[links]
-    # errors of links that vary are gaps of rows here, no forces
     require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), system)
-    force = line.force[0] - system.links.B[:, links] @ (system.links.stiffness[links] * own)
-    flanks = system.flank_gaps(line)[: len(system.meshes.name) + system.far_flanks.mesh.size]
-    return np.concatenate([flanks, own]), force
+    # errors of links that vary are gaps of rows here, no forces
+    link_gap = line.link_gap[links]
+    force = line.force[0] - system.links.B[:, links] @ (system.links.stiffness[links] * link_gap)
+    gaps = system.flank_gaps(line)[: len(system.meshes.name) + system.far_flanks.mesh.size]
+    return np.concatenate([gaps, link_gap]), force
 
 
 def _closed(flexible: Compliance, gap: Values, force: Values) -> tuple[Values, Values]:
@@ -228,24 +234,6 @@ def _closed(flexible: Compliance, gap: Values, force: Values) -> tuple[Values, V
     return stretch, imbalance(flexible, force[None], pull[None], (flexible.stiffness * stretch)[None])[0]
 
 
-# Phases of the mesh cycle over which the force of a table is averaged; tables follow some twelve orders, whose aliases
-# in the mean begin at this one.
-_MESH_PHASES = 16
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LawMap:
-    """Excitation of a train with laws as a linear function of its deviations.
-
-    system : with mean mesh stiffness.  train : seen from its rows.
-    excitation : of the errors of loaded flanks (m), rows of groups (R), far flanks (c) [m] and the force (n) [N, N m].
-    """
-
-    system: System
-    train: HeldTrain
-    excitation: LineMap
-
-
 def law_map(system: System, columns: Sequence[Line] = (), *, tables: bool = False) -> LawMap:
     """The excitation of a System with laws.
 
@@ -254,25 +242,19 @@ def law_map(system: System, columns: Sequence[Line] = (), *, tables: bool = Fals
     columns : lines per unit of what varies between samples.  tables : whether those of meshes are asked; else their
         tangents, as linear analyses take them.
     """
-    meshes, far = system.meshes, system.far_flanks
-    even = replace(
-        system,
-        meshes=replace(meshes, variation=np.zeros_like(meshes.variation), laws=meshes.laws if tables else ()),
-        far=None
-        if system.far is None
-        else replace(far, variation=np.zeros_like(far.variation), laws=far.laws if tables else ()),
-    )
-    m, R = len(meshes.name), system.group_rows.shape[1]
+    meshes, far = system.meshes, system.far
+    even_meshes = replace(meshes, variation=np.zeros_like(meshes.variation), laws=meshes.laws if tables else ())
+    even_far = far and replace(far, variation=np.zeros_like(far.variation), laws=far.laws if tables else ())
+    m, R, behind = len(meshes.name), system.group_rows.shape[1], system.far_flanks.mesh
 
     def value(line: Line) -> ComplexArray:
         """Errors and force at rest of one line, (m + R + c + n,)."""
-        gaps = system.flank_gaps(line)[: m + far.mesh.size]
+        gaps = system.flank_gaps(line)[: m + behind.size]
         return np.concatenate([gaps[:m], group_gap(line, R), gaps[m:], line.force[0]])
 
-    gaps = np.concatenate([np.zeros(m + R), meshes.backlash[far.mesh]])
+    gaps = np.concatenate([np.zeros(m + R), meshes.backlash[behind]])
     return LawMap(
-        system=even,
-        train=held_train(even),
+        train=held_train(replace(system, meshes=even_meshes, far=even_far)),
         excitation=line_map(
             system,
             columns,
@@ -283,7 +265,7 @@ def law_map(system: System, columns: Sequence[Line] = (), *, tables: bool = Fals
     )
 
 
-def law_forces(given: LawMap, values: Array, stiffness: Array | None) -> tuple[Array, NDArray[np.bool_]]:
+def law_forces(laws: LawMap, values: Array, stiffness: Array | None) -> tuple[Array, NDArray[np.bool_]]:
     """Forces of the mesh rows (T, m) [N], negative on far flanks, of meshes with a table their mean over a mesh cycle.
 
     With them whether each was found (T,).
@@ -292,13 +274,12 @@ def law_forces(given: LawMap, values: Array, stiffness: Array | None) -> tuple[A
     ----------
     values : (T, m + R + c + n) excitation.  stiffness : (T, m) of the mesh rows without a table; None: the mean.
     """
-    T, m = len(values), len(given.system.meshes.name)
-    k = np.tile(given.system.meshes.stiffness, (T, 1)) if stiffness is None else stiffness
-    phases = _mesh_phases(given.system)
-    force, found = np.zeros((T, m)), np.ones(T, bool)
+    system, T = laws.train.system, len(values)
+    k = np.tile(system.meshes.stiffness, (T, 1)) if stiffness is None else stiffness
+    phases = _mesh_phases(system)
+    force, found = np.zeros(k.shape), np.ones(T, bool)
     for phase in phases:
-        here = _excitation(given, values, k, phase)
-        net, known = _settled(given, here)
+        net, known = _settled(laws.train, _excitation(system, values, k, phase))
         force += net / len(phases)
         found &= known
     return force, found
@@ -315,9 +296,8 @@ def _mesh_phases(system: System) -> Array:
     return phases
 
 
-def _excitation(given: LawMap, values: Array, stiffness: Array, phase: Array) -> RecordExcitation:
+def _excitation(system: System, values: Array, stiffness: Array, phase: Array) -> RecordExcitation:
     """Excitation of T instants at one phase (tones,) of the mesh cycle [turns]."""
-    system = given.system
     m, R, c = len(system.meshes.name), system.group_rows.shape[1], system.far_flanks.mesh.size
     gap, far, force = np.split(values, [m + R, m + R + c], axis=1)
     if system.meshes.laws:
@@ -336,15 +316,13 @@ def _excitation(given: LawMap, values: Array, stiffness: Array, phase: Array) ->
     )
 
 
-def _settled(given: LawMap, here: RecordExcitation) -> tuple[Array, NDArray[np.bool_]]:
+def _settled(train: HeldTrain, here: RecordExcitation) -> tuple[Array, NDArray[np.bool_]]:
     """Net forces (T, m) [N] at T instants and whether each was found; one without does not stop the others."""
     T = len(here.gap)
     try:
-        state = settled(given.train, here, given.system.laws)
+        return train.net_force(settled(train, here)), np.ones(T, bool)
     except (ModelError, ConvergenceError):
         if T == 1:
             return np.full((1, here.stiffness.shape[1]), np.nan), np.zeros(1, bool)
-        halves = [_settled(given, here.at(part)) for part in np.array_split(np.arange(T), 2)]
-        return np.concatenate([half[0] for half in halves]), np.concatenate([half[1] for half in halves])
-    far = given.train.far.mesh[: state.far_force.shape[1]]
-    return net_force(np.hstack([state.mesh_force, state.far_force]), far), np.ones(T, bool)
+        halves = [_settled(train, here.at(half)) for half in np.array_split(np.arange(T), 2)]
+        return np.concatenate([net for net, _ in halves]), np.concatenate([found for _, found in halves])

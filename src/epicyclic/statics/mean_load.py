@@ -3,9 +3,9 @@
     mean-load          per pair and side the largest N F_i / sum F, F averaged over the hunting period
     mean-load-turning  the largest of that over the hunting period, F then the mean of a mesh cycle
 
-F is the quasi-static force at mean mesh stiffness.  While contact stays, what turns averages out of the first.
-
-Largest value of a sum of slow waves over their phases: independent ones by amplitude, tied ones on a grid.
+F is the quasi-static force at mean mesh stiffness, a sum of slow waves.  While contact stays, what turns averages out
+of the first, and the second is a largest value over the phases of the waves: of independent ones by amplitude, of tied
+ones on a grid.
 
 Waves turn at exact frequencies.  Two whose ratio p : q is of small integers meet in few relative phases only; the
 others come as close to every combination as 1 - cos(pi / |(p, q)|) of an amplitude, which is below 1 %: they are taken
@@ -15,7 +15,6 @@ as independent.  Tied ones have one common phase t and orders n, Re sum a exp(j 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from math import gcd, hypot, lcm
@@ -26,6 +25,11 @@ from numpy.typing import NDArray
 from ..system.system import Array, ComplexArray
 from .record import MeshGroup
 
+MEAN_LOADS = ("mean-load", "mean-load-turning")
+
+SlowPhases = tuple[tuple[tuple[int, int], ...], ...]
+"""Sets of tied waves, each a tuple of (place among the G frequencies, order of their common phase)."""
+
 # |(p, q)| from which two waves count as independent: 1 - cos(pi / 23) is 0.9 %.
 _TIED = 23.0
 # Largest order of tied waves that a grid resolves; beyond it even three waves come within 4 % of every combination.
@@ -34,33 +38,22 @@ _MOST_ORDER = 256
 _POINTS, _PEAKS, _SEARCH_STEPS = 8, 4, 4
 # Complex numbers of one piece of the grid.
 _PIECE = 500_000
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SlowPhases:
-    """Sets of tied waves, each a tuple of (place among the G frequencies, order of their common phase)."""
-
-    sets: tuple[tuple[tuple[int, int], ...], ...]
+# A sum of forces that turns by less than this part of itself is constant: rounding.
+_CONSTANT = 1e-12
+# Dinkelbach steps, each quadratic; more than six are never seen.
+_STEPS = 12
 
 
 def slow_phases(frequency: Sequence[Fraction]) -> SlowPhases:
     """Sets of waves with one common phase each, of exact frequencies (G,) above zero [Hz]."""
     sets: list[list[int]] = []
-    for place, own in enumerate(frequency):
-        tied = [part for part in sets if any(_tied(own, frequency[other]) for other in part)]
-        joined = sorted([place, *(other for part in tied for other in part)])
+    for place, f in enumerate(frequency):
+        tied = [waves for waves in sets if any(_tied(f, frequency[other]) for other in waves)]
+        joined = sorted([place, *(other for waves in tied for other in waves)])
         if max(_orders([frequency[i] for i in joined])) > _MOST_ORDER:
-            # too many common phases to resolve: with the one set that it is tied to most closely, or alone
-            joined, tied = [place], []
-        sets = [part for part in sets if part not in tied] + [joined]
-    return SlowPhases(
-        sets=tuple(tuple(zip(part, _orders([frequency[i] for i in part]), strict=True)) for part in sorted(sets))
-    )
-
-
-def any_tied(phases: SlowPhases) -> bool:
-    """Whether any two waves have one common phase."""
-    return any(len(part) > 1 for part in phases.sets)
+            joined, tied = [place], []  # too many common phases to resolve: alone
+        sets = [waves for waves in sets if waves not in tied] + [joined]
+    return tuple(tuple(zip(waves, _orders([frequency[i] for i in waves]), strict=True)) for waves in sorted(sets))
 
 
 def _tied(a: Fraction, b: Fraction) -> bool:
@@ -79,32 +72,32 @@ def _orders(frequency: Sequence[Fraction]) -> tuple[int, ...]:
 
 def largest_sum(phases: SlowPhases, amplitude: ComplexArray) -> Array:
     """Largest Re sum a exp(j theta) (...) over the phases, of amplitudes a (G, ...)."""
-    found = np.zeros(amplitude.shape[1:])
-    for part in phases.sets:
-        places = [place for place, _ in part]
-        if len(part) == 1:
-            found += np.abs(amplitude[places[0]])
+    largest = np.zeros(amplitude.shape[1:])
+    for waves in phases:
+        places = [place for place, _ in waves]
+        if len(waves) == 1:
+            largest += np.abs(amplitude[places[0]])
         else:
-            orders = np.array([order for _, order in part])
-            a = amplitude[places].reshape(len(part), -1)
+            orders = np.array([order for _, order in waves])
+            a = amplitude[places].reshape(len(waves), -1)
             unit = np.exp(1j * np.multiply.outer(orders, _common_phase(a, orders)))
-            found += (a * unit).real.sum(axis=0).reshape(found.shape)
-    return found
+            largest += (a * unit).real.sum(axis=0).reshape(largest.shape)
+    return largest
 
 
 def units_of_largest(phases: SlowPhases, amplitude: ComplexArray) -> ComplexArray:
     """Units u = exp(j theta) (G, ...) at which Re sum a u is largest, of amplitudes a (G, ...)."""
     unit = np.empty_like(amplitude)
-    for part in phases.sets:
-        places = [place for place, _ in part]
-        if len(part) == 1:
+    for waves in phases:
+        places = [place for place, _ in waves]
+        if len(waves) == 1:
             a = amplitude[places[0]]
             size = np.abs(a)
             with np.errstate(divide="ignore", invalid="ignore"):
                 unit[places[0]] = np.where(size > 0, a.conj() / size, 1.0)
         else:
-            orders = np.array([order for _, order in part])
-            t = _common_phase(amplitude[places].reshape(len(part), -1), orders)
+            orders = np.array([order for _, order in waves])
+            t = _common_phase(amplitude[places].reshape(len(waves), -1), orders)
             unit[places] = np.exp(1j * np.multiply.outer(orders, t)).reshape(amplitude[places].shape)
     return unit
 
@@ -116,11 +109,12 @@ def _common_phase(amplitude: ComplexArray, orders: NDArray[np.int64]) -> Array:
     wave = np.exp(1j * np.multiply.outer(orders, grid))
     table = np.concatenate([wave.real, -wave.imag])
     step = max(1, _PIECE // count)
-    pieces = [amplitude[:, i : i + step] for i in range(0, amplitude.shape[1], step)]
-    found = [
-        _refined(a, grid[_highest(np.vstack([a.real, a.imag]).T @ table, int(orders.max()))].T, orders) for a in pieces
-    ]
-    return np.concatenate([np.zeros(0), *found])
+    phases = [np.zeros(0)]
+    for i in range(0, amplitude.shape[1], step):
+        a = amplitude[:, i : i + step]
+        peaks = _highest(np.vstack([a.real, a.imag]).T @ table, int(orders.max()))
+        phases.append(_refined(a, grid[peaks].T, orders))
+    return np.concatenate(phases)
 
 
 def _refined(amplitude: ComplexArray, t: Array, orders: NDArray[np.int64]) -> Array:
@@ -134,8 +128,8 @@ def _refined(amplitude: ComplexArray, t: Array, orders: NDArray[np.int64]) -> Ar
             move = np.where(bend < 0, -slope / bend, 0.0)
         t = t + np.clip(move, -most, most)
     best = np.argmax((a * np.exp(1j * n * t)).real.sum(axis=0), axis=0)
-    found: Array = t[best, np.arange(t.shape[1])]
-    return found
+    phase: Array = t[best, np.arange(t.shape[1])]
+    return phase
 
 
 def _highest(values: Array, waves: int) -> NDArray[np.int64]:
@@ -144,9 +138,9 @@ def _highest(values: Array, waves: int) -> NDArray[np.int64]:
     parts = values.reshape(len(values), waves, -1)
     inside = parts.argmax(axis=2)
     most = np.take_along_axis(parts, inside[:, :, None], axis=2)[:, :, 0]
-    place = np.argpartition(most, waves - peaks, axis=1)[:, waves - peaks :]
-    chosen: NDArray[np.int64] = place * parts.shape[2] + np.take_along_axis(inside, place, axis=1)
-    return chosen
+    highest = np.argpartition(most, waves - peaks, axis=1)[:, waves - peaks :]
+    places: NDArray[np.int64] = highest * parts.shape[2] + np.take_along_axis(inside, highest, axis=1)
+    return places
 
 
 def phase_points(phases: SlowPhases, count: int) -> ComplexArray:
@@ -154,13 +148,12 @@ def phase_points(phases: SlowPhases, count: int) -> ComplexArray:
 
     Forces of open contact are periodic in each phase, of which lattices average all waves but few exactly.
     """
-    sets = phases.sets
-    if not sets:
+    if not phases:
         return np.ones((1, 0), complex)
-    t = 2 * np.pi * _lattice(count, len(sets))
-    unit = np.empty((count, sum(map(len, sets))), complex)
-    for column, part in enumerate(sets):
-        for place, order in part:
+    t = 2 * np.pi * _lattice(count, len(phases))
+    unit = np.empty((count, sum(map(len, phases))), complex)
+    for column, waves in enumerate(phases):
+        for place, order in waves:
             unit[:, place] = np.exp(1j * order * t[:, column])
     return unit
 
@@ -171,14 +164,13 @@ def phase_steps(phases: SlowPhases, rounds: int) -> Array:
     Along an edge few directions lead upwards, fewer the more phases there are: D is 4 of one, 16 of three.  A set of
     tied waves steps by the wave of its highest order.
     """
-    sets = phases.sets
-    count = 2 ** (min(len(sets), 4) + 1)
-    step = np.random.default_rng(1).normal(size=(rounds, len(sets), count))
+    count = 2 ** (min(len(phases), 4) + 1)
+    step = np.random.default_rng(1).normal(size=(rounds, len(phases), count))
     step /= np.linalg.norm(step, axis=1, keepdims=True)
-    turn = np.empty((rounds, sum(map(len, sets)), count))
-    for column, part in enumerate(sets):
-        highest = max(order for _, order in part)
-        for place, order in part:
+    turn = np.empty((rounds, sum(map(len, phases)), count))
+    for column, waves in enumerate(phases):
+        highest = max(order for _, order in waves)
+        for place, order in waves:
             turn[:, place] = order / highest * step[:, column]
     return turn
 
@@ -194,8 +186,8 @@ def _lattice(count: int, dimensions: int) -> Array:
 
     def points(a: int) -> Array:
         """Points of one lattice."""
-        found: Array = np.mod(index * np.array([pow(a, j, count) for j in range(dimensions)]) / count, 1.0)
-        return found
+        lattice: Array = np.mod(index * np.array([pow(a, j, count) for j in range(dimensions)]) / count, 1.0)
+        return lattice
 
     def error(a: int) -> float:
         """P_2 of one lattice, and 1."""
@@ -203,13 +195,6 @@ def _lattice(count: int, dimensions: int) -> Array:
         return float(np.prod(1 + 2 * np.pi**2 * (x * x - x + 1 / 6), axis=1).mean())
 
     return np.mod(points(min(range(1, count // 2), key=error)) + 0.5 / count, 1.0)
-
-
-MEAN_LOADS = ("mean-load", "mean-load-turning")
-# A sum of forces that turns by less than this part of itself is constant: rounding.
-_CONSTANT = 1e-12
-# Dinkelbach steps, each quadratic; more than six are never seen.
-_STEPS = 12
 
 
 def closed_loads(force: Array, wave: ComplexArray, members: Sequence[MeshGroup], phases: SlowPhases) -> Array:
@@ -221,40 +206,37 @@ def closed_loads(force: Array, wave: ComplexArray, members: Sequence[MeshGroup],
     """
     loads = np.empty((2, *force.shape))
     for group in members:
-        own, turning = force[:, group], wave[:, :, group]
-        total, swing = own.sum(axis=1, keepdims=True), turning.sum(axis=2, keepdims=True)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(total > 0, own / total, np.inf)
-        loads[0][:, group] = len(group) * share
-        loads[1][:, group] = len(group) * _largest_share(share, total, own, (turning, swing), phases)
+        still, turning = force[:, group], wave[:, :, group]
+        mean, largest = _closed_shares(still, turning, phases)
+        loads[0][:, group] = len(group) * mean
+        loads[1][:, group] = len(group) * largest
     return loads
 
 
-def _largest_share(
-    share: Array, total: Array, own: Array, waves: tuple[ComplexArray, ComplexArray], phases: SlowPhases
-) -> Array:
-    """Largest F_i / sum F (S, N) over the slow phases, both turning: Dinkelbach's iteration.
+def _closed_shares(still: Array, turning: ComplexArray, phases: SlowPhases) -> tuple[Array, Array]:
+    """F_i / sum F (S, N) without what turns, and the largest over the slow phases, both turning.
 
-    The largest of F_i - lambda sum F over the phases gives the next lambda, which rises to the largest ratio.
+    Dinkelbach's iteration: the largest of F_i - lambda sum F over the phases gives the next lambda, which rises to the
+    largest ratio.
 
-    share : (S, N) without what turns.  total : (S, 1) and own : (S, N) [N].  waves : of own (G, S, N), of total
-    (G, S, 1) [N].
+    still : (S, N) [N].  turning : (G, S, N) [N].
     """
-    turning, swing = waves
-    if not len(turning):
-        return share
+    total, swing = still.sum(axis=1, keepdims=True), turning.sum(axis=2, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
+        mean = share = np.where(total > 0, still / total, np.inf)
+        if not len(turning):
+            return mean, mean
         if not np.any(np.abs(swing) > _CONSTANT * np.abs(total)):
-            return np.where(total > 0, (own + largest_sum(phases, turning)) / total, np.inf)
+            return mean, np.where(total > 0, (still + largest_sum(phases, turning)) / total, np.inf)
         least = total - largest_sum(phases, -swing)
         for _ in range(_STEPS):
             unit = units_of_largest(phases, turning - share * swing)
-            found = (own + _summed(turning, unit)) / (total + _summed(np.broadcast_to(swing, turning.shape), unit))
-            higher = np.maximum(share, found)
+            ratio = (still + _summed(turning, unit)) / (total + _summed(np.broadcast_to(swing, turning.shape), unit))
+            higher = np.maximum(share, ratio)
             if np.all(higher <= share * (1 + _CONSTANT)):
                 break
             share = higher
-    return np.where(least > 0, share, np.inf)
+    return mean, np.where(least > 0, share, np.inf)
 
 
 def _summed(wave: ComplexArray, unit: ComplexArray) -> Array:
@@ -273,7 +255,7 @@ def least_forces(force: Array, wave: ComplexArray, phases: SlowPhases) -> Array:
 def falls_below(force: Array, wave: ComplexArray, phases: SlowPhases, limit: Array) -> NDArray[np.bool_]:
     """Samples (S,) of which any value (S, M) is below a limit (S, 1) at some slow phases, of waves (G, S, M)."""
     below: NDArray[np.bool_] = (force - np.abs(wave).sum(axis=0) < limit).any(axis=1)
-    if any_tied(phases) and below.any():  # tied waves reach less
+    if any(len(waves) > 1 for waves in phases) and below.any():  # tied waves reach less
         at = np.flatnonzero(below)
         below[at] = (least_forces(force[at], wave[:, at], phases) < limit[at]).any(axis=1)
     return below
@@ -291,15 +273,9 @@ def loads_at_phases(force: Array, mean: Array, members: Sequence[MeshGroup]) -> 
 
 def shares(force: Array, members: Sequence[MeshGroup]) -> Array:
     """N F_i / sum F (S, T, w) [1] of forces (S, T, w) [N]; inf where the sum is zero or less."""
-    found = np.empty_like(force)
+    share = np.empty_like(force)
     for group in members:
-        own = force[:, :, group]
-        total = own.sum(axis=2, keepdims=True)
+        total = force[:, :, group].sum(axis=2, keepdims=True)
         with np.errstate(divide="ignore", invalid="ignore"):
-            found[:, :, group] = np.where(total > 0, len(group) * own / total, np.inf)
-    return found
-
-
-def largest_of_groups(loads: Array, members: Sequence[MeshGroup]) -> Array:
-    """Coefficient of every group (..., g) from loads of the meshes (..., w) [1]."""
-    return np.stack([loads[..., group].max(axis=-1) for group in members], axis=-1)
+            share[:, :, group] = np.where(total > 0, len(group) * force[:, :, group] / total, np.inf)
+    return share

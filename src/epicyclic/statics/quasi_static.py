@@ -1,10 +1,8 @@
-"""Quasi-static states over a record, in consecutive pieces; laws with a memory follow their history.
-
-Static equilibrium of a train whose teeth have two flanks.
+"""Quasi-static states of a train whose teeth have two flanks, over a record, in consecutive pieces.
 
 The loaded flanks are tried alone first.  Where no far flank would press, theirs is the equilibrium: the energy is
 convex and a flank that does not press adds nothing to it.  The other instants, and those that nothing holds without
-far flanks, are solved with both.
+far flanks, are solved with both.  Laws with a memory follow their history.
 """
 
 from __future__ import annotations
@@ -17,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
 from ..system.elimination import elastic_rows
+from ..system.gaps import net_force
 from ..system.group_laws import Laws
 from ..system.system import Array, FarFlanks, System
 from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance
@@ -24,6 +23,13 @@ from .record import Record, RecordExcitation, excitation
 
 # Closing of a far flank by a unit motion that is rounding of the null space; 1e-12 is seen.
 _STILL = 1e-9
+# Instants that are solved at once.
+_CHUNK = 2048
+# Parts of the history that are stepped through side by side.
+_PARTS = 128
+# Sliders at the ends of two parts agree to this part of the slip start: the force then holds to the same part of the
+# friction force.
+_SLIDER_TOLERANCE = 1e-8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,114 +37,19 @@ class HeldTrain:
     """A train seen from its rows.
 
     loaded : from the loaded flanks and the rows of groups.  both : from all flanks, None where no backlash is finite.
-    far : its far flanks.  system : that it is of.
+    far : its far flanks.  laws : of its groups.  system : that it is of.
     """
 
     loaded: Compliance
     both: Compliance | None
     far: FarFlanks
+    laws: Laws
     system: System
 
-
-def held_train(system: System) -> HeldTrain:
-    """The train seen from its flanks."""
-    loaded, far = compliance_of(system), system.far_flanks
-    if not far.mesh.size:
-        return HeldTrain(loaded=loaded, both=None, far=far, system=system)
-    # a motion that the loaded flanks leave free may be stopped by far ones, which then count as closed
-    stops = np.max(np.abs(far.B.T @ loaded.free), axis=1, initial=0.0) > _STILL
-    k0 = np.where(stops, system.meshes.stiffness[far.mesh], 0.0)
-    B = np.hstack([system.meshes.B, far.B, system.group_rows])
-    stiffness = np.concatenate([system.meshes.stiffness, k0, system.laws.row_stiffness])
-    return HeldTrain(loaded=loaded, both=compliance(elastic_rows(system), B, stiffness), far=far, system=system)
-
-
-def balanced(train: HeldTrain, force: Array) -> None:
-    """Check that no load (T, n) [N, N m] works on a motion that neither links nor flanks hold.
-
-    Raises
-    ------
-    ModelError : one does.
-    """
-    require_balance((train.loaded if train.both is None else train.both).free, force, train.system)
-
-
-def settled(
-    train: HeldTrain, here: RecordExcitation, laws: Laws, *, anchor: Array | None = None, start: Array | None = None
-) -> Equilibrium:
-    """Equilibrium at T instants, as `equilibrium`, with the far flanks where backlash is finite.
-
-    Parameters
-    ----------
-    anchor : (T, R) sliders before this step [m].  start : (T, m + R) approach to start from [m].
-
-    Raises
-    ------
-    ModelError : the load drives bodies apart and nothing holds them.  ConvergenceError : no equilibrium.
-    """
-    if train.both is None:
-        return _loaded(train, here, laws, anchor, start)
-    try:
-        require_balance(train.loaded.free, here.force, train.system)
-        found = _loaded(train, here, laws, anchor, start)
-        pressing = np.flatnonzero(_presses(train, here, found.displacement))
-    except (ModelError, ConvergenceError):
-        return _both(train.both, here, laws, anchor)
-    found = replace(found, far_force=np.zeros((len(here.gap), train.far.mesh.size)))
-    if pressing.size:
-        again = _both(train.both, here.at(pressing), laws, None if anchor is None else anchor[pressing])
-        for each in fields(Equilibrium):
-            getattr(found, each.name)[pressing] = getattr(again, each.name)
-    return found
-
-
-def _loaded(
-    train: HeldTrain, here: RecordExcitation, laws: Laws, anchor: Array | None, start: Array | None
-) -> Equilibrium:
-    """Equilibrium on the loaded flanks alone."""
-    return equilibrium(
-        train.loaded,
-        stiffness=here.stiffness,
-        gap=here.gap,
-        force=here.force,
-        flanks=here.flanks,
-        laws=laws,
-        anchor=anchor,
-        start=start,
-    )
-
-
-def _both(flexible: Compliance, here: RecordExcitation, laws: Laws, anchor: Array | None) -> Equilibrium:
-    """Equilibrium on loaded and far flanks."""
-    assert here.both is not None
-    assert here.far_gap is not None
-    m = here.stiffness.shape[1]
-    return equilibrium(
-        flexible,
-        stiffness=here.stiffness,
-        gap=np.hstack([here.gap[:, :m], here.far_gap, here.gap[:, m:]]),
-        force=here.force,
-        flanks=here.both,
-        laws=laws,
-        anchor=anchor,
-    )
-
-
-def _presses(train: HeldTrain, here: RecordExcitation, displacement: Array) -> NDArray[np.bool_]:
-    """Instants (T,) at which any far flank would press, at displacements (T, n) [m, rad]."""
-    assert here.both is not None
-    assert here.far_gap is not None
-    touch = here.both.touch[:, here.stiffness.shape[1] :]
-    pressing: NDArray[np.bool_] = np.any(displacement @ train.far.B - here.far_gap > touch, axis=1)
-    return pressing
-
-
-_CHUNK = 2048
-# Parts of the history that are stepped through side by side.
-_PARTS = 128
-# Sliders at the ends of two parts agree to this part of the slip start: the force then holds to the same part of the
-# friction force.
-_SLIDER_TOLERANCE = 1e-8
+    def net_force(self, state: Equilibrium) -> Array:
+        """Forces of the mesh rows (T, m) [N], negative on far flanks."""
+        far = self.far.mesh[: state.far_force.shape[1]]
+        return net_force(np.hstack([state.mesh_force, state.far_force]), far)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -154,8 +65,94 @@ class RecordPiece:
     anchor: Array | None
 
 
+def held_train(system: System) -> HeldTrain:
+    """The train seen from its flanks."""
+    loaded, far, laws = compliance_of(system), system.far_flanks, system.laws
+    if not far.mesh.size:
+        return HeldTrain(loaded=loaded, both=None, far=far, laws=laws, system=system)
+    # a motion that the loaded flanks leave free may be stopped by far ones, which then count as closed
+    stops = np.max(np.abs(far.B.T @ loaded.free), axis=1, initial=0.0) > _STILL
+    k0 = np.where(stops, system.meshes.stiffness[far.mesh], 0.0)
+    B = np.hstack([system.meshes.B, far.B, system.group_rows])
+    stiffness = np.concatenate([system.meshes.stiffness, k0, laws.row_stiffness])
+    both = compliance(elastic_rows(system), B, stiffness)
+    return HeldTrain(loaded=loaded, both=both, far=far, laws=laws, system=system)
+
+
+def balanced(train: HeldTrain, force: Array) -> None:
+    """Check that no load (T, n) [N, N m] works on a motion that neither links nor flanks hold.
+
+    Raises
+    ------
+    ModelError : one does.
+    """
+    require_balance((train.loaded if train.both is None else train.both).free, force, train.system)
+
+
+def settled(
+    train: HeldTrain, here: RecordExcitation, *, anchor: Array | None = None, start: Array | None = None
+) -> Equilibrium:
+    """Equilibrium at T instants, as `equilibrium`, with the far flanks where backlash is finite.
+
+    Parameters
+    ----------
+    anchor : (T, R) sliders before this step [m].  start : (T, m + R) approach to start from [m].
+
+    Raises
+    ------
+    ModelError : the load drives bodies apart and nothing holds them.  ConvergenceError : no equilibrium.
+    """
+    if train.both is None:
+        return _loaded(train, here, anchor, start)
+    assert here.both is not None
+    assert here.far_gap is not None
+    try:
+        require_balance(train.loaded.free, here.force, train.system)
+        state = _loaded(train, here, anchor, start)
+    except (ModelError, ConvergenceError):
+        return _both(train, here, anchor)
+    touch = here.both.touch[:, here.stiffness.shape[1] :]
+    pressing = np.flatnonzero(np.any(state.displacement @ train.far.B - here.far_gap > touch, axis=1))
+    state = replace(state, far_force=np.zeros((len(here.gap), train.far.mesh.size)))
+    if pressing.size:
+        again = _both(train, here.at(pressing), None if anchor is None else anchor[pressing])
+        for field in fields(Equilibrium):
+            getattr(state, field.name)[pressing] = getattr(again, field.name)
+    return state
+
+
+def _loaded(train: HeldTrain, here: RecordExcitation, anchor: Array | None, start: Array | None) -> Equilibrium:
+    """Equilibrium on the loaded flanks alone."""
+    return equilibrium(
+        train.loaded,
+        stiffness=here.stiffness,
+        gap=here.gap,
+        force=here.force,
+        flanks=here.flanks,
+        laws=train.laws,
+        anchor=anchor,
+        start=start,
+    )
+
+
+def _both(train: HeldTrain, here: RecordExcitation, anchor: Array | None) -> Equilibrium:
+    """Equilibrium on loaded and far flanks."""
+    assert train.both is not None
+    assert here.far_gap is not None
+    m = here.stiffness.shape[1]
+    return equilibrium(
+        train.both,
+        stiffness=here.stiffness,
+        gap=np.hstack([here.gap[:, :m], here.far_gap, here.gap[:, m:]]),
+        force=here.force,
+        flanks=here.both,
+        laws=train.laws,
+        anchor=anchor,
+    )
+
+
 def quasi_static(
-    system: System, train: HeldTrain, record: Record, progress: Callable[[float], None] | None = None
+    train: HeldTrain, record: Record, progress: Callable[[float], None] | None = None
 ) -> Iterator[RecordPiece]:
     """Equilibrium at every instant of the record, in order.
 
@@ -165,14 +162,14 @@ def quasi_static(
     ------
     ModelError : a load that nothing balances or holds.  ConvergenceError : no equilibrium was found.
     """
-    laws, links, total = system.laws, system.links, record.instants
-    anchors, approach = _slider_history(system, train, record) if laws.memory.any() else (None, None)
+    links, total = train.system.links, record.instants
+    anchors, approach = _slider_history(train, record) if train.laws.memory.any() else (None, None)
     for first in range(0, total, _CHUNK):
         index = np.arange(first, min(first + _CHUNK, total), dtype=np.int64)
-        here = _balanced_excitation(system, train, record, index)
+        here = _balanced_excitation(train, record, index)
         anchor = None if anchors is None else anchors[index]
         start = None if approach is None else approach[index]
-        state = settled(train, here, laws, anchor=anchor, start=start)
+        state = settled(train, here, anchor=anchor, start=start)
         deflection = state.displacement @ links.B - here.link_gap
         yield RecordPiece(state=state, link_deflection=deflection, anchor=anchor)
         if progress is not None:
@@ -186,19 +183,15 @@ def history_note(system: System, record: Record) -> str:
     return f"sliders start in the middle; warm-up over {record.count} {record.name} before the record"
 
 
-def _balanced_excitation(
-    system: System, train: HeldTrain, record: Record, index: NDArray[np.int64]
-) -> RecordExcitation:
+def _balanced_excitation(train: HeldTrain, record: Record, index: NDArray[np.int64]) -> RecordExcitation:
     """Excitation at the instants `index` (t,), whose loads are checked to balance on free motions."""
-    here = excitation(system, record.unit, index, record.samples)
+    here = excitation(train.system, record.unit, index, record.samples)
     balanced(train, here.force)
     return here
 
 
-def _slider_history(system: System, train: HeldTrain, record: Record) -> tuple[Array, Array]:
-    """Sliders before every step (T, R) and approach (T, M) at every instant of the record [m].
-
-    After a record of warm-up.
+def _slider_history(train: HeldTrain, record: Record) -> tuple[Array, Array]:
+    """Sliders before every step (T, R) and approach (T, M) at every instant of the record [m], after one of warm-up.
 
     Warm-up and record are cut into parts that are stepped through side by side, each from a guess of its first slider.
     The end of a part is the start of the next; parts whose start changes are stepped through again.  When none changes,
@@ -208,8 +201,8 @@ def _slider_history(system: System, train: HeldTrain, record: Record) -> tuple[A
     ------
     ConvergenceError : starts still change after as many rounds as there are parts.
     """
-    total, laws = record.instants, system.laws
-    here = _balanced_excitation(system, train, record, np.arange(-total, total, dtype=np.int64))
+    total, laws = record.instants, train.laws
+    here = _balanced_excitation(train, record, np.arange(-total, total, dtype=np.int64))
     parts = min(_PARTS, 2 * total)
     length = -(-2 * total // parts)
     anchors = np.zeros((2 * total, laws.rows.owner.size))
@@ -218,7 +211,7 @@ def _slider_history(system: System, train: HeldTrain, record: Record) -> tuple[A
     todo = np.arange(parts)
     tolerance = _SLIDER_TOLERANCE * float(np.min(laws.slip_start[laws.memory]))
     for _ in range(parts + 1):
-        ends = _step_parts(train, here, laws, (begin, todo, length), (anchors, approach))
+        ends = _step_parts(train, here, begin[todo], todo * length, length, anchors, approach)
         following = todo + 1 < parts
         following_parts = todo[following] + 1
         moved = np.max(np.abs(ends[following] - begin[following_parts]), axis=1, initial=0.0) > tolerance
@@ -232,27 +225,26 @@ def _slider_history(system: System, train: HeldTrain, record: Record) -> tuple[A
 def _step_parts(
     train: HeldTrain,
     here: RecordExcitation,
-    laws: Laws,
-    parts: tuple[Array, NDArray[np.int64], int],
-    found: tuple[Array, Array],
+    slider: Array,
+    first: NDArray[np.int64],
+    length: int,
+    anchors: Array,
+    approach: Array,
 ) -> Array:
-    """Step through some parts in place, filling in sliders and approach (2 T, ..) [m].
+    """Last sliders (P, R) [m] of parts that begin at instants `first` (P,) with some sliders (P, R) [m].
 
-    Their last sliders (parts, R) [m].
+    The parts are stepped through in place, which fills in sliders and approach (2 T, ..) [m].
     """
-    begin, todo, length = parts
-    anchors, approach = found
-    slider, place = begin[todo].copy(), todo * length
+    slider = slider.copy()
     start: Array | None = None
     for step in range(length):
-        inside = place + step < len(anchors)
-        index = (place + step)[inside]
+        inside = first + step < len(anchors)
+        index = (first + step)[inside]
         if not index.size:
             break
-        now = here.at(index)
         before = slider[inside]
-        state = settled(train, now, laws, anchor=before, start=None if start is None else start[: index.size])
+        state = settled(train, here.at(index), anchor=before, start=None if start is None else start[: index.size])
         anchors[index], approach[index] = before, state.approach
-        slider[inside] = laws.slide(state.group_stretch, before)
+        slider[inside] = train.laws.slide(state.group_stretch, before)
         start = state.approach
     return slider

@@ -1,8 +1,7 @@
-"""Records of instants, and the meshes that carry load in them.
+"""Records of instants, the excitation at them, and the meshes that carry load in them.
 
-The record: instants counted in exact fractions of a mesh cycle, and the excitation lines evaluated at them.
-
-Which meshes carry load in the mean: where they do not, load sharing and dynamic factor are not defined.
+Instants are counted in exact fractions of a mesh cycle, and the excitation lines are evaluated at them.  Where a mesh
+carries no load in the mean, load sharing and dynamic factor are not defined.
 """
 
 from __future__ import annotations
@@ -29,6 +28,9 @@ MeshGroup = NDArray[np.int64]
 _CONSTANT = 1e-8
 # The product of two numbers below this stays exact in int64.
 _EXACT_PRODUCT = 2**31
+# A mean force below this part of the largest force is none: responses are solved to a relative residual of 1e-6, so
+# that what is left of the balance of an idle gear is not known to be above zero.
+_NONE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -168,8 +170,8 @@ def record_of(
     elif slow and cycles is None and (fastest := _fastest_slow_line(system)):
         unit, name = fastest, "cycles of the fastest error"
     varying = np.any(system.meshes.variation != 0, axis=1)
-    for part in system.meshes.laws:
-        varying[part.rows] = True
+    for lawful in system.meshes.laws:
+        varying[lawful.rows] = True
     tones = [system.tones[i] for i in np.unique(system.meshes.tone[varying])] if system.tones else []
     period = hunting_cycles([f / unit for f in (*(line.frequency for line in system.lines), *tones)])
     length = cycles if turns is None else turns
@@ -193,16 +195,16 @@ def _turn_rate(system: System, body: str | None) -> Fraction:
     ------
     ModelError : no such body, or it does not turn.
     """
-    known = {name: abs(turn) for name, turn in zip(system.dofs.bodies, system.body_turns, strict=False) if turn}
+    rates = {name: abs(turn) for name, turn in zip(system.dofs.bodies, system.body_turns, strict=False) if turn}
     body = None if body is None else body.replace(".", "/")
-    if body is None or body not in known:
+    if body is None or body not in rates:
         raise ModelError(
             "turns are counted of a body that turns",
             path="of",
             given=body,
-            allowed=", ".join(known) or "a train's speed",
+            allowed=", ".join(rates) or "a train's speed",
         )
-    return known[body]
+    return rates[body]
 
 
 def _fastest_slow_line(system: System) -> Fraction | None:
@@ -224,10 +226,9 @@ def turn_fraction(ratio: Fraction, index: NDArray[np.int64]) -> Array:
 
 
 def parallel_meshes(meshes: MeshRows) -> list[MeshGroup]:
-    """Meshes that share one load.
+    """Meshes that share one load: indices of the whole meshes of each pair and side, (branches,) each.
 
-    Indices of the whole meshes of each pair and side, (branches,) each, in order of first.
-    appearance; slices of a mesh count once.
+    In order of first appearance; slices of a mesh count once.
     """
     keys = [(meshes.pair[i], meshes.side[i]) for i in faces(meshes).first.tolist()]
     return [np.array([i for i, other in enumerate(keys) if other == key]) for key in dict.fromkeys(keys)]
@@ -245,10 +246,7 @@ def samples_per_cycle(meshes: MeshRows, chosen: MeshGroup, least: int) -> int:
 
 
 def hunting_cycles(ratios: Iterable[Fraction]) -> int:
-    """Mesh cycles after which every line returns to its phase; ratios .
-
-    Line frequency per mesh frequency, exact [1].
-    """
+    """Mesh cycles after which every line returns to its phase; ratios : line per mesh frequency, exact [1]."""
     return lcm(*(ratio.denominator for ratio in ratios))
 
 
@@ -289,43 +287,34 @@ def excitation_at(system: System, waves: ComplexArray, phases: Array, *, links: 
     waves : (T, lines) exp(i phase) of every line.  phases : (T, tones) of the mesh frequencies [turns].
     links : whether errors of the linear links are wanted; without them ``link_gap`` has no columns.
     """
-    m, p, c = len(system.meshes.name), len(system.links.name), system.far_flanks.mesh.size
+    far = system.far_flanks
+    m, p, c = len(system.meshes.name), len(system.links.name), far.mesh.size
     R = sum(len(group.rows) for group in system.groups)
     lines = system.lines
     laws = flanks(system).at(phases) if c or system.meshes.laws else None
 
-    def summed(parts: list[NDArray[np.complex128]], width: int) -> Array:
+    def summed(amplitudes: list[ComplexArray], width: int) -> Array:
         """Real part of the sum over lines (T, width) of their amplitudes."""
-        values: Array = (waves @ np.array(parts).reshape(len(lines), width)).real
+        values: Array = (waves @ np.array(amplitudes, complex).reshape(len(lines), width)).real
         return values
 
+    far_gap = None
+    if c:
+        far_gap = summed([system.flank_gaps(line)[m:] for line in lines], c) + system.meshes.backlash[far.mesh]
     return RecordExcitation(
         stiffness=stiffness_at(system, phases),
         gap=np.hstack([summed([line.gap for line in lines], m), summed([group_gap(line, R) for line in lines], R)]),
         link_gap=summed([line.link_gap for line in lines], p) if links else np.zeros((len(waves), 0)),
         force=system.force + summed([line.force[0] for line in lines], len(system.force)),
         flanks=None if laws is None or not system.meshes.laws else laws.rows(slice(0, m)),
-        far_gap=_far_gap(system, waves) if c else None,
+        far_gap=far_gap,
         both=laws if c else None,
     )
-
-
-def _far_gap(system: System, waves: ComplexArray) -> Array:
-    """Errors and backlash of the far flanks (T, c) [m]; waves : (T, lines)."""
-    m, c = len(system.meshes.name), system.far_flanks.mesh.size
-    amplitudes = np.array([system.flank_gaps(line)[m:] for line in system.lines], complex).reshape(-1, c)
-    gap: Array = (waves @ amplitudes).real + system.meshes.backlash[system.far_flanks.mesh]
-    return gap
 
 
 def group_gap(line: Line, rows: int) -> ComplexArray:
     """Amplitudes of a line's errors in the rows of groups, (R,) [m]; zeros where the line holds none."""
     return line.group_gap if line.group_gap.size else np.zeros(rows, dtype=complex)
-
-
-# A mean force below this part of the largest force is none: responses are solved to a relative residual of 1e-6, so
-# that what is left of the balance of an idle gear is not known to be above zero.
-_NONE = 1e-6
 
 
 def loaded_meshes(mean: Array, members: Sequence[MeshGroup], *, most: Array, rounding: float) -> NDArray[np.bool_]:

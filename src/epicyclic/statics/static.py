@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 Columns = dict[str, tuple[Sequence[str] | str, Any]]
 
-
 # A mesh force below this part of the largest is an open mesh: of two that open together one may just touch, with a
 # force that is rounding (1e-16 times mesh per support stiffness, 1e7).
 OPEN_RATIO = 1e-7
@@ -31,6 +30,20 @@ OPEN_RATIO = 1e-7
 _ROUNDING = 1e-15
 # A record of this many mesh cycles is drawn in full; longer ones are asked for with `cycles` or `turns`.
 _CYCLES = 64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlankContact:
+    """Contact of the flanks over T instants.
+
+    force : (T, m) of every mesh row, on its far flank negative [N].  loaded : (T, m) whether the loaded flank of each
+    row touches.  far : (T, m) the same of its far flank.  largest : (F,) force of every flank met, as of `flanks` [N].
+    """
+
+    force: Array
+    loaded: NDArray[np.bool_]
+    far: NDArray[np.bool_]
+    largest: Array
 
 
 def static(
@@ -69,24 +82,15 @@ def static(
         system, cycles=cycles, turns=turns, of=of, samples=samples, most=_CYCLES * (samples if of is None else 32)
     )
     train = held_train(system)
-    pieces = list(quasi_static(system, train, record, progress))
+    pieces = list(quasi_static(train, record, progress))
     contact = flank_contact(system, [(piece.state.mesh_force, piece.state.far_force) for piece in pieces])
-    warnings = [*system.warnings, *free_position_warnings(system, train.loaded.free), *_zero_warnings(system)]
-    return _dataset(system, record, pieces, contact, [*warnings, *contact_warnings(system, contact)])
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FlankContact:
-    """Contact of the flanks over T instants.
-
-    force : (T, m) of every mesh row, on its far flank negative [N].  loaded : (T, m) whether the loaded flank of each
-    row touches.  far : (T, m) the same of its far flank.  largest : (F,) force of every flank met, as of `flanks` [N].
-    """
-
-    force: Array
-    loaded: NDArray[np.bool_]
-    far: NDArray[np.bool_]
-    largest: Array
+    warnings = [
+        *system.warnings,
+        *free_position_warnings(system, train.loaded.free),
+        *_zero_warnings(system),
+        *contact_warnings(system, contact),
+    ]
+    return _dataset(system, record, pieces, contact, warnings)
 
 
 def rounding_of(system: System) -> float:
@@ -122,9 +126,9 @@ def contact_warnings(system: System, contact: FlankContact) -> list[CodedText]:
     notes: list[CodedText] = []
     names, face = np.array(system.meshes.name, dtype=object), faces(system.meshes)
     net, groups, rounding = face.total(contact.force, axis=1), parallel_meshes(system.meshes), rounding_of(system)
-    most = np.abs(net).max(axis=0)
-    either = [loaded_meshes(s * net.mean(axis=0), groups, most=most, rounding=rounding) for s in (1, -1)]  # any flank
-    loaded = either[0] | either[1]
+    mean, most = net.mean(axis=0), np.abs(net).max(axis=0)
+    loaded = loaded_meshes(mean, groups, most=most, rounding=rounding)
+    loaded |= loaded_meshes(-mean, groups, most=most, rounding=rounding)  # on the far flanks
     if loaded.any():
         notes += idle_warnings(face.name, loaded, "contact that holds a body")
     apart = ~np.all(contact.loaded | contact.far, axis=0) & (loaded[face.row] | ~loaded.any())
@@ -133,12 +137,8 @@ def contact_warnings(system: System, contact: FlankContact) -> list[CodedText]:
         notes.append(coded("contact-lost", f"meshes open: {open_}; bodies held by them alone have no unique position"))
     behind = contact.far.any(axis=0)
     if behind.any():
-        notes.append(
-            coded(
-                "far-flank-loaded",
-                f"meshes on their far flank, where their force is negative: {', '.join(names[behind])}",
-            )
-        )
+        text = f"meshes on their far flank, where their force is negative: {', '.join(names[behind])}"
+        notes.append(coded("far-flank-loaded", text))
     return notes + past_the_end(system, flanks(system), contact.largest)
 
 
@@ -149,13 +149,8 @@ def _zero_warnings(system: System) -> list[CodedText]:
     if not play:
         return []
     listed = ", ".join(f"{pair.removeprefix('stages.')} {size:.4g} µm" for pair, size in play.items())
-    return [
-        coded(
-            "zero-at-loaded-flank",
-            "displacements count from first touch of the loaded flanks; a reversed torque starts at the far ones, "
-            f"behind the backlash: {listed}",
-        )
-    ]
+    text = "displacements count from first touch of the loaded flanks; a reversed torque starts at the far ones, behind"
+    return [coded("zero-at-loaded-flank", f"{text} the backlash: {listed}")]
 
 
 def law_attributes(system: System, record: Record) -> dict[str, str]:
@@ -178,23 +173,17 @@ def free_position_warnings(system: System, free: Array) -> list[CodedText]:
     Turning leaves the lateral place of central bodies and the z, rx, ry of all bodies alone.
     """
     dofs = system.dofs
-    lateral = np.array(
-        [
-            d in ("z", "rx", "ry") or (d in ("x", "y") and not re.match(r"[^/]+/[^/]+/\d+", b))
-            for b, d in zip(dofs.body, dofs.direction, strict=True)
-        ]
-    )
     # columns are unit vectors: 1e-9 is rounding of the null space
-    moved = np.abs(free) > 1e-9
-    bodies = dict.fromkeys(b for b, yes in zip(dofs.body, np.any(moved, axis=1) & lateral, strict=True) if yes)
+    moved = np.any(np.abs(free) > 1e-9, axis=1)
+    bodies: list[str] = []
+    for body, direction, moves in zip(dofs.body, dofs.direction, moved, strict=True):
+        central = not re.match(r"[^/]+/[^/]+/\d+", body)
+        if moves and (direction in ("z", "rx", "ry") or (direction in ("x", "y") and central)):
+            bodies.append(body)
     if not bodies:
         return []
-    return [
-        coded(
-            "position-not-unique",
-            f"position of {', '.join(bodies)} is not unique: no support holds it; mesh forces are",
-        )
-    ]
+    listed = ", ".join(dict.fromkeys(bodies))
+    return [coded("position-not-unique", f"position of {listed} is not unique: no support holds it; mesh forces are")]
 
 
 def _dataset(

@@ -14,12 +14,13 @@ from fractions import Fraction
 import numpy as np
 
 from ..system.flank_laws import LawRows, LinearLaw
-from ..system.group_laws import STATES, LawGroup, Laws
+from ..system.group_laws import STATES, Laws
 from ..system.symmetry import commutes
 from ..system.system import Array, Line, LinkRows, MeshRows, System, faces
 from ..warning_codes import CodedText, coded
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
 from .record import group_gap
+from .unheld import standing_load
 
 # Stiffness per nominal one of a link that floats in its clearance, for the mean system of analyses that ask its law:
 # its motion is a million times slower than that of a pressed one, and far from rounding of rigid modes (1e-11).
@@ -30,8 +31,8 @@ _NO_TOUCH, _NO_ERROR = 1e-15, 1e-9
 _PHASES = 64
 # Tangents along x and y, per their mean, that differ by no more have no axes of their own: rounding.
 _ISOTROPIC = 1e-9
-# what a law does at the mean load, in words
-_DOING = {"play": "in its clearance", "stick": "sticking", "slip": "sliding", "stop": "pressed"}
+# What a law without a memory does at the mean load outside its clearance, in words.
+_DOING = {"stick": "sticking", "slip": "sliding", "stop": "pressed"}
 
 
 def linear(system: System, *, asks_laws: bool = False, floating: bool = False) -> System:
@@ -50,9 +51,8 @@ def linear(system: System, *, asks_laws: bool = False, floating: bool = False) -
     ------
     ModelError, ConvergenceError : the mean load has no equilibrium.
     """
-    return _without_link_laws(
-        system if asks_laws else _without_flank_laws(system), memory_alone=asks_laws, floating=floating
-    )
+    flanks_ready = system if asks_laws else _without_flank_laws(system)
+    return _without_link_laws(flanks_ready, memory_alone=asks_laws, floating=floating)
 
 
 def _without_flank_laws(system: System) -> System:
@@ -113,11 +113,10 @@ def _link_tangents(system: System, *, floating: bool) -> tuple[Equilibrium, Arra
     stretch = mean.group_stretch[0]
     tangent = small_motion_tangent(system.laws, stretch, floating=floating)
     lag = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])
-    blocks = [tangent[first : first + len(g.rows), first : first + len(g.rows)] for g, first in _first_rows(system)]
-    axes_of_groups = [
-        _axes(group, part, block)
-        for group, part, block in zip(system.groups, _by_group(system, stretch), blocks, strict=True)
-    ]
+    axes_of_groups = []
+    for group, first in zip(system.groups, system.laws.rows.first, strict=True):
+        rows = slice(first, first + len(group.rows))
+        axes_of_groups.append(_axes(stretch[rows], tangent[rows, rows]))
     return mean, tangent, lag, axes_of_groups
 
 
@@ -165,37 +164,26 @@ def mean_stretch(system: System) -> Array:
 
 def _mean_state(system: System) -> Equilibrium:
     """Equilibrium under the mean load and errors, with mean mesh stiffness."""
-    flexible = compliance_of(system)
-    still = [line for line in system.lines if line.frequency == 0]
-    force = system.force + sum((line.force[0].real for line in still), np.zeros(len(system.force)))
+    flexible, force = compliance_of(system), standing_load(system)
     gap = np.zeros(len(flexible.stiffness))
-    for line in still:
-        gap += np.concatenate([line.gap, group_gap(line, system.group_rows.shape[1])]).real
+    for line in system.lines:
+        if line.frequency == 0:
+            gap += np.concatenate([line.gap, group_gap(line, system.group_rows.shape[1])]).real
     require_balance(flexible.free, force[None], system)
     return equilibrium(
         flexible, stiffness=system.meshes.stiffness[None], gap=gap[None], force=force[None], laws=system.laws
     )
 
 
-def _first_rows(system: System) -> list[tuple[LawGroup, int]]:
-    """Every group with the number of its first row."""
-    return list(zip(system.groups, map(int, system.laws.rows.first), strict=True))
-
-
-def _by_group(system: System, rows: Array) -> list[Array]:
-    """Values (R,) of all rows, split by group."""
-    return np.split(rows, system.laws.rows.first[1:])
-
-
-def _axes(group: LawGroup, stretch: Array, tangent: Array) -> Array:
-    """Unit vectors along the stretch (r,) [m] and across it as columns, (r, r).
+def _axes(stretch: Array, tangent: Array) -> Array:
+    """Unit vectors along the stretch (r,) [m] of a group and across it as columns, (r, r).
 
     x and y themselves where there is no stretch, or the tangent (r, r) [N/m] is alike in all directions.
     """
     length = float(np.linalg.norm(stretch))
     alike = np.abs(tangent - np.eye(len(tangent)) * np.diag(tangent).mean()).max()
-    if len(group.rows) == 1 or length == 0 or alike <= _ISOTROPIC * np.abs(np.diag(tangent)).mean():
-        return np.eye(len(group.rows))
+    if len(stretch) == 1 or length == 0 or alike <= _ISOTROPIC * np.abs(np.diag(tangent)).mean():
+        return np.eye(len(stretch))
     x, y = stretch / length
     return np.array([[x, -y], [y, x]])
 
@@ -209,27 +197,23 @@ def _linearised_links(system: System, tangent: Array, axes_of_groups: list[Array
     for group, axes, first in zip(system.groups, axes_of_groups, laws.rows.first, strict=True):
         block = tangent[first : first + len(axes), first : first + len(axes)]
         values = np.diag(axes.T @ block @ axes)
-        own = np.array_equal(axes, np.eye(len(axes)))
-        names += group.rows if own else [f"{group.name}/radial", f"{group.name}/tangential"]
+        keeps_rows = np.array_equal(axes, np.eye(len(axes)))
+        names += group.rows if keeps_rows else [f"{group.name}/radial", f"{group.name}/tangential"]
         columns.append(group.B @ axes)
         stiffness.append(values)
         preload.append(axes.T @ offset[first : first + len(axes)])
         damping.append(np.diag(axes.T @ np.diag(group.damping) @ axes) + group.lag * values)
+    count = sum(map(len, stiffness))
     return LinkRows(
         name=(*links.name, *names),
         link=(*links.link, *(group.name for group in system.groups for _ in group.rows)),
         B=np.concatenate(columns, axis=1),
         stiffness=np.concatenate(stiffness),
         damping=np.concatenate(damping),
-        skew=_padded_skew(links.skew, sum(map(len, stiffness))),
+        skew=np.pad(links.skew, (0, count - len(links.skew))) if links.skew.size else links.skew,
         preload=np.concatenate(preload),
-        turn=(*links.turn, *(Fraction(0),) * sum(map(len, stiffness))) if links.turn else (),
+        turn=(*links.turn, *(Fraction(0),) * count) if links.turn else (),
     )
-
-
-def _padded_skew(skew: Array, size: int) -> Array:
-    """A skew matrix (p, p) [N/m] with zeros for rows added behind, (size, size); empty where it is."""
-    return np.pad(skew, (0, size - len(skew))) if skew.size else skew
 
 
 def _linearised_line(
@@ -241,12 +225,9 @@ def _linearised_line(
     force = line.force.copy()
     force[0] += push
     force[1] += 2j * math.pi * float(line.frequency) * (rows @ (lag * (tangent @ gap)))
-    parts = [
-        axes.T @ part for axes, part in zip(axes_of_groups, np.split(gap, system.laws.rows.first[1:]), strict=True)
-    ]
-    return replace(
-        line, force=force, link_gap=np.concatenate([line.link_gap, *parts]), group_gap=np.zeros(0, dtype=complex)
-    )
+    gaps = np.split(gap, system.laws.rows.first[1:])
+    link_gap = [line.link_gap, *(axes.T @ own_gap for axes, own_gap in zip(axes_of_groups, gaps, strict=True))]
+    return replace(line, force=force, link_gap=np.concatenate(link_gap), group_gap=np.zeros(0, dtype=complex))
 
 
 def _law_warnings(
@@ -291,24 +272,19 @@ def flank_warnings(system: System) -> list[CodedText]:
     if not meshes.laws:
         return []
     load, touch, error = (np.full(len(meshes.name), np.nan) for _ in range(3))
-    for part in meshes.laws:
-        load[part.rows] = part.law.load
-        touch[part.rows], error[part.rows] = _departure(meshes, part)
     lawful = np.zeros(len(meshes.name), bool)
-    lawful[np.concatenate([part.rows for part in meshes.laws])] = True
+    for part in meshes.laws:
+        lawful[part.rows], load[part.rows] = True, part.law.load
+        touch[part.rows], error[part.rows] = _departure(meshes, part)
     whole = faces(meshes)
     pairs = np.array(meshes.pair)
-    found = []
+    warnings = []
     for pair in dict.fromkeys(pairs[lawful].tolist()):
         rows = np.flatnonzero(lawful & (pairs == pair))
-        own = whole.total(load)[np.unique(whole.row[rows])]
-        found.append(
-            coded(
-                "law-linearised",
-                f"{pair}: {_departure_text(own, float(_largest(touch[rows])), float(_largest(error[rows])))}",
-            )
-        )
-    return found
+        mesh_load = whole.total(load)[np.unique(whole.row[rows])]
+        text = _departure_text(mesh_load, float(_largest(touch[rows])), float(_largest(error[rows])))
+        warnings.append(coded("law-linearised", f"{pair}: {text}"))
+    return warnings
 
 
 def _departure(meshes: MeshRows, part: LawRows) -> tuple[Array, Array]:

@@ -17,8 +17,8 @@ from ..errors import ModelError
 from ..system.system import Array, System
 from ..warning_codes import CodedText, code_of, coded
 
-# Part of the load that reactions may leave: the null space has an error of 1e-10, radii that are printed one of 1e-4.
-_LEFT = 1e-6
+# Part of the work that reactions may leave: the null space has an error of 1e-10, radii that are printed one of 1e-4.
+_WORK_LEFT = 1e-6
 # Load that counts, per the largest: torques written with six digits leave 1e-6 of themselves.
 _SMALL = 1e-5
 
@@ -72,15 +72,15 @@ def unheld(free: Array, force: Array, names: Sequence[str]) -> tuple[Unheld, ...
     carried = np.array([any(part.isdigit() for part in name.split("/")) for name in names])
     if _reactions(free, work, turns, most=1):
         return ()
-    found = _reactions(free, work, ~turns & ~carried) or _reactions(free, work, ~turns)
-    return tuple(Unheld(name=names[i], load=load) for i, load in found.items())
+    reactions = _reactions(free, work, ~turns & ~carried) or _reactions(free, work, ~turns)
+    return tuple(Unheld(name=names[i], load=load) for i, load in reactions.items())
 
 
-def unheld_error(found: Sequence[Unheld]) -> ModelError:
-    """What to raise where coordinates are not held against the load; `found` is not empty."""
-    keys = list(dict.fromkeys(one.key for one in found))
+def unheld_error(coordinates: Sequence[Unheld]) -> ModelError:
+    """What to raise where coordinates are not held against the load; there is at least one."""
+    keys = list(dict.fromkeys(coordinate.key for coordinate in coordinates))
     return ModelError(
-        f"nothing takes {', '.join(str(one) for one in found)}",
+        f"nothing takes {', '.join(map(str, coordinates))}",
         path=keys[0],
         given=0,
         allowed=f"a stiffness in {', '.join(keys)}, or no such key: a direction that is not named is rigid",
@@ -92,14 +92,20 @@ def contradicting_radii(system: System) -> str:
     return "; ".join(text for text in system.warnings if code_of(text) == "base-radius-far")
 
 
+def standing_load(system: System) -> Array:
+    """Load (n,) [N, N m] that stands still in the frame of its stage: torques, gravity and lines that do not turn."""
+    still = (line.force[0].real for line in system.lines if line.frequency == 0)
+    force: Array = system.force + sum(still, np.zeros(len(system.force)))
+    return force
+
+
 def unheld_warnings(system: System, free: Array) -> list[CodedText]:
     """Warning of a mean load that works on motions without stiffness (n, r), one text at most."""
-    still = [line.force[0].real for line in system.lines if line.frequency == 0]
-    force = system.force + sum(still, np.zeros(len(system.force)))
+    force = standing_load(system)
     if not force.any():
         return []
-    found = unheld(free, force, system.dofs.names)
-    return [coded("load-not-held", str(unheld_error(found)))] if found else []
+    coordinates = unheld(free, force, system.dofs.names)
+    return [coded("load-not-held", str(unheld_error(coordinates)))] if coordinates else []
 
 
 def _reactions(free: Array, work: Array, offered: NDArray[np.bool_], most: int | None = None) -> dict[int, float]:
@@ -108,7 +114,7 @@ def _reactions(free: Array, work: Array, offered: NDArray[np.bool_], most: int |
     One coordinate after the other, that which the rest of the work is closest to in direction.
     """
     length = np.linalg.norm(free, axis=1)
-    usable = np.flatnonzero(offered & (length > _LEFT * float(np.max(length, initial=0.0))))
+    usable = np.flatnonzero(offered & (length > _WORK_LEFT * float(np.max(length, initial=0.0))))
     chosen: list[int] = []
     rest = np.asarray(work)
     while usable.size and len(chosen) < (most or free.shape[1]):
@@ -116,7 +122,7 @@ def _reactions(free: Array, work: Array, offered: NDArray[np.bool_], most: int |
         chosen.append(int(usable[int(np.argmax(along))]))
         reaction = np.linalg.lstsq(free[chosen].T, work, rcond=None)[0]
         rest = np.asarray(work - free[chosen].T @ reaction)
-        if np.linalg.norm(rest) <= _LEFT * np.linalg.norm(work):
+        if np.linalg.norm(rest) <= _WORK_LEFT * np.linalg.norm(work):
             return dict(zip(chosen, map(float, reaction), strict=True))
         usable = usable[~np.isin(usable, chosen)]
     return {}

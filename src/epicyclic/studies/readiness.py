@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import cached_property
 
-import numpy as np
-
 from ..analyses.modes.basis import mean_modes
 from ..analyses.steady.excitation import mesh_tones, require_damping
 from ..errors import ConvergenceError, ModelError
 from ..statics.equilibrium import compliance_of, require_balance
 from ..statics.tangent import linear
+from ..statics.unheld import standing_load
 from ..system.assembly import assemble
-from ..system.system import Array, System
+from ..system.system import System
 from ..system.tooth_pairs import loaded_mesh, mean_force, pair_of, tooth_warnings
 from ..train.power import require_contact, require_flow
 from ..train.train import Train
@@ -141,9 +140,7 @@ class Readiness:
 
     def balance(self) -> None:
         """Check that the mean load works on no motion without stiffness."""
-        still = [line.force[0].real for line in self.system.lines if line.frequency == 0]
-        force: Array = self.system.force + sum(still, np.zeros(len(self.system.force)))
-        require_balance(compliance_of(self.system).free, force[None], self.system)
+        require_balance(compliance_of(self.system).free, standing_load(self.system)[None], self.system)
 
     def ring(self) -> None:
         """Check that a stage has a ring for a sensor."""

@@ -201,7 +201,7 @@ def test_what_far_flanks_change_is_an_equilibrium_of_all_forces(build: Any) -> N
     system = one_pushed_back(build)
     train = held_train(system)
     here = excitation(system, TONE, np.arange(21), 7)
-    state = settled(train, here, system.laws)
+    state = settled(train, here)
     pressing = state.far_force.max(axis=1) > 0
     assert pressing.any()
     given = flanks(system)
@@ -482,7 +482,7 @@ def test_laws_of_links_and_far_flanks_together(build: Any) -> None:
     links = replace(system.links, stiffness=left)
     system = replace(system, K=(links.B * left) @ links.B.T, links=links, groups=(group,), lines=lines)
     here = excitation(system, TONE, np.arange(21), 7)
-    state = settled(held_train(system), here, system.laws)
+    state = settled(held_train(system), here)
     assert state.far_force.max() > 0
     given = flanks(system)
     balance = state.displacement @ system.K - here.force + state.group_force @ B.T

@@ -184,13 +184,13 @@ def _apart(system: System, record: Record, samples: int) -> tuple[Array, Array]:
     index = (spread_cycles(record.period, record.count)[:, None] * samples + np.arange(samples)).ravel()
     here = excitation(system, record.unit, index, samples)
     balanced(train, here.force)
-    state = settled(train, here, system.laws)
+    state = settled(train, here)
     return state.mesh_force, state.far_force
 
 
 def _in_a_row(system: System, record: Record) -> tuple[Array, Array]:
     """The same of a record, whose laws may have a memory or whose mesh cycles are of several lengths."""
-    states = [piece.state for piece in quasi_static(system, held_train(system), record)]
+    states = [piece.state for piece in quasi_static(held_train(system), record)]
     return np.concatenate([one.mesh_force for one in states]), np.concatenate([one.far_force for one in states])
 
 

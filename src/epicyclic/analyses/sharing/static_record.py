@@ -72,7 +72,7 @@ def sharing_of_record(
     forces: list[tuple[Array, Array]] = []
     pieces: list[RecordPiece] = []
     links: list[Array] = []
-    for piece in quasi_static(system, train, record, progress):
+    for piece in quasi_static(train, record, progress):
         if sum(len(loaded) for loaded, _ in forces) < kept * record.samples:
             pieces.append(piece)
         forces.append((piece.state.mesh_force, piece.state.far_force))

@@ -15,7 +15,6 @@ from ...statics.equilibrium import closed_force
 from ...statics.quasi_static import HeldTrain, balanced, held_train, settled
 from ...statics.record import (
     MeshGroup,
-    RecordExcitation,
     excitation_at,
     hunting_cycles,
     parallel_meshes,
@@ -24,7 +23,7 @@ from ...statics.record import (
     samples_per_cycle,
 )
 from ...statics.static import free_position_warnings
-from ...system.gaps import net_force
+from ...statics.unheld import standing_load
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText
 from ..steady.periodic import periodic_by_tone
@@ -218,17 +217,10 @@ def _unilateral(
             # only this tone varies the stiffness: the phases of others do not matter
             mesh = np.tile(theta[j, None], (1, max(1, len(system.tones))))
             here = excitation_at(system, np.exp(2j * np.pi * angle), mesh, links=False)
-            result[c, :, j] = _solved(system, train, here)
+            result[c, :, j] = train.net_force(settled(train, here))
         return result
 
     return source
-
-
-def _solved(system: System, train: HeldTrain, here: RecordExcitation) -> Array:
-    """Net forces of the mesh rows (T, m) [N] under an excitation."""
-    state = settled(train, here, system.laws)
-    far = train.far.mesh[: state.far_force.shape[1]]
-    return net_force(np.hstack([state.mesh_force, state.far_force]), far)
 
 
 def mean_force(system: System, train: HeldTrain | None = None) -> Array:
@@ -240,7 +232,7 @@ def mean_force(system: System, train: HeldTrain | None = None) -> Array:
     """
     train = held_train(system) if train is None else train
     still = [line for line in system.lines if line.frequency == 0]
-    load = system.force + sum((line.force[0].real for line in still), np.zeros(len(system.force)))
+    load = standing_load(system)
     gap = sum((line.gap.real for line in still), np.zeros(len(system.meshes.name)))
     balanced(train, load[None])
     flexible = train.loaded
@@ -263,7 +255,7 @@ def _static_by_instants(system: System, train: HeldTrain, tone: Fraction, sample
         waves = np.exp(2j * np.pi * turns[:, : len(lines)])
         here = excitation_at(system, waves, turns[:, len(lines) :], links=False)
         balanced(train, here.force)
-        return _solved(system, train, here).reshape(len(phases), samples, -1).transpose(0, 2, 1)
+        return train.net_force(settled(train, here)).reshape(len(phases), samples, -1).transpose(0, 2, 1)
 
     def least_slice(cycles: Index) -> Array:
         """Smallest force of any slice of each mesh over the cycles (c,), (m_j,) [N]."""

@@ -256,7 +256,7 @@ def test_a_very_slow_run_is_the_static_history(made: Any) -> None:
     # a cycle of warm-up, as the static record has it
     states, sliders = integrate_with_sliders(moving, at_equilibrium(moving), stop=2 * cycle, steps=400_000, keep=100)
     record = record_of(quick, cycles=1, turns=None, of=None, samples=samples, most=samples)
-    pieces = list(quasi_static(quick, held_train(quick), record))
+    pieces = list(quasi_static(held_train(quick), record))
     still = np.concatenate([piece.state.displacement for piece in pieces])
     before = np.concatenate([piece.anchor for piece in pieces if piece.anchor is not None])
     # steps of both are of first order where the pull turns; the run lags by its dampers, 1e-3 of the way

@@ -215,7 +215,7 @@ def even(system: System) -> System:
 def forces_at(system: System, index: NDArray[np.int64]) -> Array:
     """Net forces (T, m) [N] of the full static solution at instants index / (64 tone)."""
     here = excitation(system, system.tones[0], index, 64)
-    state = settled(held_train(system), here, system.laws)
+    state = settled(held_train(system), here)
     far = system.far_flanks.mesh[: state.far_force.shape[1]]
     return net_force(np.hstack([state.mesh_force, state.far_force]), far)
 
