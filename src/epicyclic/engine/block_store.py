@@ -1,6 +1,7 @@
-"""Jobs of independent blocks: their store, and the order in which they are computed.
+"""Jobs of independent blocks: the order in which they are computed, and the Zarr store that keeps what is done.
 
-Results of the blocks of a job in a Zarr store: what is done stays done, whatever stops the job.
+A job says what its blocks are; `run_blocks` gives them in their order, computed wherever there is a worker, those of a
+store only once.
 
 A store is a folder: a group whose attributes say which job it is, an array a result with one block a chunk, and the
 array `done`.  Atomic is each file, not a block of several arrays, so the chunk of `done`, written last, is the commit:
@@ -8,10 +9,6 @@ a block without it counts for nothing.  Every chunk bears a crc32c.  Nothing is 
 a block may be damaged, which its checksum tells, and is computed again.
 
 Bytes depend on the results alone, not on the order or the number of attempts, so two stores of one job are equal.
-
-What the bits of a result depend on, beside its job: packages, and the kind of CPU.
-
-The blocks of a job in their order, computed wherever there is a worker, those of a store only once.
 """
 
 from __future__ import annotations
@@ -35,7 +32,7 @@ from ..errors import ModelError
 from ..results.files import package_version
 from .run_folder import Counted, locked_folder
 
-Arrays = Mapping[str, NDArray[Any]]
+Arrays = dict[str, NDArray[Any]]
 
 _DONE = "done"
 _KINDS = "fciub"
@@ -49,6 +46,114 @@ _EVERY_CHUNK = {"write_empty_chunks": True}
 _MAX_TEXT = 200
 
 
+# --- the job ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BlockJob:
+    """A job of independent blocks.
+
+    verb : that asks.  identity : says which job it is: model, options, size of a block, seed; texts, numbers, arrays.
+    count : of blocks.
+    compute : number of a block -> its arrays of numbers, a function of the number alone; picklable (`functools.partial`
+        of a function of a module).  Names, types and shapes are those of every block, but for `ragged`.
+    ragged : names of arrays (n,) whose length varies.
+    """
+
+    verb: str
+    identity: Mapping[str, object]
+    count: int
+    compute: Callable[[int], Arrays]
+    ragged: tuple[str, ...] = ()
+
+    @property
+    def whole_identity(self) -> dict[str, object]:
+        """The identity with all that the bits of a block depend on, but the kind of CPU."""
+        return {"verb": self.verb, **self.identity, "versions": versions()}
+
+
+def hash_of(job: BlockJob) -> str:
+    """SHA-256 that names a job: two stores of one hash, made on one kind of CPU, are equal bit for bit."""
+    return job_hash({**job.whole_identity, "blocks": job.count})
+
+
+def run_blocks(
+    job: BlockJob,
+    *,
+    store: str | Path | None = None,
+    resume: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Generator[tuple[int, Arrays], None, None]:
+    """Number and arrays of every block, in order; in bounded memory, however many there are.
+
+    Whatever stops the iteration, blocks that have arrived are kept in the store.  Close the iterator where it is left
+    early (`contextlib.closing`), so that the store is free again.
+
+    Parameters
+    ----------
+    store : folder of a Zarr store that keeps every block; None: nothing is kept.
+    resume : whether blocks that lie in the store are wanted; they are read, not computed.
+    workers : local processes; None: this process.  scheduler : address of a Dask scheduler instead, tcp://HOST:8786.
+    progress : called with the share done (`Counted`).
+
+    Raises
+    ------
+    ModelError : a store that is another job's, is in use, or cannot be written; a scheduler that is not reached; a
+        package that is not installed.  Whatever a block raises, after those at work are kept.
+    """
+    if workers is not None and scheduler is not None:
+        raise ModelError("one excludes the other", path="workers, scheduler", given=scheduler, allowed="one of them")
+    if resume and store is None:
+        raise ModelError("needs the store of the job that was stopped", path="resume", allowed="store")
+    with ExitStack() as stack:
+        kept: BlockStore | None = None
+        if store is not None:
+            opening = block_store(store, identity=job.whole_identity, count=job.count, resume=resume, ragged=job.ragged)
+            kept = stack.enter_context(opening)
+        done = np.zeros(job.count, dtype=bool) if kept is None else kept.done.copy()
+        arrivals = stack.enter_context(closing(_computed(job, np.flatnonzero(~done).tolist(), workers, scheduler)))
+        waiting: dict[int, Arrays] = {}
+        count = int(done.sum())
+        if progress is not None:
+            progress(Counted(count, job.count))
+        for block in range(job.count):
+            if kept is not None and done[block]:
+                arrays = kept.read(block)
+                if arrays is None:
+                    # damaged by a power cut or a disk
+                    arrays = job.compute(block)
+                    kept.write(block, arrays)
+                yield block, arrays
+                continue
+            while block not in waiting:
+                number, arrays = next(arrivals)
+                waiting[number] = arrays
+                if kept is not None:
+                    kept.write(number, arrays)
+                count += 1
+                if progress is not None:
+                    progress(Counted(count, job.count))
+            yield block, waiting.pop(block)
+
+
+def _computed(
+    job: BlockJob, blocks: Sequence[int], workers: int | None, scheduler: str | None
+) -> Generator[tuple[int, Arrays], None, None]:
+    """Number and arrays of blocks, as they arrive."""
+    if workers is None and scheduler is None:
+        for block in blocks:
+            yield block, job.compute(block)
+    elif blocks:
+        from .dask_workers import computed
+
+        yield from computed(job.compute, blocks, versions=versions(), workers=workers, scheduler=scheduler)
+
+
+# --- which job it is -------------------------------------------------------------------------------------------------
+
+
 def plain_identity(value: Any) -> Any:
     """What says which job it is, as JSON: long texts and arrays by their digest.
 
@@ -60,9 +165,9 @@ def plain_identity(value: Any) -> Any:
         array = np.ascontiguousarray(value)
         return "sha256 " + hashlib.sha256(f"{array.dtype}{array.shape}".encode() + array.tobytes()).hexdigest()
     if isinstance(value, Mapping):
-        return {str(key): plain_identity(one) for key, one in value.items()}
+        return {str(key): plain_identity(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        plain = [plain_identity(one) for one in value]
+        plain = [plain_identity(entry) for entry in value]
         return plain if len(json.dumps(plain)) <= _MAX_TEXT else _digest(json.dumps(plain, sort_keys=True))
     if isinstance(value, np.generic):
         return plain_identity(value.item())
@@ -83,6 +188,25 @@ def job_hash(identity: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(plain_identity(identity), sort_keys=True).encode()).hexdigest()
 
 
+def versions() -> dict[str, str]:
+    """Versions of the packages that the bits of a result depend on."""
+    return {"epicyclic": package_version(), "numpy": np.__version__, "scipy": scipy.__version__}
+
+
+def machine() -> str:
+    """Kind of CPU that this process computes on: between kinds results may differ in their last bits."""
+    name = ""
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            name = next((line.partition(":")[2].strip() for line in file if line.startswith("model name")), "")
+    except OSError:
+        pass
+    return f"{platform.machine()} {name or platform.processor()}".strip()
+
+
+# --- the store -------------------------------------------------------------------------------------------------------
+
+
 @dataclass(slots=True, kw_only=True, eq=False)
 class BlockStore:
     """The blocks of one job in an open store.
@@ -97,14 +221,14 @@ class BlockStore:
     group: Any
     arrays: dict[str, Any] = field(default_factory=dict)
 
-    def read(self, block: int) -> dict[str, NDArray[Any]] | None:
+    def read(self, block: int) -> Arrays | None:
         """Results of a block that is done; None where its files are damaged or gone."""
         try:
             return {name: self._read(name, block) for name in self._names()}
         except Exception:  # whatever a codec meets in a damaged file
             return None
 
-    def write(self, block: int, results: Arrays) -> None:
+    def write(self, block: int, results: Mapping[str, NDArray[Any]]) -> None:
         """Keep the results of a block: all of it, or nothing that counts.
 
         Raises
@@ -226,9 +350,28 @@ def block_store(
     ModelError : no zarr; another job has the store or wrote it; what lies there is not asked for; it cannot be written.
     """
     _require_zarr(folder)
-    place = Path(folder)
-    with locked_folder(place):
-        yield _opened(place, {**plain_identity(identity), "blocks": count}, count, resume, tuple(ragged))
+    path = Path(folder)
+    with locked_folder(path):
+        try:
+            group = _group(path, {**plain_identity(identity), "blocks": count})
+            # no writer of Zarr is alive in a locked folder: what lies there is of one that was killed
+            for partial in filter(_is_partial, path.rglob("*.partial")):
+                partial.unlink()
+            # committed is a block with a chunk of `done`, whose only value is not its fill value; names are listed,
+            # since reading a hundred thousand chunks takes a minute
+            done = np.zeros(count, dtype=bool)
+            for name in os.listdir(path / _DONE) if (path / _DONE).is_dir() else ():
+                kind, _, number = name.partition(".")
+                if kind == "c" and number.isdigit() and int(number) < count:
+                    done[int(number)] = True
+            store = BlockStore(folder=path, count=count, done=done, ragged=tuple(ragged), group=group)
+            if done.any() and not resume:
+                problem = f"{int(done.sum())} of {count} blocks of an interrupted job lie there"
+                raise ModelError(problem, path=str(path), allowed="resume, or delete the folder")
+            store.open_arrays(group.attrs.get("layout", {}))
+        except OSError as error:
+            raise ModelError(f"cannot be written: {error.strerror or error}", path=str(path)) from error
+        yield store
 
 
 def _require_zarr(folder: object) -> None:
@@ -252,85 +395,51 @@ def _require_zarr(folder: object) -> None:
         )
 
 
-def _opened(place: Path, question: dict[str, Any], count: int, resume: bool, ragged: tuple[str, ...]) -> BlockStore:
-    """The store of a locked folder."""
+def _group(path: Path, question: dict[str, Any]) -> Any:
+    """The group of the store in a locked folder, made where the folder is empty.
+
+    Raises
+    ------
+    ModelError : what lies there is no store, or that of another job.
+    """
     import zarr
 
-    about = place / "zarr.json"
+    no_store = ModelError("is no store of a job", path=str(path), allowed="a new or empty folder")
+    if not (path / "zarr.json").is_file():
+        if not all(map(_is_partial, path.iterdir())):
+            raise no_store
+        attributes = {"package": "epicyclic", "job": job_hash(question), "identity": question}
+        return zarr.create_group(path, attributes=attributes)
     try:
-        if not about.is_file() and not all(map(_is_left_over, place.iterdir())):
-            raise ModelError("is no store of a job", path=str(place), allowed="a new or empty folder")
-        if about.is_file():
-            group = _known_group(place)
-            _require_same(place, dict(group.attrs), question)
-        else:
-            attributes = {"package": "epicyclic", "job": job_hash(question), "identity": question}
-            group = zarr.create_group(place, attributes=attributes)
-        for path in filter(_is_left_over, place.rglob("*.partial")):
-            path.unlink()
-        store = BlockStore(folder=place, count=count, done=_done(place, count), ragged=ragged, group=group)
-        if store.done.any() and not resume:
-            problem = f"{int(store.done.sum())} of {count} blocks of an interrupted job lie there"
-            raise ModelError(problem, path=str(place), allowed="resume, or delete the folder")
-        store.open_arrays(group.attrs.get("layout", {}))
-    except OSError as error:
-        raise ModelError(f"cannot be written: {error.strerror or error}", path=str(place)) from error
-    return store
-
-
-def _known_group(place: Path) -> Any:
-    """The group of a store that lies there."""
-    import zarr
-
-    try:
-        group = zarr.open_group(place, mode="r+")
+        group = zarr.open_group(path, mode="r+")
     except Exception as error:  # whatever zarr meets in a file that is no group's
-        raise ModelError("is no store of a job", path=str(place), allowed="a new or empty folder") from error
-    if group.attrs.get("package") != "epicyclic" or not isinstance(group.attrs.get("identity"), dict):
-        raise ModelError("is no store of a job", path=str(place), allowed="a new or empty folder")
+        raise no_store from error
+    known = group.attrs.get("identity")
+    if group.attrs.get("package") != "epicyclic" or not isinstance(known, dict):
+        raise no_store
+    if group.attrs.get("job") != job_hash(question) or known != question:
+        wanted, there = dict(_flat(question)), dict(_flat(known))
+        names = [name for name in {**wanted, **there} if wanted.get(name) != there.get(name)][:4]
+        shown = ", ".join(f"{name} = {_short(wanted.get(name))}" for name in names)
+        allowed = ", ".join(f"{name} = {_short(there.get(name))}" for name in names) or "the job it was begun with"
+        raise ModelError(
+            "the store holds another job",
+            path=str(path),
+            given=shown or "another job",
+            allowed=f"{allowed}, or another folder",
+        )
     return group
 
 
-def _is_left_over(path: Path) -> bool:
-    """Whether a file is the temporary one of a killed writer of Zarr; no writer is alive in a locked folder."""
+def _is_partial(path: Path) -> bool:
+    """Whether a file is the temporary one of a writer of Zarr."""
     return re.search(r"\.[0-9a-f]{32}\.partial$", path.name) is not None
-
-
-def _done(place: Path, count: int) -> NDArray[np.bool_]:
-    """(count,) which blocks are committed: those with a chunk of `done`, whose only value is not its fill value.
-
-    Names are listed, since reading a hundred thousand chunks takes a minute.
-    """
-    done = np.zeros(count, dtype=bool)
-    folder = place / _DONE
-    for name in os.listdir(folder) if folder.is_dir() else ():
-        kind, _, number = name.partition(".")
-        if kind == "c" and number.isdigit() and int(number) < count:
-            done[int(number)] = True
-    return done
-
-
-def _require_same(place: Path, attributes: Mapping[str, Any], question: Mapping[str, Any]) -> None:
-    """Refuse the store of another job, naming what differs."""
-    known = attributes["identity"]
-    if attributes.get("job") == job_hash(question) and known == question:
-        return
-    own, other = dict(_flat(question)), dict(_flat(known))
-    names = [name for name in {**own, **other} if own.get(name) != other.get(name)]
-    shown = ", ".join(f"{name} = {_short(own.get(name))}" for name in names[:4])
-    there = ", ".join(f"{name} = {_short(other.get(name))}" for name in names[:4])
-    raise ModelError(
-        "the store holds another job",
-        path=str(place),
-        given=shown or "another job",
-        allowed=f"{there or 'the job it was begun with'}, or another folder",
-    )
 
 
 def _flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     if isinstance(value, Mapping) and value:
-        for name, one in value.items():
-            yield from _flat(one, f"{path}.{name}" if path else str(name))
+        for name, entry in value.items():
+            yield from _flat(entry, f"{path}.{name}" if path else str(name))
     else:
         yield path, value
 
@@ -338,140 +447,3 @@ def _flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 def _short(value: object) -> str:
     text = "(nothing)" if value is None else str(value)
     return text if len(text) <= 24 else text[:21] + "..."
-
-
-def versions() -> dict[str, str]:
-    """Versions of the packages that the bits of a result depend on."""
-    return {"epicyclic": package_version(), "numpy": np.__version__, "scipy": scipy.__version__}
-
-
-def machine() -> str:
-    """Kind of CPU that this process computes on: between kinds results may differ in their last bits."""
-    name = ""
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            name = next((line.partition(":")[2].strip() for line in file if line.startswith("model name")), "")
-    except OSError:
-        pass
-    return f"{platform.machine()} {name or platform.processor()}".strip()
-
-
-BlockArrays = dict[str, np.ndarray]
-Progress = Callable[[float], None]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BlockJob:
-    """A job of independent blocks.
-
-    verb : that asks.  identity : says which job it is: model, options, size of a block, seed; texts, numbers, arrays.
-    count : of blocks.
-    compute : number of a block -> its arrays of numbers, a function of the number alone; picklable (`functools.partial`
-        of a function of a module).  Names, types and shapes are those of every block, but for `ragged`.
-    ragged : names of arrays (n,) whose length varies.
-    """
-
-    verb: str
-    identity: Mapping[str, object]
-    count: int
-    compute: Callable[[int], BlockArrays]
-    ragged: tuple[str, ...] = ()
-
-    @property
-    def whole_identity(self) -> dict[str, object]:
-        """The identity with all that the bits of a block depend on, but the kind of CPU."""
-        return {"verb": self.verb, **self.identity, "versions": versions()}
-
-
-def hash_of(job: BlockJob) -> str:
-    """SHA-256 that names a job: two stores of one hash, made on one kind of CPU, are equal bit for bit."""
-    return job_hash({**job.whole_identity, "blocks": job.count})
-
-
-def run_blocks(
-    job: BlockJob,
-    *,
-    store: str | Path | None = None,
-    resume: bool = False,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    progress: Progress | None = None,
-) -> Generator[tuple[int, BlockArrays], None, None]:
-    """Number and arrays of every block, in order; in bounded memory, however many there are.
-
-    Whatever stops the iteration, blocks that have arrived are kept in the store.  Close the iterator where it is left
-    early (`contextlib.closing`), so that the store is free again.
-
-    Parameters
-    ----------
-    store : folder of a Zarr store that keeps every block; None: nothing is kept.
-    resume : whether blocks that lie in the store are wanted; they are read, not computed.
-    workers : local processes; None: this process.  scheduler : address of a Dask scheduler instead, tcp://HOST:8786.
-    progress : called with the share done (`Counted`).
-
-    Raises
-    ------
-    ModelError : a store that is another job's, is in use, or cannot be written; a scheduler that is not reached; a
-        package that is not installed.  Whatever a block raises, after those at work are kept.
-    """
-    if workers is not None and scheduler is not None:
-        raise ModelError("one excludes the other", path="workers, scheduler", given=scheduler, allowed="one of them")
-    if resume and store is None:
-        raise ModelError("needs the store of the job that was stopped", path="resume", allowed="store")
-    with ExitStack() as stack:
-        kept: BlockStore | None = None
-        if store is not None:
-            opened = block_store(store, identity=job.whole_identity, count=job.count, resume=resume, ragged=job.ragged)
-            kept = stack.enter_context(opened)
-        done = np.zeros(job.count, dtype=bool) if kept is None else kept.done.copy()
-        arrivals = stack.enter_context(closing(_computed(job, np.flatnonzero(~done).tolist(), workers, scheduler)))
-        yield from _in_order(job, done, kept, arrivals, progress)
-
-
-def _computed(
-    job: BlockJob, places: Sequence[int], workers: int | None, scheduler: str | None
-) -> Generator[tuple[int, BlockArrays], None, None]:
-    """Blocks at the places as they arrive."""
-    if workers is None and scheduler is None:
-        for place in places:
-            yield place, job.compute(place)
-    elif places:
-        from .dask_workers import computed
-
-        yield from computed(job.compute, places, versions=versions(), workers=workers, scheduler=scheduler)
-
-
-def _in_order(
-    job: BlockJob,
-    done: np.ndarray,
-    kept: BlockStore | None,
-    arrivals: Iterator[tuple[int, BlockArrays]],
-    progress: Progress | None,
-) -> Iterator[tuple[int, BlockArrays]]:
-    """All blocks in order: those of the store, and those that arrive, each kept as soon as it does."""
-    waiting: dict[int, BlockArrays] = {}
-    count = int(done.sum())
-    if progress is not None:
-        progress(Counted(count, job.count))
-    for block in range(job.count):
-        if done[block] and kept is not None:
-            yield block, _read(job, kept, block)
-            continue
-        while block not in waiting:
-            place, arrays = next(arrivals)
-            waiting[place] = arrays
-            if kept is not None:
-                kept.write(place, arrays)
-            count += 1
-            if progress is not None:
-                progress(Counted(count, job.count))
-        yield block, waiting.pop(block)
-
-
-def _read(job: BlockJob, kept: BlockStore, block: int) -> BlockArrays:
-    """A block of the store; computed again where a power cut or a disk has damaged it."""
-    found = kept.read(block)
-    if found is None:
-        found = job.compute(block)
-        kept.write(block, found)
-    return found

@@ -1,9 +1,8 @@
 """Blocks of a job by the workers of a Dask scheduler, as they arrive; a window of them at a time.
 
-A Dask cluster on this machine, in a process of its own that lives until its standard input ends.
-
-It stands apart from the process that asks, so that Ctrl-C reaches the client alone, no script is run again in the
-workers, and the cluster ends with its client, however that ends.
+A scheduler runs already, or a cluster on this machine is started in a process of its own that lives until its standard
+input ends.  It stands apart from the process that asks, so that Ctrl-C reaches the client alone, no script is run again
+in the workers, and the cluster ends with its client, however that ends.
 """
 
 from __future__ import annotations
@@ -24,12 +23,11 @@ from logging import getLogger, root
 from pathlib import Path
 from tempfile import TemporaryFile
 from types import FrameType
-from typing import IO, Any
-
-import numpy as np
+from typing import Any, cast
 
 from ..errors import ModelError
-from .block_store import versions as own_versions
+from .block_store import Arrays
+from .block_store import versions as installed_versions
 
 _START = f"import sys; from {__name__} import serve; serve(int(sys.argv[1]))"
 # Seconds in which the processes of a cluster end by themselves; then they are killed.
@@ -40,6 +38,21 @@ _LOOK_AT_CLUSTER, _LOST = 1.0, "15s"
 # Deaths of workers that one block may meet: more than the twenty kills that a job must stand, few enough that a block
 # that kills its workers ends within a minute or two.
 _DEATHS = 30
+# Seconds to reach a scheduler; Dask's own 30 are longer than a person with a wrong address waits.
+_CONNECT = 8.0
+# Seconds between two looks at the connection while nothing arrives, and at the number of workers.
+_LOOK = 0.5
+_COUNT = 2.0
+# Blocks at work or waiting for an earlier one, per thread, and at least: two keep a worker busy while its result
+# travels, the others let it go on while a block that was lost with its worker is computed again.
+_AHEAD, _LEAST = 4, 16
+# Level of a logger above all messages.
+_SILENT = 60
+# Times a block is given to an existing scheduler, which lets it go after four deaths of workers unless told otherwise.
+_GIVEN = 8
+
+
+# --- a cluster on this machine ---------------------------------------------------------------------------------------
 
 
 def serve(workers: int) -> None:
@@ -56,6 +69,9 @@ def serve(workers: int) -> None:
         sys.stdin.read()
         ended.set()
 
+    async def mended() -> None:  # in the loop of the cluster
+        mend(cluster, workers)
+
     with LocalCluster(  # type: ignore[no-untyped-call]
         n_workers=workers,
         threads_per_worker=1,
@@ -71,7 +87,7 @@ def serve(workers: int) -> None:
         sys.stdout.flush()
         threading.Thread(target=wait, daemon=True).start()
         while not ended.wait(_LOOK_AT_CLUSTER):
-            cluster.sync(_mended, cluster, workers)
+            cluster.sync(mended)
 
 
 def mend(cluster: Any, workers: int) -> None:
@@ -85,11 +101,6 @@ def mend(cluster: Any, workers: int) -> None:
         if nanny.status in (Status.closed, Status.failed):
             del cluster.workers[name]
     cluster.scale(workers)
-
-
-async def _mended(cluster: Any, workers: int) -> None:
-    """The same, in the loop of the cluster."""
-    mend(cluster, workers)
 
 
 @contextmanager
@@ -119,8 +130,11 @@ def local_cluster(workers: int) -> Iterator[str]:
         if not address:
             with suppress(subprocess.TimeoutExpired):
                 process.wait(_END)
+            told.seek(0)
+            lines = [line.strip() for line in told if line.strip()]
+            last_line = f": {lines[-1]}" if lines else ""
             raise ModelError(
-                f"the local cluster does not start{_last_line(told)}",
+                f"the local cluster does not start{last_line}",
                 path="workers",
                 given=workers,
                 allowed="no workers, or an address of a scheduler that runs",
@@ -138,27 +152,7 @@ def local_cluster(workers: int) -> Iterator[str]:
         told.close()
 
 
-def _last_line(told: IO[str]) -> str:
-    """What a process has said last, in a message; "" where it said nothing."""
-    told.seek(0)
-    lines = [line.strip() for line in told if line.strip()]
-    return f": {lines[-1]}" if lines else ""
-
-
-Arrays = dict[str, np.ndarray]
-
-# Seconds to reach a scheduler; Dask's own 30 are longer than a person with a wrong address waits.
-_CONNECT = 8.0
-# Seconds between two looks at the connection while nothing arrives, and at the number of workers.
-_LOOK = 0.5
-_COUNT = 2.0
-# Blocks at work or waiting for an earlier one, per thread, and at least: two keep a worker busy while its result
-# travels, the others let it go on while a block that was lost with its worker is computed again.
-_AHEAD, _LEAST = 4, 16
-# Level of a logger above all messages.
-_SILENT = 60
-# Times a block is given to an existing scheduler, which lets it go after four deaths of workers unless told otherwise.
-_GIVEN = 8
+# --- blocks ----------------------------------------------------------------------------------------------------------
 
 
 def computed(
@@ -187,9 +181,9 @@ def computed(
         address = scheduler if scheduler is not None else stack.enter_context(local_cluster(workers or 1))
         client = stack.enter_context(_client(address))
         look = stack.enter_context(_interruptible())
-        for found in _Run(client, address, cloudpickle.dumps(compute), versions, places).results(look):
+        for result in _Run(client, address, cloudpickle.dumps(compute), versions, places).results(look):
             look()
-            yield found
+            yield result
 
 
 def _require_dask(workers: int | None, scheduler: str | None) -> None:
@@ -212,7 +206,12 @@ def _client(address: str) -> Iterator[Any]:
     """A client of the scheduler at an address."""
     from distributed import Client
 
-    with _quiet():
+    # the loggers of Dask say nothing: what goes wrong is said by errors of our own
+    names = ["distributed", *(name for name in root.manager.loggerDict if name.startswith("distributed."))]
+    levels = {name: getLogger(name).level for name in names}
+    try:
+        for name in names:
+            getLogger(name).setLevel(_SILENT)
         _require_scheduler(address)
         client = Client(address, timeout=_CONNECT, set_as_default=False)  # type: ignore[no-untyped-call]
         try:
@@ -220,19 +219,8 @@ def _client(address: str) -> Iterator[Any]:
         finally:
             with suppress(Exception):  # the scheduler may be gone
                 client.close(timeout=2)  # type: ignore[no-untyped-call]
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Let the loggers of Dask say nothing: what goes wrong is said by errors of our own."""
-    names = ["distributed", *(name for name in root.manager.loggerDict if name.startswith("distributed."))]
-    before = {name: getLogger(name).level for name in names}
-    try:
-        for name in names:
-            getLogger(name).setLevel(_SILENT)
-        yield
     finally:
-        for name, level in before.items():
+        for name, level in levels.items():
             getLogger(name).setLevel(level)
 
 
@@ -252,8 +240,8 @@ def _interruptible() -> Iterator[Callable[[], None]]:
         if pressed.is_set():
             raise KeyboardInterrupt
 
-    own = threading.current_thread() is threading.main_thread()
-    if not own or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield look
         return
     signal.signal(signal.SIGINT, press)
@@ -271,34 +259,32 @@ def _require_scheduler(address: str) -> None:
     ------
     ModelError : none does.
     """
-    answer = queue.SimpleQueue[object]()
+    from distributed.core import rpc
+
+    answers = queue.SimpleQueue[object]()
+
+    async def identity() -> Any:
+        async with rpc(address, timeout=_CONNECT) as server:  # type: ignore[no-untyped-call]
+            return await server.identity()
 
     def ask() -> None:
         try:
-            answer.put(asyncio.run(asyncio.wait_for(_identity(address), _CONNECT)))
+            answers.put(asyncio.run(asyncio.wait_for(identity(), _CONNECT)))
         except Exception as error:  # whatever Dask makes of an address that is none, or of another program's answer
-            answer.put(error)
+            answers.put(error)
 
     threading.Thread(target=ask, daemon=True).start()
     try:
-        found = answer.get(timeout=_CONNECT + 1.0)
+        answer = answers.get(timeout=_CONNECT + 1.0)
     except queue.Empty:
-        found = None
-    if not isinstance(found, Mapping) or found.get("type") != "Scheduler":
+        answer = None
+    if not isinstance(answer, Mapping) or answer.get("type") != "Scheduler":
         raise ModelError(
             f"no scheduler answers there within {_CONNECT:g} s",
             path="scheduler",
             given=address,
             allowed="the address that `dask scheduler` prints, tcp://HOST:8786",
-        ) from (found if isinstance(found, Exception) else None)
-
-
-async def _identity(address: str) -> Any:
-    """What the server at an address says of itself."""
-    from distributed.core import rpc
-
-    async with rpc(address, timeout=_CONNECT) as server:  # type: ignore[no-untyped-call]
-        return await server.identity()
+        ) from (answer if isinstance(answer, Exception) else None)
 
 
 class _Run:
@@ -323,24 +309,26 @@ class _Run:
         failure: BaseException | None = None
         while self.at_work or (failure is None and self.next < len(self.places)):
             if failure is None:
-                self._give()
+                # up to a window beyond the first that is still at work
+                self._count_workers()
+                first = min(self.at_work, default=self.next)
+                last = min(first + self.window, len(self.places))
+                self._submit(range(self.next, last))
+                self.next = max(self.next, last)
             # of those given anew since, an older future is none of this run
-            found = [one for one in self._arrived(look) if self.at_work.get(one[0]) is one[1]]
-            for position, arrays in self._gathered([one for one in found if one[1].status == "finished"]):
+            arrived = [(position, future) for position, future in self._arrived(look) if self._is_of(position, future)]
+            finished = [(position, future) for position, future in arrived if future.status == "finished"]
+            for position, arrays in self._gathered(finished):
                 yield self.places[position], arrays
-            for position, future in found:
-                if self.at_work.get(position) is future:
+            for position, future in arrived:
+                if self._is_of(position, future):
                     failure = self._fault(position, future) or failure
         if failure is not None:
             raise failure
 
-    def _give(self) -> None:
-        """Give the scheduler places up to a window beyond the first that is still at work."""
-        self._count_workers()
-        first = min(self.at_work, default=self.next)
-        last = min(first + self.window, len(self.places))
-        self._submit(range(self.next, last))
-        self.next = max(self.next, last)
+    def _is_of(self, position: int, future: Any) -> bool:
+        """Whether a future is the one at work for a position."""
+        return self.at_work.get(position) is future
 
     def _submit(self, positions: Sequence[int]) -> None:
         """Give the scheduler places, all in one message."""
@@ -383,10 +371,10 @@ class _Run:
         while True:
             look()
             with suppress(queue.Empty):
-                found = [self.inbox.get(timeout=_LOOK)]
+                arrived = [self.inbox.get(timeout=_LOOK)]
                 while not self.inbox.empty():
-                    found.append(self.inbox.get())
-                return found
+                    arrived.append(self.inbox.get())
+                return arrived
             if self.client.status != "running":
                 raise self._lost()
             self._count_workers()
@@ -403,7 +391,7 @@ class _Run:
             return []
         for position, _ in finished:
             del self.at_work[position]
-        return [(position, one) for (position, _), one in zip(finished, arrays, strict=True)]
+        return [(position, block) for (position, _), block in zip(finished, arrays, strict=True)]
 
     def _fault(self, position: int, future: Any) -> BaseException | None:
         """What a block has raised; None where it is given anew."""
@@ -417,7 +405,14 @@ class _Run:
         if isinstance(error, KilledWorker):
             return self._anew(position, "a block has killed every worker it was given to: memory?")
         del self.at_work[position]
-        return self._worded(error)
+        if isinstance(error, ModuleNotFoundError) and (error.name or "").partition(".")[0] == "epicyclic":
+            return ModelError(
+                "the workers have no epicyclic",
+                path="scheduler",
+                given=self.address,
+                allowed="workers with the same packages as this process",
+            )
+        return cast(BaseException, error)
 
     def _anew(self, position: int, problem: str) -> BaseException | None:
         """Give a place again, unless that has been done too often."""
@@ -426,17 +421,6 @@ class _Run:
             return None
         del self.at_work[position]
         return ModelError(problem, path="scheduler", given=self.address, allowed="workers that live; resume goes on")
-
-    def _worded(self, error: BaseException) -> BaseException:
-        """An error of a block; in words where the workers lack the package."""
-        if isinstance(error, ModuleNotFoundError) and (error.name or "").partition(".")[0] == "epicyclic":
-            return ModelError(
-                "the workers have no epicyclic",
-                path="scheduler",
-                given=self.address,
-                allowed="workers with the same packages as this process",
-            )
-        return error
 
     def _lost(self) -> ModelError:
         return ModelError(
@@ -462,12 +446,12 @@ def _block(work: tuple[Callable[[int], Arrays], Mapping[str, str]], place: int) 
     ModelError : other versions on the worker.  Whatever the block raises.
     """
     compute, wanted = work
-    own = own_versions()
-    if own != dict(wanted):
+    installed = installed_versions()
+    if installed != dict(wanted):
         raise ModelError(
             "the workers have other packages",
             path="scheduler",
-            given=", ".join(f"{name} {version}" for name, version in own.items()),
+            given=", ".join(f"{name} {version}" for name, version in installed.items()),
             allowed=", ".join(f"{name} {version}" for name, version in wanted.items()),
         )
     os.environ["EPICYCLIC_JOBS"] = "1"

@@ -36,12 +36,14 @@ _MAX_BYTES = 4_000_000_000
 
 
 class _Writer:
-    """Parts written so far: dataclasses once each, bytes of arrays."""
+    """What is written so far: objects, once each, and bytes of arrays."""
 
     def __init__(self, refer: Refer | None) -> None:
-        self.refer, self.size = refer, 0
-        self.objects, self.places = list[Any](), dict[int, int]()
-        self.blobs, self.alive = list[bytes](), list[object]()
+        self.refer = refer
+        self.objects = list[Any]()
+        self.numbers = dict[int, int]()  # id -> number of an object
+        self.alive = list[object]()
+        self.blobs, self.size = list[bytes](), 0
 
     def tree(self, value: Any) -> Any:
         """A value as JSON has it."""
@@ -54,18 +56,18 @@ class _Writer:
         if isinstance(value, Fraction):
             return {"fraction": [value.numerator, value.denominator]}
         if isinstance(value, list):
-            return [self.tree(one) for one in value]
+            return [self.tree(entry) for entry in value]
         if isinstance(value, dict):
-            return {"dict": [[self.tree(key), self.tree(one)] for key, one in value.items()]}
+            return {"dict": [[self.tree(key), self.tree(entry)] for key, entry in value.items()]}
         if isinstance(value, tuple) and not hasattr(value, "_fields"):
-            return {"tuple": [self.tree(one) for one in value]}
+            return {"tuple": [self.tree(entry) for entry in value]}
         return self._object(value)
 
     def _array(self, value: Any) -> dict[str, Any]:
         array = np.asarray(value)
         if array.dtype.kind == "O":
             texts = array.ravel().tolist()
-            if not all(isinstance(one, str) for one in texts):
+            if not all(isinstance(text, str) for text in texts):
                 raise TypeError(f"an array of {array.dtype} that holds more than texts")
             return {"texts": texts, "shape": array.shape}
         if array.dtype.kind not in _KINDS:
@@ -73,35 +75,34 @@ class _Writer:
         # sums depend on how the axes lie in memory
         axes = sorted(range(array.ndim), key=lambda axis: -abs(array.strides[axis]))
         data = np.ascontiguousarray(array.transpose(axes)).tobytes()
-        place, self.size = self.size, self.size + len(data)
+        tree = {"array": array.dtype.str, "shape": array.shape, "axes": axes, "at": self.size}
+        if not isinstance(value, np.ndarray):
+            tree["scalar"] = True
         self.blobs.append(data)
-        scalar = {} if isinstance(value, np.ndarray) else {"scalar": True}
-        return {"array": array.dtype.str, "shape": array.shape, "axes": axes, "at": place, **scalar}
+        self.size += len(data)
+        return tree
 
     def _object(self, value: Any) -> dict[str, Any]:
-        if id(value) in self.places:
-            return {"object": self.places[id(value)]}
+        if id(value) in self.numbers:
+            return {"object": self.numbers[id(value)]}
         known = None if self.refer is None else self.refer(value)
         kind = type(value)
-        names = [one.name for one in fields(kind)] if is_dataclass(kind) else list(getattr(kind, "_fields", ()))
+        names = [field.name for field in fields(kind)] if is_dataclass(kind) else list(getattr(kind, "_fields", ()))
         if known is None and (not names or kind.__module__.partition(".")[0] != _PACKAGE):
             raise TypeError(f"{kind.__module__}.{kind.__qualname__} is no plain data")
-        place = self.places[id(value)] = len(self.objects)
+        number = self.numbers[id(value)] = len(self.objects)
         self.alive.append(value)  # so that no other object gets its id
         self.objects.append(None)
-        self.objects[place] = (
-            {"known": self.tree(known)}
-            if known is not None
-            else {
-                "class": [kind.__module__, kind.__qualname__],
-                "fields": {name: self.tree(getattr(value, name)) for name in names},
-            }
-        )
-        return {"object": place}
+        if known is not None:
+            self.objects[number] = {"known": self.tree(known)}
+        else:
+            tree = {name: self.tree(getattr(value, name)) for name in names}
+            self.objects[number] = {"class": [kind.__module__, kind.__qualname__], "fields": tree}
+        return {"object": number}
 
 
 class _Reader:
-    """Parts read so far."""
+    """Objects read so far."""
 
     def __init__(self, objects: list[Any], blob: bytes, restore: Restore | None) -> None:
         self.objects, self.blob, self.restore = objects, blob, restore
@@ -110,7 +111,7 @@ class _Reader:
     def value(self, tree: Any) -> Any:
         """What `_Writer.tree` has been given."""
         if isinstance(tree, list):
-            return [self.value(one) for one in tree]
+            return [self.value(entry) for entry in tree]
         if not isinstance(tree, dict):
             return tree
         if "array" in tree:
@@ -120,9 +121,9 @@ class _Reader:
         if "object" in tree:
             return self._object(tree["object"])
         if "tuple" in tree:
-            return tuple(self.value(one) for one in tree["tuple"])
+            return tuple(self.value(entry) for entry in tree["tuple"])
         if "dict" in tree:
-            return {self.value(key): self.value(one) for key, one in tree["dict"]}
+            return {self.value(key): self.value(entry) for key, entry in tree["dict"]}
         if "complex" in tree:
             return complex(*tree["complex"])
         return Fraction(*tree["fraction"])
@@ -136,23 +137,23 @@ class _Reader:
         array = flat.reshape(shape).copy().transpose(np.argsort(axes).astype(int))
         return array[()] if tree.get("scalar") else array
 
-    def _object(self, place: int) -> Any:
-        if place not in self.made:
-            self.made[place] = self._new(self.objects[place])
-        return self.made[place]
-
-    def _new(self, tree: dict[str, Any]) -> Any:
+    def _object(self, number: int) -> Any:
+        if number in self.made:
+            return self.made[number]
+        tree = self.objects[number]
         if "known" in tree:
             if self.restore is None:
                 raise ValueError("an object that is not here")
-            return self.restore(self.value(tree["known"]))
+            self.made[number] = self.restore(self.value(tree["known"]))
+            return self.made[number]
         module, name = tree["class"]
         if module.partition(".")[0] != _PACKAGE:
             raise ValueError(f"{module}.{name} is no data of {_PACKAGE}")
         kind = getattr(import_module(module), name)
         if not (is_dataclass(kind) or hasattr(kind, "_fields")):
             raise ValueError(f"{module}.{name} is no data")
-        return kind(**{field: self.value(one) for field, one in tree["fields"].items()})
+        self.made[number] = kind(**{field: self.value(entry) for field, entry in tree["fields"].items()})
+        return self.made[number]
 
 
 def plain_bytes(value: object) -> bytes:

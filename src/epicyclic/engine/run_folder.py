@@ -4,14 +4,8 @@
 replaces itself in files of its own.  Every file is written aside and renamed, so that none is ever partly there, and
 bears a digest.  One run at a time has the folder.
 
-The share of a job that is done, which knows of how many parts it speaks.
-
-What a run that goes on elsewhere needs to come to the same bits: every number of its equation, on disk.
-
-Modes, projected rows and the start are rounded as BLAS and its number of threads have it.  A run that is taken up again
-has them from its folder; the numbers of the System it is asked for must agree with the kept ones up to such rounding.
-
-A folder that one run at a time writes to.
+Numbers of a model, modes and projected rows among them, are rounded as BLAS and its number of threads have it.  A run
+that is taken up again has them from its folder; those it is asked for must agree up to such rounding.
 """
 
 from __future__ import annotations
@@ -34,134 +28,34 @@ from ..input_files import read_text
 from ..results.files import package_version, write_text
 from .plain import Refer, Restore, read_plain, write_plain
 
-T = TypeVar("T")
+try:
+    import fcntl
+except ImportError:  # not on Windows: there two runs of one folder are not kept apart
+    fcntl = None  # type: ignore[assignment]
+
+Model = TypeVar("Model")
 Values = NDArray[Any]
 
+MODEL_FILE = "model.numbers"
+"""Numbers that a run has begun with."""
+_ABOUT = "run.json"
+# Endings of files with results.
+_RESULTS = (".kept", ".latest", ".nc", ".json")
+# Names of all files a run writes, with those of its sections and of a search; others in the folder are the user's.
+_RUN_FILES = ("*.latest", "*.kept.nc", "search.json", "[0-9][0-9][0-9][0-9][0-9][0-9].kept")
+# Bytes of run.json, which says every option in a few letters.
+_MAX_ABOUT = 1_000_000
+# Seconds between two segments: what a power cut takes at most, beside the points at work.
+_EVERY = 1.0
+# A folder that another run removes between making and locking is made again.
+_TRIES = 5
 # Numbers of one System made twice differ by rounding, 1e-13 of the largest of their array; other models differ by more.
 _SAME = 1e-9
 # What a result says about its model, and no number of the equation.
 _TEXTS = ("provenance", "warnings", "causes")
 
 
-def _leaves(value: object, path: str = "") -> Iterator[tuple[str, Values | float | None, object]]:
-    """Path, number or array, and what is no number, of all parts of frozen data: dataclasses and tuples."""
-    if isinstance(value, np.ndarray | float):
-        yield path, value, None
-    elif is_dataclass(value) and not isinstance(value, type):
-        yield path, None, type(value).__name__
-        for field in fields(value):
-            if field.name not in _TEXTS:
-                yield from _leaves(getattr(value, field.name), f"{path}.{field.name}")
-    elif isinstance(value, tuple):
-        yield path, None, len(value)
-        names = getattr(value, "_fields", range(len(value)))
-        for name, part in zip(names, value, strict=True):
-            yield from _leaves(part, f"{path}.{name}")
-    elif isinstance(value, str | int | None):
-        yield path, None, value
-    else:
-        yield path, None, str(value)
-
-
-def _with_leaves(value: Any, kept: Mapping[str, Values], path: str = "") -> Any:
-    """The same data with the numbers of `_leaves` put in."""
-    if isinstance(value, np.ndarray):
-        return kept[path]
-    if isinstance(value, float):
-        return type(value)(kept[path])
-    if is_dataclass(value) and not isinstance(value, type):
-        parts = {
-            field.name: _with_leaves(getattr(value, field.name), kept, f"{path}.{field.name}")
-            for field in fields(value)
-            if field.name not in _TEXTS
-        }
-        return replace(value, **parts)
-    if isinstance(value, tuple):
-        names = getattr(value, "_fields", range(len(value)))
-        found = [_with_leaves(part, kept, f"{path}.{name}") for name, part in zip(names, value, strict=True)]
-        return type(value)(*found) if hasattr(value, "_fields") else tuple(found)
-    return value
-
-
-def structure(model: object) -> str:
-    """Digest of the names and the structure of frozen data such as a System, without rounded numbers."""
-    digest = hashlib.sha256()
-    for path, number, other in _leaves(model):
-        shape = np.shape(number) if number is not None else other
-        digest.update(f"{path} {shape}\n".encode())
-    return digest.hexdigest()
-
-
-def write_numbers(path: Path, given: object) -> None:
-    """Write all numbers of frozen data, the file whole or not at all.
-
-    Raises
-    ------
-    ModelError : the file cannot be written.
-    """
-    write_plain(path, {name: np.asarray(number) for name, number, _ in _leaves(given) if number is not None})
-
-
-def read_numbers(path: Path) -> dict[str, Values]:
-    """The numbers of a file that `write_numbers` has written.
-
-    Raises
-    ------
-    ModelError : it cannot be read, or is damaged.
-    """
-    found: dict[str, Values] = read_plain(path, what="the numbers")
-    return found
-
-
-def with_numbers(given: T, kept: Mapping[str, Values], *, compared: str, path: Path) -> T:
-    """Data with kept numbers in place of its own; itself where all are the same, bit by bit.
-
-    Parameters
-    ----------
-    compared : path of the part whose numbers must agree up to rounding; of the others the shapes must.
-    path : the file, for messages.
-
-    Raises
-    ------
-    ModelError : a number is missing or another one.
-    """
-    bits = True
-    for name, number, _ in _leaves(given):
-        if number is None:
-            continue
-        other, own = kept.get(name), np.asarray(number)
-        same = other is not None and other.shape == own.shape and other.dtype == own.dtype
-        if same and other is not None and name.startswith(compared):
-            same = _alike(own, other)
-        if not same:
-            raise ModelError(
-                f"the run that lies there has another model: {name.lstrip('.')} differs",
-                path=str(path.parent),
-                allowed="the command it was begun with, or delete the folder",
-            )
-        bits = bits and other is not None and own.tobytes() == other.tobytes()
-    result: T = given if bits else _with_leaves(given, kept)
-    return result
-
-
-def _alike(own: Values, other: Values) -> bool:
-    """Whether two arrays differ by rounding alone."""
-    if own.dtype.kind not in "fc":
-        return np.array_equal(own, other)
-    finite = np.isfinite(own)
-    size = float(np.abs(own[finite]).max(initial=0.0))
-    near = bool(np.all(np.abs(own[finite] - other[finite]) <= _SAME * size))
-    return near and np.array_equal(own[~finite], other[~finite], equal_nan=True)
-
-
-try:
-    import fcntl
-except ImportError:  # not on Windows: there two runs of one folder are not kept apart
-    fcntl = None  # type: ignore[assignment]
-
-
-# a folder that another run removes between making and locking is made again
-_TRIES = 5
+# --- a folder of one run at a time -----------------------------------------------------------------------------------
 
 
 @contextmanager
@@ -208,25 +102,126 @@ def _locked(folder: Path) -> int | None:
     raise ModelError("another run writes there", path=str(folder), allowed="another output, or wait for its end")
 
 
-def is_left_over(path: Path) -> bool:
+def _is_left_over(path: Path) -> bool:
     """Whether a file is the temporary one of a killed writer; asked of a locked folder, where no writer is alive."""
     return path.name.startswith(".") and path.name.endswith(".part")
 
 
-Model = TypeVar("Model")
+# --- numbers of a model ----------------------------------------------------------------------------------------------
 
-MODEL_FILE = "model.numbers"
-"""Numbers that a run has begun with."""
-_ABOUT = "run.json"
-# Endings of files with results.
-_RESULTS = (".kept", ".latest", ".nc", ".json")
-# Names of all files a run writes, with those of its sections and of a search; others in the folder are the user's.
-_SEGMENTS = "[0-9][0-9][0-9][0-9][0-9][0-9].kept"
-_OWN = ("*.latest", "*.kept.nc", "search.json", _SEGMENTS)
-# Bytes of run.json, which says every option in a few letters.
-_MAX_ABOUT = 1_000_000
-# Seconds between two segments: what a power cut takes at most, beside the points at work.
-_EVERY = 1.0
+
+def _leaves(value: object, path: str = "") -> Iterator[tuple[str, Values | float | None, object]]:
+    """Path, number or array, and what is no number, of all parts of frozen data: dataclasses and tuples."""
+    if isinstance(value, np.ndarray | float):
+        yield path, value, None
+    elif is_dataclass(value) and not isinstance(value, type):
+        yield path, None, type(value).__name__
+        for name in _numbered(value):
+            yield from _leaves(getattr(value, name), f"{path}.{name}")
+    elif isinstance(value, tuple):
+        yield path, None, len(value)
+        names = getattr(value, "_fields", range(len(value)))
+        for name, entry in zip(names, value, strict=True):
+            yield from _leaves(entry, f"{path}.{name}")
+    elif isinstance(value, str | int | None):
+        yield path, None, value
+    else:
+        yield path, None, str(value)
+
+
+def _with_leaves(value: Any, kept: Mapping[str, Values], path: str = "") -> Any:
+    """The same data with the numbers of `_leaves` put in."""
+    if isinstance(value, np.ndarray):
+        return kept[path]
+    if isinstance(value, float):
+        return type(value)(kept[path])
+    if is_dataclass(value) and not isinstance(value, type):
+        numbered = {name: getattr(value, name) for name in _numbered(value)}
+        return replace(value, **{name: _with_leaves(leaf, kept, f"{path}.{name}") for name, leaf in numbered.items()})
+    if isinstance(value, tuple):
+        names = getattr(value, "_fields", range(len(value)))
+        entries = [_with_leaves(entry, kept, f"{path}.{name}") for name, entry in zip(names, value, strict=True)]
+        return type(value)(*entries) if hasattr(value, "_fields") else tuple(entries)
+    return value
+
+
+def _numbered(value: Any) -> list[str]:
+    """Fields of a dataclass that may hold numbers of the equation."""
+    return [field.name for field in fields(value) if field.name not in _TEXTS]
+
+
+def structure(model: object) -> str:
+    """Digest of the names and the structure of frozen data such as a System, without rounded numbers."""
+    digest = hashlib.sha256()
+    for path, number, other in _leaves(model):
+        shape = np.shape(number) if number is not None else other
+        digest.update(f"{path} {shape}\n".encode())
+    return digest.hexdigest()
+
+
+def write_numbers(path: Path, model: object) -> None:
+    """Write all numbers of frozen data, the file whole or not at all.
+
+    Raises
+    ------
+    ModelError : the file cannot be written.
+    """
+    write_plain(path, {name: np.asarray(number) for name, number, _ in _leaves(model) if number is not None})
+
+
+def read_numbers(path: Path) -> dict[str, Values]:
+    """The numbers of a file that `write_numbers` has written.
+
+    Raises
+    ------
+    ModelError : it cannot be read, or is damaged.
+    """
+    numbers: dict[str, Values] = read_plain(path, what="the numbers")
+    return numbers
+
+
+def with_numbers(model: Model, kept: Mapping[str, Values], *, compared: str, path: Path) -> Model:
+    """Frozen data with kept numbers in place of its own; itself where all are the same, bit by bit.
+
+    Parameters
+    ----------
+    compared : path of the part whose numbers must agree up to rounding; of the others the shapes must.
+    path : the file, for messages.
+
+    Raises
+    ------
+    ModelError : a number is missing or another one.
+    """
+    bits = True
+    for name, leaf, _ in _leaves(model):
+        if leaf is None:
+            continue
+        number, other = np.asarray(leaf), kept.get(name)
+        same = other is not None and other.shape == number.shape and other.dtype == number.dtype
+        if same and other is not None and name.startswith(compared):
+            same = _alike(number, other)
+        if not same:
+            raise ModelError(
+                f"the run that lies there has another model: {name.lstrip('.')} differs",
+                path=str(path.parent),
+                allowed="the command it was begun with, or delete the folder",
+            )
+        bits = bits and other is not None and number.tobytes() == other.tobytes()
+    result: Model = model if bits else _with_leaves(model, kept)
+    return result
+
+
+def _alike(number: Values, other: Values) -> bool:
+    """Whether two arrays differ by rounding alone."""
+    if number.dtype.kind not in "fc":
+        return np.array_equal(number, other)
+    finite = np.isfinite(number)
+    size = float(np.abs(number[finite]).max(initial=0.0))
+    near = bool(np.all(np.abs(number[finite] - other[finite]) <= _SAME * size))
+    return near and np.array_equal(number[~finite], other[~finite], equal_nan=True)
+
+
+# --- the run ---------------------------------------------------------------------------------------------------------
 
 
 def segment_path(folder: Path, number: int) -> Path:
@@ -255,13 +250,6 @@ def open_folder(
     ModelError : another run has it; what lies there is not asked for, or is of another run; or the folder cannot be
         written.
     """
-    with locked_folder(folder):
-        _begin(folder, verb, model, options, resume=resume)
-        yield
-
-
-def _begin(folder: Path, verb: str, model: object, options: Mapping[str, object], *, resume: bool) -> None:
-    """Say in a locked folder which run it is, or make sure that it is the one that lies there."""
     about = folder / _ABOUT
     question = {
         "verb": verb,
@@ -269,18 +257,21 @@ def _begin(folder: Path, verb: str, model: object, options: Mapping[str, object]
         "model": structure(model),
         "options": {name: _digest(value) for name, value in options.items()},
     }
-    if about.is_file() and (resume or begun(folder)):
-        if not resume:
-            raise ModelError("an interrupted run lies there", path=str(folder), allowed="resume, or delete the folder")
-        _require_same(about, question)
-    elif not about.is_file() and not all(map(is_left_over, folder.iterdir())):
-        raise ModelError("is no folder of a run", path=str(folder), allowed="a new or empty folder")
-    else:
-        try:
-            (folder / MODEL_FILE).unlink(missing_ok=True)  # of a run that has not come to its first segment
-            write_text(about, json.dumps(question))
-        except OSError as error:
-            raise ModelError(f"cannot be written: {error.strerror or error}", path=str(folder)) from error
+    with locked_folder(folder):
+        if about.is_file() and (resume or begun(folder)):
+            if not resume:
+                problem = "an interrupted run lies there"
+                raise ModelError(problem, path=str(folder), allowed="resume, or delete the folder")
+            _require_same(about, question)
+        elif not about.is_file() and not all(map(_is_left_over, folder.iterdir())):
+            raise ModelError("is no folder of a run", path=str(folder), allowed="a new or empty folder")
+        else:
+            try:
+                (folder / MODEL_FILE).unlink(missing_ok=True)  # of a run that has not come to its first segment
+                write_text(about, json.dumps(question))
+            except OSError as error:
+                raise ModelError(f"cannot be written: {error.strerror or error}", path=str(folder)) from error
+        yield
 
 
 def _require_same(about: Path, question: Mapping[str, Any]) -> None:
@@ -296,8 +287,8 @@ def _require_same(about: Path, question: Mapping[str, Any]) -> None:
         differs = [name for name in ("verb", "version", "model") if known[name] != question[name]]
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ModelError("not a run that can be continued", path=str(about)) from error
-    own = question["options"]
-    others = [name for name in {**own, **options} if own.get(name) != options.get(name)]
+    wanted = question["options"]
+    others = [name for name in {**wanted, **options} if wanted.get(name) != options.get(name)]
     words = [f"another {name}" for name in differs] + ([f"other options ({', '.join(others)})"] if others else [])
     if words:
         raise ModelError(
@@ -404,10 +395,10 @@ class KeptPart:
     def known(self) -> Mapping[int, Any]:
         """Results that a run before has left, by place."""
         self.of.read()
-        found: Mapping[Any, Any] = self.of.known.get(self.name, {})
+        known: Mapping[Any, Any] = self.of.known.get(self.name, {})
         if self.keys is None:
-            return found
-        return {place: found[key] for place, key in enumerate(self.keys) if key in found}
+            return known
+        return {place: known[key] for place, key in enumerate(self.keys) if key in known}
 
     def add(self, place: int, result: object) -> None:
         """Keep a result."""
@@ -425,9 +416,6 @@ def run_folder(
 ) -> Iterator[tuple[Model, RunFolder | None]]:
     """The model a run works with, and where it keeps its results: None without a folder.  All is written at the end.
 
-    Numbers of a model are rounded as BLAS and its number of threads have it.  A run that is taken up again has them
-    from its folder; those it is asked for must agree up to such rounding.
-
     Parameters
     ----------
     model : frozen data, such as a System.  Others as of `open_folder`.
@@ -439,14 +427,14 @@ def run_folder(
     if folder is None:
         yield model, None
         return
-    place = Path(folder)
-    with open_folder(place, verb=verb, model=model, options=options, resume=resume):
-        numbers = place / MODEL_FILE
+    path = Path(folder)
+    with open_folder(path, verb=verb, model=model, options=options, resume=resume):
+        numbers = path / MODEL_FILE
         if numbers.is_file():
             model = with_numbers(model, read_numbers(numbers), compared="", path=numbers)
         else:
             write_numbers(numbers, model)
-        kept = RunFolder(folder=place)
+        kept = RunFolder(folder=path)
         try:
             yield model, kept
         finally:
@@ -461,12 +449,10 @@ def remove_folder(folder: Path) -> None:
     if not (folder / _ABOUT).is_file():
         return
     with suppress(ModelError, OSError), locked_folder(folder):
-        for part in folder.iterdir():
-            if part.is_dir() and not part.is_symlink():
-                remove_folder(part)
-        own = [path for pattern in _OWN for path in sorted(folder.glob(pattern), reverse=True)]
-        # a kill between leaves segments without a gap
-        _remove(folder, own)
+        for part in _parts(folder):
+            remove_folder(part)
+        # the last first: a kill between leaves segments without a gap
+        _remove(folder, [path for pattern in _RUN_FILES for path in sorted(folder.glob(pattern), reverse=True)])
 
 
 def remove_without_results(folder: Path) -> None:
@@ -474,24 +460,31 @@ def remove_without_results(folder: Path) -> None:
     if not (folder / _ABOUT).is_file():
         if folder.is_dir():  # stopped before it was said which run it is
             with suppress(ModelError, OSError), locked_folder(folder):
-                for path in filter(is_left_over, folder.iterdir()):
+                for path in filter(_is_left_over, folder.iterdir()):
                     path.unlink()
                 folder.rmdir()
         return
     with suppress(ModelError, OSError), locked_folder(folder):
         if not begun(folder):
-            for part in folder.iterdir():
-                if part.is_dir() and not part.is_symlink():
-                    remove_without_results(part)
+            for part in _parts(folder):
+                remove_without_results(part)
             _remove(folder, [])
 
 
-def _remove(folder: Path, own: Sequence[Path]) -> None:
+def _parts(folder: Path) -> list[Path]:
+    """Folders of the parts of a run."""
+    return [path for path in folder.iterdir() if path.is_dir() and not path.is_symlink()]
+
+
+def _remove(folder: Path, results: Sequence[Path]) -> None:
     """Delete files of a locked folder, then what says which run it is, and the folder where nothing else lies in it."""
-    left = [path for path in folder.iterdir() if is_left_over(path)]
-    for path in (*own, *left, folder / MODEL_FILE, folder / _ABOUT):
+    left = [path for path in folder.iterdir() if _is_left_over(path)]
+    for path in (*results, *left, folder / MODEL_FILE, folder / _ABOUT):
         path.unlink(missing_ok=True)
     folder.rmdir()
+
+
+# --- progress --------------------------------------------------------------------------------------------------------
 
 
 class Counted(float):

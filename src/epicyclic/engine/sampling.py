@@ -93,8 +93,9 @@ def piece_uniforms(plan: SamplingPlan, piece: int, dimensions: int) -> Array:
     """Uniforms of one piece, (PIECE, dimensions) in (0, 1): its scrambles one behind the other, then medians."""
     first = piece * plan.together
     u = np.full((PIECE, dimensions), 0.5)
-    for place in range(plan.together):
-        u[place * plan.rows : (place + 1) * plan.rows] = scramble_uniforms(plan, first + place, dimensions)
+    for position in range(plan.together):
+        rows = slice(position * plan.rows, (position + 1) * plan.rows)
+        u[rows] = scramble_uniforms(plan, first + position, dimensions)
     return u
 
 

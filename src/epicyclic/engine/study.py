@@ -1,8 +1,7 @@
 """A verb over many points of a model, in one labelled Dataset.
 
-The points of a study, computed in blocks: each one's result, or why it has none, as plain bytes.
-
-Results of many points as one Dataset: joined on their labels, with nothing where a point has no such label.
+Points are computed in blocks: each one's result, or why it has none, as plain bytes.  Results are joined on their
+labels, with nothing where a point has no such label.
 """
 
 from __future__ import annotations
@@ -26,11 +25,22 @@ from ..warning_codes import coded, placed
 from .block_store import BlockJob, hash_of, machine, run_blocks
 from .plain import plain_bytes, plain_value
 from .run_folder import Counted
-from .study_job import OPTIONS, StudyJob, Variation, read_job
+from .study_job import OPTIONS, StudyJob, read_job
+from .workers import MOST_NUMBERS
 
 Evaluate = Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]], xr.Dataset]
 """Model, overrides and options of one point -> its result; a function of a module."""
 Row = Mapping[str, Any]
+"""Path -> value of one point."""
+
+# Blocks of a study at most: each is a few files of a store and a task of a scheduler.  A study of fewer points has one
+# point a block, so that nothing more than the points at work is lost.
+_MOST_BLOCKS = 4096
+# Different warnings of the points that are told, the most frequent first.
+_WARNINGS = 20
+
+
+# --- points ----------------------------------------------------------------------------------------------------------
 
 
 def computed_block(
@@ -59,6 +69,7 @@ def points_of(block: Mapping[str, np.ndarray]) -> list[dict[str, Any]]:
 
 
 def _point(evaluate: Evaluate, model: Mapping[str, Any], options: Row, row: Row, keep: Sequence[str]) -> dict[str, Any]:
+    """Result of one point, or why it has none."""
     overrides = {path: value for path, value in row.items() if not path.startswith(OPTIONS)}
     options = dict(options) | {
         path.removeprefix(OPTIONS).replace("-", "_"): value for path, value in row.items() if path.startswith(OPTIONS)
@@ -77,8 +88,11 @@ def _point(evaluate: Evaluate, model: Mapping[str, Any], options: Row, row: Row,
     if status != "ok":
         return {"status": status, "reason": reason, "warnings": [], "names": [], "kind": "", "result": None}
     return {
-        **{"status": status, "reason": reason, "warnings": json.loads(result.attrs.get("warnings", "[]"))},
-        **{"names": [str(name) for name in result.data_vars], "kind": str(result.attrs.get("verb", ""))},
+        "status": status,
+        "reason": reason,
+        "warnings": json.loads(result.attrs.get("warnings", "[]")),
+        "names": [str(name) for name in result.data_vars],
+        "kind": str(result.attrs.get("verb", "")),
         "result": _plain(result, keep),
     }
 
@@ -104,13 +118,12 @@ def _dataset(plain: Mapping[str, Any] | None) -> xr.Dataset | None:
         return None
     variables = {name: (dims, values, attrs) for name, (dims, values, attrs, _) in plain.items()}
     return xr.Dataset(
-        {name: one for name, one in variables.items() if not plain[name][3]},
-        coords={name: one for name, one in variables.items() if plain[name][3]},
+        {name: variable for name, variable in variables.items() if not plain[name][3]},
+        coords={name: variable for name, variable in variables.items() if plain[name][3]},
     )
 
 
-MOST_NUMBERS = 200_000_000
-"""Numbers of a result, as many as a run may hold."""
+# --- one Dataset of all ----------------------------------------------------------------------------------------------
 
 
 def stacked(results: Sequence[xr.Dataset | None]) -> xr.Dataset:
@@ -124,20 +137,24 @@ def stacked(results: Sequence[xr.Dataset | None]) -> xr.Dataset:
     ------
     ModelError : too many numbers.
     """
-    places = [place for place, one in enumerate(results) if one is not None]
-    found = [one for one in results if one is not None]
-    if not found:
+    indices = [index for index, result in enumerate(results) if result is not None]
+    computed = [result for result in results if result is not None]
+    if not computed:
         return xr.Dataset(coords={"point": np.arange(len(results))})
-    most = len(results) * max(sum(variable.size for variable in one.variables.values()) for one in found)
+    most = len(results) * max(sum(variable.size for variable in result.variables.values()) for result in computed)
     if most > MOST_NUMBERS:
         allowed = f'keep = ["NAME", ...] with the variables that are wanted; at most {MOST_NUMBERS} numbers'
         raise ModelError("too many numbers to be held in one result", path="keep", given=most, allowed=allowed)
-    coordinates = {name for one in found for name in one.coords if name not in one.dims}
-    labelled = _with_labels([one.reset_coords() for one in found])
-    fills = _fills(labelled)
+    coordinates = {name for result in computed for name in result.coords if name not in result.dims}
+    labelled = _with_labels([result.reset_coords() for result in computed])
+    # what stands where a point has nothing, by the kind of the variable: an empty text, else nan
+    kinds = {name: variable.dtype.kind for result in labelled for name, variable in result.variables.items()}
+    fills: dict[Hashable, Any] = {}
+    for name, kind in kinds.items():
+        fills[name] = "" if kind in "OU" else complex(np.nan, np.nan) if kind == "c" else np.nan
     whole = xr.concat(
         labelled,
-        dim=pd.Index(places, name="point"),
+        dim=pd.Index(indices, name="point"),
         data_vars="all",
         coords="minimal",
         compat="override",
@@ -149,37 +166,28 @@ def stacked(results: Sequence[xr.Dataset | None]) -> xr.Dataset:
     return whole.set_coords([name for name in coordinates if name in whole]).transpose("point", ...)
 
 
-def _with_labels(found: Sequence[xr.Dataset]) -> list[xr.Dataset]:
+def _with_labels(results: Sequence[xr.Dataset]) -> list[xr.Dataset]:
     """Results whose dimensions all have labels that can be joined."""
-    made = list(found)
-    for dim in dict.fromkeys(dim for one in found for dim in one.dims):
-        having = [one for one in found if dim in one.dims]
-        indexes = [one.get_index(dim) for one in having]
-        if all(index.equals(indexes[0]) for index in indexes[1:]) and len(having) == len(found):
+    labelled = list(results)
+    for dim in dict.fromkeys(dim for result in results for dim in result.dims):
+        indexes = [result.get_index(dim) for result in results if dim in result.dims]
+        if all(index.equals(indexes[0]) for index in indexes[1:]) and len(indexes) == len(results):
             continue
         kinds = {index.dtype.kind for index in indexes}
         counts = "f" in kinds or "c" in kinds or not all(index.is_unique for index in indexes)
-        made = [_counted(one, dim) if counts or dim not in one.coords else one for one in made]
-    return made
+        labelled = [
+            _counted(result, dim) if dim in result.dims and (counts or dim not in result.coords) else result
+            for result in labelled
+        ]
+    return labelled
 
 
-def _counted(one: xr.Dataset, dim: Hashable) -> xr.Dataset:
+def _counted(result: xr.Dataset, dim: Hashable) -> xr.Dataset:
     """A result whose dimension counts, its labels, if any, as a variable beside it."""
-    if dim not in one.dims:
-        return one
-    counted = one.drop_vars(str(dim), errors="ignore").assign_coords({dim: np.arange(one.sizes[dim])})
-    return (
-        counted.assign({f"{dim}_of_point": ((dim,), one[dim].values, one[dim].attrs)}) if dim in one.coords else counted
-    )
-
-
-def _fills(found: Sequence[xr.Dataset]) -> dict[Hashable, Any]:
-    """What stands where a point has nothing, by the kind of the variable: an empty text, else nan."""
-    kinds = {name: variable.dtype.kind for one in found for name, variable in one.variables.items()}
-    fills: dict[Hashable, Any] = {}
-    for name, kind in kinds.items():
-        fills[name] = "" if kind in "OU" else complex(np.nan, np.nan) if kind == "c" else np.nan
-    return fills
+    counted = result.drop_vars(str(dim), errors="ignore").assign_coords({dim: np.arange(result.sizes[dim])})
+    if dim not in result.coords:
+        return counted
+    return counted.assign({f"{dim}_of_point": ((dim,), result[dim].values, result[dim].attrs)})
 
 
 def _numbers(variable: xr.DataArray) -> xr.DataArray:
@@ -192,20 +200,16 @@ def _numbers(variable: xr.DataArray) -> xr.DataArray:
 def unfolded(whole: xr.Dataset, dims: Sequence[str], shape: Sequence[int]) -> xr.Dataset:
     """The dimension `point` of all points as the dimensions of a study, the last one first."""
 
-    def variable(one: xr.DataArray) -> tuple[tuple[Hashable, ...], Any, Mapping[Any, Any]]:
-        if "point" not in one.dims:
-            return one.dims, one.values, one.attrs
-        return (*dims, *one.dims[1:]), one.values.reshape(*shape, *one.shape[1:]), one.attrs
+    def unfold(array: xr.DataArray) -> tuple[tuple[Hashable, ...], Any, Mapping[Any, Any]]:
+        if "point" not in array.dims:
+            return array.dims, array.values, array.attrs
+        return (*dims, *array.dims[1:]), array.values.reshape(*shape, *array.shape[1:]), array.attrs
 
-    coords = {name: variable(one) for name, one in whole.coords.items() if name != "point"}
-    return xr.Dataset({name: variable(one) for name, one in whole.data_vars.items()}, coords=coords)
+    coords = {name: unfold(array) for name, array in whole.coords.items() if name != "point"}
+    return xr.Dataset({name: unfold(array) for name, array in whole.data_vars.items()}, coords=coords)
 
 
-# Blocks of a study at most: each is a few files of a store and a task of a scheduler.  A study of fewer points has one
-# point a block, so that nothing more than the points at work is lost.
-_MOST_BLOCKS = 4096
-# Different warnings of the points that are told, the most frequent first.
-_WARNINGS = 20
+# --- the study -------------------------------------------------------------------------------------------------------
 
 
 def run_study(
@@ -235,104 +239,87 @@ def run_study(
     ------
     ModelError : the job is wrong, or fails at every point; as of `run_blocks`.
     """
-    asked = read_job(job, verbs)
-    rows = list(asked.rows())
+    study = read_job(job, verbs)
+    rows = list(study.rows())
     size = -(-len(rows) // _MOST_BLOCKS)
     blocks = BlockJob(
         verb="study",
         identity={
-            **{"of": asked.verb, "model": json.dumps(asked.model, sort_keys=True), "options": asked.options},
-            **{"keep": asked.keep, "points": json.dumps(rows, default=str), "size": size},
+            "of": study.verb,
+            "model": json.dumps(study.model, sort_keys=True),
+            "options": study.options,
+            "keep": study.keep,
+            "points": json.dumps(rows, default=str),
+            "size": size,
         },
         count=-(-len(rows) // size),
-        compute=partial(computed_block, evaluate(asked.verb), asked.model, asked.options, rows, size, asked.keep),
+        compute=partial(computed_block, evaluate(study.verb), study.model, study.options, rows, size, study.keep),
         ragged=("points",),
     )
-    told = None if progress is None else _by_points(progress, len(rows), size)
+
+    def by_points(share: float) -> None:
+        """Progress of points from that of blocks."""
+        assert isinstance(share, Counted)
+        assert progress is not None
+        progress(Counted(min(share.done * size, len(rows)), len(rows)))
+
     points: list[dict[str, Any]] = []
+    told = None if progress is None else by_points
     with closing(
         run_blocks(blocks, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=told)
     ) as arriving:
         for _, arrays in arriving:
-            new = points_of(arrays)
-            _require_kept(asked, new)
-            points += new
-    return _result(asked, points, hash_of(blocks))
+            arrived = points_of(arrays)
+            # what the verb does not give cannot be kept: seen at the first point that has a result
+            names = next((point["names"] for point in arrived if point["result"] is not None), study.keep)
+            if missing := [name for name in study.keep if name not in names]:
+                problem = f"{study.verb} gives no such variable"
+                raise ModelError(problem, path="keep", given=missing[0], allowed=", ".join(names))
+            points += arrived
+    return _result(study, points, hash_of(blocks))
 
 
-def _by_points(progress: Callable[[float], None], count: int, size: int) -> Callable[[float], None]:
-    """Progress of points from that of blocks."""
-
-    def told(share: float) -> None:
-        assert isinstance(share, Counted)
-        progress(Counted(min(share.done * size, count), count))
-
-    return told
-
-
-def _require_kept(asked: StudyJob, points: Sequence[Mapping[str, Any]]) -> None:
-    """Refuse to keep what the verb does not give, at the first point that has a result."""
-    names = next((point["names"] for point in points if point["result"] is not None), None)
-    missing = [name for name in asked.keep if names is not None and name not in names]
-    if missing and names is not None:
-        problem = f"{asked.verb} gives no such variable"
-        raise ModelError(problem, path="keep", given=missing[0], allowed=", ".join(names))
-
-
-def _result(asked: StudyJob, points: Sequence[Mapping[str, Any]], hashed: str) -> xr.Dataset:
+def _result(study: StudyJob, points: Sequence[Mapping[str, Any]], hashed: str) -> xr.Dataset:
     """The Dataset of all points."""
     status = np.array([point["status"] for point in points], dtype=object)
     reason = np.array([point["reason"] for point in points], dtype=object)
     failed = int(np.sum(status != "ok"))
     if failed == len(points):
         raise ModelError(f"every point fails, the first with: {reason[0]}")
-    whole = unfolded(stacked([point["result"] for point in points]), asked.dims, asked.shape)
-    counts = Counter(text for point in points for text in set(point["warnings"]))
-    first = next((str(text) for text, state in zip(reason, status, strict=True) if state != "ok"), "")
-    said = [
-        *asked.warnings,
-        *(
-            [coded("points-failed", f"{failed} of {len(points)} points failed, the first with: {first}")]
-            if failed
-            else []
-        ),
-    ]
+    whole = unfolded(stacked([point["result"] for point in points]), study.dims, study.shape)
+    said = list(study.warnings)
+    if failed:
+        first = reason[status != "ok"][0]
+        said.append(coded("points-failed", f"{failed} of {len(points)} points failed, the first with: {first}"))
+    counts = Counter(text for point in points for text in dict.fromkeys(point["warnings"]))
     for text, number in counts.most_common(_WARNINGS):
         said.append(text if number == len(points) - failed else placed(f"at {number} of {len(points)} points", text))
     if len(counts) > _WARNINGS:
         said.append(coded("more-warnings", f"{len(counts) - _WARNINGS} more warnings of single points"))
+    model = study.model  # without what varies
     result = dataset(
-        {"status": (asked.dims, status.reshape(asked.shape)), "reason": (asked.dims, reason.reshape(asked.shape))},
-        coords={"point": np.arange(asked.points)} if asked.points else {},
+        {"status": (study.dims, status.reshape(study.shape)), "reason": (study.dims, reason.reshape(study.shape))},
+        coords={"point": np.arange(study.points)} if study.points else {},
         verb="study",
-        options={"verb": asked.verb, "options": asked.options, "overrides": asked.overrides, "seed": asked.seed},
-        provenance=_provenance(asked),
+        options={"verb": study.verb, "options": study.options, "overrides": study.overrides, "seed": study.seed},
+        provenance={
+            "title": str(model.get("title", "")),
+            "doi": str(model.get("doi", "")),
+            "model": json.dumps(model, default=str),
+            "assumed": json.dumps(model.get("assumed", {})),
+        },
         warnings=said,
     )
-    axes = {axis.path: _coordinate(axis, axis.path) for axis in asked.grid}
-    axes |= {axis.path: _coordinate(axis, "point") for axis in asked.along}
+    axes: dict[str, xr.Variable] = {}
+    dims = [*((axis, axis.path) for axis in study.grid), *((axis, "point") for axis in study.along)]
+    for axis, dim in dims:
+        of = "option of the verb" if axis.path.startswith(OPTIONS) else "value in the model file"
+        axes[axis.path] = xr.Variable((dim,), axis.labels, {"units": axis.unit, "long_name": f"{axis.path}, {of}"})
     kind = next(point["kind"] for point in points if point["kind"])
-    attributes = {"studied": kind, "points": prod(asked.shape), "failed": failed, "job": hashed, "machine": machine()}
+    attributes = {"studied": kind, "points": prod(study.shape), "failed": failed, "job": hashed, "machine": machine()}
     return (
         whole.assign_coords(result.coords)
         .assign_coords(axes)
         .assign(result.data_vars)
         .assign_attrs(result.attrs | attributes)
     )
-
-
-def _coordinate(axis: Variation, dim: str) -> xr.Variable:
-    """Values of a path as a coordinate."""
-    words = "option of the verb" if axis.path.startswith("options.") else "value in the model file"
-    return xr.Variable((dim,), axis.labels, {"units": axis.unit, "long_name": f"{axis.path}, {words}"})
-
-
-def _provenance(asked: StudyJob) -> dict[str, str]:
-    """Attributes that say which model it is; of the model without what varies."""
-    model = asked.model
-    return {
-        "title": str(model.get("title", "")),
-        "doi": str(model.get("doi", "")),
-        "model": json.dumps(model, default=str),
-        "assumed": json.dumps(model.get("assumed", {})),
-    }

@@ -1,6 +1,7 @@
 """The job file of a study: verb, model, options, and what varies, checked and turned into points.
 
-What a study varies: an entry of its job file to values that overrides or options of a verb take.
+What varies is an entry of the job file: a list of values, a range, or a distribution that is drawn from.  It becomes a
+`Variation`: the values that overrides of the model or options of the verb take, point by point.
 """
 
 from __future__ import annotations
@@ -34,13 +35,17 @@ from .sampling import Sampler, SamplingPlan, scramble_uniforms
 
 OPTIONS = "options."
 """Begin of a path that is an option of the verb."""
+_KEYS = ("verb", "model", "options", "overrides", "keep", "seed", "grid", "list", "random", "sobol")
+_SAMPLERS: tuple[Sampler, ...] = ("random", "sobol")
 _RANGE = {"from", "to", "points", "scale"}
 _ALLOWED_RANGE = '{ from = "1e6 N/m", to = "1e8 N/m", points = 9, scale = "log" }'
 _SCALES = ("linear", "log")
+_MAX_BYTES = 4_000_000
 # a dimension that no result could hold
 _MOST_POINTS = 1_000_000
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ°%].*?)?\s*")
-# Uniform numbers keep this far from 0 and 1, where a normal distribution is infinite: half a step of Sobol's 32 bits.
+# Uniform numbers keep this far from 0 and 1, where a normal distribution is infinite; Sobol's keep half a step of 30
+# bits by themselves.
 _EDGE = 2.0**-33
 
 
@@ -56,242 +61,6 @@ class Variation:
     values: tuple[Any, ...]
     labels: NDArray[Any]
     unit: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Place:
-    """Where an entry stands, and what may stand there.
-
-    where : path in the job file.  kinds : of quantities, () where no number stands.  written : by a person in a file.
-    """
-
-    where: str
-    path: str
-    kinds: tuple[str, ...]
-    whole: bool
-    written: bool
-
-
-def quantity_kinds(document: Document, path: str, folder: Path | None) -> tuple[tuple[str, ...], bool]:
-    """Kinds of quantity that may stand at a path of a model, () where none may, and whether it is a count."""
-    if path.startswith(OPTIONS):
-        return (), False
-    try:
-        probe = quantity_at(document.data, path, collect(document.data), folder)
-    except ModelError:
-        return (), False
-    assert isinstance(probe, Probe)
-    return probe.kinds, bool(getattr(probe, "whole", False))
-
-
-def is_range(value: object) -> bool:
-    """Whether a table is a range and no table of further paths."""
-    return isinstance(value, Mapping) and "from" in value and set(value) <= _RANGE
-
-
-def axis_of(document: Document, folder: Path | None, where: str, path: str, given: object, written: bool) -> Variation:
-    """Variation of a list of values, or of a range.
-
-    Parameters
-    ----------
-    folder : of the model.  where : path in the job file, for errors.  written : numbers there must state their units.
-
-    Raises
-    ------
-    ModelError : neither; an end without a unit; a value that cannot stand at the path.
-    """
-    kinds, whole = quantity_kinds(document, path, folder)
-    place = _Place(where=where, path=path, kinds=kinds, whole=whole, written=written)
-    if is_range(given):
-        assert isinstance(given, Mapping)
-        values = _range(place, given)
-    elif isinstance(given, Sequence) and not isinstance(given, str) and given:
-        values = [typed(value) if written and not path.startswith(OPTIONS) else value for value in given]
-    else:
-        raise ModelError("not values", path=where, given=given, allowed=f'["5 um", "10 um"], or {_ALLOWED_RANGE}')
-    _check_values(document, place, values)
-    labels, unit = _labels(place, values, given)
-    return Variation(path=path, values=tuple(values), labels=labels, unit=unit)
-
-
-def _range(place: _Place, given: Mapping[str, Any]) -> list[Any]:
-    """Values of a range."""
-    count = given.get("points")
-    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= _MOST_POINTS:
-        where = f"{place.where}.points"
-        raise ModelError("not a number of points", path=where, given=count, allowed=f"1 to {_MOST_POINTS}")
-    shares = np.linspace(0.0, 1.0, count)
-    return _between(place, given, shares)
-
-
-def _between(place: _Place, given: Mapping[str, Any], shares: NDArray[np.float64]) -> list[Any]:
-    """Values at shares of the way from one end of a range to the other."""
-    if "to" not in given:
-        raise ModelError("missing", path=f"{place.where}.to", allowed=_ALLOWED_RANGE)
-    scale = given.get("scale", "linear")
-    if scale not in _SCALES:
-        raise ModelError("no such scale", path=f"{place.where}.scale", given=scale, allowed=" or ".join(_SCALES))
-    first, unit = _end(place, "from", given["from"])
-    last, other = _end(place, "to", given["to"])
-    for end, number in (("from", first), ("to", last)):
-        if not np.isfinite(number):
-            where = f"{place.where}.{end}"
-            raise ModelError("no end of a range", path=where, given=given[end], allowed="finite, or a list of values")
-    if unit != other:
-        raise ModelError("ends of two units", path=place.where, given=dict(given), allowed="one unit")
-    if scale == "log":
-        if not (first > 0 and last > 0):
-            raise ModelError("a log scale to zero or below", path=place.where, given=dict(given), allowed="above 0")
-        numbers = np.exp(np.log(first) + shares * (np.log(last) - np.log(first)))
-    else:
-        numbers = first + shares * (last - first)
-    # the ends are what was written, not rounded by a logarithm
-    numbers = np.where(shares == 0.0, first, np.where(shares == 1.0, last, numbers))
-    found = [float(number) for number in numbers]
-    counts = all(isinstance(given[end], int) for end in ("from", "to")) and all(one == round(one) for one in found)
-    if place.whole or counts:
-        return [round(number) for number in found]
-    return [f"{number!r} {unit}" for number in found] if unit and not place.kinds else found
-
-
-def _end(place: _Place, end: str, value: Any) -> tuple[float, str]:
-    """Number and unit of an end of a range: SI where the quantity is known, else as written."""
-    where = f"{place.where}.{end}"
-    if place.kinds:
-        return _number(place, value, where)
-    found = _TEXT.fullmatch(value) if isinstance(value, str) else None
-    if found is not None:
-        return float(found[1]), found[2] or ""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-        raise ModelError("not a number", path=where, given=value, allowed=_ALLOWED_RANGE)
-    return float(value), ""
-
-
-def _number(place: _Place, value: Any, where: str) -> tuple[float, str]:
-    """SI number and SI unit of a value."""
-    if place.written and bare_in(value, place.kinds):
-        likely = likely_text(value, place.kinds, None)
-        raise ModelError(f'a number without a unit: "{likely}"?', path=where, given=value)
-    try:
-        found = read_quantity(value, place.kinds, Bounds(inf=True))
-    except ModelError as error:
-        raise ModelError(error.problem, path=where, given=value, allowed=error.allowed) from None
-    number, unit = (found.value, found.unit) if isinstance(found, Quantity) else (found, KINDS[place.kinds[0]].unit)
-    assert isinstance(number, float)
-    return number, unit
-
-
-def _check_values(document: Document, place: _Place, values: Sequence[Any]) -> None:
-    """Refuse a path at which none of the values can stand; a value that is wrong alone fails at its points."""
-    if place.path.startswith(OPTIONS):
-        return
-    error: ModelError | None = None
-    for value in dict.fromkeys(map(str, (values[0], values[-1], values[len(values) // 2]))):
-        one = next(found for found in values if str(found) == value)
-        try:
-            read(document.data, {place.path: one})
-            return
-        except ModelError as found:
-            error = error or found
-    assert error is not None
-    # an error elsewhere comes of the other values of the point, which may mend it
-    if error.path.startswith(place.path) or place.path.startswith(error.path) or not error.path:
-        raise ModelError(error.problem, path=place.where, given=values[0], allowed=error.allowed)
-
-
-def _labels(place: _Place, values: Sequence[Any], given: Any) -> tuple[NDArray[Any], str]:
-    """Labels of values: numbers with their unit where all are single numbers, else texts.
-
-    The unit is the one in which all values, or both ends of a range, were written, else that of SI.
-    """
-    if place.kinds and not any(isinstance(value, bool) for value in values):
-        with suppress(ModelError, AssertionError):
-            numbers = [_number(place, value, place.where) for value in values]
-            if len({unit for _, unit in numbers}) == 1:
-                return _as_written(place, np.array([number for number, _ in numbers]), numbers[0][1], given)
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
-        unit = KINDS[place.kinds[0]].unit if place.kinds else ""
-        return np.array([float(value) for value in values]), unit
-    if not place.kinds and (unit := _unit_of(values)):
-        return np.array([float(found[1]) for value in values if (found := _TEXT.fullmatch(value))]), unit
-    return np.array([_text(value) for value in values], dtype=object), ""
-
-
-def _as_written(place: _Place, numbers: NDArray[np.float64], unit: str, given: Any) -> tuple[NDArray[np.float64], str]:
-    """SI numbers in the unit of all that is given, without the rounding of the conversion there and back."""
-    written = _unit_of([given["from"], given["to"]] if is_range(given) else given)
-    if not written or written == unit:
-        return numbers, unit
-    size, _ = _number(place, f"1 {written}", place.where)
-    return np.array([float(f"{number / size:.15g}") for number in numbers]), written
-
-
-def _unit_of(values: Sequence[Any]) -> str:
-    """The one unit of all texts of a number with a unit, empty where there is none."""
-    found = [_TEXT.fullmatch(value) if isinstance(value, str) else None for value in values]
-    units = {one[2] if one else None for one in found}
-    return (units.pop() or "") if len(units) == 1 else ""
-
-
-def _text(value: Any) -> str:
-    """A value as text: a list whose entries have one unit as a person writes it, ``[20, 0, 0] um``."""
-    if isinstance(value, str) or not isinstance(value, Sequence):
-        return str(value)
-    if unit := _unit_of(value):
-        return f"[{', '.join(found[1] for one in value if (found := _TEXT.fullmatch(one)))}] {unit}"
-    return f"[{', '.join(map(str, value))}]"
-
-
-def drawn(
-    document: Document,
-    folder: Path | None,
-    where: str,
-    path: str,
-    given: object,
-    u: NDArray[np.float64],
-    written: bool,
-    distribution: Distribution | None,
-) -> list[Variation]:
-    """Axes of draws: of a distribution (two of a vector), of a range, or of a list each value of which is as likely.
-
-    Parameters
-    ----------
-    u : (P, 2) uniform numbers; the second is of vectors.  distribution : that the text is.  Others as of `axis_of`.
-
-    Raises
-    ------
-    ModelError : none of these.
-    """
-    u = np.clip(u, _EDGE, 1.0 - _EDGE)
-    kinds, whole = quantity_kinds(document, path, folder)
-    place = _Place(where=where, path=path, kinds=kinds, whole=whole, written=written)
-    if distribution is not None:
-        vector = distribution.kind in VECTORS
-        values = np.asarray(distribution.quantile(u if vector else u[:, :1]))
-        parts = [(f"{path}.x", values.real), (f"{path}.y", values.imag)] if vector else [(path, values)]
-        unit = "m" if vector and not kinds else KINDS[kinds[0]].unit if kinds else ""
-        return [
-            Variation(path=name, values=tuple(map(float, numbers)), labels=np.array(numbers, float), unit=unit)
-            for name, numbers in parts
-        ]
-    if is_range(given):
-        assert isinstance(given, Mapping)
-        found = _between(place, given, u[:, 0])
-    elif isinstance(given, Sequence) and not isinstance(given, str) and given:
-        found = [given[int(number * len(given))] for number in u[:, 0]]
-        found = [typed(value) if written and not path.startswith(OPTIONS) else value for value in found]
-    else:
-        allowed = f'"normal(0, 12 um)", {_ALLOWED_RANGE.replace(" points = 9,", "")}, or a list to choose from'
-        raise ModelError("not a distribution", path=where, given=given, allowed=allowed)
-    _check_values(document, place, found)
-    labels, unit = _labels(place, found, given)
-    return [Variation(path=path, values=tuple(found), labels=labels, unit=unit)]
-
-
-_KEYS = ("verb", "model", "options", "overrides", "keep", "seed", "grid", "list", "random", "sobol")
-_MAX_BYTES = 4_000_000
-# of one path: a text of distribution like that of `[tolerance]`
-_SAMPLERS: tuple[Sampler, ...] = ("random", "sobol")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -328,9 +97,12 @@ class StudyJob:
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """Path -> value of every point, the last dimension first."""
-        for places in product(*(range(size) for size in self.shape)):
-            row = {axis.path: axis.values[place] for axis, place in zip(self.grid, places, strict=False)}
-            yield row | {axis.path: axis.values[places[-1]] for axis in self.along}
+        for indices in product(*(range(size) for size in self.shape)):
+            row = {axis.path: axis.values[index] for axis, index in zip(self.grid, indices, strict=False)}
+            yield row | {axis.path: axis.values[indices[-1]] for axis in self.along}
+
+
+# --- the job ---------------------------------------------------------------------------------------------------------
 
 
 def read_job(job: str | Path | Mapping[str, Any], verbs: Mapping[str, Sequence[str]]) -> StudyJob:
@@ -354,27 +126,32 @@ def read_job(job: str | Path | Mapping[str, Any], verbs: Mapping[str, Sequence[s
     overrides = dict(_flat(_section(table, "overrides")))
     if written:
         overrides = {path: typed(value) for path, value in overrides.items()}
-    document = _with_overrides(document, overrides)
+    if overrides:
+        try:
+            document = read(document.data, overrides)
+        except ModelError as error:
+            raise ModelError(f"overrides.{error}") from error
+    source = _Source(document=document, folder=model_folder, written=written)
     seed = _whole(table, "seed", 1, low=0)
-    grid = [
-        axis_of(document, model_folder, f"grid.{path}", path, given, written)
-        for path, given in _flat(_section(table, "grid"))
-    ]
-    along, points, said = _along(table, document, model_folder, written, seed)
-    found = StudyJob(
+    grid = [_axis(source.entry("grid", path, value)) for path, value in _flat(_section(table, "grid"))]
+    along, points, said = _along(table, source, seed)
+    keep = table.get("keep", [])
+    if isinstance(keep, str) or not isinstance(keep, Sequence) or not all(isinstance(name, str) for name in keep):
+        raise ModelError("not names of variables", path="keep", given=keep, allowed='["system_load_sharing"]')
+    study = StudyJob(
         verb=verb,
         model=_portable(document, model_folder),
         options=options,
         overrides=overrides,
-        keep=_kept(table),
+        keep=tuple(keep),
         grid=tuple(grid),
         along=tuple(along),
         points=points,
         seed=seed,
         warnings=tuple(said),
     )
-    _check(found, verbs[verb])
-    return found
+    _check(study, verbs[verb])
+    return study
 
 
 def _table(path: Path) -> dict[str, Any]:
@@ -389,17 +166,17 @@ def _table(path: Path) -> dict[str, Any]:
 
 
 def _section(table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    found = table.get(key, {})
-    if not isinstance(found, Mapping):
-        raise ModelError("not a table", path=key, given=found, allowed=f"[{key}] with paths")
-    return found
+    section = table.get(key, {})
+    if not isinstance(section, Mapping):
+        raise ModelError("not a table", path=key, given=section, allowed=f"[{key}] with paths")
+    return section
 
 
 def _flat(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
     """Path and entry of a table, whose paths may be in quotes or not."""
     for name, value in table.items():
         where = f"{path}.{name}" if path else str(name)
-        if isinstance(value, Mapping) and value and not is_range(value) and not set(value) & {"from", "to", "points"}:
+        if isinstance(value, Mapping) and value and not _is_range(value) and not set(value) & {"from", "to", "points"}:
             yield from _flat(value, where)
         else:
             yield where, value
@@ -445,22 +222,14 @@ def _document(table: Mapping[str, Any], folder: Path) -> tuple[Document, Path | 
     raise ModelError("not a model", path="model", given=model, allowed="a ready drive, or a model file")
 
 
-def _with_overrides(document: Document, overrides: Mapping[str, Any]) -> Document:
-    """The model with the overrides of all points; those say their place in the job."""
-    try:
-        return document if not overrides else read(document.data, overrides)
-    except ModelError as error:
-        raise ModelError(f"overrides.{error}") from error
-
-
 def _portable(document: Document, folder: Path | None) -> dict[str, Any]:
     """Tables of a model that mean the same wherever they are read: files of pitch deviations by their whole paths."""
 
     def moved(value: Any) -> Any:
         if isinstance(value, dict):
-            return {name: moved(one) for name, one in value.items()}
+            return {name: moved(entry) for name, entry in value.items()}
         if isinstance(value, list):
-            return [moved(one) for one in value]
+            return [moved(entry) for entry in value]
         if isinstance(value, str) and value.lower().endswith(".csv") and ((folder or Path()) / value).is_file():
             return str(((folder or Path()) / value).absolute())
         return value
@@ -478,21 +247,9 @@ def _whole(table: Mapping[str, Any], key: str, default: int, *, low: int, where:
     return value
 
 
-def _kept(table: Mapping[str, Any]) -> tuple[str, ...]:
-    keep = table.get("keep", [])
-    if isinstance(keep, str) or not isinstance(keep, Sequence) or not all(isinstance(name, str) for name in keep):
-        raise ModelError("not names of variables", path="keep", given=keep, allowed='["system_load_sharing"]')
-    return tuple(keep)
-
-
-def _along(
-    table: Mapping[str, Any], document: Document, folder: Path | None, written: bool, seed: int
-) -> tuple[list[Variation], int, list[CodedText]]:
+def _along(table: Mapping[str, Any], source: _Source, seed: int) -> tuple[list[Variation], int, list[CodedText]]:
     """Axes that vary together along `point`, their length, and what was made of it."""
-    axes = [
-        axis_of(document, folder, f"list.{path}", path, given, written)
-        for path, given in _flat(_section(table, "list"))
-    ]
+    axes = [_axis(source.entry("list", path, value)) for path, value in _flat(_section(table, "list"))]
     said: list[CodedText] = []
     lengths = {f"list.{axis.path}": len(axis.values) for axis in axes}
     for key in _SAMPLERS:
@@ -508,14 +265,16 @@ def _along(
         paths = dict(_flat({name: value for name, value in section.items() if name != "points"}))
         if not paths:
             raise ModelError("nothing varies", path=key, allowed='a path = "normal(0, 12 um)"')
-        u = _uniform(key, count, 2 * len(paths), seed)
-        laws = _distributions(document, key, paths)
-        for place, (path, given) in enumerate(paths.items()):
-            draws = u[:, 2 * place : 2 * place + 2]
-            axes += drawn(document, folder, f"{key}.{path}", path, given, draws, written, laws.get(path))
+        # two uniform numbers of every path, the second of vectors; the same for the same seed
+        plan = SamplingPlan(samples=count, scrambles=1, rows=count, seed=seed, sampler=key)
+        u = np.clip(scramble_uniforms(plan, 0, 2 * len(paths)), _EDGE, 1.0 - _EDGE)
+        laws = _distributions(source.document, key, paths)
+        for index, (path, value) in enumerate(paths.items()):
+            entry, columns = source.entry(key, path, value), u[:, 2 * index : 2 * index + 2]
+            axes += _drawn(entry, columns[:, 0]) if path not in laws else _sampled(entry, columns, laws[path])
     if len(set(lengths.values())) > 1:
-        where, words = ", ".join(lengths), ", ".join(map(str, lengths.values()))
-        raise ModelError("vary together, point by point", path=where, given=words, allowed="one number of points")
+        where, counts = ", ".join(lengths), ", ".join(map(str, lengths.values()))
+        raise ModelError("vary together, point by point", path=where, given=counts, allowed="one number of points")
     return axes, next(iter(lengths.values()), 0), said
 
 
@@ -525,26 +284,19 @@ def _limited(count: int, where: str) -> int:
     return count
 
 
-def _uniform(sampler: Sampler, count: int, dimensions: int, seed: int) -> NDArray[np.float64]:
-    """(count, dimensions) uniform numbers, the same for the same seed; two of a path, the second of vectors."""
-    plan = SamplingPlan(samples=count, scrambles=1, rows=count, seed=seed, sampler=sampler)
-    return scramble_uniforms(plan, 0, dimensions)
-
-
 def _distributions(document: Document, key: str, paths: Mapping[str, Any]) -> dict[str, Distribution]:
     """Path -> distribution of the texts, read as a `[tolerance]` of the model."""
     texts = {path: value for path, value in paths.items() if isinstance(value, str) and not path.startswith(OPTIONS)}
     if not texts:
         return {}
     try:
-        train = load({**document.data, "tolerance": texts})
-        found = tolerances_of(train)
+        tolerances = tolerances_of(load({**document.data, "tolerance": texts}))
     except ModelError as error:
         path = error.path.replace("tolerance.", f"{key}.", 1)
         given = {"given": error.given} if path != error.path else {}
         raise ModelError(error.problem, path=path, allowed=error.allowed, **given) from error
     # one draw a path: all planets take the same
-    return {entry.path: entry.own for entry in found if entry.own is not None}
+    return {entry.path: entry.own for entry in tolerances if entry.own is not None}
 
 
 def _check(job: StudyJob, known: Sequence[str]) -> None:
@@ -562,3 +314,239 @@ def _check(job: StudyJob, known: Sequence[str]) -> None:
             if key in job.options:
                 raise ModelError("stated twice", path=path, allowed="once in the job")
     _limited(prod(job.shape), "grid, list, random, sobol")
+
+
+# --- its entries -----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Source:
+    """Where the entries of a job come from.
+
+    document, folder : of the model.  written : by a person in a file, so that numbers must state their units.
+    """
+
+    document: Document
+    folder: Path | None
+    written: bool
+
+    def entry(self, section: str, path: str, value: object) -> _Entry:
+        """The entry of a path in a section of the job."""
+        kinds: tuple[str, ...] = ()
+        whole = False
+        if not path.startswith(OPTIONS):
+            with suppress(ModelError):
+                probe = quantity_at(self.document.data, path, collect(self.document.data), self.folder)
+                assert isinstance(probe, Probe)
+                kinds, whole = probe.kinds, bool(getattr(probe, "whole", False))
+        return _Entry(source=self, where=f"{section}.{path}", path=path, value=value, kinds=kinds, whole=whole)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Entry:
+    """What a job says of one path, and what may stand there.
+
+    where : path in the job file.  value : list, range or text there.  kinds : of quantities, () where no number
+    stands.  whole : whether it is a count.
+    """
+
+    source: _Source
+    where: str
+    path: str
+    value: Any
+    kinds: tuple[str, ...]
+    whole: bool
+
+    def typed(self, values: Sequence[Any]) -> list[Any]:
+        """Values of a list, as a person means them."""
+        if self.source.written and not self.path.startswith(OPTIONS):
+            return [typed(value) for value in values]
+        return list(values)
+
+    @property
+    def is_list(self) -> bool:
+        """Whether it is a list of at least one value."""
+        return isinstance(self.value, Sequence) and not isinstance(self.value, str) and bool(self.value)
+
+
+def _is_range(value: object) -> bool:
+    """Whether a table is a range and no table of further paths."""
+    return isinstance(value, Mapping) and "from" in value and set(value) <= _RANGE
+
+
+def _axis(entry: _Entry) -> Variation:
+    """Variation of a list of values, or of a range.
+
+    Raises
+    ------
+    ModelError : neither; an end without a unit; a value that cannot stand at the path.
+    """
+    if _is_range(entry.value):
+        count = entry.value.get("points")
+        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= _MOST_POINTS:
+            where = f"{entry.where}.points"
+            raise ModelError("not a number of points", path=where, given=count, allowed=f"1 to {_MOST_POINTS}")
+        values = _between(entry, np.linspace(0.0, 1.0, count))
+    elif entry.is_list:
+        values = entry.typed(entry.value)
+    else:
+        allowed = f'["5 um", "10 um"], or {_ALLOWED_RANGE}'
+        raise ModelError("not values", path=entry.where, given=entry.value, allowed=allowed)
+    return _variation(entry, values)
+
+
+def _drawn(entry: _Entry, u: NDArray[np.float64]) -> list[Variation]:
+    """Variation drawn from a range, or from a list each value of which is as likely; u : (P,) uniform numbers.
+
+    Raises
+    ------
+    ModelError : neither; a value that cannot stand at the path.
+    """
+    if _is_range(entry.value):
+        return [_variation(entry, _between(entry, u))]
+    if entry.is_list:
+        return [_variation(entry, entry.typed([entry.value[int(number * len(entry.value))] for number in u]))]
+    allowed = f'"normal(0, 12 um)", {_ALLOWED_RANGE.replace(" points = 9,", "")}, or a list to choose from'
+    raise ModelError("not a distribution", path=entry.where, given=entry.value, allowed=allowed)
+
+
+def _sampled(entry: _Entry, u: NDArray[np.float64], law: Distribution) -> list[Variation]:
+    """Variations drawn from a distribution, two of a vector; u : (P, 2) uniform numbers, the second of vectors."""
+    vector = law.kind in VECTORS
+    values = np.asarray(law.quantile(u if vector else u[:, :1]))
+    parts = [(f"{entry.path}.x", values.real), (f"{entry.path}.y", values.imag)] if vector else [(entry.path, values)]
+    unit = KINDS[entry.kinds[0]].unit if entry.kinds else ""
+    if vector and not entry.kinds:
+        unit = "m"
+    return [
+        Variation(path=path, values=tuple(map(float, numbers)), labels=np.array(numbers, float), unit=unit)
+        for path, numbers in parts
+    ]
+
+
+def _variation(entry: _Entry, values: Sequence[Any]) -> Variation:
+    """Values of an entry with their labels.
+
+    Raises
+    ------
+    ModelError : the first, last and middle one cannot stand at the path; a value wrong alone fails at its points.
+    """
+    first_error: ModelError | None = None
+    texts = dict.fromkeys(map(str, (values[0], values[-1], values[len(values) // 2])))
+    for text in texts if not entry.path.startswith(OPTIONS) else ():
+        value = next(value for value in values if str(value) == text)
+        try:
+            read(entry.source.document.data, {entry.path: value})
+        except ModelError as error:
+            first_error = first_error or error
+        else:
+            first_error = None
+            break
+    # an error elsewhere comes of the other values of the point, which may mend it
+    if first_error is not None:
+        place = first_error.path
+        if place.startswith(entry.path) or entry.path.startswith(place) or not place:
+            raise ModelError(first_error.problem, path=entry.where, given=values[0], allowed=first_error.allowed)
+    labels, unit = _labels(entry, values)
+    return Variation(path=entry.path, values=tuple(values), labels=labels, unit=unit)
+
+
+def _between(entry: _Entry, shares: NDArray[np.float64]) -> list[Any]:
+    """Values at shares of the way from one end of a range to the other."""
+    ends: Mapping[str, Any] = entry.value
+    if "to" not in ends:
+        raise ModelError("missing", path=f"{entry.where}.to", allowed=_ALLOWED_RANGE)
+    scale = ends.get("scale", "linear")
+    if scale not in _SCALES:
+        raise ModelError("no such scale", path=f"{entry.where}.scale", given=scale, allowed=" or ".join(_SCALES))
+    first, unit = _end(entry, "from")
+    last, other_unit = _end(entry, "to")
+    for end, number in (("from", first), ("to", last)):
+        if not np.isfinite(number):
+            where = f"{entry.where}.{end}"
+            raise ModelError("no end of a range", path=where, given=ends[end], allowed="finite, or a list of values")
+    if unit != other_unit:
+        raise ModelError("ends of two units", path=entry.where, given=dict(ends), allowed="one unit")
+    if scale == "log":
+        if not (first > 0 and last > 0):
+            raise ModelError("a log scale to zero or below", path=entry.where, given=dict(ends), allowed="above 0")
+        points = np.exp(np.log(first) + shares * (np.log(last) - np.log(first)))
+    else:
+        points = first + shares * (last - first)
+    # the ends are what was written, not rounded by a logarithm
+    points = np.where(shares == 0.0, first, np.where(shares == 1.0, last, points))
+    numbers = [float(number) for number in points]
+    counts = all(isinstance(ends[end], int) for end in ("from", "to")) and all(n == round(n) for n in numbers)
+    if entry.whole or counts:
+        return [round(number) for number in numbers]
+    return [f"{number!r} {unit}" for number in numbers] if unit and not entry.kinds else numbers
+
+
+def _end(entry: _Entry, end: str) -> tuple[float, str]:
+    """Number and unit of an end of a range: SI where the quantity is known, else as written."""
+    value, where = entry.value[end], f"{entry.where}.{end}"
+    if entry.kinds:
+        return _number(entry, value, where)
+    match = _TEXT.fullmatch(value) if isinstance(value, str) else None
+    if match is not None:
+        return float(match[1]), match[2] or ""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        raise ModelError("not a number", path=where, given=value, allowed=_ALLOWED_RANGE)
+    return float(value), ""
+
+
+def _number(entry: _Entry, value: Any, where: str) -> tuple[float, str]:
+    """SI number and SI unit of a value."""
+    if entry.source.written and bare_in(value, entry.kinds):
+        likely = likely_text(value, entry.kinds, None)
+        raise ModelError(f'a number without a unit: "{likely}"?', path=where, given=value)
+    try:
+        quantity = read_quantity(value, entry.kinds, Bounds(inf=True))
+    except ModelError as error:
+        raise ModelError(error.problem, path=where, given=value, allowed=error.allowed) from None
+    number, unit = (
+        (quantity.value, quantity.unit) if isinstance(quantity, Quantity) else (quantity, KINDS[entry.kinds[0]].unit)
+    )
+    assert isinstance(number, float)
+    return number, unit
+
+
+def _labels(entry: _Entry, values: Sequence[Any]) -> tuple[NDArray[Any], str]:
+    """Labels of values: numbers with their unit where all are single numbers, else texts.
+
+    The unit is the one in which all values, or both ends of a range, were written, else that of SI.
+    """
+    kinds = entry.kinds
+    if kinds and not any(isinstance(value, bool) for value in values):
+        with suppress(ModelError, AssertionError):
+            pairs = [_number(entry, value, entry.where) for value in values]
+            numbers, unit = np.array([number for number, _ in pairs]), pairs[0][1]
+            if len({unit for _, unit in pairs}) == 1:
+                stated = _unit_of([entry.value["from"], entry.value["to"]] if _is_range(entry.value) else entry.value)
+                if not stated or stated == unit:
+                    return numbers, unit
+                # 15 digits: without the rounding of the conversion there and back
+                size, _ = _number(entry, f"1 {stated}", entry.where)
+                return np.array([float(f"{number / size:.15g}") for number in numbers]), stated
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        return np.array([float(value) for value in values]), KINDS[kinds[0]].unit if kinds else ""
+    if not kinds and (unit := _unit_of(values)):
+        return np.array([float(match[1]) for value in values if (match := _TEXT.fullmatch(value))]), unit
+    return np.array([_text(value) for value in values], dtype=object), ""
+
+
+def _unit_of(values: Sequence[Any]) -> str:
+    """The one unit of all texts of a number with a unit, empty where there is none."""
+    matches = [_TEXT.fullmatch(value) if isinstance(value, str) else None for value in values]
+    units = {match[2] if match else None for match in matches}
+    return (units.pop() or "") if len(units) == 1 else ""
+
+
+def _text(value: Any) -> str:
+    """A value as text: a list whose entries have one unit as a person writes it, ``[20, 0, 0] um``."""
+    if isinstance(value, str) or not isinstance(value, Sequence):
+        return str(value)
+    if unit := _unit_of(value):
+        numbers = [match[1] for number in value if (match := _TEXT.fullmatch(number))]
+        return f"[{', '.join(numbers)}] {unit}"
+    return f"[{', '.join(map(str, value))}]"

@@ -6,11 +6,7 @@ this process and in a worker, so a result has the same bits for any number of pr
 Workers are forked on Linux; they inherit the arrays.  Elsewhere they are started anew; they then import the module of
 the function, but not the script that runs, which needs no guard.  Workers die with the process that started them.
 
-Linear algebra in one thread: the bits of a product change with the number of threads.
-
-Import of the room of results, xarray and pandas with it, ahead of time: while workers compute the points.
-
-What a run may cost: refusals that name the memory or the time it would take.
+Beside them what a run may cost: refusals that name the memory or the time it would take.
 """
 
 from __future__ import annotations
@@ -46,6 +42,11 @@ _MOST = 60
 _AHEAD = 2
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "OMP_NUM_THREADS")
 """Variables that set the threads of the libraries of linear algebra, which read them when they are loaded."""
+MOST_NUMBERS = 200_000_000
+"""Numbers that a result or a run may hold at once: 1.6 GB."""
+# Unit of a time in words, its seconds, and the time from which the next one is taken [s].
+_UNITS = (("s", 1.0, 120.0), ("min", 60.0, 7200.0), ("h", 3600.0, 172_800.0), ("days", 86_400.0, 63_072_000.0))
+_YEARS = ("years", 31_536_000.0)
 
 # What a worker computes, None in a process that is none.
 _work: Callable[[Any], Any] | None = None
@@ -69,18 +70,15 @@ def processes() -> int:
         return 1
     if wanted:
         return min(int(wanted), _MOST)
-    return max(1, min(_cores() // _linear_algebra_threads(), _MOST))
+    cores = _cores()
+    settings = (os.environ.get(name, "") for name in BLAS_THREADS)
+    threads = next((int(count) for count in settings if count.isdigit() and int(count)), cores)
+    return max(1, min(cores // threads, _MOST))
 
 
 def _cores() -> int:
     """Cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _linear_algebra_threads() -> int:
-    """Threads of one process in linear algebra, as the environment says; else it takes all cores."""
-    told = (os.environ.get(name, "") for name in BLAS_THREADS)
-    return next((int(count) for count in told if count.isdigit() and int(count)), _cores())
 
 
 def each(
@@ -127,12 +125,9 @@ def each(
         left = len(places) - done
         spent = time.perf_counter() - start
         if done and most > 1 and left > 1 and spent / done * left > _WORTH[method]:
-            try:
-                count = min(most, left)
-                _by_workers(work, items, places[done:], keep, count=count, method=method, meanwhile=meanwhile)
-            except (OSError, NotImplementedError):
-                pass  # no process may be started here
-            # one may have been killed: this process does what is left
+            count = min(most, left)
+            _by_workers(work, items, places[done:], keep, count=count, method=method, meanwhile=meanwhile)
+            # none may be started here, or one may have been killed: this process does what is left
             for missing in sorted(set(range(len(items))) - results.keys()):
                 keep(missing, work(items[missing]))
             break
@@ -159,8 +154,20 @@ def _by_workers(
     """
     inbox, workers = queue.SimpleQueue[tuple[int, bool, Any]](), list[tuple[BaseProcess, Connection]]()
     beside: threading.Thread | None = None
+
+    def at_ease() -> None:
+        """What this raises is raised again where it is needed."""
+        if meanwhile is not None:
+            with suppress(Exception):
+                meanwhile()
+
     try:
-        _start_workers(work, items, workers, count, method)
+        try:
+            with _starting(method):
+                for _ in range(count):
+                    workers.append(_started(method, _serve, work, items, duplex=True))
+        except (OSError, NotImplementedError):
+            return  # no process may be started here
         for number, (_, connection) in enumerate(workers):
             threading.Thread(target=_receive_run, args=(number, connection, inbox), daemon=True).start()
         waiting, open_ = iter(places), [0] * len(workers)
@@ -177,14 +184,14 @@ def _by_workers(
             give(number)
         if meanwhile is not None:
             # beside this thread, which gives the workers their next places
-            beside = threading.Thread(target=_at_ease, args=(meanwhile,), daemon=True)
+            beside = threading.Thread(target=at_ease, daemon=True)
             beside.start()
         while any(open_):
-            number, more, found = inbox.get()
+            number, more, message = inbox.get()
             if not more:
                 open_[number] = 0
                 continue
-            place, result, error = found
+            place, result, error = message
             if error is not None:
                 raise error
             give(number)
@@ -197,32 +204,6 @@ def _by_workers(
             worker.terminate()
         for worker, _ in workers:
             worker.join()
-
-
-def _at_ease(call: Callable[[], object]) -> None:
-    """Call what may be called early; what it raises is raised again where it is needed."""
-    with suppress(Exception):
-        call()
-
-
-def _start_workers(
-    work: Callable[[Any], Any],
-    items: Sequence[Any],
-    workers: list[tuple[BaseProcess, Connection]],
-    count: int,
-    method: str,
-) -> None:
-    """Start workers that compute the items whose places they are sent."""
-    context: Any = multiprocessing.get_context(method)
-    with _starting(method):
-        for _ in range(count):
-            here, there = context.Pipe()
-            worker = context.Process(target=_serve, args=(work, items, there), daemon=True)
-            try:
-                worker.start()
-            finally:
-                there.close()
-            workers.append((worker, here))
 
 
 def _serve(work: Callable[[Any], Any], items: Sequence[Any], connection: Connection) -> None:
@@ -258,7 +239,7 @@ def runs(
     ------
     Whatever `work` or `arrived` raises; the other runs are then given up, and so they are on Ctrl-C.
     """
-    method, start = "fork" if sys.platform == "linux" else "spawn", time.perf_counter()
+    method, begin = "fork" if sys.platform == "linux" else "spawn", time.perf_counter()
     count = min(processes(), len(items))
     inbox, seen = queue.SimpleQueue[tuple[int, bool, Any]](), [0] * len(items)
     workers, ended = dict[int, BaseProcess](), dict[int, bool]()
@@ -266,6 +247,16 @@ def runs(
     def keep(place: int, result: Result) -> None:
         seen[place] += 1
         arrived(place, result)
+
+    def start_others() -> None:
+        """Start a worker for each run after the first, as far as there are processes; the rest is computed here."""
+        for place in range(1, count):
+            try:
+                with _starting(method):
+                    workers[place], receiver = _started(method, _send_run, work, items[place], duplex=False)
+            except (OSError, NotImplementedError):
+                return
+            threading.Thread(target=_receive_run, args=(place, receiver, inbox), daemon=True).start()
 
     def take(wait: bool) -> None:
         """Take what the workers have sent, all of it where this process has nothing else to do."""
@@ -282,12 +273,12 @@ def runs(
     try:
         for place, item in enumerate(items):
             if place in workers:
-                continue
+                continue  # computed there
             for result in work(item):
                 keep(place, result)
-                if not place and count > 1 and (long or time.perf_counter() - start > _WORTH[method]):
-                    places, count = range(1, count), 1
-                    _start_runs(work, items, places, workers, inbox, method)
+                if place == 0 and count > 1 and (long or time.perf_counter() - begin > _WORTH[method]):
+                    start_others()
+                    count = 1
                 take(wait=False)
         take(wait=True)
         for place in sorted(set(workers) - {place for place, whole in ended.items() if whole}):
@@ -301,28 +292,18 @@ def runs(
             worker.join()
 
 
-def _start_runs(
-    work: Callable[[Item], Iterable[Result]],
-    items: Sequence[Item],
-    places: range,
-    workers: dict[int, BaseProcess],
-    inbox: queue.SimpleQueue[tuple[int, bool, Any]],
-    method: str,
-) -> None:
-    """Start a worker for the run at each place; what it sends comes to the inbox."""
+def _started(
+    method: str, target: Callable[..., None], *arguments: object, duplex: bool
+) -> tuple[BaseProcess, Connection]:
+    """A worker, and this end of its pipe; `target` takes the other end as its last argument."""
     context: Any = multiprocessing.get_context(method)
-    for place in places:
-        receiver, sender = context.Pipe(duplex=False)
-        worker = context.Process(target=_send_run, args=(work, items[place], sender), daemon=True)
-        try:
-            with _starting(method):
-                worker.start()
-        except (OSError, NotImplementedError):
-            break
-        finally:
-            sender.close()
-        workers[place] = worker
-        threading.Thread(target=_receive_run, args=(place, receiver, inbox), daemon=True).start()
+    here, there = context.Pipe(duplex)
+    worker = context.Process(target=target, args=(*arguments, there), daemon=True)
+    try:
+        worker.start()
+    finally:
+        there.close()
+    return worker, here
 
 
 def _receive_run(place: int, receiver: Connection, inbox: queue.SimpleQueue[tuple[int, bool, Any]]) -> None:
@@ -420,13 +401,6 @@ def import_results() -> None:
     from ..results import dataset  # noqa: F401
 
 
-# Numbers that a result or a run may hold at once: 1.6 GB.
-MOST_NUMBERS = 200_000_000
-
-_UNITS = (("s", 120.0), ("min", 7200.0), ("h", 172_800.0), ("days", 63_072_000.0))
-_SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0, "days": 86_400.0, "years": 31_536_000.0}
-
-
 def require_memory(numbers: float, *, path: str, given: object, allowed: str) -> None:
     """Refuse what would hold more numbers [8 bytes] than `MOST_NUMBERS`.
 
@@ -457,5 +431,5 @@ def require_time(seconds: float, most: float, *, path: str, given: object, allow
 
 def _words(seconds: float) -> str:
     """A time in words."""
-    unit = next((unit for unit, below in _UNITS if seconds < below), "years")
-    return f"{seconds / _SECONDS[unit]:.3g} {unit}"
+    unit, size = next(((unit, size) for unit, size, below in _UNITS if seconds < below), _YEARS)
+    return f"{seconds / size:.3g} {unit}"

@@ -28,7 +28,6 @@ from .variables import OF_KIND, VARIABLES
 SUFFIXES = (".nc", ".json", ".csv", ".xlsx")
 """Files a result is written to; it is reopened from the first two."""
 
-
 # entries of a JSON file: those of `Dataset.to_dict()`, and its digest
 _ENTRIES, _DIGEST = {"coords", "attrs", "dims", "data_vars"}, "sha256"
 # stands for infinity until the text is made: no text of a result has this character
@@ -124,33 +123,12 @@ def _finite(value: Any) -> Any:
 
 def _text(table: Any) -> str:
     """JSON of what `_finite` gave."""
-    text = json.dumps(table, default=_plain, allow_nan=False)
+
+    def plain(value: object) -> object:
+        return value.item() if isinstance(value, np.generic) else str(value)
+
+    text = json.dumps(table, default=plain, allow_nan=False)
     return re.sub(rf'"(-?){re.escape(json.dumps(_INFINITE)[1:-1])}"', r"\g<1>1e999", text)
-
-
-def _with_nan(table: dict[str, Any]) -> dict[str, Any]:
-    """A table of a Dataset with nan for what is null; a file of an earlier version has none."""
-
-    def attributes(given: Mapping[str, Any]) -> dict[str, Any]:
-        return {key: math.nan if value is None else value for key, value in given.items()}
-
-    kept = {**table, "attrs": attributes(table["attrs"])}
-    for part in ("coords", "data_vars"):
-        kept[part] = {
-            name: {**entry, "attrs": attributes(entry["attrs"]), "data": _numbers(entry["data"])}
-            for name, entry in table[part].items()
-        }
-    return kept
-
-
-def _numbers(data: Any) -> Any:
-    """Data of a variable, with nan for null."""
-    array = np.array(data, dtype=object) if isinstance(data, list) else data
-    if array is None:
-        return math.nan
-    if not isinstance(array, np.ndarray) or not (array == None).any():  # noqa: E711
-        return data
-    return array.astype(np.float64)
 
 
 def _digest(text: str) -> str:
@@ -178,21 +156,19 @@ def save_result(result: xr.Dataset, path: str | Path) -> Path:
         return save_csv(result, target)
     if kind == ".xlsx":
         return save_xlsx(result, target)
-    content = (to_json(result) + "\n").encode() if kind == ".json" else _netcdf(result)
+    if kind == ".json":
+        content = (to_json(result) + "\n").encode()
+    else:
+        flat = _real(result)
+        for name, values in result.variables.items():
+            if values.dtype == bool:
+                flat[name] = (values.dims, values.values.astype(np.int8), {**values.attrs, "boolean": "1"})
+        # made in memory first: HDF5 kills the interpreter where its disk is full
+        image = flat.to_netcdf(engine="h5netcdf")
+        content = bytes(image) + seal(image)
     with whole_file(target) as file:
         file.write(content)
     return target
-
-
-def _netcdf(result: xr.Dataset) -> Any:
-    """Content of a netCDF-4 file; made in memory first: HDF5 kills the interpreter where its disk is full."""
-    flat = _real(result)
-    for name in list(flat.variables):
-        values = flat[name]
-        if values.dtype == bool:
-            flat[name] = (values.dims, values.values.astype(np.int8), {**values.attrs, "boolean": "1"})
-    image = flat.to_netcdf(engine="h5netcdf")
-    return bytes(image) + seal(image)
 
 
 def _real(result: xr.Dataset) -> xr.Dataset:
@@ -215,31 +191,26 @@ def load_result(path: str | Path) -> xr.Dataset:
     ModelError : no such file, no result, a damaged one, or one whose data lie in other files.
     """
     flat = _from_json(path) if Path(path).suffix.lower() == ".json" else _from_netcdf(path)
+    result = flat.copy()
     try:
-        return _as_saved(flat)
+        # complex numbers and truth values again
+        for name in list(flat.variables):
+            dims, values, attrs = flat[name].dims, flat[name].values, dict(flat[name].attrs)
+            if attrs.pop("complex", None):
+                whole = np.empty(values.shape[:-1], dtype=np.complex128)
+                whole.real, whole.imag = values[..., 0], values[..., 1]  # a product with 1j makes nan of infinity
+                result[name] = (dims[:-1], whole, attrs)
+            elif attrs.pop("boolean", None):
+                result[name] = (dims, values.astype(bool), attrs)
     except Exception as error:  # a mark of a complex variable on one that is none
         raise ModelError(f"not a result file: {error}", path=str(path)) from error
+    return result
 
 
 def has_digest(path: str | Path) -> bool:
     """Whether a result file that `load_result` takes is as the package wrote it, and of no other program."""
     content = Path(path).read_bytes()
     return _DIGEST.encode() in content if Path(path).suffix.lower() == ".json" else has_seal(content)
-
-
-def _as_saved(flat: xr.Dataset) -> xr.Dataset:
-    """The Dataset with its complex numbers and truth values again."""
-    result = flat.copy()
-    for name in list(flat.variables):
-        attrs = dict(flat[name].attrs)
-        if attrs.pop("complex", None):
-            values = flat[name].values
-            whole = np.empty(values.shape[:-1], dtype=np.complex128)
-            whole.real, whole.imag = values[..., 0], values[..., 1]  # a product with 1j makes nan of infinity
-            result[name] = (flat[name].dims[:-1], whole, attrs)
-        elif attrs.pop("boolean", None):
-            result[name] = (flat[name].dims, flat[name].values.astype(bool), attrs)
-    return result
 
 
 def _from_netcdf(path: str | Path) -> xr.Dataset:
@@ -263,19 +234,33 @@ def _from_json(path: str | Path) -> xr.Dataset:
         table = json.loads(text)
         if not isinstance(table, dict) or not isinstance(table.get("data_vars"), dict) or not table["data_vars"]:
             raise ValueError("no data_vars")
-        given = table.pop(_DIGEST, None)  # a file of an earlier version has none
-        found = xr.Dataset.from_dict(_with_nan(table))
+        digest = table.pop(_DIGEST, None)  # a file of an earlier version has none
+        with_nan = {**table, "attrs": _with_nan(table["attrs"])}
+        for group in ("coords", "data_vars"):
+            with_nan[group] = {
+                name: {**entry, "attrs": _with_nan(entry["attrs"]), "data": _numbers(entry["data"])}
+                for name, entry in table[group].items()
+            }
+        result = xr.Dataset.from_dict(with_nan)
     except Exception as error:  # whatever xarray meets in a table that is no Dataset
         raise ModelError(f"not a result file: {error}", path=str(path)) from error
     # of the content, however another program lays it out
-    if set(table) - _ENTRIES or (
-        given is not None and given not in (_digest(_text(_finite(table))), _digest(json.dumps(table)))
-    ):
+    damaged = digest is not None and digest not in (_digest(_text(_finite(table))), _digest(json.dumps(table)))
+    if damaged or set(table) - _ENTRIES:
         raise ModelError("not a result file: damaged, its content is other than was written", path=str(path))
-    return found
+    return result
 
 
-def _plain(value: object) -> object:
-    if isinstance(value, np.generic):
-        return value.item()
-    return str(value)
+def _with_nan(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Attributes with nan for null."""
+    return {key: math.nan if value is None else value for key, value in attributes.items()}
+
+
+def _numbers(data: Any) -> Any:
+    """Data of a variable, with nan for null."""
+    array = np.array(data, dtype=object) if isinstance(data, list) else data
+    if array is None:
+        return math.nan
+    if not isinstance(array, np.ndarray) or not (array == None).any():  # noqa: E711
+        return data
+    return array.astype(np.float64)

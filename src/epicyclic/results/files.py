@@ -1,15 +1,7 @@
-"""Files that are written whole or not at all, their digests, and matrices for other programs.
-
-Version of the package, as results, folders of runs and the command line state it.
-
-Files that appear whole or not at all.
-
-Digest at the end of a result file, and what is asked of a file before a library reads it.
+"""Files that appear whole or not at all, the digest at the end of a result, and matrices for other programs.
 
 HDF5 ends where its first block says; what follows is no part of it.  There the digest stands, so that any reader of
 netCDF opens the file, and a damaged one is known before HDF5 parses it.
-
-Results as arrays by name, for MATLAB (``.mat``) and NumPy (``.npz``).
 """
 
 from __future__ import annotations
@@ -36,6 +28,21 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+MATRIX_FILES = (".mat", ".npz")
+# letters of the name that stand in that of the temporary file: 40 of four bytes each leave room below 255 bytes
+_LETTERS = 40
+_MARK = b"\nepicyclic result, SHA-256 of all bytes before: "
+_SEAL = len(_MARK) + 64 + 1
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+# place of the end of the file in the first block, by version of that block
+_END_AT = {0: 40, 1: 44, 2: 28, 3: 28}
+_BLOCK = 1 << 20
+# deflate makes zeros 1030 times smaller at best: a file that declares more than that has lost its measure
+_SWELL, _SMALL = 1100, 1_000_000
+_NAME = 63  # characters of a name in MATLAB
+_ATTRIBUTES = ("title", "version", "options", "warnings")
+
+
 @cache
 def package_version() -> str:
     """The version that is installed; "unknown" of a source tree that is not."""
@@ -45,8 +52,7 @@ def package_version() -> str:
         return "unknown"
 
 
-# letters of the name that stand in that of the temporary file: 40 of four bytes each leave room below 255 bytes
-_LETTERS = 40
+# --- files that appear whole or not at all ---------------------------------------------------------------------------
 
 
 @contextmanager
@@ -109,17 +115,16 @@ def _target(path: str | Path) -> Path:
     """
     try:
         target = Path(os.path.realpath(path))
-        found = os.lstat(target)
+        mode = os.lstat(target).st_mode
     except FileNotFoundError:
         return target
     except ValueError as error:  # a zero byte in the name
         raise ModelError(f"cannot be written: {error}", path=str(path)) from None
-    if stat.S_ISREG(found.st_mode):
+    if stat.S_ISREG(mode):
         if not os.access(target, os.W_OK):
             raise ModelError("cannot be written: is write-protected", path=str(path), allowed="a file of another name")
         return target
-    kinds = ((stat.S_ISDIR, "a folder"), (stat.S_ISLNK, "a link to itself"))
-    what = next((name for of_kind, name in kinds if of_kind(found.st_mode)), "no regular file")
+    what = "a folder" if stat.S_ISDIR(mode) else "a link to itself" if stat.S_ISLNK(mode) else "no regular file"
     raise ModelError(f"cannot be written: is {what}", path=str(path), allowed="a file")
 
 
@@ -138,14 +143,7 @@ def write_text(path: str | Path, text: str) -> None:
         file.write(text.encode("utf-8"))
 
 
-_MARK = b"\nepicyclic result, SHA-256 of all bytes before: "
-_SEAL = len(_MARK) + 64 + 1
-_SIGNATURE = b"\x89HDF\r\n\x1a\n"
-# place of the end of the file in the first block, by version of that block
-_END_AT = {0: 40, 1: 44, 2: 28, 3: 28}
-_BLOCK = 1 << 20
-# deflate makes zeros 1030 times smaller at best: a file that declares more than that has lost its measure
-_SWELL, _SMALL = 1100, 1_000_000
+# --- digest at the end of a result -----------------------------------------------------------------------------------
 
 
 def seal(image: bytes | memoryview) -> bytes:
@@ -225,29 +223,20 @@ def require_contained(file: BinaryIO) -> None:
     declared = 0
     with h5py.File(file, "r") as opened:
         for name in opened:
-            _require_inside(opened, name)
-            declared += int(getattr(opened[name], "nbytes", 0))
+            if not isinstance(opened.get(name, getlink=True), h5py.HardLink):
+                raise ModelError(f"not a result file: {name} is a link")
+            member = opened[name]
+            if isinstance(member, h5py.Group):
+                raise ModelError(f"not a result file: {name} is a group")
+            if isinstance(member, h5py.Dataset) and (member.external or member.is_virtual):
+                raise ModelError(f"not a result file: the data of {name} lie in another file")
+            declared += int(getattr(member, "nbytes", 0))
     file.seek(0)
     if declared > max(_SMALL, _SWELL * size):
         raise ModelError(f"not a result file: it declares {declared} bytes and has {size}")
 
 
-def _require_inside(group: Any, name: str) -> None:
-    """Raise ModelError for a member of a group that is not all in its file."""
-    import h5py
-
-    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-        raise ModelError(f"not a result file: {name} is a link")
-    member = group[name]
-    if isinstance(member, h5py.Group):
-        raise ModelError(f"not a result file: {name} is a group")
-    if isinstance(member, h5py.Dataset) and (member.external or member.is_virtual):
-        raise ModelError(f"not a result file: the data of {name} lie in another file")
-
-
-MATRIX_FILES = (".mat", ".npz")
-_NAME = 63  # characters of a name in MATLAB
-_ATTRIBUTES = ("title", "version", "options", "warnings")
+# --- results as arrays by name, for MATLAB and NumPy -----------------------------------------------------------------
 
 
 @checked
@@ -276,27 +265,19 @@ def save_matrices(result: xr.Dataset, path: str | Path) -> Path:
         if variable.ndim > 1:
             arrays[_valid(f"dims_{name}")] = np.array([str(dim) for dim in variable.dims])
     arrays |= {name: np.array(str(result.attrs.get(name, ""))) for name in _ATTRIBUTES}
+    content = BytesIO()
+    if kind == ".npz":
+        np.savez_compressed(content, **arrays)
+    else:
+        from scipy.io import savemat
+
+        for name, array in arrays.items():
+            if array.dtype.kind == "U":
+                arrays[name] = array.astype(object) if array.ndim else str(array)
+        savemat(content, arrays, oned_as="column", do_compression=True, long_field_names=True)
     with whole_file(target) as file:
-        file.write(_mat(arrays) if kind == ".mat" else _npz(arrays))
+        file.write(content.getvalue())
     return target
-
-
-def _npz(arrays: dict[str, Any]) -> bytes:
-    import numpy as np
-
-    content = BytesIO()
-    np.savez_compressed(content, **arrays)
-    return content.getvalue()
-
-
-def _mat(arrays: dict[str, Any]) -> bytes:
-    from scipy.io import savemat
-
-    content = BytesIO()
-    texts = {name: one.astype(object) if one.dtype.kind == "U" and one.ndim else one for name, one in arrays.items()}
-    plain = {name: str(one) if one.dtype.kind == "U" and not one.ndim else one for name, one in texts.items()}
-    savemat(content, plain, oned_as="column", do_compression=True, long_field_names=True)
-    return content.getvalue()
 
 
 def _valid(name: str) -> str:

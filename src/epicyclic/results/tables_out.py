@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -35,6 +35,7 @@ _NO_XML = re.compile(r"[\x00-\x08\x0b-\x1f\ud800-\udfff\ufffe\uffff]")
 _WIDEST, _NARROWEST = 48, 9  # widths of columns [characters]
 _HEAD = ("variable", "type", "unit")
 _TAIL = ("value", "imaginary", "text")
+_LONG = 500  # characters of an attribute from which it stands last in the first sheet, as the model file does
 
 
 # --- long form -------------------------------------------------------------------------------------------------------
@@ -64,18 +65,19 @@ def csv_pieces(result: xr.Dataset) -> Iterator[str]:
 
     ``pandas.read_csv(FILE, float_precision="round_trip")`` reads them to the bit.
     """
-    dims = [str(dim) for dim in result.sizes]
-    yield ",".join([*_HEAD, *map(_quoted, dims), *_TAIL]) + "\n"
-    labels = {str(dim): _labels(result, dim) for dim in result.sizes}
+    dims = list(result.sizes)
+    yield ",".join([*_HEAD, *(_quoted(str(dim)) for dim in dims), *_TAIL]) + "\n"
+    labels: dict[Hashable, list[str]] = {}
+    for dim, size in result.sizes.items():
+        values = result.variables[dim].values.tolist() if dim in result.variables else range(size)
+        labels[dim] = [_quoted(repr(value) if isinstance(value, int | float) else str(value)) for value in values]
     for name in result.variables:
-        variable = result.variables[name]
+        variable = _in_order(result.variables[name], result)
         before = f"{_quoted(str(name))},{_kind(variable)},{_quoted(str(variable.attrs.get('units', '')))},"
-        own = set(map(str, variable.dims))
-        values = _csv_values(_in_order(variable, result).values.ravel())
-        places = product(*(labels[dim] if dim in own else [""] for dim in dims))
+        places = product(*(labels[dim] if dim in variable.dims else [""] for dim in dims))
         lines = [
-            f"{before}{','.join(place)}{',' if dims else ''}{value}\n"
-            for place, value in zip(places, values, strict=True)
+            f"{before}{','.join(place)}{',' if dims else ''}{cells}\n"
+            for place, cells in zip(places, _csv_values(variable.values.ravel()), strict=True)
         ]
         yield "".join(lines)
     empty = "," * (len(dims) + 2)
@@ -83,20 +85,14 @@ def csv_pieces(result: xr.Dataset) -> Iterator[str]:
         yield f"{_quoted(str(name))},attribute,,{empty}{_quoted(_text_of(value))}\n"
 
 
+def _dims(variable: xr.Variable, result: xr.Dataset) -> tuple[str, ...]:
+    """Dims of a variable in the order of the result's."""
+    return tuple(str(dim) for dim in result.sizes if dim in variable.dims)
+
+
 def _in_order(variable: xr.Variable, result: xr.Dataset) -> xr.Variable:
     """A variable with its dims in the order of the result's."""
     return variable.transpose(*(dim for dim in result.sizes if dim in variable.dims))
-
-
-def _labels(result: xr.Dataset, dim: Any) -> list[str]:
-    """Labels of a dim as cells of a line; its places where it has no coordinate."""
-    if dim not in result.variables:
-        return [str(place) for place in range(result.sizes[dim])]
-    return [_label(value) for value in result.variables[dim].values.tolist()]
-
-
-def _label(value: Any) -> str:
-    return _quoted(value if isinstance(value, str) else repr(value) if isinstance(value, int | float) else str(value))
 
 
 def _kind(variable: xr.Variable) -> str:
@@ -174,8 +170,8 @@ def save_xlsx(result: xr.Dataset, path: str | Path) -> Path:
     if cells > CELLS_OF_XLSX:
         problem = f"{cells} cells are too many for a workbook"
         raise ModelError(problem, path=str(path), allowed=f"at most {CELLS_OF_XLSX}, or .nc, .json or .csv")
-    texts = (one.values.ravel() for one in result.variables.values() if _kind(one) == "text")
-    longest = max((len(_text_of(text)) for values in texts for text in values.tolist()), default=0)
+    columns = [variable.values.ravel() for variable in result.variables.values() if _kind(variable) == "text"]
+    longest = max((len(_text_of(text)) for values in columns for text in values.tolist()), default=0)
     if longest > _CHARACTERS:
         problem = f"a text of {longest} characters is too long for a cell"
         raise ModelError(problem, path=str(path), allowed=f"{_CHARACTERS}, or .nc, .json or .csv")
@@ -195,8 +191,8 @@ def _write_book(result: xr.Dataset, file: BinaryIO) -> None:
         book.properties.title = _xml(str(result.attrs.get("title", "")))
         _write_sheet(book, "about", ("what", "", "", "", ""), (24, 40, 14, 10, 60), _about(result, sheets), frozen=1)
         for sheet in sheets:
-            still = len(sheet.dims) + 1 if sheet.names else 1
-            _write_sheet(book, sheet.title, sheet.head, sheet.widths, sheet.rows(), frozen=still)
+            frozen = len(sheet.dims) + 1 if sheet.names else 1
+            _write_sheet(book, sheet.title, sheet.head, sheet.widths, sheet.rows(), frozen=frozen)
         book.save(file)
     except BaseException:
         for started in book.worksheets:  # else each of them complains when it is thrown away
@@ -209,9 +205,9 @@ def cells_of(result: xr.Dataset) -> int:
     """Number of cells of a result in a workbook; a hundred thousand take a second, on a busy machine three."""
     columns: dict[tuple[str, ...], int] = {}
     for name, variable in result.variables.items():
-        dims = tuple(str(dim) for dim in result.sizes if dim in variable.dims)
-        own = 0 if dims == (str(name),) else 2 if variable.dtype.kind == "c" else 1
-        columns[dims] = columns.get(dims, len(dims)) + own
+        dims = _dims(variable, result)
+        parts = 0 if dims == (str(name),) else 2 if variable.dtype.kind == "c" else 1
+        columns[dims] = columns.get(dims, len(dims)) + parts
     return sum(
         count * math.prod(result.sizes[dim] for dim in dims) for dims, count in columns.items() if count > len(dims)
     )
@@ -221,56 +217,61 @@ def _sheets(result: xr.Dataset) -> list[_Sheet]:
     """The groups of equal dims as sheets, those with fewer dims first."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for name, variable in result.variables.items():
-        dims = tuple(str(dim) for dim in result.sizes if dim in variable.dims)
-        own = dims == (str(name),)  # a label of a dim stands in the column of the dim
-        groups.setdefault(dims, []).extend([] if own else [str(name)])
+        group = groups.setdefault(_dims(variable, result), [])
+        if _dims(variable, result) != (str(name),):  # a label of a dim stands in the column of the dim
+            group.append(str(name))
     taken = {"about", "history"}  # the second is a name that Excel keeps for itself
-    found: list[_Sheet] = []
+    sheets: list[_Sheet] = []
     for dims, names in sorted(groups.items(), key=lambda item: len(item[0])):
         if names or (dims and not any(dims[0] in other for other in groups if other != dims)):
-            found += _group(result, dims, names, taken)
-    return found
+            sheets += _group(result, dims, names, taken)
+    return sheets
 
 
 def _group(result: xr.Dataset, dims: tuple[str, ...], names: list[str], taken: set[str]) -> list[_Sheet]:
     """Sheets of one group: several where it has more rows or columns than one holds."""
-    labels = [_plain_labels(result, dim) for dim in dims]
-    sizes = [len(one) for one in labels]
+    # labels of the dims as cells; places from 0 where a dim has no coordinate
+    coordinates = result.variables
+    labels = [_cells(coordinates[dim].values) if dim in coordinates else list(range(result.sizes[dim])) for dim in dims]
+    heads = [_heading(dim, coordinates[dim].attrs.get("units", "") if dim in coordinates else "") for dim in dims]
     columns: list[tuple[str, str, Any]] = []  # variable, heading, values
     for name in names:
         variable = _in_order(result.variables[name], result)
-        unit = str(variable.attrs.get("units", ""))
+        unit = variable.attrs.get("units", "")
         values = variable.values.ravel()
-        parts = [(" real", values.real), (" imaginary", values.imag)] if values.dtype.kind == "c" else [("", values)]
-        columns += [(name, _heading(name + part, unit), one) for part, one in parts]
-    heads = [_heading(dim, str(result[dim].attrs.get("units", "")) if dim in result.variables else "") for dim in dims]
+        if values.dtype.kind == "c":
+            columns.append((name, _heading(f"{name} real", unit), values.real))
+            columns.append((name, _heading(f"{name} imaginary", unit), values.imag))
+        else:
+            columns.append((name, _heading(name, unit), values))
+    sizes = [len(entries) for entries in labels]
     room = _COLUMNS - len(dims)
     count, most = math.prod(sizes), _ROWS - 1
-    found = []
+    sheets = []
     for left in range(0, max(len(columns), 1), room):
         shown = columns[left : left + room]
+        head = (*heads, *(heading for _, heading, _ in shown))
+        widths = tuple(map(_width, head, [*labels, *(values for _, _, values in shown)]))
         for first in range(0, max(count, 1), most):
-            last = min(first + most, count)
-            head = tuple([*heads, *(heading for _, heading, _ in shown)])
-            found.append(
+            sheets.append(
                 _Sheet(
                     title=_title(_short(dims) or "numbers", taken),
                     dims=dims,
                     head=head,
-                    widths=tuple(_width(heading, one) for heading, one in zip(head, [*labels, *shown], strict=True)),
+                    widths=widths,
                     names=tuple(dict.fromkeys(name for name, _, _ in shown)),
-                    rows=partial(_rows, labels, sizes, shown, first, last),
+                    rows=partial(_rows, labels, sizes, shown, first, min(first + most, count)),
                 )
             )
-    return found
+    return sheets
 
 
 def _rows(
     labels: list[list[Any]], sizes: list[int], columns: list[tuple[str, str, Any]], first: int, last: int
 ) -> Iterator[tuple[Any, ...]]:
     """Rows of a group from one of its points to another: labels of the dims, then the values."""
-    at = np.unravel_index(np.arange(first, last), sizes) if sizes else ()
-    keys = [[one[i] for i in places] for one, places in zip(labels, at, strict=True)]
+    indices = np.unravel_index(np.arange(first, last), sizes) if sizes else ()
+    keys = [[entries[i] for i in places] for entries, places in zip(labels, indices, strict=True)]
     cells = [_cells(values[first:last]) for _, _, values in columns]
     return zip(*keys, *cells, strict=True)
 
@@ -284,24 +285,18 @@ def _cells(values: np.ndarray[Any, Any]) -> list[Any]:
     if kind == "f":
         if np.isfinite(values).all():
             return plain
-        return [one if math.isfinite(one) else None if math.isnan(one) else str(one) for one in plain]
-    return plain if kind in "iub" else [_text_of(one) for one in plain]
+        return [number if math.isfinite(number) else None if math.isnan(number) else str(number) for number in plain]
+    return plain if kind in "iub" else [_text_of(value) for value in plain]
 
 
-def _plain_labels(result: xr.Dataset, dim: str) -> list[Any]:
-    """Labels of a dim as cells; its places from 0 where it has no coordinate."""
-    return _cells(result.variables[dim].values) if dim in result.variables else list(range(result.sizes[dim]))
-
-
-def _heading(name: str, unit: str) -> str:
-    return f"{name} [{unit}]" if unit not in ("", "1") else name
+def _heading(name: str, unit: object) -> str:
+    return f"{name} [{unit}]" if str(unit) not in ("", "1") else name
 
 
 def _width(heading: str, column: Any) -> int:
     """Width of a column: of its heading, and of its first texts where it holds texts."""
-    values = column[2] if isinstance(column, tuple) else column
-    texts = [len(one) for one in list(values[:200]) if isinstance(one, str)]
-    return min(_WIDEST, max(_NARROWEST, len(heading) + 2, *texts, 0))
+    texts = [len(value) for value in column[:200] if isinstance(value, str)]
+    return min(_WIDEST, max(_NARROWEST, len(heading) + 2, *texts))
 
 
 def _short(dims: Sequence[str]) -> str:
@@ -330,14 +325,17 @@ def _title(wanted: str, taken: set[str]) -> str:
 
 def _about(result: xr.Dataset, sheets: Sequence[_Sheet]) -> Iterator[tuple[Any, ...]]:
     """Rows of the first sheet."""
-    attrs = dict(result.attrs)
-    first = [name for name in ("title", "verb", "package", "version", "options", "warnings") if name in attrs]
-    last = [name for name in attrs if name not in first]
-    # what is long, as the model file is, stands last
-    last.sort(key=lambda name: len(_text_of(attrs[name])) > 500)
-    for name in (*first, *(name for name in last if len(_text_of(attrs[name])) <= 500)):
-        values = _listed(attrs[name]) if name == "warnings" else [_text_of(attrs[name])]
-        yield from ((_xml(name) if not place else "", text) for place, text in enumerate(values or ["none"]))
+    texts = {name: _text_of(value) for name, value in result.attrs.items()}
+    first = [name for name in ("title", "verb", "package", "version", "options", "warnings") if name in texts]
+    last = [name for name in texts if name not in first]
+    for name in (*first, *(name for name in last if len(texts[name]) <= _LONG)):
+        entries = [texts[name]]
+        if name == "warnings":
+            # a list in JSON
+            with suppress(json.JSONDecodeError):
+                warnings = json.loads(str(result.attrs[name]))
+                entries = [str(entry) for entry in warnings] if isinstance(warnings, list) else entries
+        yield from ((_xml(name) if not place else "", text) for place, text in enumerate(entries or ["none"]))
     yield ()
     yield ("sheet", "a row for each of", "columns")
     yield from ((sheet.title, " x ".join(sheet.dims) or "(one row)", len(sheet.head)) for sheet in sheets)
@@ -348,21 +346,10 @@ def _about(result: xr.Dataset, sheets: Sequence[_Sheet]) -> Iterator[tuple[Any, 
         name = str(key)
         unit, words = (str(variable.attrs.get(word, "")) for word in ("units", "long_name"))
         yield (name, home.get(name, ""), unit, _kind(variable), words)
-    for name in last:
-        text = _text_of(attrs[name])
-        if len(text) > 500:
-            yield ()
-            pieces = [text[at : at + _CHARACTERS] for at in range(0, len(text), _CHARACTERS)]
-            yield from ((name if not place else "", piece) for place, piece in enumerate(pieces))
-
-
-def _listed(value: Any) -> list[str]:
-    """Entries of a list in JSON, as warnings are kept."""
-    try:
-        found = json.loads(str(value))
-    except json.JSONDecodeError:
-        return [str(value)]
-    return [str(one) for one in found] if isinstance(found, list) else [str(value)]
+    for name in (name for name in last if len(texts[name]) > _LONG):
+        yield ()
+        pieces = [texts[name][at : at + _CHARACTERS] for at in range(0, len(texts[name]), _CHARACTERS)]
+        yield from ((name if not place else "", piece) for place, piece in enumerate(pieces))
 
 
 def _write_sheet(
@@ -408,4 +395,4 @@ def _cell(sheet: Any, value: Any) -> Any:
 
 def _xml(text: str) -> str:
     """A text without characters that XML cannot hold: they are spelt out."""
-    return _NO_XML.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+    return _NO_XML.sub(lambda match: f"\\x{ord(match[0]):02x}", text)

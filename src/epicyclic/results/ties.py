@@ -23,17 +23,16 @@ def ranked(values: ArrayLike, *, equal: float = _ROUNDING) -> NDArray[np.int64]:
     equal : share [1] of the largest magnitude of a run of equal values within which they are.
     """
     raw = np.asarray(values, dtype=float)
-    given = np.nan_to_num(raw, nan=-np.inf)
-    given[np.abs(given) <= _ROUNDING * np.abs(raw[np.isfinite(raw)]).max(initial=0.0)] = 0.0
-    order = np.argsort(-given, kind="stable")
-    found: list[int] = []
+    known = np.nan_to_num(raw, nan=-np.inf)
+    known[np.abs(known) <= _ROUNDING * np.abs(raw[np.isfinite(raw)]).max(initial=0.0)] = 0.0
+    order: list[int] = []
     run: list[int] = []
-    for place in order.tolist():
-        if run and not given[place] >= given[run[0]] - equal * abs(given[run[0]]):
-            found += sorted(run)
+    for index in np.argsort(-known, kind="stable").tolist():
+        if run and not known[index] >= known[run[0]] - equal * abs(known[run[0]]):
+            order += sorted(run)
             run = []
-        run.append(place)
-    return np.array(found + sorted(run), dtype=np.int64)
+        run.append(index)
+    return np.array(order + sorted(run), dtype=np.int64)
 
 
 def largest(values: ArrayLike, *, equal: float = _ROUNDING) -> int:
@@ -41,9 +40,9 @@ def largest(values: ArrayLike, *, equal: float = _ROUNDING) -> int:
 
     0 where none is known.
     """
-    given = np.nan_to_num(np.ravel(np.asarray(values, dtype=float)), nan=-np.inf, posinf=np.inf, neginf=-np.inf)
-    most = given.max(initial=-np.inf)
-    return int(np.argmax(given >= most - equal * abs(most))) if np.isfinite(most) else int(np.argmax(given == most))
+    known = np.nan_to_num(np.ravel(np.asarray(values, dtype=float)), nan=-np.inf, posinf=np.inf, neginf=-np.inf)
+    most = known.max(initial=-np.inf)
+    return int(np.argmax(known >= most - equal * abs(most))) if np.isfinite(most) else int(np.argmax(known == most))
 
 
 def first_largest(values: ArrayLike, *, equal: float = EQUAL) -> tuple[int, ...]:
@@ -51,7 +50,7 @@ def first_largest(values: ArrayLike, *, equal: float = EQUAL) -> tuple[int, ...]
 
     ValueError where none is known, as of numpy.nanargmax.
     """
-    given = np.asarray(values, dtype=float)
-    if np.isnan(given).all():
+    array = np.asarray(values, dtype=float)
+    if np.isnan(array).all():
         raise ValueError("no value is known")
-    return tuple(int(one) for one in np.unravel_index(largest(given, equal=equal), given.shape))
+    return tuple(int(index) for index in np.unravel_index(largest(array, equal=equal), array.shape))

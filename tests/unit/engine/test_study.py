@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.engine.plain import plain_bytes, plain_value
-from epicyclic.engine.study import stacked
+from epicyclic.engine.study import run_study, stacked
 from epicyclic.errors import ModelError
 
 Tables = dict[str, Any]
@@ -129,6 +129,14 @@ def test_a_point_that_fails_holds_nothing_and_its_reason(torsional: Tables) -> N
     )
     with pytest.raises(ModelError, match=r"every point fails, the first with: stages.main.ring.teeth = 30"):
         epicyclic.study({"verb": "modes", "model": torsional, "list": {"stages.main.ring.teeth": [30, 31]}})
+
+
+def test_warnings_of_points_keep_their_order() -> None:
+    said = [f"{letter} [points-rounded]" for letter in "fbdaec"]
+    point = xr.Dataset({"mass": ((), 1.0)}, attrs={"verb": "check", "warnings": json.dumps(said)})
+    job = {"verb": "check", "model": "ren2021", "list": {"options.speed": [1, 2]}}
+    result = run_study(job, lambda verb: lambda model, overrides, options: point, {"check": ("speed",)})
+    assert json.loads(result.attrs["warnings"]) == said
 
 
 def test_one_process_workers_and_a_resumed_run_agree(folder: Path) -> None:

@@ -48,6 +48,18 @@ def killed(own: int, item: int) -> int:
 
 
 @pytest.mark.usefixtures("two_at_once")
+def test_what_takes_a_result_may_raise_an_error_of_the_system() -> None:
+    """Else it would be taken for a process that may not be started, and the result be lost."""
+
+    def arrived(place: int, result: tuple[int, int]) -> None:
+        if place == 3:
+            raise BrokenPipeError("nobody reads")
+
+    with pytest.raises(BrokenPipeError, match="nobody reads"):
+        each(place_and_process, range(8), arrived=arrived)
+
+
+@pytest.mark.usefixtures("two_at_once")
 def test_results_come_in_order_from_other_processes() -> None:
     seen = dict[int, tuple[int, int]]()
     found = each(place_and_process, range(20), arrived=seen.__setitem__)
