@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from epicyclic.system.assembly import assemble
 from epicyclic.system.inertia import carried_stiffness, centrifugal_stiffness, gyroscopic_matrix
-from epicyclic.train.train import Train
+from epicyclic.train.train import Displacement, Train
 
 Array = NDArray[np.float64]
 
@@ -157,3 +157,44 @@ def test_a_damper_to_the_housing_feels_the_absolute_velocity(hand_built: Callabl
         assert system.Cskew[j, i] == pytest.approx(c * omega)
         assert system.C[i, i] == system.C[j, j] == c
     assert np.count_nonzero(system.Cskew) == 4
+    # two bearings at one place may share the directions
+    shared = [
+        dataclasses.replace(
+            link,
+            name=f"main/sun/support/{name}",
+            stiffness=tuple(k / 2 for k in link.stiffness),
+            damping=tuple(c * (i % 3 == direction) for i, c in enumerate(link.damping)),
+        )
+        for link in links
+        if link.name == "main/sun/support"
+        for direction, name in enumerate(("front", "rear"))
+    ]
+    others = tuple(link for link in links if link.name != "main/sun/support")
+    apart = assemble(dataclasses.replace(train, links=(*others, *shared)))
+    np.testing.assert_allclose(apart.Cskew, system.Cskew, rtol=1e-12)
+    np.testing.assert_allclose(apart.links.B @ apart.links.skew @ apart.links.B.T, apart.Cskew, rtol=1e-12)
+
+
+def test_a_seat_displaced_in_the_housing_moves_no_damper(hand_built: Callable[..., Train]) -> None:
+    """It stands still over the ground; one that turns with the frame moves with Omega over it."""
+    train = hand_built(frame_speed=Fraction(600), sun_speed=Fraction(2500), planet_speed=Fraction(-900))
+    omega, c, shift = 2 * math.pi * 10, 50.0, 1e-5
+    links = tuple(
+        dataclasses.replace(link, damping=(c, c, 0.0, 0.0, 0.0, 0.0)) if link.name == "main/sun/support" else link
+        for link in train.links
+    )
+    for vector, turn, expected in (
+        # fixed in the housing: (cos, -sin) of the turn in the frame
+        (np.array([shift, 1j * shift]), Fraction(10), np.zeros(2)),
+        # fixed in the frame along x: over the ground its velocity is along y
+        (np.array([shift, 0.0]), Fraction(0), np.array([0.0, c * omega * shift])),
+    ):
+        seat = Displacement(
+            path="seat", cause="position", body="main/sun", rows="seat", links=("main/sun/support",),
+            vector=np.concatenate([vector, np.zeros(4)]), frequency=turn,
+        )  # fmt: skip
+        system = assemble(dataclasses.replace(train, links=links, displacements=(seat,)))
+        (line,) = [line for line in system.lines if "seat" in line.causes]
+        sun = [list(system.dofs.names).index(f"main/sun/{d}") for d in "xy"]
+        # sense of a displaced seat: its support drags the body along
+        assert line.force[1][sun] == pytest.approx(expected, abs=1e-12 * c * omega * shift)

@@ -20,7 +20,7 @@ from ..arguments import checked
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import series_in_time
 from ..teeth.phasing import HALF, Phase
-from ..train.bodies import DIRECTIONS, Mesh
+from ..train.bodies import DIRECTIONS, Link, Mesh
 from ..train.train import Train
 from .elimination import eliminate
 from .excitation import FullModel, excitation_lines
@@ -36,6 +36,9 @@ from .mesh_laws import flank_laws, flanks_ignored, idle_friction, law_groups, on
 from .structure import Structure, own_centres, structure_of
 from .symmetry import commutes, reduced_operator, turn_operator
 from .system import Array, Dofs, FarFlanks, LinkRows, MeshRows, Symmetry, System
+
+# direction of a row -> that across it, and the sense in which a turn by a quarter leads there
+_ACROSS = {0: (1, 1), 1: (0, -1), 3: (4, 1), 4: (3, -1)}
 
 
 @checked
@@ -77,7 +80,7 @@ def assemble(train: Train) -> System:
         G=T.T @ model.G @ T,
         K=K,
         Kg=T.T @ model.Kg @ T,
-        Cskew=T.T @ model.skew @ T,
+        Cskew=T.T @ (structure.link.T @ turning @ structure.link) @ T,
         meshes=meshes,
         links=_links(structure, L, model.link_damping, turning),
         force=_torques(train, structure) @ T,
@@ -156,7 +159,7 @@ def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Ar
         mass_damping=train.damping.mass or 0.0,
         link_stiffness=stiffness,
         link_damping=dampers + (train.damping.stiffness or 0.0) * stiffness,
-        skew=structure.link.T @ turning @ structure.link,
+        turning=turning,
     )
 
 
@@ -167,15 +170,26 @@ def _housing_dampers(structure: Structure) -> Array:
     rx, ry (docs/conventions.md, Inertia in a turning frame).
     """
     turning = np.zeros((len(structure.links), len(structure.links)))
-    pairs: dict[tuple[str, int], dict[int, int]] = {}
+    # rows at one place stand for each other: the bearings there may each damp one direction
+    rows = {_direction_at(row.link, row.direction): i for i, row in enumerate(structure.links) if row.to_housing}
     for i, row in enumerate(structure.links):
-        if row.to_housing and row.damping and row.direction in (0, 1, 3, 4) and structure.frame_speed[row.first]:
-            pairs.setdefault((row.link.name, row.direction // 3), {})[row.direction % 3] = i
-    for pair in pairs.values():
-        x = structure.links[pair[0]]
-        factor = x.damping * structure.frame_speed[x.first]
-        turning[pair[1], pair[0]], turning[pair[0], pair[1]] = factor, -factor
+        if row.to_housing and row.damping and row.direction in _ACROSS and structure.frame_speed[row.first]:
+            direction, sense = _ACROSS[row.direction]
+            across = rows.get(_direction_at(row.link, direction))
+            if across is None:
+                raise ModelError(
+                    "a damper to the housing in a turning frame needs a connection across it",
+                    path=row.link.path,
+                    given=f"{DIRECTIONS[row.direction]} alone",
+                    allowed=f"{DIRECTIONS[direction]} too",
+                )
+            turning[i, across] = -sense * row.damping * structure.frame_speed[row.first]
     return turning
+
+
+def _direction_at(link: Link, direction: int) -> tuple[object, ...]:
+    """What tells one direction of a body at one place from others."""
+    return link.first, direction, link.centre, link.station, link.angle
 
 
 def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:

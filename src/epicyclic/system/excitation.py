@@ -23,9 +23,9 @@ from .system import Array, ComplexArray, Line
 class FullModel:
     """Unreduced matrices that the excitation needs.
 
-    T : (6 nb, n).  S : (6 nb, c).  mass : (nb, 6) [kg, kg m^2].  G, Kg, euler, skew : (6 nb, 6 nb).
+    T : (6 nb, n).  S : (6 nb, c).  mass : (nb, 6) [kg, kg m^2].  G, Kg, euler : (6 nb, 6 nb).
     mass_damping : [1/s].  link_stiffness : (p,) [N/m], 0 in rows with a law, whose force is not on the right side.
-    link_damping : (p,) [N s/m].
+    link_damping : (p,) [N s/m].  turning : (p, p) of dampers to the housing, as of `LinkRows.skew` [N/m].
     """
 
     T: Array
@@ -37,7 +37,7 @@ class FullModel:
     mass_damping: float
     link_stiffness: Array
     link_damping: Array
-    skew: Array
+    turning: Array
 
 
 @dataclass(slots=True)
@@ -198,7 +198,7 @@ def unit_lines(train: Train, deviations: Sequence[Displacement | MeshError]) -> 
         mass_damping=0.0,
         link_stiffness=structure.linear_stiffness,
         link_damping=np.zeros(len(structure.links)),
-        skew=zero,
+        turning=np.zeros((len(structure.links), len(structure.links))),
     )
     units = []
     for deviation in deviations:
@@ -245,7 +245,7 @@ def _line(frequency: Fraction, full: _FullLine, structure: Structure, model: Ful
     link = full.link - structure.link @ shift
     force = full.force.copy()
     force[0] += structure.link.T @ (model.link_stiffness * link)
-    force[1] += structure.link.T @ (1j * omega * model.link_damping * link) - model.skew @ shift
+    force[1] += structure.link.T @ (1j * omega * model.link_damping * link + model.turning @ link)
     inertia = model.mass.ravel()
     force[1] -= 1j * omega * model.mass_damping * inertia * shift
     force[2] += omega**2 * inertia * shift - 1j * omega * (model.G @ shift) - model.Kg @ shift
