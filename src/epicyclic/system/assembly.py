@@ -72,7 +72,7 @@ def assemble(train: Train) -> System:
     L = structure.link @ T
     K = (L.T * model.link_stiffness) @ L
     tones = tuple(sorted(set((train.kinematics.mesh_frequency or {}).values()) - {Fraction(0)}))
-    meshes = _meshes(train, structure, T, M, tones)
+    meshes = _meshes(train, structure, T, None if missing else M, tones)
     return System(
         dofs=_dofs(train, T, kept),
         M=M,
@@ -209,15 +209,18 @@ def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:
 # meshes ---------------------------------------------------------------------------------------------------------------
 
 
-def _meshes(train: Train, structure: Structure, T: Array, M: Array, tones: tuple[Fraction, ...]) -> MeshRows:
-    """Mesh rows on the reduced coordinates; T : (6 nb, n), M : (n, n)."""
+def _meshes(train: Train, structure: Structure, T: Array, M: Array | None, tones: tuple[Fraction, ...]) -> MeshRows:
+    """Mesh rows on the reduced coordinates; T : (6 nb, n), M : (n, n), None where an inertia is missing.
+
+    A damping ratio has no damper then; what needs dampers needs the inertia too.
+    """
     meshes = [row.mesh for row in structure.meshes]
     B = (structure.mesh @ T).T
     stiffness = np.array([mesh.stiffness for mesh in meshes])
     frequency = train.kinematics.mesh_frequency or {}
     tone = [tones.index(frequency[m.stage]) if frequency.get(m.stage) in tones else 0 for m in meshes]
     damping = np.array([mesh.damping for mesh in meshes])
-    if train.damping.mesh:
+    if train.damping.mesh and M is not None:
         damping = damping + _relative_damping(train.damping.mesh, structure, B, stiffness, M)
     return MeshRows(
         name=tuple(m.name for m in meshes),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -286,5 +288,23 @@ def test_the_period_of_several_mesh_frequencies_is_no_hunting_period() -> None:
             "record of 2 mesh cycles is shorter than the common period of the mesh frequencies of 220; --cycles takes"
         )
         assert any(text.startswith(short) for text in told), told
-    told = json.loads(epicyclic.static("encased-differential", cycles=2).attrs["warnings"])
+    told = json.loads(static("encased-differential", cycles=2).attrs["warnings"])
     assert any("common period of the mesh frequencies and shaft orders of" in text for text in told)
+
+
+def test_a_damping_ratio_of_meshes_without_inertia_leaves_statics_alone(
+    torsional_set: Callable[..., dict[str, Any]],
+) -> None:
+    """No effective mass, no damper; what needs dampers asks for the inertia."""
+    data = deepcopy(torsional_set(modal=0.03))
+    data["damping"] = {"mesh": 0.05}
+    with_inertia = epicyclic.assemble(epicyclic.load(data))
+    del data["stages"]["main"]["sun"]["inertia"]
+    system = epicyclic.assemble(epicyclic.load(data))
+    assert system.missing_inertia == ("stages.main.sun.inertia",)
+    assert (with_inertia.meshes.damping > 0).all()
+    assert (system.meshes.damping == 0).all()
+    mesh_force = static(system).mesh_force.values
+    np.testing.assert_allclose(mesh_force, static(with_inertia).mesh_force.values, rtol=1e-9)
+    with pytest.raises(ModelError, match=r"stages\.main\.sun\.inertia: not given"):
+        epicyclic.modes(system)
