@@ -334,11 +334,12 @@ class RunFolder:
         """
         if self.segments >= 0:
             return
-        self.segments = 0
-        while (path := segment_path(self.folder, self.segments)).is_file():
+        number = 0
+        while (path := segment_path(self.folder, number)).is_file():
             for name, place, result in read_plain(path, restore=self.restore):
                 self.known.setdefault(name, {})[place] = result
-            self.segments += 1
+            number += 1
+        self.segments = number  # only now: a segment that cannot be read must not be written over
 
     def part(self, name: str, keys: Sequence[str] | None = None) -> KeptPart:
         """The results of one part of the run."""
