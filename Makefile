@@ -19,12 +19,12 @@ KERNEL_TESTS := $(addprefix tests/,papers/test_dong2019.py papers/test_yue2014.p
                   studies/test_contact_resolution.py studies/test_stability.py test_ties.py) \
                   physics/test_star_drive.py physics/test_three_routes.py physics/test_floating.py)
 
-.PHONY: demo test lint types pytest kernel oldest bench figures docs clean help
+.PHONY: demo test lint types pytest quick kernel oldest bench figures docs clean help
 .DEFAULT_GOAL := help
 
 help:
 	@sed -n '1,/^$$/s/^# \{0,1\}//p' Makefile
-	@echo "also: make kernel KERNEL=Haswell, make oldest, make docs, make bench, make figures, make clean"
+	@echo "also: make quick, make kernel KERNEL=Haswell, make oldest, make docs, make bench, make figures, make clean"
 
 demo: $(VENV)/.installed
 	$(BIN)/epicyclic report ren2021 -o $(REPORT)
@@ -40,7 +40,12 @@ types: $(VENV)/.installed-dev
 	$(BIN)/mypy --explicit-package-bases src tests examples
 
 pytest: $(VENV)/.installed-dev
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -rs -n auto --maxprocesses 4
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -rs -n auto --maxprocesses 4 --durations=10
+
+# From the drawing to the equation, and the arrows between the rooms.
+QUICK := $(addprefix tests/unit/,test_architecture.py document train teeth system statics) tests/physics
+quick: lint
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n auto --maxprocesses 4 -m "not slow and not browser" $(QUICK)
 
 # Numerical tests under one BLAS kernel; NoAVX2 : of NumPy 2.4 without its wide vectors too.
 kernel: $(VENV)/.installed-dev

@@ -39,7 +39,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     if not files:
         pytest.skip("needs the checkout, to build from its files alone")
     for name in files:
-        if name.startswith(("tests/", "docs/", "benchmarks/")) or not (ROOT / name).is_file():
+        if not (ROOT / name).is_file():
             continue
         (source / name).parent.mkdir(parents=True, exist_ok=True)
         (source / name).write_bytes((ROOT / name).read_bytes())
@@ -88,10 +88,39 @@ def test_the_wheel_has_licence_and_data(built: tuple[Path, Path]) -> None:
     assert {name for name in names if not name.split("/")[0].endswith(".dist-info")} == beside
 
 
-def test_the_sdist_has_what_a_reader_wants(built: tuple[Path, Path]) -> None:
+def test_the_tests_run_from_the_sdist(built: tuple[Path, Path], tmp_path: Path) -> None:
+    """It holds every file of the checkout but those of version control and of continuous integration."""
     with tarfile.open(built[1]) as sdist:
         names = {name.partition("/")[2] for name in sdist.getnames()}
-    assert {"LICENSE", "README.md", "CITATION.cff", "CHANGELOG.md", "constraints-oldest.txt", "pyproject.toml"} <= names
+        sdist.extractall(tmp_path, filter="data")
+    files = ran("git", "-C", ROOT, "ls-files").stdout.splitlines()
+    apart = (".ci/", ".git", ".pre-commit-config.yaml")
+    assert {name for name in files if not name.startswith(apart)} - names == set()
+    (folder,) = tmp_path.iterdir()
+    tests = ("tests/unit/train/test_rational.py", "tests/physics/test_rows.py")
+    own = ("-p", "no:cacheprovider", "-o", "pythonpath=src . benchmarks")
+    done = ran(sys.executable, "-m", "pytest", "-q", *own, *tests, cwd=folder)
+    assert done.returncode == 0, done.stdout[-2000:]
+
+
+def test_the_conda_recipe_is_that_of_the_project() -> None:
+    """Parsed and rendered as conda packages are; dependencies, version and command are those of pyproject.toml."""
+    rattler_build = pytest.importorskip("rattler_build", reason="needs py-rattler-build, to render the conda recipe")
+    (rendered,) = rattler_build.Stage0Recipe.from_file(ROOT / "recipe" / "recipe.yaml").render()
+    recipe, project = rendered.recipe.to_dict(), PROJECT["project"]
+    assert (recipe["package"]["name"], recipe["package"]["version"]) == (project["name"], project["version"])
+
+    def spaced(dependencies: list[str]) -> set[str]:
+        return {re.sub(r"(?<=\w)(?=[<>=])", " ", one) for one in dependencies}
+
+    assert set(recipe["requirements"]["run"]) == spaced(
+        [f"python{project['requires-python']}", *project["dependencies"]]
+    )
+    optional = [one for extra in ("fast", "app", "scale") for one in project["optional-dependencies"][extra]]
+    assert set(recipe["requirements"]["run_constraints"]) == spaced(optional)
+    entry = [f"{name} = {target}" for name, target in project["scripts"].items()]
+    text = (ROOT / "recipe" / "recipe.yaml").read_text("utf-8")
+    assert all(f"- {line}\n" in text for line in entry)
 
 
 def test_the_installed_package_runs(installed: Path, tmp_path: Path) -> None:
