@@ -288,7 +288,7 @@ def test_the_period_of_several_mesh_frequencies_is_no_hunting_period() -> None:
             "record of 2 mesh cycles is shorter than the common period of the mesh frequencies of 220; --cycles takes"
         )
         assert any(text.startswith(short) for text in told), told
-    told = json.loads(static("encased-differential", cycles=2).attrs["warnings"])
+    told = json.loads(epicyclic.static("encased-differential", cycles=2).attrs["warnings"])
     assert any("common period of the mesh frequencies and shaft orders of" in text for text in told)
 
 
