@@ -26,7 +26,7 @@ from .units import COMMON, KINDS, factor
 _MAX_FORCE_BYTES = 4_000_000  # as of a model file
 _COLUMNS = ("deflection", "force")
 # a word of another spelling is no label: "forces [N]" is refused
-_FORCE_HEADER = re.compile(r"\s*(?P<name>deflection|force)(?:[^A-Za-z\[\]][^\[\]]*)?\[\s*(?P<unit>[^\[\]]+?)\s*\]\s*")
+_FORCE_HEADER = re.compile(r"(?P<name>deflection|force)(?:[^A-Za-z\[\]][^\[\]]*)?\[(?P<unit>[^\[\]]+)\]")
 _HEADING = "deflection [um], force [kN]; of several phases one column each: deflection [um], force 1 [kN], ..."
 
 
@@ -55,8 +55,8 @@ def _columns_of(name: str, path: str, folder: Path | None) -> dict[str, object]:
     lines = _lines(name, path, folder)
     number, heading = lines[0]
     separator = ";" if ";" in heading else ","
-    columns = _heading(_force_cells(heading, separator), name, path, number)
-    table = [_numbers(_force_cells(line, separator), len(columns), name, path, at) for at, line in lines[1:]]
+    columns = _heading(_cells(heading, separator, path), name, path, number)
+    table = [_numbers(_cells(line, separator, path), len(columns), name, path, at) for at, line in lines[1:]]
     if len(table) < 2:
         raise ModelError(f"{name}: too few rows", path=path, given=len(table), allowed="two or more")
     values = list(zip(*table, strict=True))
@@ -81,18 +81,14 @@ def _lines(name: str, path: str, folder: Path | None) -> list[tuple[int, str]]:
     return kept
 
 
-def _force_cells(line: str, separator: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
-
-
 def _heading(cells: list[str], name: str, path: str, number: int) -> list[tuple[str, str]]:
     """Return key and unit of every column."""
     columns = []
     for cell in cells:
         match = _FORCE_HEADER.fullmatch(cell)
-        if match is None:
+        if match is None or not match["unit"].strip():
             raise ModelError(f"{name}, line {number}: no heading of a column", path=path, given=cell, allowed=_HEADING)
-        columns.append((match["name"], match["unit"]))
+        columns.append((match["name"], match["unit"].strip()))
     count = {key: sum(own == key for own, _ in columns) for key in _COLUMNS}
     if not all(count.values()) or (min(count.values()) > 1 and len(set(count.values())) > 1):
         problem = f"{name}, line {number}: {count['deflection']} columns of deflections and {count['force']} of forces"
@@ -132,7 +128,7 @@ def _check_columns(
             raise ModelError(where, path=path, given=given, allowed=allowed)
 
 
-_HEADER = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*\[\s*(?P<unit>[^\[\]]+?)\s*\]\s*")
+_HEADER = re.compile(r"(?P<name>[^\[\]]+)\[(?P<unit>[^\[\]]+)\]")
 _MAX_BYTES = 200_000_000
 
 
@@ -193,9 +189,9 @@ def _columns(cells: list[str], where: str) -> list[tuple[str, float]]:
     found: list[tuple[str, float]] = []
     for cell in cells:
         match = _HEADER.fullmatch(cell)
-        if match is None:
+        name, unit = (match["name"].strip(), match["unit"].strip()) if match else ("", "")
+        if not name or not unit:
             raise ModelError("a column needs a name and a unit", path=where, given=cell, allowed="time [s], sun [N m]")
-        name, unit = match["name"], match["unit"]
         target = "s" if name == "time" else "N m"
         scale, base = COMMON.get(unit, (0.0, ""))
         scaled = scale if base == target else factor(unit, target)

@@ -343,7 +343,10 @@ def _scaled(
         read = read.value
     if not isinstance(read, float):
         return None
-    number = read * ratio**power
+    try:
+        number = read * ratio**power
+    except OverflowError:  # of teeth by the million: validation names them
+        return None
     if number == read:
         return None
     text = quantity_text(number, kind)

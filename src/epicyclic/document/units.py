@@ -219,12 +219,12 @@ COMMON: dict[str, tuple[float, str]] = {
 }
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?|[+-]?inf"
 _QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>.*?)\s*", re.DOTALL)
-_LIST = re.compile(r"\s*\[(?P<items>[^\[\]]*)\]\s*(?P<unit>[^\[\]]*?)\s*")
+_LIST = re.compile(r"\s*\[(?P<items>[^\[\]]*)\](?P<unit>[^\[\]]*)")
 # a decimal comma, or thousands set apart
 _SET_APART = re.compile(r"\s*[+-]?[0-9.]+\s*[,'\u2019\s]\s*(?!1\s*/)[0-9]")
 _BLANKS = re.compile(r"[\s*·]+")
 # a unit text: words, powers of one digit, products and quotients; nothing pint could be made to compute for long
-_UNIT = re.compile(r"(?:[A-Za-zµμ°%²³·]+|(?:\^|\*\*)-?\d(?![\d.]|\s*(?:\^|\*\*))|1(?=\s*/)|[*/()\s])+")
+_UNIT = re.compile(r"(?:[A-Za-zµμ°%²³·]|(?:\^|\*\*)-?\d(?![\d.]|\s*(?:\^|\*\*))|1(?=\s*/)|[*/()\s])+")
 _HERTZ = re.compile(r"(?<![A-Za-z])[kMG]?(?:Hz|[hH]ertz)(?![A-Za-z])")
 _ANGULAR = re.compile(r"rad|rev|turn|deg|rpm|°|cycle|arc|gon")
 
@@ -267,7 +267,7 @@ def split_list(value: object) -> tuple[list[object] | None, str]:
         return list(value), ""
     if isinstance(value, str) and (found := _LIST.fullmatch(value)):
         items = found["items"].strip()
-        return [item.strip() for item in items.split(",")] if items else [], found["unit"] or "SI"
+        return [item.strip() for item in items.split(",")] if items else [], found["unit"].strip() or "SI"
     return None, ""
 
 

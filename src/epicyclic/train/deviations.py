@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..document.deviations import DisplacementTable, ProfileErrorTable, TiltTable, TurningErrorTable, UnbalanceTable
-from ..document.schema import ModelFile
+from ..document.schema import SIDES, ModelFile
 from ..errors import ModelError
 from ..teeth.grades import pitch_lines, profile_amplitude, random_phases, tooth_phase
 from ..warning_codes import coded
@@ -139,6 +139,7 @@ def deviations_of(
             for path, value in _statements(levels, key):
                 resolve_mesh(scope, mesh, path, value)
     _check_meshed(model, meshes, log)
+    _check_bodies(model, bodies, log)
     if effects.left_out:
         names = ", ".join(dict.fromkeys(effects.left_out))
         log.warn(
@@ -171,6 +172,25 @@ def _check_meshed(model: ModelFile, meshes: Sequence[Mesh], log: ResolutionLog) 
                 f"deviations.{name} has no effect: no such mesh; there are {', '.join(sorted(pairs))}",
             )
         )
+
+
+def _check_bodies(model: ModelFile, bodies: Sequence[Body], log: ResolutionLog) -> None:
+    """Refuse deviations of a side of a member in one piece; format 1 warns of them.
+
+    Raises
+    ------
+    ModelError : from format 2 on, no such half.
+    """
+    halves = {f"{body.member}.{body.side}" for body in bodies if body.side}
+    for name in model.deviations.members:
+        member, _, side = name.rpartition(".")
+        if side not in SIDES or name in halves or not any(body.member == member for body in bodies):
+            continue
+        if model.format > 1:
+            raise ModelError(
+                "is a side of a member in one piece", path=f"deviations.{name}", allowed=f"{member}, or split"
+            )
+        log.warn(coded("deviation-without-effect", f"deviations.{name} has no effect: {member} is in one piece"))
 
 
 def misaligned_bodies(model: ModelFile, bodies: Sequence[Body]) -> frozenset[str]:

@@ -77,7 +77,7 @@ def nominal_load(shape: StageShape, p: GearPair, torque: Mapping[str, float] | N
     torque : of each pair, as `Kinematics.mesh_torque`.  width : face width of one helix [m].
     """
     meshing = shape.meshes[p.name]
-    count = len(shape.plan.angles) * len(meshing.width)
+    count = shape.plan.branches_of(p) * len(meshing.width)
     passed = abs((torque or {}).get(p.path, 0.0)) / count
     # F = T/(r_b cos beta_b) over a mean length of eps_alpha b / cos beta_b
     load = passed / (shape.teeth[p.b].base_radius * meshing.contact_ratio * width)

@@ -343,7 +343,7 @@ LARGEST_SHIFT = 5.0  # as in the file format; far beyond any tooth
 
 def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, float]:
     """Given centre distance of every pair that has one [m]; two that differ are a warning, the nearest one counts."""
-    radii = {axis: given_radius(plan, axis, log) for axis in set(plan.axis.values())}
+    radii = {axis: given_radius(plan, axis, log) for axis in dict.fromkeys(plan.axis.values())}
     found: dict[str, float] = {}
     for p in plan.pairs:
         stated = [(f"{p.path}.centre_distance", p.keys.centre_distance)]

@@ -348,7 +348,7 @@ def _assumed_load(p: GearPair, force: float, why: str) -> CodedText:
 
 def _operating_load(shape: StageShape, p: GearPair, torque: Mapping[str, float] | None) -> float | None:
     """Mean force of the operation along the normal of one helix, evenly over branches and sides [N]; None without."""
-    count = len(shape.plan.angles) * len(shape.meshes[p.name].width)
+    count = shape.plan.branches_of(p) * len(shape.meshes[p.name].width)
     passed = abs((torque or {}).get(p.path, 0.0)) / count
     load = passed / (shape.teeth[p.b].base_radius * math.cos(shape.teeth[p.a].base_helix))
     return load if load > 0 and math.isfinite(load) else None

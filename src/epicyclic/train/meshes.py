@@ -64,7 +64,7 @@ def meshes_of_stage(
             law = mesh_law(shape, p, side, model, kinematics.mesh_torque, log, teeth=teeth, lean=lean)
             leads = _leads(plan, p, side, phases, sense, log)
             width = shape.meshes[p.name].width[side]
-            for branch in range(len(plan.angles)):
+            for branch in range(plan.branches_of(p)):
                 mesh = _mesh(shape, p, side, branch, law, (flanks[p.name], phases.sense[p.name]))
                 mesh = replace(mesh, lead=leads[branch], stage=tones[p.path], teeth=teeth, table=law.table)
                 found.append(replace(mesh, slices=_slices_of(mesh, count, width, law.narrow)))

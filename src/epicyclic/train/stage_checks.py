@@ -306,9 +306,9 @@ def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body
     found: dict[str, float] = {}
     for member, torque in kinematics.torque.items():
         own = [body for body in bodies if body.member == member]
-        if member in kinematics.held or torque == 0.0 or not own:
+        if member in kinematics.held or not own:
             continue
-        shares = _sided_torques(member, model, torque)
+        shares = _sided_torques(member, model, kinematics)
         if shares and own[0].side is None:
             raise ModelError(
                 "names a side of a member in one piece",
@@ -322,16 +322,18 @@ def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body
     return found
 
 
-def _sided_torques(member: str, model: ModelFile, torque: float) -> dict[str | None, float]:
+def _sided_torques(member: str, model: ModelFile, kinematics: Kinematics) -> dict[str | None, float]:
     """Torque of each half [N m] where the file names sides: as stated, the rest at the balancing half or halved."""
     operation = model.operation
-    sided = {s: operation.torque.get(f"{member}.{s}", operation.power.get(f"{member}.{s}")) for s in ("left", "right")}
-    if all(value is None for value in sided.values()):
+    torques = {s: operation.torque[f"{member}.{s}"] for s in SIDES if f"{member}.{s}" in operation.torque}
+    powers = {s: operation.power[f"{member}.{s}"] for s in SIDES if f"{member}.{s}" in operation.power}
+    if not torques and not powers:
         return {}
-    given = {s: operation.torque.get(f"{member}.{s}") for s in ("left", "right")}
-    found: dict[str | None, float] = {s: v for s, v in given.items() if isinstance(v, float)}
-    takers = [s for s, v in sided.items() if v is not None and s not in found]
-    rest = torque - sum(found.values())
+    found: dict[str | None, float] = {s: v for s, v in torques.items() if isinstance(v, float)}
+    omega = float((kinematics.speed or {}).get(member, 0)) * math.pi / 30
+    found |= {s: power / omega for s, power in powers.items() if omega}
+    takers = [s for s in torques if s not in found]
+    rest = (kinematics.torque or {})[member] - sum(found.values())
     takers = takers or (["left", "right"] if member in operation.torque else [])
     for side in takers:
         found[side] = found.get(side, 0.0) + rest / len(takers)

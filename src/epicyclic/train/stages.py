@@ -94,6 +94,9 @@ def _below(path: str, key: str) -> str:
 FAR = 10**6
 
 
+_OF_BODIES = frozenset({"mass", "inertia", "tilt_inertia", "support", "bearing"})
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GearPair:
     """Two gears of a stage that mesh: `a` nearer the sun along the power path, in a ring mesh the planet gear."""
@@ -160,6 +163,10 @@ class Plan:
         """Whether there is one of it for all branches."""
         return self.stage.members[member].kind != "planet"
 
+    def branches_of(self, pair: GearPair) -> int:
+        """Number of meshes of a pair on one side: one for each planet, one alone of two central gears."""
+        return 1 if self.central(pair.a) and self.central(pair.b) else len(self.angles)
+
     def two_sided(self, member: str) -> bool:
         """Whether it has a left and a right half, in one body or two."""
         return self.split(member) or self.herringbone(member)
@@ -215,7 +222,7 @@ def _plan(name: str, stage: StageTable, loaded: bool, log: ResolutionLog) -> Pla
     axis = {m: _shaft_root(m, gears) for m in gears}
     pairs = _pairs(name, stage, gears)
     branches, angles = _branches(path, stage, gears, log)
-    return Plan(
+    plan = Plan(
         name=name,
         stage=stage,
         gears=gears,
@@ -227,6 +234,23 @@ def _plan(name: str, stage: StageTable, loaded: bool, log: ResolutionLog) -> Pla
         angles=angles,
         loaded=loaded,
     )
+    _check_sides(plan)
+    return plan
+
+
+def _check_sides(plan: Plan) -> None:
+    """Raise ModelError for a side of a gear that has none, and for what a half has that is no body of its own."""
+    for name, member in plan.stage.members.items():
+        for side in SIDES:
+            path, given = f"{plan.member_path(name)}.{side}", getattr(member, side)
+            if given is None or plan.split(name) or not given.model_fields_set:
+                continue
+            if not plan.two_sided(name):
+                raise ModelError("is a side of a member in one piece", path=path, allowed="the member, or split = true")
+            for key in sorted(given.model_fields_set & _OF_BODIES):
+                raise ModelError(
+                    "is of a half, and both helices are one body", path=f"{path}.{key}", allowed="the member, or split"
+                )
 
 
 def _check_shaft(path: str, name: str, gears: Mapping[str, MemberTable]) -> None:

@@ -95,6 +95,11 @@ def test_modes_of_a_printed_set_with_other_teeth() -> None:
     assert np.isfinite(result.frequency.values).all()
 
 
+def test_teeth_beyond_all_bounds_are_refused_by_name() -> None:
+    with pytest.raises(epicyclic.ModelError, match=r"stages\.main\.sun\.teeth = 1000.*: out of range"):
+        epicyclic.load("lin1999-n4", overrides={"stages.main.sun.teeth": 10**100})
+
+
 def test_an_error_says_which_other_teeth_to_set() -> None:
     with pytest.raises(epicyclic.ModelError, match=r"set stages\.main\.ring\.teeth = 64 too"):
         epicyclic.load("ren2021", overrides={"stages.main.sun.teeth": 30})

@@ -127,6 +127,8 @@ def test_a_file_of_the_layer_above(tmp_path: Path) -> None:
         ("force [N], force 2 [N], deflection [um]\n0, 0, 0\n3, 3, 2\n4, 2, 4\n", "line 4, column 2: force falls"),
         ("deflection [um], force [N]\n-1, 0\n1, 10\n", "line 2, column 1: deflection is negative"),
         ("deflection [um], force [N]\n0, 1\n1, 10\n", "line 2, column 2: force is not 0"),
+        ("deflection [ ], force [N]\n0, 0\n1, 10\n", "no heading of a column"),
+        ("deflection [um], force [N]\n0, 0\n1, " + "1" * 200_000, "no row of a table"),
         ("deflection [N], force [N]\n0, 0\n1, 10\n", "unit not known or of another kind"),
         ("deflection [um], force [um]\n0, 0\n1, 10\n", "unit not known or of another kind"),
     ],

@@ -183,3 +183,11 @@ def test_common_units_need_no_pint() -> None:
 def test_a_number_too_small_for_double_precision_is_refused(path: str) -> None:
     with pytest.raises(ModelError, match="out of range, 0 is written as 0"):
         load("wind-stage", {f"stages.main.{path}": 1e-200})
+
+
+def test_a_text_that_is_no_unit_is_refused_in_time() -> None:
+    """No pattern tries a text again and again: 2^50 ways to cut it, or its third power."""
+    with pytest.raises(ModelError):
+        read_quantity("1 " + "a" * 50 + "!", ("length",), Bounds())
+    with pytest.raises(ModelError):
+        read_quantity("[1]" + " " * 20_000 + "[", ("length",), Bounds(), many=True)
