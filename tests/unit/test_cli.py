@@ -64,9 +64,9 @@ def cpu_of(*arguments: str) -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def test_help_is_quick() -> None:
+def test_help_is_quick(slowness: float) -> None:
     # the best of three: the first one may compile, and other processes share the machine's caches
-    assert min(cpu_of("-m", "epicyclic", "--help") for _ in range(3)) <= 0.5
+    assert min(cpu_of("-m", "epicyclic", "--help") for _ in range(3)) <= 0.1 * slowness
 
 
 def test_import_is_quick() -> None:

@@ -14,7 +14,7 @@ from typing import Any
 
 import typer
 
-from ..engine.run_folder import Counted
+from ..engine.cost import Counted
 from ..errors import ConvergenceError, ModelError
 from ..input_files import as_output, outputs_apart
 from ..results.files import require_writable

@@ -30,7 +30,8 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..results.files import package_version
-from .run_folder import Counted, locked_folder
+from .cost import Counted
+from .run_folder import locked_folder
 
 Arrays = dict[str, NDArray[Any]]
 

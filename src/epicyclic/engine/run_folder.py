@@ -483,21 +483,3 @@ def _remove(folder: Path, results: Sequence[Path]) -> None:
     for path in (*results, *left, folder / MODEL_FILE, folder / _ABOUT):
         path.unlink(missing_ok=True)
     folder.rmdir()
-
-
-# --- progress --------------------------------------------------------------------------------------------------------
-
-
-class Counted(float):
-    """Share done, 0..1, with the counts it comes from: whoever shows it can tell a rate.
-
-    done, of : parts done, and all of them.
-    """
-
-    done: int
-    of: int
-
-    def __new__(cls, done: int, of: int) -> Counted:
-        share = super().__new__(cls, done / of if of else 1.0)
-        share.done, share.of = done, of
-        return share

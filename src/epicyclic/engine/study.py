@@ -23,10 +23,9 @@ from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..warning_codes import coded, placed
 from .block_store import BlockJob, hash_of, machine, run_blocks
+from .cost import MOST_NUMBERS, Counted
 from .plain import plain_bytes, plain_value
-from .run_folder import Counted
 from .study_job import OPTIONS, StudyJob, read_job
-from .workers import MOST_NUMBERS
 
 Evaluate = Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]], xr.Dataset]
 """Model, overrides and options of one point -> its result; a function of a module."""

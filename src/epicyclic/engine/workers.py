@@ -42,11 +42,7 @@ _MOST = 60
 _AHEAD = 2
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "OMP_NUM_THREADS")
 """Variables that set the threads of the libraries of linear algebra, which read them when they are loaded."""
-MOST_NUMBERS = 200_000_000
-"""Numbers that a result or a run may hold at once: 1.6 GB."""
-# Unit of a time in words, its seconds, and the time from which the next one is taken [s].
-_UNITS = (("s", 1.0, 120.0), ("min", 60.0, 7200.0), ("h", 3600.0, 172_800.0), ("days", 86_400.0, 63_072_000.0))
-_YEARS = ("years", 31_536_000.0)
+
 
 # What a worker computes, None in a process that is none.
 _work: Callable[[Any], Any] | None = None
@@ -399,37 +395,3 @@ def one_thread() -> Iterator[str]:
 def import_results() -> None:
     """Import what a result is made and shown with: a quarter of a second, in which this process has nothing to do."""
     from ..results import dataset  # noqa: F401
-
-
-def require_memory(numbers: float, *, path: str, given: object, allowed: str) -> None:
-    """Refuse what would hold more numbers [8 bytes] than `MOST_NUMBERS`.
-
-    Raises
-    ------
-    ModelError : it would; names the memory.
-    """
-    if numbers > MOST_NUMBERS:
-        size = f"{8e-9 * numbers:.3g} GB, of {8e-9 * MOST_NUMBERS:.3g} GB that a run may take"
-        raise ModelError(f"would need some {size}", path=path, given=given, allowed=allowed)
-
-
-def require_time(seconds: float, most: float, *, path: str, given: object, allowed: str) -> None:
-    """Refuse what would take more than `most` seconds.
-
-    Raises
-    ------
-    ModelError : it would; names the time.
-    """
-    if seconds > most:
-        raise ModelError(
-            f"would take some {_words(seconds)}, of {_words(most)} that a run may take",
-            path=path,
-            given=given,
-            allowed=allowed,
-        )
-
-
-def _words(seconds: float) -> str:
-    """A time in words."""
-    unit, size = next(((unit, size) for unit, size, below in _UNITS if seconds < below), _YEARS)
-    return f"{seconds / size:.3g} {unit}"

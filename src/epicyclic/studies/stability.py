@@ -22,8 +22,8 @@ from ..analyses.stability.scan import (
     predicted_combinations,
 )
 from ..analyses.stability.stability import combination_name, combination_names, resonance_columns, scan_warnings
+from ..engine.cost import require_time
 from ..engine.source import Source, system_of
-from ..engine.workers import require_time
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..warning_codes import CodedText, coded

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..engine.workers import MOST_NUMBERS, require_memory
+from ..engine.cost import MOST_NUMBERS, require_memory
 from ..results.dataset import dataset
 from ..train.bodies import Mesh
 from ..train.train import Train

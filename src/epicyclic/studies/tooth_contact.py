@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..document.written_numbers import stated
-from ..engine.workers import require_memory
+from ..engine.cost import require_memory
 from ..errors import ModelError
 from ..results.dataset import dataset
 from ..system.tooth_pairs import End, loaded_mesh, mean_force, pair_of, tooth_warnings

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.workers import MOST_NUMBERS, require_memory
+from ...engine.cost import MOST_NUMBERS, require_memory
 from ...errors import ModelError
 from ...statics.record import idle_warnings, parallel_meshes
 from ...statics.static import rounding_of

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.block_store import BlockJob, hash_of, machine, run_blocks
-from ...engine.run_folder import Counted
+from ...engine.cost import Counted, require_time
 from ...engine.sampling import PIECE, Sampler, SamplingPlan, piece_uniforms, sampling_plan
 from ...engine.source import Overrides, Source, train_of
-from ...engine.workers import one_thread, require_time
+from ...engine.workers import one_thread
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...statics.mean_load import MEAN_LOADS
