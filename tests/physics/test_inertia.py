@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from epicyclic.errors import ModelError
 from epicyclic.system.assembly import assemble
 from epicyclic.system.inertia import carried_stiffness, centrifugal_stiffness, gyroscopic_matrix
 from epicyclic.train.train import Displacement, Train
@@ -173,26 +174,47 @@ def test_a_damper_to_the_housing_feels_the_absolute_velocity(hand_built: Callabl
     ]
     others = tuple(link for link in links if link.name != "main/sun/support")
     apart = assemble(dataclasses.replace(train, links=(*others, *shared)))
-    np.testing.assert_allclose(apart.Cskew, system.Cskew, rtol=1e-12)
-    np.testing.assert_allclose(apart.links.B @ apart.links.skew @ apart.links.B.T, apart.Cskew, rtol=1e-12)
+    rounding = 1e-12 * 50.0 * omega
+    np.testing.assert_allclose(apart.Cskew, system.Cskew, rtol=1e-12, atol=rounding)
+    of_links = apart.links.B @ apart.links.skew @ apart.links.B.T
+    np.testing.assert_allclose(of_links, apart.Cskew, rtol=1e-12, atol=rounding)
+    # x of the one and, a quarter turn on, x of the other: isotropic, and no row stands across either
+    alone = [
+        dataclasses.replace(
+            link, angle=angle, stiffness=(x, 0.0, z, rx, ry, rz), damping=(50.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        )
+        for link, angle in zip(shared, (0.0, math.pi / 2), strict=True)
+    ]
+    with pytest.raises(
+        ModelError,
+        match=r"x alone: a damper to the housing in a turning frame needs a connection across it; allowed: y too",
+    ):
+        assemble(dataclasses.replace(train, links=(*others, *alone)))
 
 
 def test_a_seat_displaced_in_the_housing_moves_no_damper(hand_built: Callable[..., Train]) -> None:
     """It stands still over the ground; one that turns with the frame moves with Omega over it."""
     train = hand_built(frame_speed=Fraction(600), sun_speed=Fraction(2500), planet_speed=Fraction(-900))
     omega, c, shift = 2 * math.pi * 10, 50.0, 1e-5
-    links = tuple(
-        dataclasses.replace(link, damping=(c, c, 0.0, 0.0, 0.0, 0.0)) if link.name == "main/sun/support" else link
-        for link in train.links
+    half = c / 2, c / 2, 0.0, 0.0, 0.0, 0.0
+    # two bearings at one place, of which the seat of one is displaced: its damper alone knows of it
+    links = (
+        *(link for link in train.links if link.name != "main/sun/support"),
+        *(
+            dataclasses.replace(link, name=f"main/sun/support/{name}", damping=half)
+            for link in train.links
+            if link.name == "main/sun/support"
+            for name in ("front", "rear")
+        ),
     )
     for vector, turn, expected in (
         # fixed in the housing: (cos, -sin) of the turn in the frame
         (np.array([shift, 1j * shift]), Fraction(10), np.zeros(2)),
         # fixed in the frame along x: over the ground its velocity is along y
-        (np.array([shift, 0.0]), Fraction(0), np.array([0.0, c * omega * shift])),
+        (np.array([shift, 0.0]), Fraction(0), np.array([0.0, c / 2 * omega * shift])),
     ):
         seat = Displacement(
-            path="seat", cause="position", body="main/sun", rows="seat", links=("main/sun/support",),
+            path="seat", cause="position", body="main/sun", rows="seat", links=("main/sun/support/front",),
             vector=np.concatenate([vector, np.zeros(4)]), frequency=turn,
         )  # fmt: skip
         system = assemble(dataclasses.replace(train, links=links, displacements=(seat,)))

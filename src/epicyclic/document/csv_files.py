@@ -55,8 +55,11 @@ def _columns_of(name: str, path: str, folder: Path | None) -> dict[str, object]:
     lines = _lines(name, path, folder)
     number, heading = lines[0]
     separator = ";" if ";" in heading else ","
-    columns = _heading(_cells(heading, separator, path), name, path, number)
-    table = [_numbers(_cells(line, separator, path), len(columns), name, path, at) for at, line in lines[1:]]
+    columns = _heading(_cells(heading, separator, f"{path}, {name}, line {number}"), name, path, number)
+    table = []
+    for at, line in lines[1:]:
+        cells = _cells(line, separator, f"{path}, {name}, line {at}")
+        table.append(_numbers(cells, len(columns), name, path, at))
     if len(table) < 2:
         raise ModelError(f"{name}: too few rows", path=path, given=len(table), allowed="two or more")
     values = list(zip(*table, strict=True))

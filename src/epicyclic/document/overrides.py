@@ -345,7 +345,7 @@ def _scaled(
         return None
     try:
         number = read * ratio**power
-    except OverflowError:  # of teeth by the million: validation names them
+    except OverflowError:  # of teeth beyond all bounds: validation names them
         return None
     if number == read:
         return None

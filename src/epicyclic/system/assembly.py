@@ -170,12 +170,13 @@ def _housing_dampers(structure: Structure) -> Array:
     rx, ry (docs/conventions.md, Inertia in a turning frame).
     """
     turning = np.zeros((len(structure.links), len(structure.links)))
-    # rows at one place stand for each other: the bearings there may each damp one direction
-    rows = {_direction_at(row.link, row.direction): i for i, row in enumerate(structure.links) if row.to_housing}
+    # across a row stands the other one of its link, or else that of another bearing at its place
+    own = {(row.link.name, row.direction): i for i, row in enumerate(structure.links)}
+    near = {_direction_at(row.link, row.direction): i for i, row in enumerate(structure.links) if row.to_housing}
     for i, row in enumerate(structure.links):
         if row.to_housing and row.damping and row.direction in _ACROSS and structure.frame_speed[row.first]:
             direction, sense = _ACROSS[row.direction]
-            across = rows.get(_direction_at(row.link, direction))
+            across = own.get((row.link.name, direction), near.get(_direction_at(row.link, direction)))
             if across is None:
                 raise ModelError(
                     "a damper to the housing in a turning frame needs a connection across it",

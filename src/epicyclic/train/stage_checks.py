@@ -310,9 +310,10 @@ def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body
             continue
         shares = _sided_torques(member, model, kinematics)
         if shares and own[0].side is None:
+            key = "torque" if any(f"{member}.{side}" in model.operation.torque for side in SIDES) else "power"
             raise ModelError(
                 "names a side of a member in one piece",
-                path=f"operation.torque.{member}",
+                path=f"operation.{key}.{member}",
                 allowed="the member, or split",
             )
         for body in own:

@@ -128,7 +128,7 @@ def test_a_file_of_the_layer_above(tmp_path: Path) -> None:
         ("deflection [um], force [N]\n-1, 0\n1, 10\n", "line 2, column 1: deflection is negative"),
         ("deflection [um], force [N]\n0, 1\n1, 10\n", "line 2, column 2: force is not 0"),
         ("deflection [ ], force [N]\n0, 0\n1, 10\n", "no heading of a column"),
-        ("deflection [um], force [N]\n0, 0\n1, " + "1" * 200_000, "no row of a table"),
+        ("deflection [um], force [N]\n0, 0\n1, " + "1" * 200_000, "t.csv, line 3: no row of a table"),
         ("deflection [N], force [N]\n0, 0\n1, 10\n", "unit not known or of another kind"),
         ("deflection [um], force [um]\n0, 0\n1, 10\n", "unit not known or of another kind"),
     ],

@@ -99,3 +99,12 @@ def test_a_side_of_a_member_in_one_piece_is_refused(herringbone: bool, changes: 
     epicyclic.load(data)
     with pytest.raises(epicyclic.ModelError, match=message):
         epicyclic.load(data, changes)
+
+
+@pytest.mark.parametrize("key", ["torque", "power"])
+def test_a_side_of_one_piece_is_named_where_it_stands(key: str) -> None:
+    value = {"torque": "100 N m", "power": "10 kW"}[key]
+    with pytest.raises(
+        epicyclic.ModelError, match=rf"operation\.{key}\.main\.sun: names a side of a member in one piece"
+    ):
+        epicyclic.load(planetary(speed={"main.sun": "1000 rpm"}, **{key: {"main.sun.left": value}}))
