@@ -18,8 +18,8 @@ MODULES = {
 PYTHON = sorted([*PACKAGE.rglob("*.py"), *(ROOT / "tests").rglob("*.py"), *(ROOT / "examples").glob("*.py")])
 # the table of rooms in docs/design.md: room -> the rooms it may import, at the top of a file or inside a function
 DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
-ROWS = re.findall(r"^\| `(\w+)/?` \|.*\|([^|]*)\|$", DESIGN, re.MULTILINE)
-ALLOWED = {room: set(re.findall(r"`(\w+)`", arrows)) for room, arrows in ROWS}
+ROWS = re.findall(r"^\| `([\w/]+?)/?` \|.*\|([^|]*)\|$", DESIGN, re.MULTILINE)
+ALLOWED = {room: set(re.findall(r"`([\w/]+)`", arrows)) for room, arrows in ROWS}
 # those may be imported everywhere
 COMMON = set(
     re.findall(r"`(\w+)`", re.findall(r"^(`arguments`.*) may be imported everywhere\.", DESIGN, re.MULTILINE)[0])
@@ -32,7 +32,9 @@ def tree_of(path: Path) -> ast.Module:
 
 
 def room_of(module: str) -> str:
-    return module.split(".")[0]
+    """Folder under the package; of a question its own folder."""
+    parts = module.split(".")
+    return "/".join(parts[: 1 + (parts[0] == "questions")])
 
 
 @cache

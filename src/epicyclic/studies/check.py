@@ -15,6 +15,7 @@ from ..document.tolerances import Tolerance
 from ..results.dataset import dataset
 from ..statics.equilibrium import compliance_of
 from ..statics.unheld import unheld_warnings
+from ..system.assembly import train_provenance
 from ..train.bodies import DIRECTIONS, Body, GearData, Mesh
 from ..train.tolerances import tolerances_of
 from ..train.train import Train
@@ -23,7 +24,7 @@ from .choices import choices
 from .mesh_deviations import mesh_deviations
 from .readiness import Readiness
 
-__all__ = ["check", "drawing", "train_provenance"]
+__all__ = ["check", "drawing"]
 
 Columns = dict[str, tuple[str, NDArray[np.generic]]]
 _NAN = float("nan")
@@ -90,16 +91,6 @@ def drawing(train: Train) -> xr.Dataset:
     columns = {**_body_columns(train), **_gear_columns(train), **_mesh_columns(train)}
     links = {"link": ("link", _texts(link.name for link in train.links)), **_link_columns(train)}
     return xr.Dataset({**columns, **links}, coords={"direction": list(DIRECTIONS)})
-
-
-def train_provenance(train: Train) -> dict[str, str]:
-    """Provenance attributes of a result: title and doi of the train, its whole model and its assumptions as JSON."""
-    return {
-        "title": train.title,
-        "doi": train.doi,
-        "model": json.dumps(dict(train.document), default=str),
-        "assumed": json.dumps(dict(train.assumed)),
-    }
 
 
 def _texts(values: Iterable[str]) -> NDArray[np.generic]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
+from ..system.assembly import train_provenance
 from ..system.tooth_pairs import mean_force, pair_of
 from ..teeth import geometry
 from ..teeth.contact_lines import cycle_mean
@@ -23,7 +24,6 @@ from ..train.kinematics import Gearing
 from ..train.power import LossyFlow, lossy_flow, require_contact, require_flow
 from ..train.train import Train
 from ..warning_codes import CodedText, coded, placed
-from .check import train_provenance
 from .contact_resolution import resolution, sigma_at
 from .tooth_contact import TOLERANCE, flank_map, helices_of, normal_force, unresolved
 

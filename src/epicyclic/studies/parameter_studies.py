@@ -19,8 +19,8 @@ from ..arguments import checked
 from ..engine.workers import each
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
+from ..system.assembly import train_provenance
 from ..warning_codes import coded
-from .check import train_provenance
 
 if TYPE_CHECKING:
     from ..system.system import System

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 GEARS = ("a", "b")
 """Both gears of a mesh, first and second."""
 # Even places of a tooth along the path of contact, beside those of the largest stresses.
-_PLACES = 161
+_ROOT_PLACES = 161
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +108,7 @@ def _tooth_places(found: Sequence[Sequence[RootStress]], places: Sequence[Array]
 
     places : (T, J) of the teeth of each helix [base pitches].
     """
-    even = np.linspace(min(one.min() for one in places), max(one.max() for one in places), _PLACES)
+    even = np.linspace(min(one.min() for one in places), max(one.max() for one in places), _ROOT_PLACES)
     largest = [
         place.ravel()[int(values.max(axis=-1).argmax())]
         for gears, place in zip(found, places, strict=True)

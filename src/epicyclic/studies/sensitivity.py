@@ -24,9 +24,9 @@ from ..document.schema import nearest
 from ..errors import ModelError
 from ..results.dataset import dataset
 from ..results.ties import largest, ranked
+from ..system.assembly import train_provenance
 from ..system.system import System, faces
 from ..train.train import Train
-from .check import train_provenance
 from .parameters import Parameter, all_parameters, parameter_at
 from .system_derivatives import SystemDerivatives, system_derivatives
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from ..engine.cost import MOST_NUMBERS, require_memory
 from ..results.dataset import dataset
+from ..system.assembly import train_provenance
 from ..train.bodies import Mesh
 from ..train.train import Train
-from .check import train_provenance
 
 __all__ = ["stiffness", "stiffness_history"]
 

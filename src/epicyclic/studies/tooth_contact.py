@@ -15,6 +15,7 @@ from ..document.written_numbers import stated
 from ..engine.cost import require_memory
 from ..errors import ModelError
 from ..results.dataset import dataset
+from ..system.assembly import train_provenance
 from ..system.tooth_pairs import End, loaded_mesh, mean_force, pair_of, tooth_warnings
 from ..teeth.contact_lines import averaging_length, cycle_harmonics, cycle_mean
 from ..teeth.loaded_contact import LoadedContact, all_loaded, all_segments, harmonics
@@ -23,7 +24,6 @@ from ..train.bodies import Mesh
 from ..train.tolerances import check_contact_errors
 from ..train.train import Train
 from ..warning_codes import CodedText, coded
-from .check import train_provenance
 from .contact_errors import NO_ERRORS, ToothErrors, placed_errors
 from .contact_resolution import Resolution, resolution, sigma_at
 from .root_columns import RootColumns, root_columns

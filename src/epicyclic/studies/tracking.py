@@ -20,11 +20,10 @@ from ..document.written_numbers import written
 from ..errors import ModelError
 from ..results.dataset import dataset
 from ..statics.tangent import flank_warnings, linear
-from ..system.assembly import assemble
+from ..system.assembly import assemble, train_provenance
 from ..system.system import System
 from ..train.resolution import load
 from ..train.train import Train
-from .check import train_provenance
 from .parameters import Parameter, parameter_at
 
 if TYPE_CHECKING:

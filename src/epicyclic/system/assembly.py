@@ -90,12 +90,7 @@ def assemble(train: Train) -> System:
         body_mass=mass,
         symmetries=_symmetries(train, T, M, K + (meshes.B * meshes.stiffness) @ meshes.B.T),
         warnings=(*train.warnings, *idle_friction(train), *one_sided_flanks(train), *flanks_ignored(train)),
-        provenance={
-            "title": train.title,
-            "doi": train.doi,
-            "model": _model_text(train),
-            "assumed": json.dumps(dict(train.assumed)),
-        },
+        provenance=train_provenance(train),
         missing_inertia=missing,
         groups=law_groups(train, structure.links, L, lag=train.damping.stiffness or 0.0),
         body_turns=structure.spin_turn if train.kinematics.speed is not None else (),
@@ -104,6 +99,16 @@ def assemble(train: Train) -> System:
         stage_turns=_stage_turns(train),
         far=_far_flanks(structure, T, meshes) if structure.far_of.size else None,
     )
+
+
+def train_provenance(train: Train) -> dict[str, str]:
+    """Provenance attributes of a result: title and doi of the train, its whole model and its assumptions as JSON."""
+    return {
+        "title": train.title,
+        "doi": train.doi,
+        "model": _model_text(train),
+        "assumed": json.dumps(dict(train.assumed)),
+    }
 
 
 @lru_cache(maxsize=4)

@@ -10,9 +10,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...system.system import Array
+
 __all__ = ["per_instant", "times"]
 
-Array = NDArray[np.float64]
 T = TypeVar("T", np.float64, np.complex128)
 # Products a BLAS leaves to one thread: OpenBLAS shares out matrix products from 2.6e5 multiplications on.
 _ONE_THREAD = 100_000

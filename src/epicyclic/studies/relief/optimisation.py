@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...engine.source import Source, train_of
 from ...errors import ModelError
 from ...results.dataset import dataset
-from ...system.assembly import assemble
+from ...system.assembly import assemble, train_provenance
 from ...system.system import System
 from ...teeth.flank import Flank
 from ...teeth.gear_pair import check_pair
@@ -25,7 +25,6 @@ from ...train.bodies import Mesh
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
-from ..check import train_provenance
 from ..contact_resolution import Resolution, check_tolerance, sigma_at
 from ..tooth_contact import TOLERANCE, contact, helices_of, in_radians, normal_force, unresolved
 from .objectives import (

@@ -18,11 +18,11 @@ from ...errors import ModelError
 from ...results.dataset import dataset
 from ...statics.mean_load import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
+from ...system.assembly import train_provenance
 from ...train.resolution import load
 from ...train.tolerances import costs_of
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
-from ..check import train_provenance
 from .columns import ToleranceMap, tolerance_map
 from .grade_search import (
     Allocation,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...statics.sample_loads import ContactMethod
+from ...system.system import Array
 from ...warning_codes import CodedText
 
 if TYPE_CHECKING:
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
     from ...document.tolerances import Tolerance
 
 __all__ = ["SampleMap", "SampledValues"]
-
-Array = NDArray[np.float64]
 
 
 class SampledValues(Protocol):

@@ -23,8 +23,8 @@ from ...errors import ModelError
 from ...results.dataset import dataset
 from ...statics.mean_load import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
+from ...system.assembly import train_provenance
 from ...warning_codes import CodedText, coded
-from ..check import train_provenance
 from .columns import tolerance_map
 from .effects import effects_of, without_effect
 from .histogram import WIDTH
