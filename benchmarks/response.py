@@ -155,8 +155,8 @@ def _compare(
 
 
 def _modes() -> list[table.Row]:
-    from epicyclic.analyses.modes.eigen import eigen
-    from epicyclic.analyses.modes.modal import modal
+    from epicyclic.questions.modes.eigen import eigen
+    from epicyclic.questions.modes.modal import modal
     from epicyclic.system.assembly import assemble
     from epicyclic.train.resolution import load
 

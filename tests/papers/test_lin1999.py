@@ -11,7 +11,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from epicyclic.analyses.modes.modal import modal
+from epicyclic.questions.modes.modal import modal
 from epicyclic.system.assembly import assemble
 from epicyclic.train.resolution import load
 

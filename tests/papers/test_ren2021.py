@@ -21,9 +21,9 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from epicyclic.analyses.modes.modal import modal
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.steady.periodic import periodic
+from epicyclic.questions.modes.modal import modal
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System

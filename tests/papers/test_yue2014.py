@@ -19,9 +19,9 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.modes.eigen import eigen
-from epicyclic.analyses.modes.modal import modal
 from epicyclic.errors import ModelError
+from epicyclic.questions.modes.eigen import eigen
+from epicyclic.questions.modes.modal import modal
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

@@ -280,13 +280,13 @@ def test_schema_and_systems(command: Command) -> None:
 
 
 def test_no_convergence_is_status_3(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("epicyclic.analyses.modes.modal.modal", raising(ConvergenceError("lower the load")))
+    monkeypatch.setattr("epicyclic.questions.modes.modal.modal", raising(ConvergenceError("lower the load")))
     assert command("modes", "lin1999-n4") == (3, "", "no convergence: lower the load\n")
 
 
 def test_a_fault_is_one_message(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("EPICYCLIC_DEBUG", raising=False)
-    monkeypatch.setattr("epicyclic.analyses.modes.modal.modal", raising(IndexError("off by one")))
+    monkeypatch.setattr("epicyclic.questions.modes.modal.modal", raising(IndexError("off by one")))
     status, out, err = command("modes", "lin1999-n4")
     assert (status, out) == (1, "")
     assert "IndexError: off by one" in err
@@ -295,7 +295,7 @@ def test_a_fault_is_one_message(command: Command, monkeypatch: pytest.MonkeyPatc
 
 def test_a_fault_has_a_traceback_on_demand(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EPICYCLIC_DEBUG", "1")
-    monkeypatch.setattr("epicyclic.analyses.modes.modal.modal", raising(IndexError("off by one")))
+    monkeypatch.setattr("epicyclic.questions.modes.modal.modal", raising(IndexError("off by one")))
     with pytest.raises(IndexError):
         app(["modes", "lin1999-n4"])
 

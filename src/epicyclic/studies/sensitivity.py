@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analyses.modes.classification import classify_modes, repeated_roots
-from ..analyses.modes.eigen import eigen, whirl
 from ..analyses.sensitivity.forces import force_derivatives
 from ..analyses.sensitivity.frequencies import frequency_derivatives, whirl_derivatives
 from ..analyses.sensitivity.numbers import SystemNumbers, is_nonzero
 from ..analyses.steady.response import response
 from ..document.schema import nearest
 from ..errors import ModelError
+from ..questions.modes.eigen import classify_modes, eigen, repeated_roots, whirl
 from ..results.dataset import dataset
 from ..results.ties import largest, ranked
 from ..system.assembly import train_provenance

@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analyses.modes.classification import classify_modes
-from ..analyses.modes.eigen import eigen
-from ..analyses.modes.tracking import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
 from ..document.written_numbers import written
 from ..errors import ModelError
+from ..questions.modes.eigen import classify_modes, eigen
+from ..questions.modes.tracking import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
 from ..results.dataset import dataset
 from ..statics.tangent import flank_warnings, linear
 from ..system.assembly import assemble, train_provenance

@@ -33,8 +33,8 @@ def campbell(
     ------
     ModelError : the model is wrong, or says no speed; a speed that is not finite.
     """
-    from ..analyses.modes.campbell import campbell as run
     from ..engine.source import system_of
+    from ..questions.modes.campbell import campbell as run
 
     system = system_of(source, overrides=overrides)
     if not system.tones:

@@ -36,7 +36,7 @@ def matrices(
     ------
     ModelError : the model is wrong; mass or inertia missing.
     """
-    from ..analyses.mean_matrices import mean_matrices
+    from ..questions.modes.modal import mean_matrices
 
     train, system = train_and_system(source, overrides)
     return mean_matrices(system, relative_speed=relative(relative_speed, system, train))

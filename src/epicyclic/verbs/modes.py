@@ -42,8 +42,8 @@ def modes(
     ------
     ModelError : the model is wrong; mass or inertia missing; no damping where it is asked for; no such band.
     """
-    from ..analyses.modes.modal import modal
     from ..analyses.steady.resonances import with_resonances
+    from ..questions.modes.modal import modal
 
     hertz = frequency_band(band, "band") if isinstance(band, str) and ".." in band else None
     width = None if band is None or hertz is not None else share(band, "band")

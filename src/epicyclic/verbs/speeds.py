@@ -85,8 +85,8 @@ def mesh_frequencies(
     """
     import numpy as np
 
-    from ..analyses.modes.eigen import eigen
     from ..analyses.steady.speed_range import range_ends
+    from ..questions.modes.eigen import eigen
     from ..statics.record import reference_tone
 
     if not system.tones:

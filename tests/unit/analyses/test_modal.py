@@ -13,11 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from epicyclic.analyses.modes.campbell import campbell
-from epicyclic.analyses.modes.classification import classify_modes, repeated_roots
-from epicyclic.analyses.modes.eigen import damping_ratios, eigen, neutral_basis, whirl
-from epicyclic.analyses.modes.modal import modal
 from epicyclic.errors import ModelError
+from epicyclic.questions.modes.campbell import campbell
+from epicyclic.questions.modes.eigen import classify_modes, damping_ratios, eigen, neutral_basis, repeated_roots, whirl
+from epicyclic.questions.modes.modal import modal
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.system.system import System
 
@@ -363,9 +362,9 @@ def test_branches_of_a_repeated_mode_are_in_order_of_frequency(monkeypatch: pyte
     import importlib
 
     import epicyclic
-    from epicyclic.analyses.modes.eigen import Whirl
+    from epicyclic.questions.modes.eigen import Whirl
 
-    room = importlib.import_module("epicyclic.analyses.modes.campbell")
+    room = importlib.import_module("epicyclic.questions.modes.campbell")
     system = epicyclic.assemble(epicyclic.load("ren2021"))
     speeds = np.linspace(0, 2, 9)
     plain = room.campbell(system, relative_speeds=speeds).whirl_frequency.values

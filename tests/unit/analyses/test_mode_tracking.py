@@ -9,9 +9,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.modes.classification import classify_modes
-from epicyclic.analyses.modes.eigen import eigen
-from epicyclic.analyses.modes.tracking import LocusEvent, ModeSet, locus_events, match_modes, repeated_loci, track_modes
+from epicyclic.questions.modes.eigen import classify_modes, eigen
+from epicyclic.questions.modes.tracking import (
+    LocusEvent,
+    ModeSet,
+    locus_events,
+    match_modes,
+    repeated_loci,
+    track_modes,
+)
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

@@ -11,8 +11,8 @@ import scipy.linalg
 import xarray as xr
 
 import epicyclic
-from epicyclic.analyses.modes.mesh_crossings import mesh_crossings
 from epicyclic.errors import ModelError
+from epicyclic.questions.modes.campbell import mesh_crossings
 from epicyclic.system.system import System
 
 

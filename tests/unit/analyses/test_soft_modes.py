@@ -11,9 +11,9 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.modes.basis import mean_modes
-from epicyclic.analyses.modes.eigen import damping_ratios, eigen, whirl
-from epicyclic.analyses.modes.modal import modal
+from epicyclic.questions.modes.basis import mean_modes
+from epicyclic.questions.modes.eigen import damping_ratios, eigen, whirl
+from epicyclic.questions.modes.modal import modal
 from epicyclic.system.elimination import free_motions, stiffness_rows
 from epicyclic.system.system import System
 from epicyclic.train.train import Train

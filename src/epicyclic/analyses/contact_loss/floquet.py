@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import ModelError
+from ...questions.modes.basis import Modal
 from ...system.system import Array, ComplexArray
-from ..modes.basis import Modal
 from ..stability.floquet import (
     BREAKING,
     CIRCLE,

@@ -25,8 +25,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...questions.modes.basis import Modal
 from ...system.system import Array, Faces, faces
-from ..modes.basis import Modal
 from ..steady.lattice import kept_points
 from ..steady.response import FrameSpeed, Response
 from .edges import WidthTangents, edges

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError
+from ...questions.modes.basis import Modal, modal_weights
 from ...system.system import Array, ComplexArray, faces
-from ..modes.basis import Modal, modal_weights
 from ..steady.balance import Batch, HarmonicSolution, solve
 from ..steady.kernel import Gather, Kernel, product, to_complex, to_real
 from ..steady.lattice import LineFrequencies

@@ -12,9 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.linalg
 
+from ...questions.modes.eigen import Modes, Whirl, repeated_roots
 from ...system.system import Array, ComplexArray, System
-from ..modes.classification import repeated_roots
-from ..modes.eigen import Modes, Whirl
 from .numbers import SystemNumbers, mean_stiffness_change
 
 __all__ = ["frequency_derivatives", "whirl_derivatives"]

@@ -16,8 +16,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...questions.modes.basis import mean_modes, modal_weights
 from ...system.system import Array, ComplexArray
-from ..modes.basis import mean_modes, modal_weights
 from ..steady.excitation import speed_powers
 from ..steady.kernel import product
 from ..steady.response import Block, Response

@@ -21,10 +21,10 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
+from ...questions.modes.basis import Modal, modal_weights
+from ...questions.modes.eigen import repeated_roots
 from ...results.ties import largest
 from ...system.system import Array, ComplexArray, System
-from ..modes.basis import Modal, modal_weights
-from ..modes.classification import repeated_roots
 
 __all__ = ["Combination", "Resonance", "combinations", "growth", "half_width", "resonances"]
 

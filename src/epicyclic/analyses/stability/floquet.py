@@ -21,9 +21,9 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from ...questions.modes.basis import Modal, modal_weights
+from ...questions.modes.eigen import neutral_basis
 from ...system.system import Array, ComplexArray
-from ..modes.basis import Modal, modal_weights
-from ..modes.eigen import neutral_basis
 from .monodromy import independent_parts, kick_maps, monodromy
 
 __all__ = [

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from ...engine.workers import each, import_results
 from ...errors import ModelError
+from ...questions.modes.basis import Modal, modal_form
 from ...results.ties import largest
 from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, System
-from ..modes.basis import Modal, modal_form
 from ..steady.excitation import mesh_tones
 from ..steady.resonances import of_one_tone
 from ..steady.response import FrameSpeed

@@ -23,8 +23,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ...questions.modes.basis import Modal
 from ...system.system import Array, ComplexArray, System
-from ..modes.basis import Modal
 from .condensed import CondensedOperators
 from .gmres import gmres
 from .kernel import Kernel, product, to_real, truncated_product

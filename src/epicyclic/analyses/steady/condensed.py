@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...questions.modes.basis import Modal
 from ...system.system import Array, System
-from ..modes.basis import Modal
 from .kernel import Kernel
 
 __all__ = ["CondensedOperators", "Workspace", "condensed_operators", "workspace"]

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...questions.modes.basis import Modal
 from ...statics.unheld import contradicting_radii, unheld, unheld_error
 from ...system.system import Array, ComplexArray, Line, System
-from ..modes.basis import Modal
 from .lattice import Lattice, Point
 
 __all__ = [

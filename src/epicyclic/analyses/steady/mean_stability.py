@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError
+from ...questions.modes.eigen import eigen, whirl
 from ...system.system import Array
 from ...warning_codes import CodedText, coded
-from ..modes.eigen import eigen, whirl
 from .response import Response
 
 __all__ = ["MEAN_UNSTABLE", "critical_speed", "instability_warnings", "require_stable_mean", "unstable_speeds"]

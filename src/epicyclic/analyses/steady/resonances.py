@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...questions.modes.campbell import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 from ...results.ties import first_largest, largest
 from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, System, faces
-from ..modes.mesh_crossings import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,8 +13,8 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from ...questions.modes.basis import Modal
 from ...system.system import Array, ComplexArray, System
-from ..modes.basis import Modal
 from .kernel import Kernel
 
 __all__ = ["resonant_block"]

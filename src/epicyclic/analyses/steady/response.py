@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...machine_code import numba_available, require_numba
+from ...questions.modes.basis import Modal, modal_form
 from ...statics.tangent import linear
 from ...system.system import Array, System
-from ..modes.basis import Modal, modal_form
 from .balance import Batch, Guess, HarmonicSolution, solve
 from .condensed import CondensedOperators, condensed_operators
 from .excitation import LineExcitation, excitation, mesh_order_excitation, shaft_order_excitation

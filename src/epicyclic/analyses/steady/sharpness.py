@@ -13,8 +13,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from ...questions.modes.basis import Modal
 from ...system.system import Array
-from ..modes.basis import Modal
 from .gmres import gmres
 
 __all__ = ["FLOOR", "near_sharp_resonance", "sharpened"]

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import ModelError
+from ...questions.modes.basis import Modal
+from ...questions.modes.campbell import OPERATION, mesh_crossings
 from ...system.system import Array
-from ..modes.basis import Modal
-from ..modes.mesh_crossings import OPERATION, mesh_crossings
 from .response import Response
 
 __all__ = ["SpeedRange", "range_ends", "speeds_of"]

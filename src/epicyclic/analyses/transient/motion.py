@@ -20,6 +20,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...questions.modes.basis import mean_modes
 from ...statics.record import group_gap
 from ...statics.tangent import linear
 from ...statics.unheld import contradicting_radii, unheld, unheld_error
@@ -28,7 +29,6 @@ from ...system.gaps import Flanks, flanks
 from ...system.group_laws import Laws
 from ...system.system import Array, ComplexArray, Line, System, faces
 from ...warning_codes import CodedText, coded
-from ..modes.basis import mean_modes
 from .lowered import FlankNumbers, LawNumbers, flank_numbers, law_numbers
 from .products import per_instant
 from .program import Program, constant

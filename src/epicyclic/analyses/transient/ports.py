@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...questions.modes.basis import mean_modes
 from ...statics.tangent import linear
 from ...system.system import Array, System
-from ..modes.basis import mean_modes
 
 __all__ = ["Ports", "balancing_torque", "driving_ports", "member_coordinates", "ports_of", "unit_torque"]
 

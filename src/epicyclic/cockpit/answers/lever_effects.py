@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.modes.basis import mean_modes
 from ...errors import ConvergenceError, ModelError
+from ...questions.modes.basis import mean_modes
 from ...results.ties import largest
 from ...statics.sample_loads import mean_loads
 from ...statics.tangent import linear

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from ...analyses.modes.classification import repeated_roots
+from ...questions.modes.eigen import repeated_roots
 
 __all__ = ["BY_KIND", "BY_SHAPE", "TrainModes", "mode_pairs"]
 

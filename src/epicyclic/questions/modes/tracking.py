@@ -14,9 +14,7 @@ import numpy as np
 import scipy.optimize
 
 from ...system.system import Array
-from .classification import repeated_roots
-
-__all__ = ["LocusEvent", "ModeSet", "locus_events", "match_modes", "repeated_loci", "track_modes"]
+from .eigen import repeated_roots
 
 # Least modal correlation, the share of a mode's kinetic energy in one eigenspace of the next set, that identifies it.
 _RELIABLE = 0.8

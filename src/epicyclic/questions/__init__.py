@@ -1,0 +1,1 @@
+"""Questions of a train, one folder each: analysis, options and record."""
