@@ -29,8 +29,8 @@ from epicyclic.cockpit.computing.names import body_labels, mesh_labels
 from epicyclic.cockpit.computing.sharing_view import live_sharing, twin_of
 from epicyclic.cockpit.computing.speed_view import efforts, force_curves, speed_model
 from epicyclic.cockpit.computing.train_view import train_head
+from epicyclic.document.drives import drive_text
 from epicyclic.machine_code import numba_available
-from epicyclic.studies.drives import drive_text
 from epicyclic.system.assembly import assemble
 from epicyclic.train.resolution import load
 

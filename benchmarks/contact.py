@@ -28,7 +28,7 @@ from epicyclic.analyses.contact_loss.outputs import force_level
 from epicyclic.analyses.contact_loss.problem import Problem, State
 from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, solution, with_stability
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
-from epicyclic.analyses.steady.response import response
+from epicyclic.questions.response.response import response
 from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System
 
 HARMONICS = 16

@@ -8,8 +8,8 @@ import numpy as np
 import table
 from timing import cpu_seconds
 
-from epicyclic.analyses.steady.response import respond, response
-from epicyclic.analyses.steady.sweep import sweep
+from epicyclic.questions.response.response import respond, response
+from epicyclic.questions.response.steady import sweep
 from epicyclic.results.dataset import to_json
 from epicyclic.system.system import System
 

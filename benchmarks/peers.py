@@ -25,7 +25,6 @@ import numpy as np
 import table
 from numpy.typing import NDArray
 
-from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.analyses.transient.integrators import integrate
 from epicyclic.analyses.transient.motion import Motion, from_modal, motion, to_modal
 from epicyclic.analyses.transient.outputs import mesh_force
@@ -33,6 +32,7 @@ from epicyclic.analyses.transient.program import constant
 from epicyclic.analyses.transient.right_hand_side import instant_terms, row_force
 from epicyclic.analyses.transient.start import at_equilibrium
 from epicyclic.machine_code import numba_available
+from epicyclic.questions.response.periodic import periodic
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

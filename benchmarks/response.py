@@ -27,8 +27,8 @@ import table
 from known import KNOWN112, MESHES112, bench56, bench112
 from timing import cpu_seconds
 
-from epicyclic.analyses.steady.periodic import periodic
-from epicyclic.analyses.steady.sweep import sweep
+from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.response.steady import sweep
 from epicyclic.system.system import System
 
 LIMIT = 1e-4

@@ -29,7 +29,7 @@ import baseline
 import numpy as np
 import table
 
-from epicyclic.analyses.steady.sweep import sweep
+from epicyclic.questions.response.steady import sweep
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

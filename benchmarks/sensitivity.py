@@ -25,8 +25,8 @@ from epicyclic.analyses.sensitivity.adjoint import adjoint_form, adjoint_parts, 
 from epicyclic.analyses.sensitivity.forces import force_derivatives
 from epicyclic.analyses.sensitivity.gradient import Gradient, basis_of, gradient
 from epicyclic.analyses.sensitivity.numbers import SystemNumbers, combined, numbers
-from epicyclic.analyses.steady.response import respond, response
-from epicyclic.analyses.steady.sweep import sweep
+from epicyclic.questions.response.response import respond, response
+from epicyclic.questions.response.steady import sweep
 from epicyclic.system.system import System
 
 TOLERANCE = 1e-8

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from epicyclic.analyses.contact_loss.outputs import torus_outputs
 from epicyclic.analyses.contact_loss.torus import Torus, TorusPoint, respond_torus, torus
-from epicyclic.analyses.steady.response import response
+from epicyclic.questions.response.response import response
 from epicyclic.system.system import Line, System
 
 Array = NDArray[np.float64]

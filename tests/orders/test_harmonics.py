@@ -7,9 +7,9 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from epicyclic.analyses.steady.balance import Batch, solve
-from epicyclic.analyses.steady.kernel import kernel
 from epicyclic.questions.modes.basis import Modal, modal_form
+from epicyclic.questions.response.balance import Batch, solve
+from epicyclic.questions.response.lattice import kernel
 from epicyclic.system.system import Dofs, LinkRows, MeshRows, System
 
 LENGTH = 600

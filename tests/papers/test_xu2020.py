@@ -17,7 +17,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.steady.periodic import periodic
+from epicyclic.questions.response.periodic import periodic
 from epicyclic.statics.static import static
 from epicyclic.studies.stiffness import stiffness, stiffness_history
 from epicyclic.system.assembly import assemble

@@ -15,10 +15,10 @@ import pytest
 import scipy.linalg
 from numpy.typing import NDArray
 
-from epicyclic.analyses.steady.periodic import Periodic, periodic
-from epicyclic.analyses.steady.response import FrameSpeed
-from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.questions.modes.modal import modal
+from epicyclic.questions.response.periodic import Periodic, periodic
+from epicyclic.questions.response.response import FrameSpeed
+from epicyclic.questions.response.steady import sweep
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System

@@ -24,11 +24,11 @@ from epicyclic.analyses.contact_loss.floquet import floquet_multipliers
 from epicyclic.analyses.contact_loss.outputs import mesh_force
 from epicyclic.analyses.contact_loss.problem import flank_force, gap_rows, prolonged
 from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, load_continuation, solution, with_stability
-from epicyclic.analyses.steady.response import Response, response
 from epicyclic.analyses.transient.integrators import integrate, steps_for
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.outputs import flank_force as record_force
 from epicyclic.analyses.transient.program import constant
+from epicyclic.questions.response.response import Response, response
 from epicyclic.statics.tangent import linear
 from epicyclic.system.gaps import flanks
 from epicyclic.system.system import System

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import cached_property
 
-from ..analyses.steady.excitation import mesh_tones, require_damping
 from ..errors import ConvergenceError, ModelError
 from ..questions.modes.basis import mean_modes
+from ..questions.response.excitation import mesh_tones, require_damping
 from ..statics.equilibrium import compliance_of, require_balance
 from ..statics.tangent import linear
 from ..statics.unheld import standing_load

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from ..analyses.sensitivity.forces import force_derivatives
 from ..analyses.sensitivity.frequencies import frequency_derivatives, whirl_derivatives
 from ..analyses.sensitivity.numbers import SystemNumbers, is_nonzero
-from ..analyses.steady.response import response
 from ..document.schema import nearest
 from ..errors import ModelError
 from ..questions.modes.eigen import classify_modes, eigen, repeated_roots, whirl
+from ..questions.response.response import response
 from ..results.dataset import dataset
 from ..results.ties import largest, ranked
 from ..system.assembly import train_provenance

@@ -31,8 +31,8 @@ from ..warning_codes import CodedText, coded
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..analyses.steady.response import FrameSpeed
     from ..engine.run_folder import KeptPart, RunFolder
+    from ..questions.response.response import FrameSpeed
 
 __all__ = ["FACTORS", "stability_map"]
 

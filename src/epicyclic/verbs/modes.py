@@ -42,8 +42,8 @@ def modes(
     ------
     ModelError : the model is wrong; mass or inertia missing; no damping where it is asked for; no such band.
     """
-    from ..analyses.steady.resonances import with_resonances
     from ..questions.modes.modal import modal
+    from ..questions.response.resonances import with_resonances
 
     hertz = frequency_band(band, "band") if isinstance(band, str) and ".." in band else None
     width = None if band is None or hertz is not None else share(band, "band")

@@ -9,8 +9,8 @@ from .options import MOST_SPEED
 from .parsing import mesh_frequency
 
 if TYPE_CHECKING:
-    from ..analyses.steady.speed_range import SpeedRange
     from ..engine.source import Overrides, Source
+    from ..questions.response.sweep_table import SpeedRange
     from ..system.system import System
     from ..train.train import Train
 
@@ -85,8 +85,8 @@ def mesh_frequencies(
     """
     import numpy as np
 
-    from ..analyses.steady.speed_range import range_ends
     from ..questions.modes.eigen import eigen
+    from ..questions.response.sweep_table import range_ends
     from ..statics.record import reference_tone
 
     if not system.tones:

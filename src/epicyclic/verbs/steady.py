@@ -49,7 +49,7 @@ def steady(
 
         options = given(shaft_orders=shaft_orders, shaft_tones=shaft_tones)
         return contact_steady(system, relative_speed=speed, **options)
-    from ..analyses.steady.steady import steady as run
+    from ..questions.response.steady import steady as run
 
     return run(system, relative_speed=speed, **given(samples=samples, method=method))
 

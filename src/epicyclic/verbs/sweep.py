@@ -119,7 +119,7 @@ def _analysis(contact_loss: bool) -> "Callable[..., xr.Dataset]":
         from ..analyses.contact_loss.sweep import contact_sweep
 
         return contact_sweep
-    from ..analyses.steady.sweep import sweep as linear
+    from ..questions.response.steady import sweep as linear
 
     return linear
 

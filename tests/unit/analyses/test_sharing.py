@@ -20,9 +20,9 @@ from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.sharing.tone_forces import Method, mean_force
 from epicyclic.analyses.sharing.waves import cycle_forces, line_phases, periodic_waves
 from epicyclic.analyses.sharing.worst_case import independent_blocks, worst_case
-from epicyclic.analyses.steady.periodic import Periodic, ShaftLine, periodic
-from epicyclic.analyses.steady.steady import steady
 from epicyclic.errors import ModelError
+from epicyclic.questions.response.periodic import Periodic, ShaftLine, periodic
+from epicyclic.questions.response.steady import steady
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.show.views.sharing import tables
 from epicyclic.statics.equilibrium import compliance_of, equilibrium

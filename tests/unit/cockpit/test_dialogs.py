@@ -35,8 +35,8 @@ from epicyclic.cockpit.dialogs.undo import undo_buttons
 from epicyclic.cockpit.processes.jobs import Job
 from epicyclic.cockpit.state.links import from_fragment
 from epicyclic.cockpit.state.state import PageState, from_text, opened, request_of, with_value
+from epicyclic.document.drives import drive_text
 from epicyclic.errors import ModelError
-from epicyclic.studies.drives import drive_text
 from epicyclic.verbs.record import verbs
 
 REXS = Path(os.environ.get("EPICYCLIC_DATA", Path(__file__).parents[4] / "shared" / "data")) / "rexs"

@@ -14,7 +14,7 @@ from tests.unit.cockpit.visit import seen, until, visit
 from epicyclic.cockpit.dialogs.line_of import line_of, line_of_error
 from epicyclic.cockpit.dialogs.text_panel import text_panel
 from epicyclic.cockpit.state.state import from_text, opened
-from epicyclic.studies.drives import drive_text
+from epicyclic.document.drives import drive_text
 
 TEXT = """format = 2
 [stages.main]  # with a comment

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.errors import ModelError
+from epicyclic.questions.response.steady import sweep
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.system.tooth_pairs import ContactHistory, mean_force, pair_of, with_contact_tangent

@@ -139,7 +139,7 @@ def test_what_is_done_is_not_computed_again(
     name: str, tmp_path: Path, whole: Whole, monkeypatch: pytest.MonkeyPatch, runs: dict[str, Run]
 ) -> None:
     from epicyclic.analyses.stability import scan
-    from epicyclic.analyses.steady import sweep
+    from epicyclic.questions.response import steady
 
     expected, _ = whole(name)
     runs[name](folder=tmp_path / "run")
@@ -147,7 +147,7 @@ def test_what_is_done_is_not_computed_again(
     def refused(*_: object, **__: object) -> None:
         raise AssertionError("computed again")
 
-    monkeypatch.setattr(sweep, "_measured", refused)
+    monkeypatch.setattr(steady, "_measured", refused)
     monkeypatch.setattr(scan, "_point_or_reason", refused)
     xr.testing.assert_identical(runs[name](folder=tmp_path / "run", resume=True), expected)
 
@@ -257,12 +257,12 @@ def run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
 def test_the_command_line_names_what_goes_on(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from epicyclic.analyses.steady import sweep
+    from epicyclic.questions.response import steady
 
     target = tmp_path / "a b.nc"
     words = ["sweep", "ren2021", "--points", "40", "-o", str(target)]
     monkeypatch.setattr(sys, "argv", ["epicyclic", *words])
-    before, calls = sweep._measured, list[int]()
+    before, calls = steady._measured, list[int]()
 
     def stopping(*given: Any, **more: Any) -> Any:
         calls.append(1)
@@ -270,7 +270,7 @@ def test_the_command_line_names_what_goes_on(
             raise KeyboardInterrupt
         return before(*given, **more)
 
-    monkeypatch.setattr(sweep, "_measured", stopping)
+    monkeypatch.setattr(steady, "_measured", stopping)
     monkeypatch.setenv("EPICYCLIC_JOBS", "1")
     status, err = run(capsys, *words)
     assert status == 130

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...questions.response.response import Response, Truncation, respond
 from ...system.system import Array
-from ..steady.response import Response, Truncation, respond
 from .corrector import linear_start
 from .problem import Problem, dynamic_size, evaluate, prolonged
 from .refinement import Refinement, Solution, harmonics_for, solution

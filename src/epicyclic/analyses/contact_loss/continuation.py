@@ -16,8 +16,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from ...questions.response.gmres import gmres_of_one
 from ...system.system import Array
-from ..steady.gmres import gmres_of_one
 from .corrector import TOLERANCE
 from .preconditioner import KeptPreconditioner
 from .problem import Problem, State, dynamic_size, evaluate, jacobian, speed_derivative

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...questions.response.gmres import gmres_of_one
 from ...system.system import Array
-from ..steady.gmres import gmres_of_one
 from .preconditioner import KeptPreconditioner
 from .problem import Problem, State, dynamic_size, evaluate, jacobian, unknowns
 

@@ -28,7 +28,7 @@ from ..stability.floquet import (
 from .problem import Problem, State, evaluate, gap_rows, prolonged
 
 if TYPE_CHECKING:
-    from ..steady.response import Response
+    from ...questions.response.response import Response
     from .refinement import Refinement
 
 __all__ = [

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...questions.response.lattice import Point, kept_points
 from ...system.system import Line
-from ..steady.lattice import Point, kept_points
 
 __all__ = [
     "PlacedLine",

@@ -12,12 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...questions.response.excitation import Shaft
+from ...questions.response.measures import mean_square
+from ...questions.response.response import Block, Response, respond, unstable_speeds
+from ...questions.response.waveform import alias_free_samples, force_signal, whole_mesh_signal
 from ...system.system import Array, ComplexArray
-from ..steady.excitation import Shaft
-from ..steady.mean_stability import unstable_speeds
-from ..steady.measures import mean_square
-from ..steady.response import Block, Response, respond
-from ..steady.waveform import alias_free_samples, force_signal, whole_mesh_signal
 from .corrector import linear_start
 from .lattice_points import PlacedLine, Size, mesh_points
 from .outputs import TorusOutputs, torus_outputs

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...questions.response.waveform import peak
 from ...system.gaps import net_force
 from ...system.system import Array, ComplexArray, System, faces
-from ..steady.waveform import peak
 from .problem import Problem, State, flank_force, gap_rows, rate_rows
 
 if TYPE_CHECKING:

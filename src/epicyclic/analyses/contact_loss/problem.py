@@ -26,9 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...questions.modes.basis import Modal
+from ...questions.response.lattice import kept_points
+from ...questions.response.response import FrameSpeed, Response
 from ...system.system import Array, Faces, faces
-from ..steady.lattice import kept_points
-from ..steady.response import FrameSpeed, Response
 from .edges import WidthTangents, edges
 from .lattice_points import PlacedLine
 from .rows import GapRows, GridLaws, gap_rows_of, grid_laws, line_gaps

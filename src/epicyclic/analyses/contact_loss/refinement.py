@@ -12,9 +12,9 @@ from typing import Literal
 
 import numpy as np
 
+from ...questions.response.response import Response
 from ...system.system import Array
 from ..stability.floquet import CIRCLE
-from ..steady.response import Response
 from .corrector import NewtonResult, linear_start, solve
 from .floquet import Stability, floquet_stability
 from .problem import Problem, State, dynamic_size, evaluate, mesh_problem, prolonged

@@ -20,6 +20,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ...questions.response.response import Response
 from ...statics.record import group_gap
 from ...statics.tangent import mean_stretch, small_motion_tangent
 from ...system.flank_laws import eased
@@ -27,7 +28,6 @@ from ...system.gaps import Flanks, FlanksAt, flanks
 from ...system.group_laws import Laws, stacked
 from ...system.system import Array, ComplexArray, Line, System
 from ...warning_codes import CodedText, coded
-from ..steady.response import Response
 
 __all__ = [
     "NO_TORQUE",

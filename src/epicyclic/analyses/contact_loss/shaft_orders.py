@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...questions.response.excitation import Shaft
 from ...system.system import Array, ComplexArray
-from ..steady.excitation import Shaft
 from .corrector import newton_step
 from .lattice_points import half_lattice, mesh_points, placed_line
 from .outputs import Measures, torus_amplitudes, torus_outputs

@@ -14,9 +14,9 @@ from itertools import product
 
 import numpy as np
 
-from ..steady.excitation import LineExcitation, Shaft
-from ..steady.lattice import Point
-from ..steady.response import Response
+from ...questions.response.excitation import LineExcitation, Shaft
+from ...questions.response.lattice import Point
+from ...questions.response.response import Response
 from .lattice_points import PlacedLine, placed_line
 
 __all__ = ["ShaftTones", "shaft_tones"]

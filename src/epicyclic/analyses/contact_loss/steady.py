@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
+from ...questions.response.response import Response, require_stable_mean, response
 from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array
 from ...warning_codes import CodedText, coded
-from ..steady.mean_stability import require_stable_mean
-from ..steady.response import Response, response
 from .branch_set import branch_set
 from .floquet import Stability, require_fast_enough
 from .linear_motion import LinearMotion, linear_error, linear_motion, unchanging_lines

@@ -13,12 +13,18 @@ from numpy.typing import ArrayLike, NDArray
 from ...engine.workers import each, import_results, runs
 from ...errors import ModelError
 from ...machine_code import numba_available
+from ...questions.response.response import (
+    MEAN_UNSTABLE,
+    FrameSpeed,
+    Response,
+    instability_warnings,
+    response,
+    unstable_speeds,
+)
+from ...questions.response.sweep_table import SpeedRange, speeds_of
 from ...system.gaps import past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
-from ..steady.mean_stability import MEAN_UNSTABLE, instability_warnings, unstable_speeds
-from ..steady.response import FrameSpeed, Response, response
-from ..steady.speed_range import SpeedRange, speeds_of
 from .branch_set import BranchSet, Crossing, Segment, branch_set
 from .branch_switching import IntegratedMotion
 from .continuation import folds_of_speed

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...questions.response.excitation import Shaft
+from ...questions.response.response import Response
 from ...system.system import Array, Faces, faces
-from ..steady.excitation import Shaft
-from ..steady.response import Response
 from .corrector import TOLERANCE, WORK, NewtonResult, linear_start, newton_step, solve
 from .lattice_points import Size, order_weight, torus_points
 from .problem import Problem, State, dynamic_size, embedded, evaluate, linearised_residual, problem

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from ...questions.response.excitation import LineExcitation, Shaft
 from ...system.system import System
-from ..steady.excitation import LineExcitation, Shaft
 from .sensor import SensorPosition, mesh_stages
 from .spectrum import LineSource, StageSpectrum
 

@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...questions.response.measures import dynamic_factor, force_extremes, mean
+from ...questions.response.periodic import TOLERANCE, solve_speed
+from ...questions.response.response import Block, Response
+from ...questions.response.steady import tension_warnings
+from ...questions.response.waveform import force_signal, mesh_axis, whole_mesh_signal
 from ...statics.record import parallel_meshes
 from ...statics.static import rounding_of
 from ...system.system import Array, ComplexArray, Line, System, faces
 from ...warning_codes import CodedText, coded
-from ..steady.measures import dynamic_factor, force_extremes, mean
-from ..steady.periodic import TOLERANCE, solve_speed
-from ..steady.response import Block, Response
-from ..steady.steady import tension_warnings
-from ..steady.waveform import force_signal, mesh_axis, whole_mesh_signal
 from .labels import LineLabels, is_fault_free
 from .path import ACCELERATION, Transfer, Window, named_window
 from .sensor import SensorPosition, sensor_position

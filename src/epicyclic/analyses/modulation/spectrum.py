@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...questions.response.response import Block, Response
+from ...questions.response.waveform import Spectrum, force_spectrum, motion_spectrum
 from ...system.system import Array, ComplexArray, System, faces
-from ..steady.response import Block, Response
-from ..steady.waveform import Spectrum, force_spectrum, motion_spectrum
 from .path import Window
 from .sensor import SensorPosition
 

@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 
 from ...errors import ConvergenceError
 from ...questions.modes.basis import Modal, modal_weights
+from ...questions.response.balance import Batch, HarmonicSolution, solve
+from ...questions.response.lattice import Gather, Kernel, LineFrequencies, product, to_complex, to_real
+from ...questions.response.response import Block, Response
+from ...questions.response.waveform import force_signal, force_spectrum, mesh_axis, whole_mesh_signal
 from ...system.system import Array, ComplexArray, faces
-from ..steady.balance import Batch, HarmonicSolution, solve
-from ..steady.kernel import Gather, Kernel, product, to_complex, to_real
-from ..steady.lattice import LineFrequencies
-from ..steady.response import Block, Response
-from ..steady.waveform import force_signal, force_spectrum, mesh_axis, whole_mesh_signal
 
 __all__ = [
     "AdjointPart",

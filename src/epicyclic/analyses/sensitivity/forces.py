@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
+from ...questions.response.response import Block, FrameSpeed, Response, respond, response
 from ...system.system import Array, System, faces
-from ..steady.response import Block, FrameSpeed, Response, respond, response
 from .adjoint import adjoint_form, adjoint_parts, measure
 from .gradient import Basis, Gradient, basis_of, gradient, rigid_mode_imbalance
 from .numbers import SystemNumbers

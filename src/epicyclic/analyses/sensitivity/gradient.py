@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...questions.modes.basis import mean_modes, modal_weights
+from ...questions.response.excitation import speed_powers
+from ...questions.response.lattice import product
+from ...questions.response.response import Block, Response
 from ...system.system import Array, ComplexArray
-from ..steady.excitation import speed_powers
-from ..steady.kernel import product
-from ..steady.response import Block, Response
 from .adjoint import AdjointPart, harmonic_weights
 from .numbers import SystemNumbers, mean_stiffness_change
 

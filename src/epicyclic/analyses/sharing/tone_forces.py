@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...questions.response.periodic import periodic_by_tone, superposed
 from ...statics.equilibrium import closed_force
 from ...statics.quasi_static import HeldTrain, balanced, held_train, settled
 from ...statics.record import (
@@ -26,8 +27,6 @@ from ...statics.static import free_position_warnings
 from ...statics.unheld import standing_load
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText
-from ..steady.periodic import periodic_by_tone
-from ..steady.superposition import superposed
 from .outputs import require_speed
 from .waves import Waves, cycle_forces, far_waves, force_bound, line_phases, periodic_waves, static_waves
 

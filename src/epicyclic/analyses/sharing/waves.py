@@ -22,7 +22,7 @@ from ...system.gaps import flanks
 from ...system.system import Array, ComplexArray, System
 
 if TYPE_CHECKING:
-    from ..steady.periodic import Periodic
+    from ...questions.response.periodic import Periodic
 
 __all__ = ["Waves", "cycle_forces", "far_waves", "force_bound", "line_phases", "periodic_waves", "static_waves"]
 

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from ...engine.workers import each, import_results
 from ...errors import ModelError
 from ...questions.modes.basis import Modal, modal_form
+from ...questions.response.excitation import mesh_tones
+from ...questions.response.resonances import of_one_tone
+from ...questions.response.response import FrameSpeed
 from ...results.ties import largest
 from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, System
-from ..steady.excitation import mesh_tones
-from ..steady.resonances import of_one_tone
-from ..steady.response import FrameSpeed
 from .combinations import Combination, combinations
 from .floquet import STABLE, Floquet, floquet, multiplier_kind, steps_needed
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import ModelError
+from ...questions.response.response import FrameSpeed
 from ...system.system import Array, System
 from ...warning_codes import CodedText, coded
-from ..steady.response import FrameSpeed
 from .combinations import Combination
 from .scan import FloquetScan, ParametricSystem, Progress, floquet_scan, parametric_system, predicted_combinations
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ...analyses.steady.resonances import BAND
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
+from ...questions.response.resonances import BAND
 from ...system.system import System
 from ...train.train import Train
 from .answer import Answer, Level, answer, number, per_cent

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from ...analyses.sharing.outputs import require_speed
 from ...analyses.sharing.sharing import sharing
+from ...document.drives import drive_text
 from ...errors import ConvergenceError, ModelError
-from ...studies.drives import drive_text
 from ...system.assembly import assemble
 from ...system.system import System
 from ...train.resolution import load

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.steady.resonances import BAND, excited_modes
 from ...questions.modes.basis import mean_modes
 from ...questions.modes.campbell import OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 from ...questions.modes.eigen import classify_modes, normalisation
+from ...questions.response.resonances import BAND, excited_modes
 from ...results.ties import largest, ranked
 from ...statics.tangent import linear
 from ...system.system import Array, System

@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from ...analyses.steady.mean_stability import unstable_speeds
-from ...analyses.steady.measures import force_extremes, mean
-from ...analyses.steady.resonances import of_one_tone
-from ...analyses.steady.response import Response, respond_part, response, response_parts
-from ...analyses.steady.speed_range import speeds_of
-from ...analyses.steady.waveform import force_signal, whole_mesh_signal
 from ...questions.modes.campbell import OPERATION
+from ...questions.response.measures import force_extremes, mean
+from ...questions.response.resonances import of_one_tone
+from ...questions.response.response import Response, respond_part, response, response_parts, unstable_speeds
+from ...questions.response.sweep_table import speeds_of
+from ...questions.response.waveform import force_signal, whole_mesh_signal
 from ...system.system import Array, System, faces
 from .mode_view import ModeView
 from .names import SpeedAxis, ordinal, rounded

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from nicegui import events, ui
 
 from ...document.document import MAX_BYTES
+from ...document.drives import drive_titles
 from ...errors import ModelError
 from ...rexs.names import is_rexs_name
-from ...studies.drives import drive_titles
 from ..state.state import opened, uploaded
 from .parts import plain_button, present, refused, show_model, window
 from .recent import recent_files, remember

@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable
 
 from nicegui.element import Element
 
-from ...studies.drives import drive_titles
+from ...document.drives import drive_titles
 from ..dialogs.open_model import open_window
 from ..dialogs.parts import show_model
 from ..dialogs.wizard import new_window

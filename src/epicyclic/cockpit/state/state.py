@@ -10,10 +10,10 @@ from typing import Any
 
 from ...document.deviations import is_file_name
 from ...document.document import MAX_BYTES, decoded, file_text, parse_text, ready_drives
+from ...document.drives import drive_text
 from ...document.tables import PlainTable, clean, nested, split_path
 from ...errors import ModelError
 from ...rexs.names import is_rexs_name
-from ...studies.drives import drive_text
 from .spellings import Keys, Spelling, at_path, spelling_of
 
 __all__ = [

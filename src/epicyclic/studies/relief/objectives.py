@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.steady.sweep import sweep
 from ...errors import ModelError
+from ...questions.response.steady import sweep
 from ...statics.record import reference_tone
 from ...system.system import System
 from ...system.tooth_pairs import ContactHistory, pair_of, with_contact_tangent

@@ -22,7 +22,7 @@ from epicyclic.analyses.contact_loss.problem import (
     unknowns,
 )
 from epicyclic.analyses.contact_loss.truncation import truncated_orders, truncation_residual
-from epicyclic.analyses.steady.response import FrameSpeed, respond, response
+from epicyclic.questions.response.response import FrameSpeed, respond, response
 from epicyclic.statics.tangent import linear
 
 

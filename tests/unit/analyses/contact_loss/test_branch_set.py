@@ -17,7 +17,7 @@ from epicyclic.analyses.contact_loss.closed_teeth import scan_closed_teeth
 from epicyclic.analyses.contact_loss.continuation import Stepping
 from epicyclic.analyses.contact_loss.refinement import Refinement
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
-from epicyclic.analyses.steady.response import response
+from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 
 # Relative speeds from below the resonance to above it; a push of 400 N parts teeth about it, one of 210 N just does.

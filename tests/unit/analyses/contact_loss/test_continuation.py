@@ -24,7 +24,7 @@ from epicyclic.analyses.contact_loss.corrector import linear_start, solve
 from epicyclic.analyses.contact_loss.outputs import force_level
 from epicyclic.analyses.contact_loss.problem import Problem, State, mesh_problem
 from epicyclic.analyses.contact_loss.refinement import Refinement
-from epicyclic.analyses.steady.response import response
+from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

@@ -21,7 +21,7 @@ from epicyclic.analyses.contact_loss.corrector import linear_start
 from epicyclic.analyses.contact_loss.outputs import mesh_force, periodic_measures
 from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, distinct, solution, with_stability
 from epicyclic.analyses.contact_loss.sweep_direction import Reached, _reached_at, sweep_direction
-from epicyclic.analyses.steady.response import response
+from epicyclic.questions.response.response import response
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

@@ -14,7 +14,7 @@ from epicyclic.analyses.contact_loss import preconditioner as room
 from epicyclic.analyses.contact_loss.corrector import linear_start
 from epicyclic.analyses.contact_loss.preconditioner import KeptPreconditioner, preconditioner
 from epicyclic.analyses.contact_loss.problem import Problem, State, evaluate, jacobian, mesh_problem, unknowns
-from epicyclic.analyses.steady.response import response
+from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 
 Train = Callable[..., System]

@@ -18,7 +18,7 @@ from epicyclic.analyses.contact_loss.quasi_periodic import Growth, quasi_periodi
 from epicyclic.analyses.contact_loss.refinement import GROWTH, Refinement, Solution, growth_stability, load_continuation
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.contact_loss.sweep_direction import sweep_direction
-from epicyclic.analyses.steady.response import response
+from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

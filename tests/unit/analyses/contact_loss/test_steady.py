@@ -20,13 +20,13 @@ import epicyclic
 from epicyclic.analyses.contact_loss.steady import contact_steady
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.contact_loss.torus import respond_torus
-from epicyclic.analyses.steady.steady import steady
 from epicyclic.analyses.transient.integrators import integrate
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.outputs import mesh_force
 from epicyclic.analyses.transient.program import constant
 from epicyclic.analyses.transient.transient import transient
 from epicyclic.errors import ConvergenceError, ModelError
+from epicyclic.questions.response.steady import steady
 from epicyclic.show.rows import force_table
 from epicyclic.system.system import System, faces
 

@@ -20,11 +20,10 @@ from epicyclic.analyses.contact_loss.outputs import periodic_measures
 from epicyclic.analyses.contact_loss.problem import State
 from epicyclic.analyses.contact_loss.refinement import Refinement, solution, with_stability
 from epicyclic.analyses.contact_loss.sweep import _several_motions, contact_sweep
-from epicyclic.analyses.steady.mean_stability import critical_speed
-from epicyclic.analyses.steady.response import response
-from epicyclic.analyses.steady.sweep import sweep as linear_sweep
 from epicyclic.engine import workers
 from epicyclic.errors import ModelError
+from epicyclic.questions.response.response import critical_speed, response
+from epicyclic.questions.response.steady import sweep as linear_sweep
 from epicyclic.results.dataset import load_result, save_result, to_json
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System, faces

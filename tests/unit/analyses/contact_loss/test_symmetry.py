@@ -16,7 +16,7 @@ from epicyclic.analyses.contact_loss.refinement import Refinement, Solution
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.contact_loss.sweep_direction import sweep_direction
 from epicyclic.analyses.contact_loss.symmetry import symmetry_is_broken
-from epicyclic.analyses.steady.response import response
+from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load
 

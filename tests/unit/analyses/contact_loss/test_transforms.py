@@ -13,7 +13,7 @@ from epicyclic.analyses.contact_loss.outputs import grid_maximum, super_period_p
 from epicyclic.analyses.contact_loss.shaft_tones import shaft_tones
 from epicyclic.analyses.contact_loss.torus import torus
 from epicyclic.analyses.contact_loss.transforms import grid
-from epicyclic.analyses.steady.response import response
+from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 
 F = Fraction

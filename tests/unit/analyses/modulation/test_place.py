@@ -10,8 +10,8 @@ import pytest
 
 from epicyclic.analyses.modulation.modulation import modulation
 from epicyclic.analyses.modulation.sensor import sensor_position
-from epicyclic.analyses.steady.steady import steady
 from epicyclic.errors import ModelError
+from epicyclic.questions.response.steady import steady
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

@@ -16,7 +16,7 @@ from epicyclic.analyses.modulation.modulation import modulation
 from epicyclic.analyses.modulation.path import named_window
 from epicyclic.analyses.modulation.sensor import SensorPosition
 from epicyclic.analyses.modulation.spectrum import SensorContributions, StageSpectrum, merged_lines, windowed_forces
-from epicyclic.analyses.steady.steady import steady
+from epicyclic.questions.response.steady import steady
 from epicyclic.system.system import System
 
 from .conftest import GROUPS

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from epicyclic.analyses.modulation.modulation import modulation
 from epicyclic.analyses.modulation.path import Window, tabulated_transfer
-from epicyclic.analyses.steady.periodic import periodic
+from epicyclic.questions.response.periodic import periodic
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from epicyclic.analyses.steady import balance
-from epicyclic.analyses.steady import response as engine
-from epicyclic.analyses.steady.response import respond, response
-from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.errors import ModelError
+from epicyclic.questions.response import balance
+from epicyclic.questions.response import response as engine
+from epicyclic.questions.response.response import respond, response
+from epicyclic.questions.response.steady import sweep
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load
@@ -99,7 +99,7 @@ def test_the_residual_reported_is_the_true_one(system: System) -> None:
 @pytest.fixture
 def without_numba(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "numba", None)
-    monkeypatch.delitem(sys.modules, "epicyclic.analyses.steady.compiled", raising=False)
+    monkeypatch.delitem(sys.modules, "epicyclic.questions.response.compiled", raising=False)
 
 
 @pytest.mark.usefixtures("without_numba")
@@ -134,7 +134,7 @@ def test_large_jobs_are_compiled_and_small_ones_not(system: System, monkeypatch:
 
 def test_points_unconverged_in_single_go_on_in_double(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("numba")
-    from epicyclic.analyses.steady import compiled
+    from epicyclic.questions.response import compiled
 
     solve = compiled.solve_points
 

@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.analyses.steady.measures import dynamic_factor
 from epicyclic.errors import ModelError
+from epicyclic.questions.response.measures import dynamic_factor
 from epicyclic.show.elements import Table, number, shown_columns
 from epicyclic.show.rows import force_table
 from epicyclic.show.views import sharing as sharing_view

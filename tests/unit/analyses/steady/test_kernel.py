@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.analyses.steady.kernel import product, truncated_product
-from epicyclic.analyses.steady.lattice import line_frequencies
-from epicyclic.analyses.steady.response import Response, respond, response
-from epicyclic.analyses.steady.waveform import Spectrum, torus_waveform
+from epicyclic.questions.response.lattice import line_frequencies, product, truncated_product
+from epicyclic.questions.response.response import Response, respond, response
+from epicyclic.questions.response.waveform import Spectrum, torus_waveform
 
 
 def ready_of(name: str) -> Response:

@@ -10,11 +10,9 @@ import pytest
 import scipy.linalg
 
 import epicyclic
-from epicyclic.analyses.steady.mean_stability import critical_speed, unstable_speeds
-from epicyclic.analyses.steady.response import response
-from epicyclic.analyses.steady.steady import steady
-from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.errors import ConvergenceError
+from epicyclic.questions.response.response import critical_speed, response, unstable_speeds
+from epicyclic.questions.response.steady import steady, sweep
 from epicyclic.system.system import System
 
 SPEEDS = np.linspace(0.5, 14.0, 28)

@@ -13,7 +13,8 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
-from epicyclic.analyses.steady.measures import (
+from epicyclic.errors import ModelError
+from epicyclic.questions.response.measures import (
     Signals,
     dynamic_factor,
     line_amplitudes,
@@ -22,13 +23,11 @@ from epicyclic.analyses.steady.measures import (
     ranges,
     sweep_measures,
 )
-from epicyclic.analyses.steady.periodic import Periodic, periodic
-from epicyclic.analyses.steady.response import response
-from epicyclic.analyses.steady.steady import steady
-from epicyclic.analyses.steady.sweep import sweep
-from epicyclic.analyses.steady.table import empty_table, sweep_dataset
-from epicyclic.analyses.steady.waveform import Signal, Spectrum, lateral_pairs, signal_of_samples
-from epicyclic.errors import ModelError
+from epicyclic.questions.response.periodic import Periodic, periodic
+from epicyclic.questions.response.response import response
+from epicyclic.questions.response.steady import steady, sweep
+from epicyclic.questions.response.sweep_table import empty_table, sweep_dataset
+from epicyclic.questions.response.waveform import Signal, Spectrum, lateral_pairs, signal_of_samples
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.show.views import steady as steady_view
 from epicyclic.show.views import sweep as sweep_view

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from epicyclic.analyses.steady.periodic import periodic
-from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.questions.modes.basis import mean_modes
+from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.response.steady import sweep
 from epicyclic.system.system import System
 
 # mesh frequency [Hz]: RMS of the dynamic mesh force of meshes 0 and 1 [N]

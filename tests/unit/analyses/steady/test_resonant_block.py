@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 import epicyclic
-from epicyclic.analyses.steady.balance import Batch, solve
-from epicyclic.analyses.steady.excitation import mesh_order_excitation
-from epicyclic.analyses.steady.response import response
+from epicyclic.questions.response.balance import Batch, solve
+from epicyclic.questions.response.excitation import mesh_order_excitation
+from epicyclic.questions.response.response import response
 
 STAGE = """
 [stages.{name}]

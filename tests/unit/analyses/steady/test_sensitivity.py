@@ -22,12 +22,12 @@ from epicyclic.analyses.sensitivity.adjoint import (
 from epicyclic.analyses.sensitivity.forces import force_derivatives
 from epicyclic.analyses.sensitivity.gradient import basis_of, gradient
 from epicyclic.analyses.sensitivity.numbers import SystemNumbers, combined, numbers
-from epicyclic.analyses.steady import balance
-from epicyclic.analyses.steady.kernel import product, truncated_product
-from epicyclic.analyses.steady.periodic import periodic
-from epicyclic.analyses.steady.response import Block, Response, _block, response
-from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.errors import ModelError
+from epicyclic.questions.response import balance
+from epicyclic.questions.response.lattice import product, truncated_product
+from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.response.response import Block, Response, _block, response
+from epicyclic.questions.response.steady import sweep
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

@@ -11,10 +11,9 @@ import pytest
 import scipy.linalg
 from numpy.typing import NDArray
 
-from epicyclic.analyses.steady.sharpness import sharpened
-from epicyclic.analyses.steady.steady import steady
-from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.errors import ConvergenceError, ModelError
+from epicyclic.questions.response.gmres import sharpened
+from epicyclic.questions.response.steady import steady, sweep
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.steady.periodic import Periodic, periodic
-from epicyclic.analyses.steady.steady import steady
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.questions.modes.basis import mean_modes
+from epicyclic.questions.response.periodic import Periodic, periodic
+from epicyclic.questions.response.steady import steady
 from epicyclic.system.system import Line, System
 
 Array = NDArray[np.float64]

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from epicyclic.analyses.steady.periodic import periodic
-from epicyclic.analyses.steady.steady import steady
-from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.errors import ModelError
+from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.response.steady import steady, sweep
 from epicyclic.results.dataset import to_json
 from epicyclic.system.system import System
 

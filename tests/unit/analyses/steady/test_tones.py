@@ -12,11 +12,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.steady.lattice import bundle, kept_points
-from epicyclic.analyses.steady.periodic import Periodic, periodic, periodic_by_tone
-from epicyclic.analyses.steady.response import respond, response
-from epicyclic.analyses.steady.steady import steady
-from epicyclic.analyses.steady.sweep import sweep
+from epicyclic.questions.response.lattice import bundle, kept_points
+from epicyclic.questions.response.periodic import Periodic, periodic, periodic_by_tone
+from epicyclic.questions.response.response import respond, response
+from epicyclic.questions.response.steady import steady, sweep
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

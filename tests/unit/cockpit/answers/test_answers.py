@@ -21,7 +21,7 @@ from epicyclic.cockpit.answers.relief_answer import relief_answer
 from epicyclic.cockpit.answers.sharing_answers import float_answer
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.computing.frames import PageFrame, Request
-from epicyclic.studies.drives import drive_text
+from epicyclic.document.drives import drive_text
 from epicyclic.system.assembly import assemble
 from epicyclic.train.new_train import new_train
 from epicyclic.train.resolution import load

@@ -15,8 +15,8 @@ from epicyclic.cockpit.answers.job_frame import JobFrame
 from epicyclic.cockpit.answers.job_results import tolerance_shares
 from epicyclic.cockpit.answers.jobs import JOBS
 from epicyclic.cockpit.computing.frames import pack, unpack
+from epicyclic.document.drives import drive_text
 from epicyclic.errors import ModelError
-from epicyclic.studies.drives import drive_text
 from epicyclic.train.resolution import load
 from epicyclic.verbs.check import check
 from epicyclic.verbs.contact import contact

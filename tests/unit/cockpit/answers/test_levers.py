@@ -13,9 +13,9 @@ from epicyclic.cockpit.answers.lever_entries import entry_of, with_entry
 from epicyclic.cockpit.answers.levers import ModelLever, levers_of
 from epicyclic.cockpit.state.state import opened, request_of, with_value
 from epicyclic.document.document import ready_drives
+from epicyclic.document.drives import drive_text
 from epicyclic.document.units import factor
 from epicyclic.errors import ModelError
-from epicyclic.studies.drives import drive_text
 from epicyclic.train.resolution import load
 from epicyclic.verbs.sharing import sharing
 

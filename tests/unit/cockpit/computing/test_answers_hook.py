@@ -12,7 +12,7 @@ import pytest
 from epicyclic.cockpit.answers import answers, checks
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.computing.frames import Request
-from epicyclic.studies.drives import drive_text
+from epicyclic.document.drives import drive_text
 
 
 @dataclass(frozen=True)

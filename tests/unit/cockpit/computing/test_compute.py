@@ -14,15 +14,15 @@ import pytest
 
 import epicyclic
 from epicyclic import assemble, load
-from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.cockpit.computing import compute as computing
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.computing.frames import PageFrame, Request, pack, unpack
 from epicyclic.cockpit.computing.sharing_view import live_sharing, twin_of
 from epicyclic.cockpit.computing.speed_view import Effort, force_curves, speed_model
 from epicyclic.document.document import ready_drives
+from epicyclic.document.drives import drive_text
+from epicyclic.questions.response.steady import sweep
 from epicyclic.statics.sample_loads import mean_loads
-from epicyclic.studies.drives import drive_text
 from epicyclic.train import resolution
 
 RUN_OUTS = {

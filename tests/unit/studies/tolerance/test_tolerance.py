@@ -14,9 +14,9 @@ from scipy.special import ndtr, ndtri
 
 import epicyclic
 from epicyclic.cli.main import app
+from epicyclic.document.drives import drive_titles
 from epicyclic.engine.sampling import SamplingPlan
 from epicyclic.errors import ModelError
-from epicyclic.studies.drives import drive_titles
 from epicyclic.studies.tolerance.shares import variance_shares
 
 # four equal planets round a floating sun, mesh and pin stiffnesses given: TIP is the gap of a pin per its error

@@ -18,9 +18,7 @@ from numpy.typing import NDArray
 
 from ...machine_code import compiled
 from ...system.system import Array
-from .condensed import CondensedOperators, Workspace, workspace
-
-__all__ = ["solve_points", "truncation_size"]
+from .balance import CondensedOperators, Workspace, workspace
 
 Index = NDArray[np.int64]
 _LANES = 8

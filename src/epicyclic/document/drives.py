@@ -5,11 +5,9 @@ from __future__ import annotations
 import tomllib
 from importlib import resources
 
-from ..document.document import ready_drives
-from ..document.schema import nearest
 from ..errors import ModelError
-
-__all__ = ["drive_text", "drive_titles"]
+from .document import ready_drives
+from .schema import nearest
 
 
 def drive_titles() -> dict[str, str]:

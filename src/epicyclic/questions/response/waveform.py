@@ -13,30 +13,18 @@ from numpy.typing import NDArray
 from ...system.system import Array, ComplexArray, Faces, System, faces
 from .balance import HarmonicSolution
 from .excitation import link_errors
-from .kernel import product, to_complex, truncated_product
-from .lattice import Lattice, LineFrequencies, bundle, integer_frequencies, line_frequencies, on_axis
+from .lattice import (
+    Lattice,
+    LineFrequencies,
+    bundle,
+    integer_frequencies,
+    line_frequencies,
+    on_axis,
+    product,
+    to_complex,
+    truncated_product,
+)
 from .response import Block, Response
-
-__all__ = [
-    "Envelopes",
-    "Signal",
-    "Spectrum",
-    "alias_free_samples",
-    "envelopes",
-    "force_signal",
-    "force_spectrum",
-    "lateral_pairs",
-    "link_signal",
-    "mesh_axis",
-    "motion_signal",
-    "motion_spectrum",
-    "peak",
-    "signal_of_samples",
-    "tone_waveform",
-    "torus_waveform",
-    "valley",
-    "whole_mesh_signal",
-]
 
 Index = NDArray[np.int64]
 Values = NDArray[Any]  # real or complex

@@ -10,22 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...questions.modes.basis import Modal
 from ...statics.unheld import contradicting_radii, unheld, unheld_error
 from ...system.system import Array, ComplexArray, Line, System
+from ..modes.basis import Modal
 from .lattice import Lattice, Point
-
-__all__ = [
-    "LineExcitation",
-    "Shaft",
-    "excitation",
-    "link_errors",
-    "mesh_order_excitation",
-    "mesh_tones",
-    "require_damping",
-    "shaft_order_excitation",
-    "speed_powers",
-]
 
 # Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
 _BALANCE = 1e-9

@@ -12,15 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...questions.modes.campbell import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 from ...results.ties import first_largest, largest
 from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, System, faces
+from ..modes.campbell import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["BAND", "excited_modes", "of_one_tone", "with_resonances"]
 
 # A mode with less than a hundredth of the amplitude of an order, at its own frequency, is not excited by it: what moves
 # is the other modes.
@@ -216,7 +214,7 @@ def _enter_forces(
     how: Mapping[str, Any],
 ) -> None:
     """Enter the forces at the crossings of one mesh frequency."""
-    from .sweep import sweep
+    from .steady import sweep
 
     tone, one = tones[place_of_tone], len(tones) == 1
     places = np.flatnonzero(found.tone == place_of_tone)

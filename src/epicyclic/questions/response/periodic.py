@@ -1,20 +1,29 @@
-"""Steady response at one speed over the cycle of a mesh frequency: mesh orders, and an envelope for each other line."""
+"""Steady response at one speed over the cycle of a mesh frequency: mesh orders, and an envelope for each other line.
+
+Plain harmonic superposition: every frequency alone on the mean system, for comparison with the full solution.
+
+With dbar the mean gap, K xbar = F, and dk the varying part of a mesh stiffness,
+
+    Z(w) X = sum of (k0 + i w c) e B - dk dbar B,    force = k0 (dbar + dX) + dk dbar + c dX'
+
+that is, products of varying stiffness and varying gap are left out.  This is the mean system with the errors
+e - dbar dk / (k0 + i w c), so that one solver serves both (derived here).
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 
 from ...errors import ConvergenceError, ModelError
 from ...statics.record import samples_per_cycle
-from ...system.system import Array, ComplexArray, System, faces
-from .mean_stability import require_stable_mean
+from ...system.system import Array, ComplexArray, Line, System, faces
 from .measures import force_extremes
-from .response import Block, Response, respond, response
+from .response import Block, Response, require_stable_mean, respond, response
 from .waveform import (
     Spectrum,
     alias_free_samples,
@@ -26,17 +35,6 @@ from .waveform import (
     tone_waveform,
     whole_mesh_signal,
 )
-
-__all__ = [
-    "TOLERANCE",
-    "Periodic",
-    "ShaftLine",
-    "checked_samples",
-    "checked_speed",
-    "periodic",
-    "periodic_by_tone",
-    "solve_speed",
-]
 
 TOLERANCE = 1e-8
 # A residual above this is refused, whatever tolerance was asked for.
@@ -242,3 +240,49 @@ def checked_speed(relative_speed: float) -> float:
     if not (math.isfinite(relative_speed) and relative_speed > 0):
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
     return float(relative_speed)
+
+
+def superposed(system: System, relative_speed: float) -> System:
+    """The System of constant mesh stiffness whose steady response is the superposition at one relative speed.
+
+    Raises
+    ------
+    ModelError, ConvergenceError : as of `periodic`, for the mean.
+    """
+    meshes = system.meshes
+    static = replace(system, meshes=replace(meshes, variation=np.zeros((len(meshes.name), 0), complex)))
+    mean = periodic(
+        replace(static, lines=tuple(line for line in system.lines if line.frequency == 0)),
+        relative_speed=relative_speed,
+    )
+    gap = mean.force.mean(axis=1) / meshes.stiffness
+    gaps = {line.frequency: line.gap for line in system.lines}
+    extra: dict[Fraction, ComplexArray] = {}
+    for number in np.unique(meshes.tone):
+        mine = meshes.tone == number
+        for order in range(1, meshes.variation.shape[1] + 1):
+            frequency = system.tones[number] * order
+            part = _error(system, gap, order, 2 * np.pi * float(frequency) * relative_speed)
+            extra[frequency] = extra.get(frequency, np.zeros(len(gap), complex)) + np.where(mine, part, 0.0)
+    known = tuple(replace(line, gap=line.gap + extra.get(line.frequency, 0.0)) for line in system.lines)
+    fresh = tuple(_line(system, f, value) for f, value in extra.items() if f not in gaps and value.any())
+    return replace(static, lines=tuple(sorted(known + fresh, key=lambda line: line.frequency)))
+
+
+def _error(system: System, gap: Array, order: int, omega: float) -> ComplexArray:
+    """Error that acts as one harmonic of dk dbar, (m,) [m]; gap : (m,) mean gap [m], omega : [rad/s]."""
+    meshes = system.meshes
+    force = meshes.stiffness * meshes.variation[:, order - 1] * gap
+    error: ComplexArray = -force / (meshes.stiffness + 1j * omega * meshes.damping)
+    return error
+
+
+def _line(system: System, frequency: Fraction, gap: ComplexArray) -> Line:
+    """Line of mesh errors `gap` (m,) [m] at a frequency [Hz at the operating speed]."""
+    return Line(
+        frequency=frequency,
+        gap=gap,
+        link_gap=np.zeros(len(system.links.name), complex),
+        force=np.zeros((3, len(system.force)), complex),
+        causes=("mesh stiffness",),
+    )

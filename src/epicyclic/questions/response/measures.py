@@ -26,25 +26,6 @@ from ...system.system import Array, ComplexArray
 from .lattice import LineFrequencies, on_axis
 from .waveform import Signal, Spectrum, peak, tone_waveform, torus_waveform, valley
 
-__all__ = [
-    "Layout",
-    "Range",
-    "Signals",
-    "dynamic_factor",
-    "force_extremes",
-    "line_amplitudes",
-    "line_harmonics",
-    "link_measures",
-    "mean",
-    "mean_square",
-    "order_amplitudes",
-    "order_harmonics",
-    "phase_grid",
-    "ranges",
-    "sweep_measures",
-    "torus_maximum",
-]
-
 Index = NDArray[np.int64]
 
 
