@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.sharing.tone_forces import Method
+from epicyclic.questions.check.check import check
 from epicyclic.questions.modes.basis import mean_modes
 from epicyclic.questions.response.periodic import periodic
 from epicyclic.questions.response.steady import steady
-from epicyclic.studies.check import check
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

@@ -21,7 +21,7 @@ def check(source: "Source", *, overrides: "Overrides | None" = None) -> "xr.Data
     ModelError : the model is wrong, or a System is given, which has no drawing left.
     """
     from ..engine.source import train_of
-    from ..studies.check import check as run
+    from ..questions.check.check import check as run
 
     return run(train_of(source, overrides=overrides))
 

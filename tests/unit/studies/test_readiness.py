@@ -12,8 +12,8 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
+from epicyclic.questions.check.readiness import NEEDS
 from epicyclic.show.views.check import tables
-from epicyclic.studies.readiness import NEEDS
 from epicyclic.verbs.record import verbs
 
 BASE: dict[str, Any] = {

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.document.document import read
 from epicyclic.errors import ModelError
+from epicyclic.questions.check.check import mesh_deviations
 from epicyclic.statics.static import static
-from epicyclic.studies.mesh_deviations import mesh_deviations
 from epicyclic.studies.parameters import all_parameters
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System

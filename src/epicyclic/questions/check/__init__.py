@@ -1,0 +1,1 @@
+"""What a train is, and what each analysis still asks of it."""
