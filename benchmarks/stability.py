@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import linear_sum_assignment
 
-from epicyclic.analyses.stability.scan import floquet_scan, parametric_system, predicted_combinations
+from epicyclic.questions.stability.stability import floquet_scan, parametric_system, predicted_combinations
 from epicyclic.system.system import System
 
 _LIMIT, _SPEEDS = 30.0, (600.0, 1646.0, 3500.0)

@@ -80,7 +80,7 @@ def stability(
     chosen = range or "modes"
     options: dict[str, Any] = {"frame_speed": frame_speed}
     if over is None or values is None:
-        from ..analyses.stability.stability import stability as run
+        from ..questions.stability.stability import stability as run
 
         speeds = mesh_frequencies(system, train, start, stop, points or 200, chosen) if ranged else mesh_frequency
         options |= {
@@ -92,7 +92,7 @@ def stability(
             return run(system, **options, progress=progress, kept=kept)
     import numpy as np
 
-    from ..studies.stability import stability_map
+    from ..questions.stability.stability_map import stability_map
 
     refuse_without(
         False, "speed as the only parameter", variation=variation, damping=damping, relative_speed=relative_speed

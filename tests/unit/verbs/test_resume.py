@@ -138,8 +138,8 @@ def test_the_runs_have_what_can_go_wrong(whole: Whole) -> None:
 def test_what_is_done_is_not_computed_again(
     name: str, tmp_path: Path, whole: Whole, monkeypatch: pytest.MonkeyPatch, runs: dict[str, Run]
 ) -> None:
-    from epicyclic.analyses.stability import scan
     from epicyclic.questions.response import steady
+    from epicyclic.questions.stability import stability
 
     expected, _ = whole(name)
     runs[name](folder=tmp_path / "run")
@@ -148,7 +148,7 @@ def test_what_is_done_is_not_computed_again(
         raise AssertionError("computed again")
 
     monkeypatch.setattr(steady, "_measured", refused)
-    monkeypatch.setattr(scan, "_point_or_reason", refused)
+    monkeypatch.setattr(stability, "_point_or_reason", refused)
     xr.testing.assert_identical(runs[name](folder=tmp_path / "run", resume=True), expected)
 
 

@@ -13,8 +13,7 @@ import numpy as np
 
 from ...errors import ModelError
 from ...questions.modes.basis import Modal
-from ...system.system import Array, ComplexArray
-from ..stability.floquet import (
+from ...questions.stability.floquet import (
     BREAKING,
     CIRCLE,
     DIVERGENCE,
@@ -25,6 +24,7 @@ from ..stability.floquet import (
     multiplier_kind,
     steps_needed,
 )
+from ...system.system import Array, ComplexArray
 from .problem import Problem, State, evaluate, gap_rows, prolonged
 
 if TYPE_CHECKING:

@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...questions.stability.floquet import VariationalFlow, steps_needed, variational_flow
 from ...system.system import Array, ComplexArray
-from ..stability.floquet import VariationalFlow, steps_needed, variational_flow
 from .problem import Problem, State, gap_rows
 
 __all__ = ["Growth", "Tangents", "quasi_periodic_growth", "tangents_along", "window_cycles"]

@@ -13,8 +13,8 @@ from typing import Literal
 import numpy as np
 
 from ...questions.response.response import Response
+from ...questions.stability.floquet import CIRCLE
 from ...system.system import Array
-from ..stability.floquet import CIRCLE
 from .corrector import NewtonResult, linear_start, solve
 from .floquet import Stability, floquet_stability
 from .problem import Problem, State, dynamic_size, evaluate, mesh_problem, prolonged

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from epicyclic.analyses.stability.combinations import Combination, combinations, growth, half_width, resonances
-from epicyclic.analyses.stability.scan import floquet_scan, parametric_system
 from epicyclic.questions.modes.basis import modal_form
 from epicyclic.questions.response.excitation import mesh_tones
+from epicyclic.questions.stability.combinations import Combination, combinations, growth, half_width, resonances
+from epicyclic.questions.stability.stability import floquet_scan, parametric_system
 from epicyclic.system.system import System
 
 SUM = 3.3  # w1 + w2 of `two`, to 2 %

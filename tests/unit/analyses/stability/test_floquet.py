@@ -12,9 +12,9 @@ import scipy.linalg
 import scipy.special
 from numpy.typing import NDArray
 
-from epicyclic.analyses.stability.floquet import Floquet, floquet, steps_needed, variational_flow
 from epicyclic.questions.modes.basis import Modal, modal_form
 from epicyclic.questions.modes.eigen import whirl
+from epicyclic.questions.stability.floquet import Floquet, floquet, steps_needed, variational_flow
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

@@ -10,9 +10,9 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.stability import floquet as floquet_module
-from epicyclic.analyses.stability import scan
-from epicyclic.analyses.stability.monodromy import independent_parts, monodromy
+from epicyclic.questions.stability import floquet as floquet_module
+from epicyclic.questions.stability import stability
+from epicyclic.questions.stability.floquet import independent_parts, monodromy
 
 Array = NDArray[np.float64]
 STEP = 0.05
@@ -98,8 +98,8 @@ def test_sides_in_phase_leave_two_parts_and_sides_out_of_phase_one(which: str) -
 @pytest.mark.parametrize("vectors", [False, True])
 def test_a_herringbone_train_by_parts_and_as_a_whole(vectors: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Multipliers and their motions; damping changes too, as where teeth part."""
-    ready = scan.parametric_system(epicyclic.assemble(epicyclic.load("xu2020")))
-    stiffness = scan._stiffness_change(ready, 48)
+    ready = stability.parametric_system(epicyclic.assemble(epicyclic.load("xu2020")))
+    stiffness = stability._stiffness_change(ready, 48)
     sizes = []
     original = independent_parts
 

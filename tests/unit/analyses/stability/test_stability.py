@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.analyses.stability.scan import floquet_scan, instability_kind, parametric_system
-from epicyclic.analyses.stability.stability import stability
 from epicyclic.errors import ModelError
 from epicyclic.questions.modes.basis import modal_form
+from epicyclic.questions.stability.stability import floquet_scan, instability_kind, parametric_system, stability
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.system.system import System
 

@@ -21,12 +21,10 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from ...questions.modes.basis import Modal, modal_weights
-from ...questions.modes.eigen import repeated_roots
 from ...results.ties import largest
 from ...system.system import Array, ComplexArray, System
-
-__all__ = ["Combination", "Resonance", "combinations", "growth", "half_width", "resonances"]
+from ..modes.basis import Modal, modal_weights
+from ..modes.eigen import repeated_roots
 
 Index = NDArray[np.int64]
 # Modes closer than this part of their frequency are taken together: the width of the widest boundaries.

@@ -13,28 +13,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from ..analyses.stability.combinations import Combination
-from ..analyses.stability.scan import (
+from ...engine.cost import require_time
+from ...engine.source import Source, system_of
+from ...errors import ConvergenceError, ModelError
+from ...results.dataset import dataset
+from ...warning_codes import CodedText, coded
+from .combinations import Combination
+from .stability import (
     FloquetScan,
     ParametricSystem,
+    combination_name,
+    combination_names,
     floquet_scan,
     parametric_system,
     predicted_combinations,
+    resonance_columns,
+    scan_warnings,
 )
-from ..analyses.stability.stability import combination_name, combination_names, resonance_columns, scan_warnings
-from ..engine.cost import require_time
-from ..engine.source import Source, system_of
-from ..errors import ConvergenceError, ModelError
-from ..results.dataset import dataset
-from ..warning_codes import CodedText, coded
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..engine.run_folder import KeptPart, RunFolder
-    from ..questions.response.response import FrameSpeed
-
-__all__ = ["FACTORS", "stability_map"]
+    from ...engine.run_folder import KeptPart, RunFolder
+    from ..response.response import FrameSpeed
 
 FACTORS = ("variation", "damping")
 """Factors of the assembled train: of the variation of every mesh stiffness, and of all damping."""

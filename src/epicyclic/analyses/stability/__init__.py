@@ -1,1 +1,0 @@
-"""Stability of the periodic motion: Floquet multipliers, and instability boundaries by averaging."""
