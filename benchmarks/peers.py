@@ -25,14 +25,13 @@ import numpy as np
 import table
 from numpy.typing import NDArray
 
-from epicyclic.analyses.transient.integrators import integrate
-from epicyclic.analyses.transient.motion import Motion, from_modal, motion, to_modal
-from epicyclic.analyses.transient.outputs import mesh_force
-from epicyclic.analyses.transient.program import constant
-from epicyclic.analyses.transient.right_hand_side import instant_terms, row_force
-from epicyclic.analyses.transient.start import at_equilibrium
 from epicyclic.machine_code import numba_available
 from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.transient.equation import Motion, from_modal, motion, to_modal
+from epicyclic.questions.transient.integrators import integrate
+from epicyclic.questions.transient.program import constant
+from epicyclic.questions.transient.right_hand_side import at_equilibrium, instant_terms, row_force
+from epicyclic.questions.transient.transient import mesh_force
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

@@ -22,12 +22,12 @@ import numpy as np
 import table
 from known import bench56
 
-from epicyclic.analyses.transient.integrators import integrate, steps_for
-from epicyclic.analyses.transient.motion import motion
-from epicyclic.analyses.transient.program import constant
-from epicyclic.analyses.transient.start import at_equilibrium
 from epicyclic.machine_code import numba_available
 from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.transient.equation import motion
+from epicyclic.questions.transient.integrators import integrate, steps_for
+from epicyclic.questions.transient.program import constant
+from epicyclic.questions.transient.right_hand_side import at_equilibrium
 from epicyclic.system.system import System
 from peers import loosest, problem, rk4_rms
 

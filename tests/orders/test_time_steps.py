@@ -12,10 +12,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from epicyclic.analyses.transient.integrators import adaptive_states, integrate, modal_scale
-from epicyclic.analyses.transient.motion import Motion, from_modal, motion, to_modal
-from epicyclic.analyses.transient.program import program
-from epicyclic.analyses.transient.right_hand_side import acceleration, instant_terms
+from epicyclic.questions.transient.equation import Motion, from_modal, motion, to_modal
+from epicyclic.questions.transient.integrators import adaptive_states, integrate, modal_scale
+from epicyclic.questions.transient.program import program
+from epicyclic.questions.transient.right_hand_side import acceleration, instant_terms
 from epicyclic.system.system import Dofs, Line, LinkRows, MeshRows, System
 
 Array = NDArray[np.float64]

@@ -24,11 +24,11 @@ from epicyclic.analyses.contact_loss.floquet import floquet_multipliers
 from epicyclic.analyses.contact_loss.outputs import mesh_force
 from epicyclic.analyses.contact_loss.problem import flank_force, gap_rows, prolonged
 from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, load_continuation, solution, with_stability
-from epicyclic.analyses.transient.integrators import integrate, steps_for
-from epicyclic.analyses.transient.motion import motion
-from epicyclic.analyses.transient.outputs import flank_force as record_force
-from epicyclic.analyses.transient.program import constant
 from epicyclic.questions.response.response import Response, response
+from epicyclic.questions.transient.equation import motion
+from epicyclic.questions.transient.integrators import integrate, steps_for
+from epicyclic.questions.transient.program import constant
+from epicyclic.questions.transient.transient import flank_force as record_force
 from epicyclic.statics.tangent import linear
 from epicyclic.system.gaps import flanks
 from epicyclic.system.system import System
@@ -322,7 +322,7 @@ def test_links_by_their_law(name: str) -> None:
 
 def test_first_touch_is_one_gap_in_every_route() -> None:
     """Static record, grid of the balance and compiled rows begin to press at one gap, to 1e-12 m."""
-    from epicyclic.analyses.transient.compiled import _phase, _tabulated  # the compiled row itself
+    from epicyclic.questions.transient.compiled import _phase, _tabulated  # the compiled row itself
     from epicyclic.statics.record import mesh_phases
 
     system = drive("ren2021")

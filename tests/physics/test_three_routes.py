@@ -11,11 +11,11 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.transient.integrators import adaptive_states, modal_scale
-from epicyclic.analyses.transient.motion import from_modal, motion, to_modal
-from epicyclic.analyses.transient.outputs import link_force, mesh_force
-from epicyclic.analyses.transient.program import constant
 from epicyclic.questions.response.periodic import Periodic, periodic
+from epicyclic.questions.transient.equation import from_modal, motion, to_modal
+from epicyclic.questions.transient.integrators import adaptive_states, modal_scale
+from epicyclic.questions.transient.program import constant
+from epicyclic.questions.transient.transient import link_force, mesh_force
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from numpy.typing import NDArray
 
-    from ..analyses.transient.scenario import History
     from ..engine.source import Overrides, Source
+    from ..questions.transient.scenario import History
 
 __all__ = ["VERB", "transient"]
 
@@ -76,8 +76,8 @@ def transient(
     ------
     ModelError : the model, a file or an option is wrong.  ConvergenceError : no equilibrium to start from.
     """
-    from ..analyses.transient.transient import transient as run
     from ..engine.source import system_of
+    from ..questions.transient.transient import transient as run
 
     if _is_state(start):
         warnings.warn("transient: start is now initial, where it is a state", DeprecationWarning, stacklevel=3)
@@ -136,8 +136,8 @@ def _history(path: str | Path) -> "History":
     """Torques of a CSV file as the analysis takes them."""
     import numpy as np
 
-    from ..analyses.transient.scenario import History
     from ..document.csv_files import read_history
+    from ..questions.transient.scenario import History
 
     table = read_history(path)
     return History(

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 import epicyclic
-from epicyclic.analyses.transient.motion import motion
 from epicyclic.questions.modes.eigen import eigen
 from epicyclic.questions.response.response import response
+from epicyclic.questions.transient.equation import motion
 from epicyclic.statics.tangent import flank_warnings, linear
 from epicyclic.system.flank_laws import LawRows, TabulatedLaw
 from epicyclic.system.gaps import flanks

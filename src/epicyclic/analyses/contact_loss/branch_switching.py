@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...questions.transient.equation import in_modes_of_its_speed, motion
+from ...questions.transient.integrators import integrate, steps_for
+from ...questions.transient.program import constant
+from ...questions.transient.transient import flank_force
 from ...system.system import Array, System
-from ..transient.integrators import integrate, steps_for
-from ..transient.motion import in_modes_of_its_speed, motion
-from ..transient.outputs import flank_force
-from ..transient.program import constant
 from .corrector import solve
 from .floquet import floquet_vector
 from .outputs import Measures, record_measures

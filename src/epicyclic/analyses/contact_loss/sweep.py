@@ -184,7 +184,7 @@ def _import_ahead() -> None:
     """Import what the sweep directions and the result need."""
     import_results()
     if numba_available():
-        from ..transient import compiled  # noqa: F401
+        from ...questions.transient import compiled  # noqa: F401
 
 
 def _stability(refinement: Refinement, solutions: list[Solution], place: int) -> Stability:

@@ -16,12 +16,12 @@ from epicyclic.analyses.contact_loss import shaft_orders as orders_module
 from epicyclic.analyses.contact_loss.steady import contact_steady
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.contact_loss.torus import Torus, TorusPoint, respond_torus
-from epicyclic.analyses.transient.integrators import integrate
-from epicyclic.analyses.transient.motion import motion
-from epicyclic.analyses.transient.outputs import mesh_force
-from epicyclic.analyses.transient.program import constant
 from epicyclic.errors import ModelError
 from epicyclic.questions.response.response import response
+from epicyclic.questions.transient.equation import motion
+from epicyclic.questions.transient.integrators import integrate
+from epicyclic.questions.transient.program import constant
+from epicyclic.questions.transient.transient import mesh_force
 from epicyclic.system.system import System
 
 F = Fraction

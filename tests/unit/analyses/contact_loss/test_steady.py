@@ -20,13 +20,12 @@ import epicyclic
 from epicyclic.analyses.contact_loss.steady import contact_steady
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.contact_loss.torus import respond_torus
-from epicyclic.analyses.transient.integrators import integrate
-from epicyclic.analyses.transient.motion import motion
-from epicyclic.analyses.transient.outputs import mesh_force
-from epicyclic.analyses.transient.program import constant
-from epicyclic.analyses.transient.transient import transient
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.questions.response.steady import steady
+from epicyclic.questions.transient.equation import motion
+from epicyclic.questions.transient.integrators import integrate
+from epicyclic.questions.transient.program import constant
+from epicyclic.questions.transient.transient import mesh_force, transient
 from epicyclic.show.rows import force_table
 from epicyclic.system.system import System, faces
 

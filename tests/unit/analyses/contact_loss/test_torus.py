@@ -24,12 +24,12 @@ from epicyclic.analyses.contact_loss.shaft_orders import (
 )
 from epicyclic.analyses.contact_loss.steady import steady_motion
 from epicyclic.analyses.contact_loss.torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, memory, respond_torus, torus
-from epicyclic.analyses.transient.integrators import integrate
-from epicyclic.analyses.transient.motion import motion
-from epicyclic.analyses.transient.outputs import mesh_force
-from epicyclic.analyses.transient.program import constant
 from epicyclic.questions.response.gmres import gmres
 from epicyclic.questions.response.response import response
+from epicyclic.questions.transient.equation import motion
+from epicyclic.questions.transient.integrators import integrate
+from epicyclic.questions.transient.program import constant
+from epicyclic.questions.transient.transient import mesh_force
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

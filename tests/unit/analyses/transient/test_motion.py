@@ -9,14 +9,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.transient import integrators
-from epicyclic.analyses.transient.integrators import adaptive_states, integrate, modal_scale, steps_for
-from epicyclic.analyses.transient.motion import from_modal, highest_rate, in_modes_of_its_speed, motion, to_modal
-from epicyclic.analyses.transient.outputs import flank_force, mesh_force
-from epicyclic.analyses.transient.program import constant, phase_at, program, speed_at
-from epicyclic.analyses.transient.right_hand_side import acceleration, instant_terms, row_force
-from epicyclic.analyses.transient.start import at_equilibrium, at_rest
 from epicyclic.errors import ModelError
+from epicyclic.questions.transient import integrators
+from epicyclic.questions.transient.equation import from_modal, highest_rate, in_modes_of_its_speed, motion, to_modal
+from epicyclic.questions.transient.integrators import adaptive_states, integrate, modal_scale, steps_for
+from epicyclic.questions.transient.program import constant, phase_at, program, speed_at
+from epicyclic.questions.transient.right_hand_side import (
+    acceleration,
+    at_equilibrium,
+    at_rest,
+    instant_terms,
+    row_force,
+)
+from epicyclic.questions.transient.transient import flank_force, mesh_force
 from epicyclic.system.assembly import assemble
 from epicyclic.system.group_laws import LawGroup
 from epicyclic.system.radial_laws import Law

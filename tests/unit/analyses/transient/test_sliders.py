@@ -12,19 +12,13 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
-from epicyclic.analyses.transient import integrators
-from epicyclic.analyses.transient import run as run_module
-from epicyclic.analyses.transient.integrators import (
-    adaptive_states,
-    integrate_with_sliders,
-    modal_scale,
-)
-from epicyclic.analyses.transient.motion import from_modal, motion, to_modal
-from epicyclic.analyses.transient.outputs import group_force, group_stretch
-from epicyclic.analyses.transient.program import constant, program
-from epicyclic.analyses.transient.right_hand_side import AHEAD
-from epicyclic.analyses.transient.start import at_equilibrium, at_rest
-from epicyclic.analyses.transient.transient import transient
+from epicyclic.questions.transient import integrators
+from epicyclic.questions.transient import run as run_module
+from epicyclic.questions.transient.equation import from_modal, motion, to_modal
+from epicyclic.questions.transient.integrators import adaptive_states, integrate_with_sliders, modal_scale
+from epicyclic.questions.transient.program import constant, program
+from epicyclic.questions.transient.right_hand_side import AHEAD, at_equilibrium, at_rest
+from epicyclic.questions.transient.transient import group_force, group_stretch, transient
 from epicyclic.statics.quasi_static import held_train, quasi_static
 from epicyclic.statics.record import record_of
 from epicyclic.system.group_laws import LawGroup, stacked
@@ -88,7 +82,7 @@ def plane(made: Any, *, lag: float = 0.0, clearance: float = CLEARANCE) -> Syste
 def test_compiled_sliders_are_the_law(lag: float, clearance: float) -> None:
     """Force and slider of one group after another, one row and two, in stick, slip and at the stop."""
     pytest.importorskip("numba")
-    from epicyclic.analyses.transient import compiled
+    from epicyclic.questions.transient import compiled
 
     rng = np.random.default_rng(5)
     held: Any = compiled._held

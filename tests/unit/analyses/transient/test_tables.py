@@ -12,12 +12,12 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.transient import integrators
-from epicyclic.analyses.transient.integrators import adaptive_states, integrate, modal_scale
-from epicyclic.analyses.transient.motion import Motion, from_modal, highest_rate, motion, to_modal
-from epicyclic.analyses.transient.outputs import flank_force
-from epicyclic.analyses.transient.program import constant, program
-from epicyclic.analyses.transient.start import at_equilibrium, at_rest
+from epicyclic.questions.transient import integrators
+from epicyclic.questions.transient.equation import Motion, from_modal, highest_rate, motion, to_modal
+from epicyclic.questions.transient.integrators import adaptive_states, integrate, modal_scale
+from epicyclic.questions.transient.program import constant, program
+from epicyclic.questions.transient.right_hand_side import at_equilibrium, at_rest
+from epicyclic.questions.transient.transient import flank_force
 from epicyclic.system.flank_laws import FlankAt, LawRows, LinearLaw, TabulatedLaw
 from epicyclic.system.radial_laws import Law
 from epicyclic.system.system import System
@@ -61,7 +61,7 @@ def both(monkeypatch: pytest.MonkeyPatch, run: Any) -> tuple[Any, Any]:
 def test_compiled_law_is_the_law(made: Any) -> None:
     """Every cell, first touch and beyond the end, on loaded and far flanks."""
     pytest.importorskip("numba")
-    from epicyclic.analyses.transient import compiled
+    from epicyclic.questions.transient import compiled
 
     moving = motion(tabulated(made))
     N, rng = moving.numbers, np.random.default_rng(3)

@@ -10,10 +10,10 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.analyses.transient import integrators
-from epicyclic.analyses.transient.integrators import steps_for
-from epicyclic.analyses.transient.scenario import Scenario, scenario_motion
-from epicyclic.analyses.transient.transient import transient as unbounded
+from epicyclic.questions.transient import integrators
+from epicyclic.questions.transient.integrators import steps_for
+from epicyclic.questions.transient.scenario import Scenario, scenario_motion
+from epicyclic.questions.transient.transient import transient as unbounded
 from epicyclic.show.views.transient import tables
 from epicyclic.system.system import System
 

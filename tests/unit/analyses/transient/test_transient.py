@@ -16,9 +16,9 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.analyses.transient import run as run_module
-from epicyclic.analyses.transient.scenario import History, Scenario, scenario_motion
 from epicyclic.errors import ModelError
+from epicyclic.questions.transient import run as run_module
+from epicyclic.questions.transient.scenario import History, Scenario, scenario_motion
 from epicyclic.system.system import System
 
 Drive = Callable[..., System]

@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 
 from ...machine_code import machine_code
 from ...system.system import Array
-from .motion import Numbers
-
-__all__ = ["advance"]
+from .equation import Numbers
 
 Index = NDArray[np.int64]
 

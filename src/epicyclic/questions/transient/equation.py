@@ -20,7 +20,6 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...questions.modes.basis import mean_modes
 from ...statics.record import group_gap
 from ...statics.tangent import linear
 from ...statics.unheld import contradicting_radii, unheld, unheld_error
@@ -29,23 +28,8 @@ from ...system.gaps import Flanks, flanks
 from ...system.group_laws import Laws
 from ...system.system import Array, ComplexArray, Line, System, faces
 from ...warning_codes import CodedText, coded
-from .lowered import FlankNumbers, LawNumbers, flank_numbers, law_numbers
-from .products import per_instant
-from .program import Program, constant
-
-__all__ = [
-    "Contact",
-    "Motion",
-    "Numbers",
-    "fastest_mode",
-    "from_modal",
-    "highest_rate",
-    "in_modes_of_its_speed",
-    "motion",
-    "phases_at",
-    "tangent_series",
-    "to_modal",
-]
+from ..modes.basis import mean_modes
+from .program import FlankNumbers, LawNumbers, Program, constant, flank_numbers, law_numbers, per_instant
 
 Contact = Literal["unilateral", "linear"]
 
