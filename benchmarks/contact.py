@@ -12,8 +12,7 @@ import table
 from known import bench56, with_backlash
 
 import epicyclic
-from epicyclic.analyses.contact_loss.branch_switching import period_doubled_motions, symmetry_broken_motions
-from epicyclic.analyses.contact_loss.continuation import (
+from epicyclic.questions.contact_loss.continuation import (
     ArclengthUnit,
     PathPoint,
     Stepping,
@@ -22,12 +21,13 @@ from epicyclic.analyses.contact_loss.continuation import (
     folds,
     peak_of,
 )
-from epicyclic.analyses.contact_loss.corrector import linear_start, solve
-from epicyclic.analyses.contact_loss.floquet import floquet_stability
-from epicyclic.analyses.contact_loss.outputs import force_level
-from epicyclic.analyses.contact_loss.problem import Problem, State
-from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, solution, with_stability
-from epicyclic.analyses.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss.corrector import linear_start, solve
+from epicyclic.questions.contact_loss.outputs import force_level
+from epicyclic.questions.contact_loss.problem import Problem, State
+from epicyclic.questions.contact_loss.refinement import Refinement, Solution, solution, with_stability
+from epicyclic.questions.contact_loss.stability import floquet_stability
+from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss.sweep_direction import period_doubled_motions, symmetry_broken_motions
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System
 

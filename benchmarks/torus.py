@@ -26,8 +26,8 @@ import table
 from known import bench56, bench112, sliced_xu2020, with_backlash
 from numpy.typing import NDArray
 
-from epicyclic.analyses.contact_loss.outputs import torus_outputs
-from epicyclic.analyses.contact_loss.torus import Torus, TorusPoint, respond_torus, torus
+from epicyclic.questions.contact_loss.outputs import torus_outputs
+from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus, torus
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import Line, System
 
@@ -131,9 +131,9 @@ def _error(given: Torus, point: TorusPoint, cycles: int, steps: int = 256) -> tu
 
 def _slices() -> list[table.Row]:
     """Mesh orders of 16 harmonics with 8 slices a mesh, and these against 32."""
-    from epicyclic.analyses.contact_loss.corrector import linear_start, solve
-    from epicyclic.analyses.contact_loss.outputs import mesh_force
-    from epicyclic.analyses.contact_loss.problem import flank_force, mesh_problem
+    from epicyclic.questions.contact_loss.corrector import linear_start, solve
+    from epicyclic.questions.contact_loss.outputs import mesh_force
+    from epicyclic.questions.contact_loss.problem import flank_force, mesh_problem
     from epicyclic.system.system import faces
 
     # downwards, as a sweep goes: each from the motion at the last

@@ -18,12 +18,18 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import epicyclic
-from epicyclic.analyses.contact_loss.branch_switching import initial_state
-from epicyclic.analyses.contact_loss.corrector import solve
-from epicyclic.analyses.contact_loss.floquet import floquet_multipliers
-from epicyclic.analyses.contact_loss.outputs import mesh_force
-from epicyclic.analyses.contact_loss.problem import flank_force, gap_rows, prolonged
-from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, load_continuation, solution, with_stability
+from epicyclic.questions.contact_loss.corrector import solve
+from epicyclic.questions.contact_loss.outputs import mesh_force
+from epicyclic.questions.contact_loss.problem import flank_force, gap_rows, prolonged
+from epicyclic.questions.contact_loss.refinement import (
+    Refinement,
+    Solution,
+    load_continuation,
+    solution,
+    with_stability,
+)
+from epicyclic.questions.contact_loss.stability import floquet_multipliers
+from epicyclic.questions.contact_loss.sweep_direction import initial_state
 from epicyclic.questions.response.response import Response, response
 from epicyclic.questions.transient.equation import motion
 from epicyclic.questions.transient.integrators import integrate, steps_for

@@ -45,7 +45,7 @@ def steady(
     train, system = train_and_system(source, overrides)
     speed = relative(relative_speed, system, train)
     if contact_loss:
-        from ..analyses.contact_loss.steady import contact_steady
+        from ..questions.contact_loss.steady import contact_steady
 
         options = given(shaft_orders=shaft_orders, shaft_tones=shaft_tones)
         return contact_steady(system, relative_speed=speed, **options)

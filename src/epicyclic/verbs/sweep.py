@@ -116,7 +116,7 @@ def sweep(
 def _analysis(contact_loss: bool) -> "Callable[..., xr.Dataset]":
     """The sweep of linear contact, or that of teeth that part."""
     if contact_loss:
-        from ..analyses.contact_loss.sweep import contact_sweep
+        from ..questions.contact_loss.sweep import contact_sweep
 
         return contact_sweep
     from ..questions.response.steady import sweep as linear

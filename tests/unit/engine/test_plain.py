@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.analyses.contact_loss.floquet import Stability
-from epicyclic.analyses.contact_loss.outputs import Measures
 from epicyclic.engine.plain import read_plain, write_plain
 from epicyclic.errors import ModelError
+from epicyclic.questions.contact_loss.outputs import Measures
+from epicyclic.questions.contact_loss.stability import Stability
 
 
 @dataclass(frozen=True)

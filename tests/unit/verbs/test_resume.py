@@ -16,11 +16,11 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.analyses.contact_loss import sweep as contact_module
 from epicyclic.cli.main import app
 from epicyclic.engine import run_folder
 from epicyclic.engine.run_folder import locked_folder
 from epicyclic.errors import ModelError
+from epicyclic.questions.contact_loss import sweep as contact_module
 from epicyclic.show.report import report
 from epicyclic.verbs.report import run_report
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.analyses.contact_loss.corrector import linear_start, solve
-from epicyclic.analyses.contact_loss.problem import (
+from epicyclic.questions.contact_loss.corrector import linear_start, solve, truncated_orders, truncation_residual
+from epicyclic.questions.contact_loss.problem import (
     Problem,
     State,
     evaluate,
@@ -21,7 +21,6 @@ from epicyclic.analyses.contact_loss.problem import (
     speed_derivative,
     unknowns,
 )
-from epicyclic.analyses.contact_loss.truncation import truncated_orders, truncation_residual
 from epicyclic.questions.response.response import FrameSpeed, respond, response
 from epicyclic.statics.tangent import linear
 

@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.analyses.contact_loss import branch_set as module
-from epicyclic.analyses.contact_loss.branch_set import branch_set
-from epicyclic.analyses.contact_loss.closed_teeth import scan_closed_teeth
-from epicyclic.analyses.contact_loss.continuation import Stepping
-from epicyclic.analyses.contact_loss.refinement import Refinement
-from epicyclic.analyses.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss import branch_set as module
+from epicyclic.questions.contact_loss.branch_set import branch_set, scan_closed_teeth
+from epicyclic.questions.contact_loss.continuation import Stepping
+from epicyclic.questions.contact_loss.refinement import Refinement
+from epicyclic.questions.contact_loss.sweep import contact_sweep
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from epicyclic.analyses.contact_loss.continuation import (
+from epicyclic.questions.contact_loss.continuation import (
     ArclengthUnit,
     PathPoint,
     Stepping,
@@ -20,10 +20,10 @@ from epicyclic.analyses.contact_loss.continuation import (
     peak_of,
     start_of_path,
 )
-from epicyclic.analyses.contact_loss.corrector import linear_start, solve
-from epicyclic.analyses.contact_loss.outputs import force_level
-from epicyclic.analyses.contact_loss.problem import Problem, State, mesh_problem
-from epicyclic.analyses.contact_loss.refinement import Refinement
+from epicyclic.questions.contact_loss.corrector import linear_start, solve
+from epicyclic.questions.contact_loss.outputs import force_level
+from epicyclic.questions.contact_loss.problem import Problem, State, mesh_problem
+from epicyclic.questions.contact_loss.refinement import Refinement
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 

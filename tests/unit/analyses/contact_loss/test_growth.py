@@ -12,12 +12,12 @@ from scipy.optimize import brentq
 from typer.testing import CliRunner
 
 import epicyclic
-from epicyclic.analyses.contact_loss.branch_set import branch_set
-from epicyclic.analyses.contact_loss.refinement import Refinement, load_continuation, solution, with_stability
-from epicyclic.analyses.contact_loss.steady import contact_steady
-from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.cli.main import app
 from epicyclic.errors import ConvergenceError
+from epicyclic.questions.contact_loss.branch_set import branch_set
+from epicyclic.questions.contact_loss.refinement import Refinement, load_continuation, solution, with_stability
+from epicyclic.questions.contact_loss.steady import contact_steady
+from epicyclic.questions.contact_loss.sweep import contact_sweep
 from epicyclic.questions.response.response import response
 
 # stiffness variation of the first order, and speed per natural frequency: the first range of parametric instability

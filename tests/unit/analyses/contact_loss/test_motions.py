@@ -8,19 +8,21 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.contact_loss.branch_set import BranchSet, Crossing
-from epicyclic.analyses.contact_loss.branch_switching import (
+from epicyclic.questions.contact_loss.branch_set import BranchSet, Crossing
+from epicyclic.questions.contact_loss.corrector import linear_start
+from epicyclic.questions.contact_loss.outputs import mesh_force, periodic_measures
+from epicyclic.questions.contact_loss.refinement import Refinement, Solution, distinct, solution, with_stability
+from epicyclic.questions.contact_loss.sweep_direction import (
     IntegratedMotion,
+    Reached,
+    _reached_at,
     attractor,
     initial_state,
     isolated_motions,
     period_doubled_motions,
+    sweep_direction,
     symmetry_broken_motions,
 )
-from epicyclic.analyses.contact_loss.corrector import linear_start
-from epicyclic.analyses.contact_loss.outputs import mesh_force, periodic_measures
-from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, distinct, solution, with_stability
-from epicyclic.analyses.contact_loss.sweep_direction import Reached, _reached_at, sweep_direction
 from epicyclic.questions.response.response import response
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
@@ -40,7 +42,7 @@ def found(system: System, speed: float, *, harmonics: int = 32) -> tuple[Refinem
 
 def force_over_cycle(system: System, at: Solution) -> Array:
     """Mesh forces over the samples of the period, (m, N)."""
-    from epicyclic.analyses.contact_loss.problem import flank_force
+    from epicyclic.questions.contact_loss.problem import flank_force
 
     return mesh_force(system, flank_force(at.given, at.state)).T
 

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.analyses.contact_loss import preconditioner as room
-from epicyclic.analyses.contact_loss.corrector import linear_start
-from epicyclic.analyses.contact_loss.preconditioner import KeptPreconditioner, preconditioner
-from epicyclic.analyses.contact_loss.problem import Problem, State, evaluate, jacobian, mesh_problem, unknowns
+from epicyclic.questions.contact_loss import corrector as room
+from epicyclic.questions.contact_loss.corrector import KeptPreconditioner, linear_start, preconditioner
+from epicyclic.questions.contact_loss.problem import Problem, State, evaluate, jacobian, mesh_problem, unknowns
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 

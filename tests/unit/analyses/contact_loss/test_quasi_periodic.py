@@ -11,13 +11,18 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from epicyclic.analyses.contact_loss.branch_set import BranchSet, Crossing
-from epicyclic.analyses.contact_loss.floquet import floquet_stability
-from epicyclic.analyses.contact_loss.problem import State, gap_rows
-from epicyclic.analyses.contact_loss.quasi_periodic import Growth, quasi_periodic_growth, window_cycles
-from epicyclic.analyses.contact_loss.refinement import GROWTH, Refinement, Solution, growth_stability, load_continuation
-from epicyclic.analyses.contact_loss.sweep import contact_sweep
-from epicyclic.analyses.contact_loss.sweep_direction import sweep_direction
+from epicyclic.questions.contact_loss.branch_set import BranchSet, Crossing
+from epicyclic.questions.contact_loss.problem import State, gap_rows
+from epicyclic.questions.contact_loss.refinement import (
+    GROWTH,
+    Refinement,
+    Solution,
+    growth_stability,
+    load_continuation,
+)
+from epicyclic.questions.contact_loss.stability import Growth, floquet_stability, quasi_periodic_growth, window_cycles
+from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss.sweep_direction import sweep_direction
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 
@@ -207,7 +212,7 @@ def test_windows_in_parts_are_whole_windows(train: Any, ratio: Fraction, monkeyp
     refinement, state = moved(system, 1.4)
     given, tones = refinement.problem(12), refinement.ready.lines.tones
     whole = quasi_periodic_growth(given, state, tones)
-    monkeypatch.setattr("epicyclic.analyses.contact_loss.quasi_periodic._VALUES", 1)
+    monkeypatch.setattr("epicyclic.questions.contact_loss.stability._VALUES", 1)
     parts = quasi_periodic_growth(given, state, tones)
     assert parts.rate == pytest.approx(whole.rate, abs=2e-4)
     assert parts.cycles == whole.cycles

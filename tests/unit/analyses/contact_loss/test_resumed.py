@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.engine import run_folder as run_folder_module
 from epicyclic.engine import workers
 from epicyclic.engine.run_folder import run_folder
+from epicyclic.questions.contact_loss.sweep import contact_sweep
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])

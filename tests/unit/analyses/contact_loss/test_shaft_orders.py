@@ -12,11 +12,11 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.analyses.contact_loss import shaft_orders as orders_module
-from epicyclic.analyses.contact_loss.steady import contact_steady
-from epicyclic.analyses.contact_loss.sweep import contact_sweep
-from epicyclic.analyses.contact_loss.torus import Torus, TorusPoint, respond_torus
 from epicyclic.errors import ModelError
+from epicyclic.questions.contact_loss import shaft_orders as orders_module
+from epicyclic.questions.contact_loss.steady import contact_steady
+from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus
 from epicyclic.questions.response.response import response
 from epicyclic.questions.transient.equation import motion
 from epicyclic.questions.transient.integrators import integrate

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 import epicyclic
-from epicyclic.analyses.contact_loss.steady import contact_steady
-from epicyclic.analyses.contact_loss.sweep import contact_sweep
-from epicyclic.analyses.contact_loss.torus import respond_torus
 from epicyclic.errors import ConvergenceError, ModelError
+from epicyclic.questions.contact_loss.steady import contact_steady
+from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss.torus import respond_torus
 from epicyclic.questions.response.steady import steady
 from epicyclic.questions.transient.equation import motion
 from epicyclic.questions.transient.integrators import integrate
@@ -196,7 +196,7 @@ def test_no_solution_is_an_error(train: Train, monkeypatch: pytest.MonkeyPatch) 
     def lost(*given: Any, **options: Any) -> Any:
         return replace(respond_torus(*given, **options), converged=False)
 
-    monkeypatch.setattr("epicyclic.analyses.contact_loss.steady.respond_torus", lost)
+    monkeypatch.setattr("epicyclic.questions.contact_loss.steady.respond_torus", lost)
     with pytest.raises(ConvergenceError, match="2000 Hz"):
         contact_steady(train(slow=[(F(1, 13), 5e-6)]), relative_speed=2.0)
 
@@ -205,7 +205,7 @@ def test_a_torus_that_is_not_found_leaves_its_lines_superposed(train: Train, mon
     """No Newton steps on the torus: the mesh orders stand, and the lines say what they are worth."""
     system = train(slow=[(F(1, 27), 1e-6), (F(3, 7), 1e-6)])
     right = contact_steady(system, relative_speed=2.0)
-    monkeypatch.setattr("epicyclic.analyses.contact_loss.torus._STEPS", 0)
+    monkeypatch.setattr("epicyclic.questions.contact_loss.torus._STEPS", 0)
     result = contact_steady(system, relative_speed=2.0)
     warnings = json.loads(result.attrs["warnings"])
     assert len(warnings) == 2

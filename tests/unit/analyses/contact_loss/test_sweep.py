@@ -11,17 +11,17 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.contact_loss import refinement as refinement_module
-from epicyclic.analyses.contact_loss.branch_set import branch_set
-from epicyclic.analyses.contact_loss.branch_switching import initial_state
-from epicyclic.analyses.contact_loss.corrector import linear_start
-from epicyclic.analyses.contact_loss.floquet import Stability, floquet_stability
-from epicyclic.analyses.contact_loss.outputs import periodic_measures
-from epicyclic.analyses.contact_loss.problem import State
-from epicyclic.analyses.contact_loss.refinement import Refinement, solution, with_stability
-from epicyclic.analyses.contact_loss.sweep import _several_motions, contact_sweep
 from epicyclic.engine import workers
 from epicyclic.errors import ModelError
+from epicyclic.questions.contact_loss import refinement as refinement_module
+from epicyclic.questions.contact_loss.branch_set import branch_set
+from epicyclic.questions.contact_loss.corrector import linear_start
+from epicyclic.questions.contact_loss.outputs import periodic_measures
+from epicyclic.questions.contact_loss.problem import State
+from epicyclic.questions.contact_loss.refinement import Refinement, solution, with_stability
+from epicyclic.questions.contact_loss.stability import Stability, floquet_stability
+from epicyclic.questions.contact_loss.sweep import _several_motions, contact_sweep
+from epicyclic.questions.contact_loss.sweep_direction import initial_state
 from epicyclic.questions.response.response import critical_speed, response
 from epicyclic.questions.response.steady import sweep as linear_sweep
 from epicyclic.results.dataset import load_result, save_result, to_json

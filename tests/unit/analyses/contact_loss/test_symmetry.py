@@ -10,12 +10,10 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.analyses.contact_loss.branch_set import branch_set
-from epicyclic.analyses.contact_loss.branch_switching import initial_state
-from epicyclic.analyses.contact_loss.refinement import Refinement, Solution
-from epicyclic.analyses.contact_loss.sweep import contact_sweep
-from epicyclic.analyses.contact_loss.sweep_direction import sweep_direction
-from epicyclic.analyses.contact_loss.symmetry import symmetry_is_broken
+from epicyclic.questions.contact_loss.branch_set import branch_set
+from epicyclic.questions.contact_loss.refinement import Refinement, Solution, symmetry_is_broken
+from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss.sweep_direction import initial_state, sweep_direction
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

@@ -10,20 +10,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.contact_loss import torus as room
-from epicyclic.analyses.contact_loss.corrector import newton_step, solve
-from epicyclic.analyses.contact_loss.edges import edges
-from epicyclic.analyses.contact_loss.lattice_points import Size
-from epicyclic.analyses.contact_loss.outputs import torus_outputs
-from epicyclic.analyses.contact_loss.problem import Problem, State, elastic_forces, gap_forces, jacobian
-from epicyclic.analyses.contact_loss.shaft_orders import (
+from epicyclic.questions.contact_loss import torus as room
+from epicyclic.questions.contact_loss.corrector import newton_step, solve
+from epicyclic.questions.contact_loss.outputs import torus_outputs
+from epicyclic.questions.contact_loss.problem import Problem, State, elastic_forces, gap_forces, jacobian
+from epicyclic.questions.contact_loss.shaft_orders import (
     MeshOrders,
     shaft_response,
     superposed_lines,
     superposition_is_exact,
 )
-from epicyclic.analyses.contact_loss.steady import steady_motion
-from epicyclic.analyses.contact_loss.torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, memory, respond_torus, torus
+from epicyclic.questions.contact_loss.steady import steady_motion
+from epicyclic.questions.contact_loss.torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, memory, respond_torus, torus
+from epicyclic.questions.contact_loss.transforms import Size, edges
 from epicyclic.questions.response.gmres import gmres
 from epicyclic.questions.response.response import response
 from epicyclic.questions.transient.equation import motion
@@ -103,7 +102,7 @@ def _at_size(given: Torus, speed: float, size: Size) -> TorusPoint:
     """A point with rows as stated, without raising them."""
     made = given.prepared(size)
     start = respond_torus(given.mesh_orders_only, speed)
-    from epicyclic.analyses.contact_loss.torus import _solve_size
+    from epicyclic.questions.contact_loss.torus import _solve_size
 
     point = _solve_size(given, size, speed, start.problem.grid.points, start.state.y, 1e-8)
     assert point.converged

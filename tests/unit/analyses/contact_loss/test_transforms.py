@@ -9,10 +9,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from epicyclic.analyses.contact_loss.outputs import grid_maximum, super_period_phases
-from epicyclic.analyses.contact_loss.shaft_tones import shaft_tones
-from epicyclic.analyses.contact_loss.torus import torus
-from epicyclic.analyses.contact_loss.transforms import grid
+from epicyclic.questions.contact_loss.outputs import grid_maximum, super_period_phases
+from epicyclic.questions.contact_loss.torus import shaft_tones, torus
+from epicyclic.questions.contact_loss.transforms import grid
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 

@@ -16,29 +16,14 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...questions.response.waveform import peak
 from ...system.gaps import net_force
 from ...system.system import Array, ComplexArray, System, faces
+from ..response.waveform import peak
 from .problem import Problem, State, flank_force, gap_rows, rate_rows
 
 if TYPE_CHECKING:
     from .shaft_orders import SuperposedLine
     from .torus import Torus, TorusPoint
-
-__all__ = [
-    "Measures",
-    "TorusOutputs",
-    "flank_force_at",
-    "force_level",
-    "grid_maximum",
-    "mesh_force",
-    "periodic_measures",
-    "record_measures",
-    "row_force",
-    "super_period_phases",
-    "torus_amplitudes",
-    "torus_outputs",
-]
 
 Number = TypeVar("Number", bound=np.inexact)
 

@@ -25,36 +25,12 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...questions.modes.basis import Modal
-from ...questions.response.lattice import kept_points
-from ...questions.response.response import FrameSpeed, Response
 from ...system.system import Array, Faces, faces
-from .edges import WidthTangents, edges
-from .lattice_points import PlacedLine
+from ..modes.basis import Modal
+from ..response.lattice import kept_points
+from ..response.response import FrameSpeed, Response
 from .rows import GapRows, GridLaws, gap_rows_of, grid_laws, line_gaps
-from .transforms import Transforms, contiguous, grid
-
-__all__ = [
-    "Problem",
-    "State",
-    "balanced_forces",
-    "dynamic_size",
-    "elastic_forces",
-    "embedded",
-    "evaluate",
-    "flank_force",
-    "gap_forces",
-    "gap_rows",
-    "jacobian",
-    "linearised_residual",
-    "mesh_problem",
-    "problem",
-    "prolonged",
-    "rate_rows",
-    "speed_derivative",
-    "unknowns",
-]
-
+from .transforms import PlacedLine, Transforms, WidthTangents, contiguous, edges, grid
 
 Index = NDArray[np.int64]
 _T = TypeVar("_T", bound=np.generic)

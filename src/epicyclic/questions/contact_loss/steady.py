@@ -12,32 +12,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...questions.response.response import Response, require_stable_mean, response
 from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array
 from ...warning_codes import CodedText, coded
+from ..response.response import Response, require_stable_mean, response
 from .branch_set import branch_set
-from .floquet import Stability, require_fast_enough
-from .linear_motion import LinearMotion, linear_error, linear_motion, unchanging_lines
 from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
 from .problem import embedded, gap_forces
 from .refinement import Refinement, Solution, solution, with_stability
 from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings
 from .shaft_orders import (
     NEGLIGIBLE,
+    LinearMotion,
     SuperposedLine,
+    linear_error,
+    linear_motion,
     superposed_lines,
     superposition_is_an_answer,
     superposition_is_exact,
+    unchanging_lines,
 )
+from .stability import Stability, require_fast_enough
 from .torus import TRUNCATION_NOTED, Torus, TorusPoint, memory, respond_torus, torus
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from ...system.system import System
-
-__all__ = ["contact_steady", "mesh_order_stability", "steady_motion"]
 
 # Least harmonics of the motion whose stability is asked for, by the number of mesh tones: with 14 a multiplier of
 # ren2021 is off by 3e-3, a force by 2e-5.

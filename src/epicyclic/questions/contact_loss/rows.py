@@ -20,7 +20,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ...questions.response.response import Response
 from ...statics.record import group_gap
 from ...statics.tangent import mean_stretch, small_motion_tangent
 from ...system.flank_laws import eased
@@ -28,18 +27,7 @@ from ...system.gaps import Flanks, FlanksAt, flanks
 from ...system.group_laws import Laws, stacked
 from ...system.system import Array, ComplexArray, Line, System
 from ...warning_codes import CodedText, coded
-
-__all__ = [
-    "NO_TORQUE",
-    "GapRows",
-    "GridLaws",
-    "LinkRowLaws",
-    "gap_rows_of",
-    "grid_laws",
-    "largest_link_forces",
-    "law_warnings",
-    "line_gaps",
-]
+from ..response.response import Response
 
 Index = NDArray[np.int64]
 Columns = slice | Index

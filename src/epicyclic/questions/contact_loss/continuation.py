@@ -16,27 +16,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...questions.response.gmres import gmres_of_one
 from ...system.system import Array
-from .corrector import TOLERANCE
-from .preconditioner import KeptPreconditioner
+from ..response.gmres import gmres_of_one
+from .corrector import TOLERANCE, KeptPreconditioner
 from .problem import Problem, State, dynamic_size, evaluate, jacobian, speed_derivative
-
-__all__ = [
-    "ArclengthUnit",
-    "PathPoint",
-    "Stepping",
-    "arclength_unit",
-    "branch",
-    "corrected",
-    "folds",
-    "folds_of_speed",
-    "follow",
-    "located",
-    "peak_of",
-    "start_of_path",
-    "step_from",
-]
 
 # A step fails when the corrector moves more than this part of it, or the tangent turns more than this (cosine): without
 # these guards large steps jump over whole resonances with a clean residual (benchmarks/contact.py).

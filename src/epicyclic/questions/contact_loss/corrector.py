@@ -1,4 +1,9 @@
-"""Preconditioner of the balance: what contact changes, exactly where the train is soft against it.
+"""Truncation residual: forces of flanks and links on the orders that the grid resolves and the lattice drops.
+
+It is exact, because the grid of phases holds the whole force (derived here).  Each dropped row is turned into a motion
+by D^-1, so that a force far above all modes counts for little.
+
+Preconditioner of the balance: what contact changes, exactly where the train is soft against it.
 
 Without what couples modes the linearised balance is y + D^-1 pulls^T T gaps y = r, T the sampled tangents less k0.  Its
 inverse is y = r - D^-1 pulls^T (I + T P)^-1 T gaps r with P = gaps D^-1 pulls^T, the receptance of the meshes
@@ -10,6 +15,8 @@ it makes
 with the amplitudes T_c exp(2 pi i c . theta) of the tangent.  Where P T is small T is left out; at the other points
 that matrix is factored, and where they are many, T is its mean at the stiffer ones, which couples none (derived here).
 Preconditioned GMRES [saad1986] then takes a third of the products that the mean at every point would leave it.
+
+Newton corrector of the balance at a fixed speed: preconditioned GMRES [knoll2004; saad1986], and a line search.
 """
 
 from __future__ import annotations
@@ -19,13 +26,89 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import fft
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...system.system import Array, ComplexArray
-from .problem import Problem, State
+from ..response.gmres import gmres_of_one
+from .problem import Problem, State, balanced_forces, dynamic_size, evaluate, jacobian, unknowns
 from .transforms import contiguous
 
-__all__ = ["KeptPreconditioner", "preconditioner"]
+# Rounding of a sum of shaft orders per highest order, which is 1 at the edge of the lattice.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TruncatedOrders:
+    """Orders of a grid, half of them along its last axis, that are no lattice points.
+
+    place : (T,) which of them.  omega : (T,) at s = 1 [rad/s].  weight : (T,) of their squared amplitudes.
+    kind : (T,) each mesh tone, combinations of mesh tones, each shaft tone.  kinds : how many of these.
+    """
+
+    place: NDArray[np.int64]
+    omega: Array
+    weight: Array
+    kind: NDArray[np.int64]
+    kinds: int
+
+
+def truncated_orders(given: Problem, tones: Array, *, mesh: int, orders: tuple[int, ...]) -> TruncatedOrders:
+    """The orders that a balance drops.
+
+    Parameters
+    ----------
+    tones : (D,) at s = 1 [rad/s], of which `mesh` are mesh tones.  orders : highest of each shaft tone.
+    """
+    counts, points = given.grid.counts, given.grid.points
+    D = len(counts)
+    axes = [np.rint(np.fft.fftfreq(count, 1 / count)).astype(np.int64) for count in counts]
+    axes[-1] = np.arange(counts[-1] // 2 + 1)
+    every = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, D)
+    shape = tuple(axis.size for axis in axes)
+    kept = np.zeros(shape, bool)
+    for signed in (points, -points):
+        here = signed[signed[:, -1] >= 0]
+        kept[tuple((here % np.array(counts)).T)] = True
+    out = np.flatnonzero(~kept.ravel())
+    found = every[out]
+    return TruncatedOrders(
+        place=out,
+        omega=found @ tones[:D],
+        weight=np.where(found[:, -1] > 0, 4.0, 2.0),
+        kind=_kind(found, mesh, orders),
+        kinds=mesh + 1 + len(orders),
+    )
+
+
+def _kind(found: NDArray[np.int64], mesh: int, orders: tuple[int, ...]) -> NDArray[np.int64]:
+    """Kind (T,) of dropped orders (T, D): the mesh tone, combination or shaft tone that leaves the lattice."""
+    own = np.argmax(np.abs(found[:, :mesh]), axis=1)
+    kind = np.where(np.count_nonzero(found[:, :mesh], axis=1) > 1, mesh, own)
+    if orders:
+        share = np.abs(found[:, mesh:]) / np.array(orders)
+        kind = np.where(share.sum(axis=1) > 1 + _ROUNDING, mesh + 1 + np.argmax(share, axis=1), kind)
+    return kind
+
+
+def truncation_residual(given: Problem, at: State, truncated: TruncatedOrders) -> Array:
+    """Norm of the motion that the forces would put on the orders dropped, by kind (kinds,) [root of energy]."""
+    force, modal, rows = balanced_forces(given, at), given.modal, given.rows
+    live = force.any(axis=0)
+    if not live.any():  # no row presses at any phase
+        return np.zeros(truncated.kinds)
+    box = force[:, live].reshape(*given.grid.counts, -1)
+    D = len(given.grid.counts)
+    dropped = fft.rfftn(box, axes=range(D), norm="forward").reshape(-1, box.shape[-1])[truncated.place]
+    w = at.speed * truncated.omega[:, None]
+    if rows.lag.any():
+        dropped = dropped * (1 + 1j * w * rows.lag[live])
+    square = np.abs(dropped @ rows.pulls[live]) ** 2
+    square /= np.maximum((modal.squared - w**2) ** 2 + (w * modal.damping) ** 2, np.finfo(float).tiny)
+    each = truncated.weight * square.sum(axis=1)
+    size: Array = np.sqrt(np.bincount(truncated.kind, weights=each, minlength=truncated.kinds))
+    return size
+
 
 Index = NDArray[np.int64]
 Operator = Callable[[Array], Array]
@@ -38,7 +121,6 @@ _SAME, _SOFT = 1e-3, 0.1
 # phases no points are coupled: those few save less than they cost (bench56 with two shaft tones: 1.50 s with, 1.40 s).
 _MOST = 300
 # Rounding of a bound of some hundred terms, with a wide margin.
-_ROUNDING = 1e-9
 # Products of one solution up to which the preconditioner of another state is kept: a new one costs as many.
 _KEPT = 8
 
@@ -196,3 +278,122 @@ def _alone(tangent: ComplexArray, receptance: ComplexArray) -> Operator:
         return found
 
     return force
+
+
+NewtonStep = Callable[[Problem, State, Array, float], tuple[Array, int]]
+"""Solves the linearised balance for a right side to a target, and counts the products."""
+
+# |R| per dynamic size that is a solution: far below what truncation leaves (`refinement`, `truncation`).
+TOLERANCE = 1e-6
+# Jacobian-vector products before a point counts as lost: three times what the hardest that succeed take.
+WORK = 300
+# Newton steps before a point counts as lost; halvings of one step, down to 1/32 of it.
+_STEPS, _HALVINGS = 20, 6
+# Part of the promised decrease that a step must bring: a sufficient decrease, as of Armijo.
+_DECREASE = 0.1
+# Part of the residual wanted below which GMRES need not solve: the last Newton step is no better for it.
+_TARGET = 0.1
+# Residual of the GMRES of a step per residual now: each step of a torus is worth about one more digit.
+_FORCING = 1e-2
+
+
+def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
+    """A Newton step solved by GMRES to `forcing` of the norm of its right side, or to the target if that is larger.
+
+    Steps that follow one another share their preconditioner while it serves.
+    """
+    kept = KeptPreconditioner()
+
+    def step(given: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
+        """The step (2, J, n) for a right side (2, J, n), and the Jacobian-vector products it took."""
+        inverse, product, shape = kept.at(given, at), jacobian(given, at), right.shape
+        start = inverse(right)
+        size = float(np.linalg.norm(start))
+        found, _, calls = gmres_of_one(
+            lambda x: inverse(product(x.reshape(shape))).ravel(),
+            start.ravel(),
+            target=max(forcing * size, target),
+            restarts=restarts,
+        )
+        kept.calls = calls
+        return found.reshape(shape), calls
+
+    return step
+
+
+def _mesh_step() -> NewtonStep:
+    """The step of mesh orders, cheap enough to solve each linear system to three digits."""
+    return newton_step(forcing=1e-3, restarts=3)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class NewtonResult:
+    """Where Newton's method ended.
+
+    state : the last motion.  converged : whether |R| <= tolerance of the dynamic part.  steps : Newton steps.
+    calls : Jacobian-vector products.
+    """
+
+    state: State
+    converged: bool
+    steps: int
+    calls: int
+
+
+def solve(
+    given: Problem,
+    start: Array,
+    speed: float,
+    *,
+    tolerance: float = TOLERANCE,
+    steps: int = _STEPS,
+    work: int = WORK,
+    step: NewtonStep | None = None,
+) -> NewtonResult:
+    """Newton's method from a motion (2, J, n) at relative speed s.
+
+    Parameters
+    ----------
+    tolerance : of |R| per dynamic size.  steps : Newton steps at most.  work : Jacobian-vector products at most.
+    step : how a Newton step is solved; None: GMRES to 1e-3.
+    """
+    state, calls = evaluate(given, start, speed), 0
+    advance = step or _mesh_step()
+    for count in range(steps + 1):
+        if not np.isfinite(state.norm):
+            break
+        size = dynamic_size(state.y)
+        if state.norm <= tolerance * size:
+            return NewtonResult(state=state, converged=True, steps=count, calls=calls)
+        if count == steps or calls > work:
+            break
+        move, used = advance(given, state, state.residual, _TARGET * tolerance * size)
+        calls += used
+        lower = _line_search(given, state, move)
+        if lower is None:
+            break
+        state = lower
+    return NewtonResult(state=state, converged=False, steps=count, calls=calls)
+
+
+def _line_search(given: Problem, state: State, move: Array) -> State | None:
+    """The first of the halved steps along a move (2, J, n) that lowers |R|, None where none does."""
+    factor = 1.0
+    for _ in range(_HALVINGS):
+        trial = evaluate(given, state.y - factor * move, state.speed)
+        if trial.norm < (1 - _DECREASE * factor) * state.norm:
+            return trial
+        factor /= 2
+    return None
+
+
+def linear_start(given: Problem, speed: float, touching: NDArray[np.bool_] | None = None) -> Array:
+    """The linear motion (2, J, n) in which flanks touch all the time or never, to 1e-3: a start for Newton's method.
+
+    Parameters
+    ----------
+    touching : (F,) the flanks that touch; None: every loaded flank and no far flank.
+    """
+    pattern = given.rows.sense > 0 if touching is None else touching
+    state = evaluate(given, np.zeros(unknowns(given)), speed, touching=pattern)
+    return -_mesh_step()(given, state, state.residual, 0.0)[0]

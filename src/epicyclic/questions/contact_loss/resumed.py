@@ -10,23 +10,11 @@ import hashlib
 from dataclasses import dataclass, replace
 
 from .branch_set import BranchSet, Crossing
-from .floquet import Stability
 from .problem import Problem, State
 from .refinement import Kind, Refinement, Solution
 from .shaft_orders import MeshOrders
+from .stability import Stability
 from .sweep_direction import Reached, Unstable
-
-__all__ = [
-    "BareSolution",
-    "Begin",
-    "Size",
-    "bare",
-    "begin_of",
-    "continued_branches",
-    "motion_digest",
-    "problem_key",
-    "problem_of",
-]
 
 Size = tuple[tuple[int, ...], int, int, int]
 """Harmonics of each mesh tone, order of the combinations, cycles and samples of a problem."""

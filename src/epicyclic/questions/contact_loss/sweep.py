@@ -13,43 +13,26 @@ from numpy.typing import ArrayLike, NDArray
 from ...engine.workers import each, import_results, runs
 from ...errors import ModelError
 from ...machine_code import numba_available
-from ...questions.response.response import (
-    MEAN_UNSTABLE,
-    FrameSpeed,
-    Response,
-    instability_warnings,
-    response,
-    unstable_speeds,
-)
-from ...questions.response.sweep_table import SpeedRange, speeds_of
 from ...system.gaps import past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
+from ..response.response import MEAN_UNSTABLE, FrameSpeed, Response, instability_warnings, response, unstable_speeds
+from ..response.sweep_table import SpeedRange, speeds_of
 from .branch_set import BranchSet, Crossing, Segment, branch_set
-from .branch_switching import IntegratedMotion
 from .continuation import folds_of_speed
-from .floquet import Stability, require_fast_enough
 from .outputs import Measures, force_level, periodic_measures
 from .refinement import HARMONICS, Refinement, Solution, distinct, with_stability
-from .resumed import (
-    Begin,
-    begin_of,
-    continued_branches,
-    motion_digest,
-    problem_key,
-    problem_of,
-)
+from .resumed import Begin, begin_of, continued_branches, motion_digest, problem_key, problem_of
 from .rows import gap_rows_of, law_warnings
 from .shaft_orders import MeshOrders, ShaftResponse, integrated_with_shaft_orders, mesh_orders, shaft_response
-from .sweep_direction import Reached, Unstable, sweep_direction
+from .stability import Stability, require_fast_enough
+from .sweep_direction import IntegratedMotion, Reached, Unstable, sweep_direction
 from .torus import TRUNCATION_NOTED, Torus, torus
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from ...engine.run_folder import RunFolder
-
-__all__ = ["contact_sweep"]
 
 _DIRECTIONS = ("up", "down")
 _UNSTABLE = get_args(Unstable)
@@ -184,7 +167,7 @@ def _import_ahead() -> None:
     """Import what the sweep directions and the result need."""
     import_results()
     if numba_available():
-        from ...questions.transient import compiled  # noqa: F401
+        from ..transient import compiled  # noqa: F401
 
 
 def _stability(refinement: Refinement, solutions: list[Solution], place: int) -> Stability:

@@ -1,0 +1,1 @@
+"""Teeth that part and touch again on either flank."""

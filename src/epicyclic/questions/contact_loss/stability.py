@@ -1,0 +1,490 @@
+"""Floquet stability of a periodic motion with contact loss, and how an unstable one is left [seydel2010].
+
+The variational equation has the tangents of the contact along the motion; its multipliers are those of
+`analyses.stability.floquet`.
+
+Stability of a motion of two mesh tones: growth of disturbances along the path through both phases (derived here).
+
+The tangents of the laws are quasi-periodic, so no period has multipliers.  The variational equation is that of
+`analyses.stability.floquet`, its kicks taken from the laws at the phases of both tones.  A block of disturbances goes
+through windows of whole cycles of the first tone, after which the second tone is nearly where it began, mostly
+within 1/50 of a cycle.  Each window is then nearly a period, the Ritz values of the block are nearly its multipliers,
+and their mean over windows is the growth along the path.  Where the tones have a short common period, a window holds it
+a whole number of times, and the Ritz values are Floquet multipliers.
+
+Shapes: R rows, T samples, S steps, N states, k disturbances.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...system.system import Array, ComplexArray
+from ..modes.basis import Modal
+from ..stability.floquet import (
+    BREAKING,
+    CIRCLE,
+    DIVERGENCE,
+    FOLD,
+    STABLE,
+    Floquet,
+    VariationalFlow,
+    floquet,
+    multiplier_kind,
+    steps_needed,
+    variational_flow,
+)
+from .problem import Problem, State, evaluate, gap_rows, prolonged
+
+if TYPE_CHECKING:
+    from ..response.response import Response
+    from .refinement import Refinement
+
+# Steps of a mesh cycle in which contact changes; so many times as many, as often, while the circle is within the error.
+_STEPS, _TIMES, _FINER = 48, 3, 3
+# Error of a multiplier with the first steps: with contact that stays; with teeth that part 0.08 at a fold where they
+# meet sharply, 0.06 elsewhere.
+_NEAR_CLOSED, _NEAR = 0.03, 0.15
+# Steps of a mesh cycle that are too many: beyond, one stability takes minutes and gigabytes.
+_MOST_STEPS = 1_000_000
+# Steps come in multiples of this, so that the grids of their samples are few.
+_STEP = 24
+# Samples of the contact in each step: its tangent is their mean.
+_SAMPLES = 8
+# A multiplier is real when its angle from the real axis is below this; a pair that meets there does so as a root.
+_REAL = 1e-2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stability:
+    """How a small disturbance of a motion goes on.
+
+    multiplier : the largest of the period, free motions apart; with two mesh tones the growth a cycle of the first.
+    steps : of a period, or of a cycle of the first tone.
+    error : of the size of the multiplier, as finer steps and the residual of the motion show it.
+    kind : empty where stable, or how the motion is left, as of `stability.floquet`, a divergence as one of its two
+        forms; ``growth`` with two mesh tones.
+    """
+
+    multiplier: complex
+    kind: str
+    steps: int
+    error: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether every disturbance dies out, by the best estimate of the multiplier."""
+        return not self.kind
+
+    @property
+    def decided(self) -> bool:
+        """Whether the multiplier is further from the circle than its error."""
+        return abs(abs(self.multiplier) - 1) > self.error
+
+
+def require_fast_enough(ready: Response, speed: float, path: str) -> None:
+    """Refuse a relative speed at which the multipliers of a mesh cycle would take too many steps.
+
+    path : keyword or option of the speed, for the error.
+
+    Raises
+    ------
+    ModelError : a speed that is too low.
+    """
+    if len(ready.lines.tones) > 1:
+        return
+    tone = float(ready.lines.tone)
+    steps = _least_steps(ready.modal, 1 / (speed * tone), ready.system.meshes.variation)
+    if steps > _MOST_STEPS:
+        raise ModelError(
+            f"a mesh cycle would take {steps:.1e} steps of the highest mode",
+            path=path,
+            given=f"{speed * tone:.3g} Hz mesh frequency",
+            allowed=f"from {speed * tone * steps / _MOST_STEPS:.2g} Hz on",
+        )
+
+
+def floquet_stability(
+    refinement: Refinement, given: Problem, harmonics: int, state: State, *, residual: float, backward: bool = False
+) -> Stability:
+    """Largest Floquet multiplier of a motion with the tangents of the contact, and its kind.
+
+    Near 1 the steps are made three times finer up to thrice, until the circle is further away than the error: the last
+    change, of which methods of first order leave half and those of second order an eighth, and the residual of the
+    motion where its contact changes, by which its tangents are late.
+
+    Parameters
+    ----------
+    harmonics : of the problem.  residual : of the motion.
+    backward : whether the branch goes back in speed there, between two folds: a real multiplier above 1 is the fold's.
+        Elsewhere another branch with less symmetry leaves this one.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError : numbers that are not finite.
+    """
+    steps = _steps(refinement, given, state)
+    largest = _largest(_floquet(refinement, given, harmonics, state, steps))
+    error = _NEAR_CLOSED if state.unchanging else _NEAR
+    for _ in range(_FINER):
+        if abs(abs(largest) - 1) > error:
+            break
+        coarse, steps = largest, _TIMES * steps
+        largest = _largest(_floquet(refinement, given, harmonics, state, steps))
+        error = abs(abs(largest) - abs(coarse)) + (CIRCLE if state.unchanging else residual)
+    return Stability(multiplier=largest, kind=_kind(largest, backward), steps=steps, error=error)
+
+
+def floquet_multipliers(
+    refinement: Refinement, given: Problem, harmonics: int, state: State, *, steps: int | None = None
+) -> ComplexArray:
+    """All Floquet multipliers (2 n,) of a motion, those of free motions among them.
+
+    Parameters
+    ----------
+    steps : of a period; None: as many as its stability takes.
+    """
+    found = _floquet(refinement, given, harmonics, state, steps or _steps(refinement, given, state))
+    return found.multipliers
+
+
+def floquet_vector(refinement: Refinement, given: Problem, harmonics: int, state: State) -> tuple[Array, Array]:
+    """The most unstable disturbance of a motion at the first instant: position y and rate y' (n,), of unit energy.
+
+    Raises
+    ------
+    ValueError : the multipliers came without vectors.
+    """
+    found = _floquet(refinement, given, harmonics, state, _steps(refinement, given, state), vectors=True)
+    if found.position is None or found.rate is None:
+        raise ValueError("no vectors were asked for")
+    return found.position[:, 0].real, found.rate[:, 0].real
+
+
+def contact_tangents(
+    refinement: Refinement, given: Problem, harmonics: int, state: State, steps: int
+) -> tuple[Array, Array | None, Array]:
+    """Changes of stiffness and damping of rows over a period (r, steps) [N/m, N s/m], and their gaps (r, n).
+
+    Each is the mean of its step.  A link row with the tangent k and the lag a of its damper has the force
+    (1 + a d/dt) k x: the stiffness k + a k' and the damper a k.  Rows that never change their contact or stiffness are
+    left out, and the damping altogether where it stays.
+    """
+    if state.unchanging:
+        return _unchanged(given, state, steps)
+    fine = refinement.problem(harmonics, cycles=given.cycles, samples=_SAMPLES * steps // given.cycles)
+    seen = evaluate(fine, prolonged(given, fine, state.y), state.speed)
+    rows = fine.rows
+
+    def mean(values: Array) -> Array:
+        """Means (R, steps) over the samples of each step, of values (N, R)."""
+        average: Array = values.reshape(steps, _SAMPLES, -1).mean(axis=1).T
+        return average
+
+    stiffness = seen.tangent - rows.linear
+    if (seen.acting is None or seen.edge is None) and not rows.lag.any():
+        used = np.any(stiffness != 0, axis=0)
+        return mean(stiffness)[used], None, rows.gaps[used]
+    damping = rows.lag * stiffness
+    change = np.roll(damping, -1, axis=0) - damping
+    stiffness = stiffness + change * (len(change) / _period(given, state))
+    if seen.acting is not None and seen.edge is not None:
+        # teeth that meet sooner meet their damper sooner: a stiffness for the moment of the meeting
+        stiffness[:, : rows.count] += rows.damping * seen.edge
+        damping[:, : rows.count] += rows.damping * seen.acting - rows.drag
+    used = np.any((stiffness != 0) | (damping != 0), axis=0)
+    return mean(stiffness)[used], mean(damping)[used], rows.gaps[used]
+
+
+def _unchanged(given: Problem, state: State, steps: int) -> tuple[Array, Array, Array]:
+    """`contact_tangents` (rows, steps) where contact does not change: a linear system without corners."""
+    rows, F = given.rows, given.rows.count
+    phases = np.zeros((steps, len(given.grid.counts)))
+    phases[:, 0] = given.cycles * np.arange(steps) / steps
+    gap = (given.grid.values(gap_rows(given, state.y) - given.error)[:, :F]).mean(axis=0)
+    touching = state.touching[0]
+    change = np.repeat((state.tangent[0] - rows.linear)[:, None], steps, axis=1)
+    # the tangent at each phase is one value over all gaps of the motion: that at its mean is asked
+    change[:F] = np.where(touching, rows.at(phases).evaluate(np.broadcast_to(gap, (steps, F)))[1], 0.0).T
+    change[:F] -= rows.linear[:F, None]
+    damping = rows.lag * (state.tangent[0] - rows.linear)
+    damping[:F] += np.where(touching, rows.damping, 0.0) - rows.drag
+    used = np.any(change != 0, axis=1) | (damping != 0)
+    return change[used], np.repeat(damping[used][:, None], steps, axis=1), rows.gaps[used]
+
+
+def _floquet(
+    refinement: Refinement, given: Problem, harmonics: int, state: State, steps: int, *, vectors: bool = False
+) -> Floquet:
+    """Multipliers of a motion with so many steps of its period."""
+    stiffness, damping, gaps = contact_tangents(refinement, given, harmonics, state, steps)
+    if not len(stiffness):
+        stiffness, gaps = np.zeros((1, steps)), np.zeros((1, given.modal.squared.size))
+        damping = None
+    return floquet(
+        given.modal,
+        stiffness,
+        period=_period(given, state),
+        frame=state.speed if given.frame_speed == "kinematic" else 1.0,
+        damping=damping,
+        gaps=gaps,
+        vectors=vectors,
+    )
+
+
+def _period(given: Problem, state: State) -> float:
+    """Period of a motion [s]."""
+    return 2 * np.pi / (float(given.omega[1]) * state.speed)
+
+
+def _steps(refinement: Refinement, given: Problem, state: State) -> int:
+    """Steps of a period, a whole number a mesh cycle; as of the linear system where contact does not change."""
+    cycle = _period(given, state) / given.cycles
+    least = _least_steps(given.modal, cycle, given.rows.flanks.variation)
+    if not state.unchanging:
+        least = max(_STEPS, least)
+    return given.cycles * _STEP * -(-least // _STEP)
+
+
+def _least_steps(modal: Modal, cycle: float, variation: ComplexArray) -> int:
+    """Steps of a mesh cycle [s] of the linear system; variation : (r, H) of the stiffness."""
+    return steps_needed(modal, period=cycle, cycle=cycle, harmonics=variation.shape[1])
+
+
+def _largest(found: Floquet) -> complex:
+    """The largest multiplier, free motions apart; 0 where there is none."""
+    own = found.multipliers[~found.free]
+    return complex(own[0]) if own.size else 0j
+
+
+def _kind(largest: complex, backward: bool) -> str:
+    """How a motion with this largest multiplier is left, empty where it is stable."""
+    kind = multiplier_kind(largest, real=_REAL)
+    if kind == DIVERGENCE:
+        return FOLD if backward else BREAKING
+    return "" if kind == STABLE else kind
+
+
+# Cycles of the first tone in a window, least and most: few enough that a growth of 2 a cycle is far from overflow,
+# enough that most of what decays is gone and that the phase of the second tone mostly recurs within 1/50.
+_LEAST, _MOST = 16, 48
+# Steps of the faster mesh cycle in which contact changes, as of one tone, and samples of the contact in a step.
+_TORUS_STEPS, _TORUS_SAMPLES = 48, 4
+# Disturbances side by side: the slowest pairs of a train that decay alike.
+_BLOCK = 8
+# Windows run: at least one to leave the transient; at most, for states near to 1.  A growth within `_NEAR` of 1 is run
+# until its error is below `_ERROR` and below its distance from 1.
+_WINDOWS, _NEAR_UNIT_GROWTH, _ERROR = 12, 0.03, 5e-4
+# Doubles of a matrix over the samples of some cycles and all rows, of which ten are alive at a time.
+_VALUES = 4_000_000
+# Samples in one product with the lattice points: bounds the memory of a (samples, 2 J) matrix.
+_BATCH = 2048
+
+
+class Growth(NamedTuple):
+    """Growth of the worst disturbance a cycle of the first tone [1].
+
+    error : of it, as the windows show.  steps : of a cycle.  cycles : run.
+    """
+
+    rate: float
+    error: float
+    steps: int
+    cycles: int
+
+
+class Tangents(NamedTuple):
+    """Changes of stiffness [N/m] and damping [N s/m] of rows at steps (R, S), damping None where it stays."""
+
+    stiffness: Array
+    damping: Array | None
+
+
+def quasi_periodic_growth(given: Problem, state: State, tones: tuple[Fraction, ...]) -> Growth:
+    """Largest growth of a disturbance of a motion a cycle of the first tone, free motions apart.
+
+    Parameters
+    ----------
+    tones : (2,) exact mesh frequencies at the operating speed [Hz].
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError : numbers that are not finite.
+    """
+    window, period = window_cycles(tones[1] / tones[0])
+    cycle = 2 * np.pi / (float(given.tones[0]) * state.speed)
+    steps = _steps_of_torus(given, state, cycle)
+    turns, size = float(tones[1] / tones[0]), _cycles_at_once(given, steps)
+    first = tangents_along(given, state, 0.0, min(size, window), steps, turns)
+    # rows that change later do so somewhere on the grid
+    used = np.any(first.stiffness != 0, axis=1) | np.any(state.tangent != given.rows.linear, axis=0)
+    if first.damping is not None:
+        used |= np.any(first.damping != 0, axis=1)
+    kept = _rows(first, used)
+    flow = variational_flow(
+        given.modal,
+        kept.stiffness.mean(axis=1),
+        step=cycle / steps,
+        frame=state.speed if given.frame_speed == "kinematic" else 1.0,
+        damping=None if kept.damping is None else kept.damping.mean(axis=1),
+        gaps=given.rows.gaps[used],
+    )
+    block, rates = _start(flow.size), list[float]()
+    whole = period and flow.size <= _BLOCK
+    while True:
+        after = block
+        for begin in range(0, window, size):
+            start, count = (0 if period else len(rates) * window) + begin, min(size, window - begin)
+            if size < window or (rates and not period):
+                kept = _rows(tangents_along(given, state, start, count, steps, turns), used)
+            after = flow.propagated(after, kept.stiffness, kept.damping)
+        if not np.isfinite(after).all():
+            raise np.linalg.LinAlgError("a disturbance over a window is not finite")
+        found, left = _rate(flow, block, after, window)
+        rates.append(found)
+        rate, error = _summed(rates, left, period=period)
+        least = min(_ERROR, abs(rate - 1))
+        if (
+            whole
+            or len(rates) == _WINDOWS
+            or (len(rates) > 1 and (error < least or abs(rate - 1) > _NEAR_UNIT_GROWTH + error))
+        ):
+            return Growth(rate=rate, error=error, steps=steps, cycles=len(rates) * window)
+        block = np.linalg.qr(after)[0]
+
+
+def _cycles_at_once(given: Problem, steps: int) -> int:
+    """Cycles of the first tone whose tangents are made at once, so that a matrix over their samples stays small."""
+    return max(1, _VALUES // (steps * _TORUS_SAMPLES * len(given.rows.linear)))
+
+
+def _summed(rates: list[float], left: float, *, period: bool) -> tuple[float, float]:
+    """Growth a cycle by the windows so far, the first one a transient, and its error; left : residual of the last.
+
+    Windows of whole periods repeat, the last is the best of them.  Others are a mean along the path.
+    """
+    if period or len(rates) < 3:
+        return rates[-1], left if len(rates) < 2 else max(left, abs(rates[-1] - rates[-2]))
+    known = np.log(np.maximum(rates[1:], np.finfo(float).tiny))
+    mean, later = float(np.exp(known.mean())), float(np.exp(known[len(known) // 2 :].mean()))
+    return mean, max(left / len(known), abs(mean - later))
+
+
+def window_cycles(ratio: Fraction) -> tuple[int, bool]:
+    """Cycles of the first tone in a window, and whether the second tone turns a whole number of times in them.
+
+    Parameters
+    ----------
+    ratio : of the second mesh frequency to the first.
+    """
+    if ratio.denominator <= _MOST:
+        return ratio.denominator * -(-_LEAST // ratio.denominator), True
+    return min(range(_LEAST, _MOST + 1), key=lambda count: abs(count * ratio - round(count * ratio))), False
+
+
+def _steps_of_torus(given: Problem, state: State, cycle: float) -> int:
+    """Steps of a cycle of the first tone: as of a linear system, and more where contact changes."""
+    shortest = 2 * np.pi / (float(given.tones.max()) * state.speed)
+    top = given.rows.flanks.variation.shape[1]
+    least = steps_needed(given.modal, period=cycle, cycle=shortest, harmonics=top)
+    return least if state.unchanging else max(least, int(np.ceil(_TORUS_STEPS * cycle / shortest)))
+
+
+def _start(size: int) -> Array:
+    """A block of disturbances (N, k) of no preferred direction, the same every time."""
+    noise = np.random.default_rng(0).standard_normal((size, min(size, _BLOCK)))
+    return np.linalg.qr(noise)[0]
+
+
+def _rate(flow: VariationalFlow, block: Array, after: Array, cycles: int) -> tuple[float, float]:
+    """Largest growth a cycle by the Ritz values of a block (N, k) and what a window makes of it, and its error."""
+    mu, vectors = np.linalg.eig(block.T @ after)
+    own = np.ones(mu.size, bool)
+    own[np.argsort(np.abs(mu - 1), kind="stable")[: flow.conserved]] = False
+    if not own.any():
+        return 0.0, 0.0
+    largest = int(np.flatnonzero(own)[np.argmax(np.abs(mu[own]))])
+    size, vector = float(np.abs(mu[largest])), vectors[:, largest]
+    if size == 0:
+        return 0.0, 0.0
+    left: ComplexArray = after @ vector - mu[largest] * (block @ vector)
+    rate = size ** (1 / cycles)
+    return rate, rate * float(np.linalg.norm(left)) / (size * cycles)
+
+
+def _rows(tangents: Tangents, used: NDArray[np.bool_]) -> Tangents:
+    """The same of some rows."""
+    damping = tangents.damping
+    return Tangents(tangents.stiffness[used], None if damping is None else damping[used])
+
+
+def tangents_along(given: Problem, state: State, start: float, cycles: int, steps: int, turns: float) -> Tangents:
+    """`floquet.contact_tangents` (R, cycles steps) from the laws at the phases of both tones, of all R rows.
+
+    A sample in which contact opens or closes counts for the part in which it is closed, the gap continued linearly.
+
+    Parameters
+    ----------
+    start : cycles of the first tone before.  cycles : of the first tone.  steps : of each.
+    turns : cycles of the second tone per cycle of the first.
+    """
+    count = cycles * steps * _TORUS_SAMPLES
+    first = start + np.arange(count + 1) / (steps * _TORUS_SAMPLES)
+    phases = np.stack([first, turns * first], axis=1)
+    rows, time = given.rows, 2 * np.pi / (float(given.tones[0]) * state.speed * steps * _TORUS_SAMPLES)
+    F, delta = rows.count, _gaps_at(given, state, phases)
+    tangent, acting, edge = _flanks(given, phases, delta[:, :F], time)
+    stiffness = np.zeros_like(delta)
+    stiffness[:, :F] = tangent
+    if rows.links is not None:
+        stiffness[:, F:] = rows.links.evaluate(delta[:, F : F + rows.links.rows.size])[1]
+    stiffness -= rows.linear
+    if not (rows.lag.any() or rows.damping.any()):
+        return Tangents(_means(stiffness[:-1]), None)
+    damping = rows.lag * stiffness
+    whole = stiffness[:-1] + np.diff(damping, axis=0) / time
+    damping = damping[:-1]
+    # teeth that meet sooner meet their damper sooner: a stiffness for the moment of the meeting
+    whole[:, :F] += rows.damping * edge[:-1]
+    damping[:, :F] += rows.damping * acting[:-1] - rows.drag
+    return Tangents(_means(whole), _means(damping))
+
+
+def _means(values: Array) -> Array:
+    """Means (R, S) over the samples of each step, of values (T, R)."""
+    average: Array = values.reshape(-1, _TORUS_SAMPLES, values.shape[1]).mean(axis=1).T
+    return average
+
+
+def _gaps_at(given: Problem, state: State, phases: Array) -> Array:
+    """Gaps delta (T, R) [m] of a motion at phases (T, D) of the tones [cycles]."""
+    opened, found = gap_rows(given, state.y) - given.error, list[Array]()
+    for part in np.array_split(phases, -(-len(phases) // _BATCH)):
+        wave = np.ones((len(part), len(given.grid.points)), complex)
+        for phase, orders in zip(part.T, given.grid.points.T, strict=True):
+            # one exponential an order of a tone, not one a lattice point
+            own, place = np.unique(orders, return_inverse=True)
+            wave *= np.exp(2j * np.pi * np.outer(phase, own))[:, place]
+        found.append(np.concatenate([wave.real, -wave.imag], axis=1) @ opened)
+    return np.concatenate(found)
+
+
+def _flanks(given: Problem, phases: Array, delta: Array, time: float) -> tuple[Array, Array, Array]:
+    """Tangents (T, F) [N/m] of flanks at gaps delta (T, F) [m] `time` [s] apart, with acting and edge as of `State`."""
+    laws = given.rows.at(phases)
+    closed = delta - laws.touch
+    travel = np.abs(np.gradient(closed, axis=0))
+    place = np.divide(closed, travel, out=np.full_like(closed, np.inf), where=travel > 0)
+    inside = np.abs(place) < 0.5
+    acting = np.where(inside, 0.5 + np.where(inside, place, 0.0), (closed > 0).astype(float))
+    # the mean gap of the part of a sample that is closed
+    pressed = delta + np.where(inside, acting * travel / 2 - closed, 0.0)
+    rate = np.gradient(delta, axis=0) / time
+    edge = np.where(inside, np.divide(rate, travel, out=np.zeros_like(travel), where=travel > 0), 0.0)
+    return acting * laws.evaluate(pressed)[1], acting, edge
