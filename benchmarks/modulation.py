@@ -8,7 +8,7 @@ import numpy as np
 import table
 from timing import cpu_seconds
 
-from epicyclic.analyses.modulation.modulation import modulation
+from epicyclic.questions.modulation.modulation import modulation
 from epicyclic.questions.response.periodic import periodic
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System

@@ -11,8 +11,8 @@ from .speeds import relative, train_and_system
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..analyses.modulation.path import Transfer, Window
     from ..engine.source import Overrides, Source
+    from ..questions.modulation.path import Transfer, Window
 
 __all__ = ["VERB", "modulation"]
 
@@ -61,7 +61,7 @@ def modulation(
     ModelError : the model or an option is wrong; a text without a unit, a file that cannot be read.
     ConvergenceError : no steady motion found.
     """
-    from ..analyses.modulation.modulation import modulation as run
+    from ..questions.modulation.modulation import modulation as run
 
     train, system = train_and_system(source, overrides)
     return run(

@@ -13,7 +13,7 @@ from ..errors import ModelError
 from ..input_files import read_text
 
 if TYPE_CHECKING:
-    from ..analyses.modulation.path import Transfer, Window
+    from ..questions.modulation.path import Transfer, Window
 
 __all__ = ["quantity", "read_transfer", "read_window"]
 
@@ -29,7 +29,7 @@ def read_window(path: str | Path) -> Window:
     ------
     ModelError : the file cannot be read; as of `tabulated_window`.
     """
-    from ..analyses.modulation.path import tabulated_window
+    from ..questions.modulation.path import tabulated_window
 
     columns = _columns(path, ("angle", "gain"))
     return tabulated_window(_in(columns, "angle", "rad", path), _in(columns, "gain", "", path))
@@ -44,7 +44,7 @@ def read_transfer(path: str | Path) -> Transfer:
     ------
     ModelError : the file cannot be read; as of `tabulated_transfer`.
     """
-    from ..analyses.modulation.path import ACCELERATION, tabulated_transfer
+    from ..questions.modulation.path import ACCELERATION, tabulated_transfer
 
     columns = _columns(path, ("frequency",))
     name = next((name for name in ("accelerance", "gain") if name in columns), "")

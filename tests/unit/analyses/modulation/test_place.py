@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.analyses.modulation.modulation import modulation
-from epicyclic.analyses.modulation.sensor import sensor_position
 from epicyclic.errors import ModelError
+from epicyclic.questions.modulation.modulation import modulation
+from epicyclic.questions.modulation.path import sensor_position
 from epicyclic.questions.response.steady import steady
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System

@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from epicyclic.analyses.modulation.modulation import modulation
-from epicyclic.analyses.modulation.path import named_window
-from epicyclic.analyses.modulation.sensor import SensorPosition
-from epicyclic.analyses.modulation.spectrum import SensorContributions, StageSpectrum, merged_lines, windowed_forces
+from epicyclic.questions.modulation.modulation import modulation
+from epicyclic.questions.modulation.path import SensorPosition, named_window
+from epicyclic.questions.modulation.spectrum import SensorContributions, StageSpectrum, merged_lines, windowed_forces
 from epicyclic.questions.response.steady import steady
 from epicyclic.system.system import System
 

@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
-from epicyclic.analyses.modulation.path import Window, named_window, tabulated_window
 from epicyclic.errors import ModelError
+from epicyclic.questions.modulation.path import Window, named_window, tabulated_window
 
 Array = NDArray[np.float64]
 

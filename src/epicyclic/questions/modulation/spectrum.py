@@ -12,24 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...questions.response.response import Block, Response
-from ...questions.response.waveform import Spectrum, force_spectrum, motion_spectrum
 from ...system.system import Array, ComplexArray, System, faces
-from .path import Window
-from .sensor import SensorPosition
-
-__all__ = [
-    "DIRECTIONS",
-    "LineSource",
-    "SensorContributions",
-    "SensorLines",
-    "StageSpectrum",
-    "merged_lines",
-    "sensor_motion",
-    "stage_spectrum",
-    "synthesised_signal",
-    "windowed_forces",
-]
+from ..response.response import Block, Response
+from ..response.waveform import Spectrum, force_spectrum, motion_spectrum
+from .path import SensorPosition, Window
 
 DIRECTIONS = ("radial", "tangential", "axial")
 Index = NDArray[np.int64]
