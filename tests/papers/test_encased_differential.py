@@ -21,12 +21,12 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
-from epicyclic.analyses.sharing.sharing import sharing
-from epicyclic.analyses.sharing.tone_forces import Method
 from epicyclic.questions.check.check import check
 from epicyclic.questions.modes.basis import mean_modes
 from epicyclic.questions.response.periodic import periodic
 from epicyclic.questions.response.steady import steady
+from epicyclic.questions.sharing.sharing import sharing
+from epicyclic.questions.sharing.tone_forces import Method
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

@@ -21,9 +21,9 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.questions.modes.modal import modal
 from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.analyses.sharing.tone_forces import Method
 from epicyclic.errors import ConvergenceError, ModelError
+from epicyclic.questions.sharing.tone_forces import Method
 
 TABLE = {"deflection": "[0, 5, 10, 20] um", "force": "[0, 4, 9, 20] kN"}
 

@@ -10,11 +10,11 @@ import pytest
 from typer.testing import CliRunner
 
 import epicyclic
-from epicyclic.analyses.sharing.definitions import DEFINITIONS
 from epicyclic.cli.main import app
 from epicyclic.document.distributions import FORMS
 from epicyclic.document.document import read, ready_drives
 from epicyclic.questions.modes.eigen import _KINDS
+from epicyclic.questions.sharing.definitions import DEFINITIONS
 from epicyclic.results.variables import VARIABLES
 from epicyclic.show.brief_check import phasing
 from epicyclic.show.plot import figure_names

@@ -36,7 +36,7 @@ _CYCLES = 64
 
 def largest_sharing(system: System) -> float:
     """Load-sharing coefficient of the train [1] by the first definition of `sharing`, peak per mesh cycle."""
-    from ..analyses.sharing.sharing import sharing
+    from ..questions.sharing.sharing import sharing
 
     return float(sharing(system).system_load_sharing[0])
 
@@ -47,7 +47,7 @@ def worst_sharing(system: System) -> float:
     To keep a study of many points short, several varying mesh frequencies are replaced by the mean stiffness, and
     where links or meshes have laws the coefficient is the largest of 64 mesh cycles.
     """
-    from ..analyses.sharing.sharing import sharing
+    from ..questions.sharing.sharing import sharing
 
     varying = {int(tone) for tone, row in zip(system.meshes.tone, system.meshes.variation, strict=True) if row.any()}
     if len(varying) > 1:

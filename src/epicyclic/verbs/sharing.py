@@ -50,7 +50,7 @@ def sharing(
     """
     if method == "static" and relative_speed is not None:
         raise ModelError("moves nothing at rest", path="relative_speed", given=relative_speed, allowed="another method")
-    from ..analyses.sharing.sharing import sharing as run
+    from ..questions.sharing.sharing import sharing as run
 
     train, system = train_and_system(source, overrides)
     return run(

@@ -14,15 +14,14 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.sharing import tone_forces
-from epicyclic.analyses.sharing.definitions import DEFINITIONS, extremes, merge_extremes
-from epicyclic.analyses.sharing.sharing import sharing
-from epicyclic.analyses.sharing.tone_forces import Method, mean_force
-from epicyclic.analyses.sharing.waves import cycle_forces, line_phases, periodic_waves
-from epicyclic.analyses.sharing.worst_case import independent_blocks, worst_case
 from epicyclic.errors import ModelError
 from epicyclic.questions.response.periodic import Periodic, ShaftLine, periodic
 from epicyclic.questions.response.steady import steady
+from epicyclic.questions.sharing import tone_forces
+from epicyclic.questions.sharing.definitions import DEFINITIONS, extremes, merge_extremes
+from epicyclic.questions.sharing.sharing import sharing
+from epicyclic.questions.sharing.tone_forces import Method, mean_force
+from epicyclic.questions.sharing.waves import cycle_forces, independent_blocks, line_phases, periodic_waves, worst_case
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.show.views.sharing import tables
 from epicyclic.statics.equilibrium import compliance_of, equilibrium

@@ -11,9 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from epicyclic import assemble, load
-from epicyclic.analyses.sharing.sharing import sharing
-from epicyclic.analyses.sharing.spread import spread_cycles, spread_sharing
 from epicyclic.errors import ModelError
+from epicyclic.questions.sharing.sharing import sharing, spread_cycles, spread_sharing
 
 RUN_OUTS = {
     "deviations.sun.run_out": "20 um",

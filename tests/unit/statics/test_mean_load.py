@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.analyses.sharing import outputs
-from epicyclic.analyses.sharing.definitions import DEFINITIONS
-from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.document.document import ready_drives
 from epicyclic.errors import ModelError
+from epicyclic.questions.sharing import definitions
+from epicyclic.questions.sharing.definitions import DEFINITIONS
+from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.statics.load_map import load_map
 from epicyclic.statics.mean_load import (
     MEAN_LOADS,
@@ -233,7 +233,7 @@ def test_where_they_are_not_known_the_others_stay(monkeypatch: pytest.MonkeyPatc
 
     system = assemble(load("ren2021"))
     before = sharing(system, cycles=2)
-    monkeypatch.setattr(outputs, "mean_loads", none)
+    monkeypatch.setattr(definitions, "mean_loads", none)
     found = sharing(system, cycles=2)
     others = found.load_sharing.sel(definition=list(DEFINITIONS[:5]))
     np.testing.assert_array_equal(others, before.load_sharing.sel(definition=list(DEFINITIONS[:5])))

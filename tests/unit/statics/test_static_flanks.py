@@ -12,9 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.sharing.sharing import sharing
-from epicyclic.analyses.sharing.static_record import sharing_of_record
 from epicyclic.errors import ModelError
+from epicyclic.questions.sharing.sharing import sharing
+from epicyclic.questions.sharing.tone_forces import sharing_of_record
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.quasi_static import held_train, settled
 from epicyclic.statics.record import excitation, record_of

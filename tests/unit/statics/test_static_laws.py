@@ -13,10 +13,10 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.sharing.outputs import train_coefficient
-from epicyclic.analyses.sharing.sharing import sharing
-from epicyclic.analyses.sharing.static_record import cycle_starts, record_extremes, sharing_of_record
 from epicyclic.errors import ModelError
+from epicyclic.questions.sharing.definitions import train_coefficient
+from epicyclic.questions.sharing.sharing import sharing
+from epicyclic.questions.sharing.tone_forces import cycle_starts, record_extremes, sharing_of_record
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.quasi_static import held_train, quasi_static

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.sharing.outputs import require_speed
-from ...analyses.sharing.sharing import sharing
 from ...document.drives import drive_text
 from ...errors import ConvergenceError, ModelError
+from ...questions.sharing.definitions import require_speed
+from ...questions.sharing.sharing import sharing
 from ...system.assembly import assemble
 from ...system.system import System
 from ...train.resolution import load

@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...analyses.sharing.definitions import DEFINITIONS
-from ...analyses.sharing.spread import SpreadSharing, spread_sharing
 from ...errors import ConvergenceError, ModelError
+from ...questions.sharing.definitions import DEFINITIONS
+from ...questions.sharing.sharing import SpreadSharing, spread_sharing
 from ...statics.sample_loads import mean_loads
 from ...system.assembly import assemble
 from ...system.system import Array, System

@@ -11,10 +11,10 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from ...analyses.sharing.sharing import sharing
 from ...errors import ConvergenceError, ModelError
 from ...questions.modes.basis import mean_modes
 from ...questions.modes.eigen import classify_modes
+from ...questions.sharing.sharing import sharing
 from ...results.ties import largest
 from ...statics.tangent import linear
 from ...system.assembly import assemble

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ...analyses.sharing.outputs import known_mean_loads
 from ...errors import ConvergenceError, ModelError
+from ...questions.sharing.definitions import known_mean_loads
 from ...system.assembly import assemble
 from ...system.system import faces
 from ...train.bodies import Body, Mesh

@@ -15,8 +15,8 @@ from scipy.stats import norm
 
 import epicyclic
 from epicyclic import load
-from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.errors import ModelError
+from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.show.console import warnings_of
 from epicyclic.statics import sample_loads
 from epicyclic.statics.quasi_static import held_train, settled
