@@ -29,7 +29,7 @@ from scipy.special import ndtri
 
 import epicyclic
 from epicyclic.engine.sampling import Sampler, piece_uniforms, sampling_plan
-from epicyclic.studies.tolerance.statistics import Band, SampleTally, piece_statistics
+from epicyclic.questions.tolerance.statistics import Band, SampleTally, piece_statistics
 
 DRIVES = ("ren2021", "wind-five")
 FEW = 2**13
@@ -100,7 +100,7 @@ def _run(*arguments: str) -> dict[str, float]:
 def _study(name: str, samples: int) -> dict[str, float]:
     from scipy.stats import qmc  # noqa: F401, an import
 
-    import epicyclic.studies.tolerance.tolerance as _warm  # noqa: F401, its imports are not timed
+    import epicyclic.questions.tolerance.tolerance as _warm  # noqa: F401, its imports are not timed
 
     train = epicyclic.load(name)
     clock = time.process_time()

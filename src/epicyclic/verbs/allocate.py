@@ -43,7 +43,7 @@ def allocate(
     ------
     ModelError : the model or an option is wrong; no prices; a target that no grades reach.
     """
-    from ..studies.tolerance.allocation import allocate as run
+    from ..questions.tolerance.allocation import allocate as run
 
     return run(
         source,
@@ -61,7 +61,7 @@ def allocate(
 
 def _model_text(result: "xr.Dataset") -> str:
     """The model with the grades found, as a model file."""
-    from ..studies.tolerance.allocation import allocated_model
+    from ..questions.tolerance.allocation import allocated_model
 
     return allocated_model(result)
 

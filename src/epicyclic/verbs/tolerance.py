@@ -67,7 +67,7 @@ def tolerance(
     ------
     ModelError : the model or an option is wrong; no tolerance; a store of another job; no scheduler.
     """
-    from ..studies.tolerance.tolerance import tolerance as run
+    from ..questions.tolerance.tolerance import tolerance as run
 
     return run(
         source,

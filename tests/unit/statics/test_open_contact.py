@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic import load
+from epicyclic.questions.tolerance.columns import ToleranceMap, tolerance_map
 from epicyclic.statics.sample_loads import net_forces
-from epicyclic.studies.tolerance.columns import ToleranceMap, tolerance_map
 
 Array = NDArray[np.float64]
 

@@ -17,12 +17,12 @@ import epicyclic
 from epicyclic import load
 from epicyclic.errors import ModelError
 from epicyclic.questions.sharing.sharing import sharing
+from epicyclic.questions.tolerance.columns import SAMPLES, SampleValues, ToleranceMap, tolerance_map
 from epicyclic.show.console import warnings_of
 from epicyclic.statics import sample_loads
 from epicyclic.statics.quasi_static import held_train, settled
 from epicyclic.statics.record import excitation
 from epicyclic.statics.sample_loads import mean_loads, net_forces
-from epicyclic.studies.tolerance.columns import SAMPLES, SampleValues, ToleranceMap, tolerance_map
 from epicyclic.system.assembly import assemble
 from epicyclic.system.gaps import net_force
 from epicyclic.system.system import System

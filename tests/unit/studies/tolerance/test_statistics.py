@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from epicyclic.engine.sampling import Sampler, piece_uniforms, sampling_plan
-from epicyclic.studies.tolerance.histogram import (
+from epicyclic.questions.tolerance.shares import (
     BINS,
     FAILED,
     bin_edges,
@@ -26,7 +26,7 @@ from epicyclic.studies.tolerance.histogram import (
     quantiles,
     unpacked,
 )
-from epicyclic.studies.tolerance.statistics import SampleTally, piece_statistics, probabilities_of
+from epicyclic.questions.tolerance.statistics import SampleTally, piece_statistics, probabilities_of
 
 Array = NDArray[np.float64]
 

@@ -29,20 +29,22 @@ from .grade_search import (
     Combination,
     GradeColumns,
     Grades,
+    GradeSet,
+    SampledGrades,
     allocate_grades,
+    differing,
+    grade_columns,
+    largest_difference,
     neighbours,
     not_monotone,
     order_statistic,
     total_price,
 )
-from .graded_samples import GradeSet, SampledGrades, differing, grade_columns, largest_difference
 from .statistics import CONFIDENCE, Band
 from .tolerance import piece_of_samples, sampled
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["allocate", "allocated_model"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None] | None

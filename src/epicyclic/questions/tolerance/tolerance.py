@@ -25,17 +25,21 @@ from ...statics.mean_load import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
 from ...system.assembly import train_provenance
 from ...warning_codes import CodedText, coded
-from .columns import tolerance_map
+from .columns import SampleMap, tolerance_map
 from .effects import effects_of, without_effect
-from .histogram import WIDTH
-from .sample_map import SampleMap
-from .statistics import CONFIDENCE, SampleTally, piece_statistics, probabilities_of
-from .worst import make_folder, worst_uniforms, write_worst
+from .shares import WIDTH
+from .statistics import (
+    CONFIDENCE,
+    SampleTally,
+    make_folder,
+    piece_statistics,
+    probabilities_of,
+    worst_uniforms,
+    write_worst,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["Effects", "piece_of_samples", "sampled", "tolerance"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None] | None
