@@ -13,7 +13,7 @@ import table
 import xarray as xr
 from scipy.optimize import differential_evolution
 
-from epicyclic.studies.relief.optimisation import relief
+from epicyclic.questions.flanks.relief import relief
 from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.flank import Flank, Relief
 from epicyclic.teeth.loaded_contact import loaded_contact

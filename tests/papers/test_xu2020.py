@@ -17,9 +17,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
+from epicyclic.questions.flanks.contact import stiffness, stiffness_history
 from epicyclic.questions.response.periodic import periodic
 from epicyclic.statics.static import static
-from epicyclic.studies.stiffness import stiffness, stiffness_history
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

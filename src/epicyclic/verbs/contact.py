@@ -101,9 +101,9 @@ def contact(
         )
     factors = loads_of(loads, load_points, RANGE_LOADS)
     from ..engine.source import train_of
-    from ..studies.contact_errors import tooth_errors
-    from ..studies.tooth_contact import FACTORS
-    from ..studies.tooth_contact import contact as run
+    from ..questions.flanks.contact import FACTORS
+    from ..questions.flanks.contact import contact as run
+    from ..questions.flanks.contact_resolution import tooth_errors
 
     return run(
         train_of(source, overrides=overrides),

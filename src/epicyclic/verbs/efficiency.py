@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from ..engine.source import Overrides, Source
-    from ..studies.efficiency import Oil
+    from ..questions.flanks.efficiency import Oil
 
 __all__ = ["VERB", "efficiency"]
 
@@ -49,8 +49,8 @@ def efficiency(
     ModelError : the model or an option is wrong; no speed, torque or power, no width of helical teeth.
     """
     from ..engine.source import train_of
-    from ..studies.efficiency import FRICTION
-    from ..studies.efficiency import efficiency as run
+    from ..questions.flanks.efficiency import FRICTION
+    from ..questions.flanks.efficiency import efficiency as run
 
     if sharing not in (choices := ("uniform", "contact")):
         raise ModelError("no such sharing", path="sharing", given=sharing, allowed=", ".join(choices))
@@ -75,7 +75,7 @@ def _oil(friction: float | None, viscosity: float | str | None, roughness: float
         raise ModelError("a number and an oil", path="friction", given=friction, allowed="one of the two")
     from ..document.units import Bounds
     from ..document.written_numbers import stated
-    from ..studies.efficiency import Oil
+    from ..questions.flanks.efficiency import Oil
 
     read: dict[str, float] = {}
     for (name, kind, value), (least, most, words) in zip(

@@ -97,7 +97,7 @@ def relief(
     ------
     ModelError : the model, a name, bounds or a record is wrong; a relief that does not fit its flank; no pymoo.
     """
-    from ..studies.relief.optimisation import relief as run
+    from ..questions.flanks.relief import relief as run
 
     keeping: AbstractContextManager[None] = nullcontext()
     if folder is not None:
@@ -133,7 +133,7 @@ def relief(
 
 def _model_text(result: "xr.Dataset") -> str:
     """The model with the relief found, as a model file."""
-    from ..studies.relief.optimisation import relief_model
+    from ..questions.flanks.relief import relief_model
 
     return relief_model(result)
 

@@ -26,7 +26,7 @@ def stiffness(
     ModelError : the model is wrong, or a System is given, which has no drawing left.
     """
     from ..engine.source import train_of
-    from ..studies.stiffness import stiffness as run
+    from ..questions.flanks.contact import stiffness as run
 
     return run(train_of(source, overrides=overrides), samples=samples)
 

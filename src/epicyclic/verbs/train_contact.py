@@ -54,7 +54,7 @@ def train_contact(
     """
     factors = loads_of(loads, load_points, RANGE_LOADS)
     from ..engine.source import train_of
-    from ..studies.train_tooth_contact import train_contact as run
+    from ..questions.flanks.train_contact import train_contact as run
 
     return run(
         train_of(source, overrides=overrides),

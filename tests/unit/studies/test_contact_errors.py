@@ -11,7 +11,7 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.studies.contact_errors import pair_gaps
+from epicyclic.questions.flanks.contact_resolution import pair_gaps
 from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.flank import Flank
 from epicyclic.teeth.loaded_contact import loaded_contact

@@ -12,8 +12,8 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.studies.contact_resolution import Resolution, doubled, estimated_error, mesh_phases
-from epicyclic.studies.tooth_contact import contact, helices_of
+from epicyclic.questions.flanks.contact import contact, helices_of
+from epicyclic.questions.flanks.contact_resolution import Resolution, doubled, estimated_error, mesh_phases
 from epicyclic.system.tooth_pairs import pair_of
 
 PAIR: dict[str, Any] = {

@@ -231,7 +231,7 @@ def test_self_locking_in_words() -> None:
 
 def test_friction_that_leaves_nothing_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """No drawing has a loss factor of 1.25, so it is given."""
-    monkeypatch.setattr("epicyclic.studies.efficiency.loss_factor", lambda *args, **more: 1.25)
+    monkeypatch.setattr("epicyclic.questions.flanks.efficiency.loss_factor", lambda *args, **more: 1.25)
     train = epicyclic.load(model(STAGE, held=["carrier"], **SUN))
     for friction in (0.8, 1.0):
         with pytest.raises(ModelError, match=r"takes all power of stages\.main\.meshes") as error:

@@ -16,10 +16,10 @@ import xarray as xr
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
+from epicyclic.questions.flanks.relief import relief, relief_model
+from epicyclic.questions.flanks.relief_search import genetic_search
 from epicyclic.show.figures.relief_effect import relief_effect
 from epicyclic.show.figures.relief_search import relief_search
-from epicyclic.studies.relief.optimisation import relief, relief_model
-from epicyclic.studies.relief.search import genetic_search
 
 pytest.importorskip("pymoo")
 
@@ -71,7 +71,7 @@ def test_the_same_seed_gives_the_same_bits(single: xr.Dataset) -> None:
 @pytest.mark.parametrize("objectives", [["lte"], ["lte", "load"]])
 def test_a_search_gone_on_with_is_the_one_never_stopped(objectives: list[str], tmp_path: Path) -> None:
     record = tmp_path / "search.json"
-    options = {"objectives": objectives}
+    options = {"objectives": relief_objectives}
     whole = found(**options)
     part = found(**options, generations=2, resume=record)
     assert part.sizes["generation"] == 2
@@ -477,9 +477,9 @@ def test_wrong_use_is_status_2(run: Run, arguments: tuple[str, ...]) -> None:
 
 
 def test_a_stopped_command_has_its_status(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from epicyclic.studies.relief import objectives
+    from epicyclic.questions.flanks import relief_objectives
 
-    plain, calls = objectives.objectives_of, []
+    plain, calls = relief_objectives.objectives_of, []
 
     def stopped(*arguments: Any) -> Any:
         calls.append(1)
@@ -487,7 +487,7 @@ def test_a_stopped_command_has_its_status(run: Run, monkeypatch: pytest.MonkeyPa
             raise KeyboardInterrupt
         return plain(*arguments)
 
-    monkeypatch.setattr(objectives, "objectives_of", stopped)
+    monkeypatch.setattr(relief_objectives, "objectives_of", stopped)
     best = tmp_path / "best.toml"
     status, out, _ = run("--vary", "crown=0..3 um", "-o", str(best))
     assert status == 130

@@ -14,10 +14,10 @@ from tests.unit.packed_page import unpacked
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
+from epicyclic.questions.flanks.contact import helices_of
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.show.figures.contact_curves import contact_curves
 from epicyclic.show.figures.contact_map import contact_map
-from epicyclic.studies.tooth_contact import helices_of
 from epicyclic.system.tooth_pairs import mean_force, pair_of
 
 

@@ -62,7 +62,7 @@ def test_means_do_not_take_the_corners_for_even_instants() -> None:
 
 
 def test_what_does_not_hold_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = "epicyclic.studies.train_tooth_contact"
+    module = "epicyclic.questions.flanks.train_contact"
     for name, value in (("_PHASES", (3, 6)), ("_SLICES", (2, 4)), ("_FEWEST", (3, 2))):
         monkeypatch.setattr(f"{module}.{name}", value)
     model = json.loads(json.dumps(PAIR))

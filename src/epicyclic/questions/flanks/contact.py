@@ -1,36 +1,148 @@
-"""Loaded tooth contact of one mesh of a train: load distribution, transmission error, mesh stiffness."""
+"""Stress in the tooth roots as variables of the results of tooth contact.
+
+Loaded tooth contact of one mesh of a train: load distribution, transmission error, mesh stiffness.
+
+Mesh stiffness of every mesh over one mesh cycle.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..document.written_numbers import stated
-from ..engine.cost import require_memory
-from ..errors import ModelError
-from ..results.dataset import dataset
-from ..system.assembly import train_provenance
-from ..system.tooth_pairs import End, loaded_mesh, mean_force, pair_of, tooth_warnings
-from ..teeth.contact_lines import averaging_length, cycle_harmonics, cycle_mean
-from ..teeth.loaded_contact import LoadedContact, all_loaded, all_segments, harmonics
-from ..teeth.segments import ContactSegments, with_microgeometry
-from ..train.bodies import Mesh
-from ..train.tolerances import check_contact_errors
-from ..train.train import Train
-from ..warning_codes import CodedText, coded
-from .contact_errors import NO_ERRORS, ToothErrors, placed_errors
-from .contact_resolution import Resolution, resolution, sigma_at
-from .root_columns import RootColumns, root_columns
-
-__all__ = ["FACTORS", "TOLERANCE", "contact", "flank_map", "helices_of", "in_radians", "normal_force", "unresolved"]
+from ...document.written_numbers import stated
+from ...engine.cost import MOST_NUMBERS, require_memory
+from ...errors import ModelError
+from ...results.dataset import dataset
+from ...system.assembly import train_provenance
+from ...system.face_contact import FaceLoad, MeshFaceLaw
+from ...system.tooth_pairs import End, loaded_mesh, mean_force, pair_of, tooth_warnings
+from ...teeth.contact_lines import averaging_length, cycle_harmonics, cycle_mean
+from ...teeth.loaded_contact import LoadedContact, all_loaded, all_segments, first_images, harmonics
+from ...teeth.root_stress import RootStress, pair_influences, root_stress
+from ...teeth.segments import ContactSegments, with_microgeometry
+from ...train.bodies import Mesh
+from ...train.tolerances import check_contact_errors
+from ...train.train import Train
+from ...warning_codes import CodedText, coded
+from .contact_resolution import NO_ERRORS, Resolution, ToothErrors, placed_errors, resolution, sigma_at
 
 Array = NDArray[np.float64]
+
+GEARS = ("a", "b")
+"""Both gears of a mesh, first and second."""
+# Even places of a tooth along the path of contact, beside those of the largest stresses.
+_ROOT_PLACES = 161
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RootColumns:
+    """Variables and coordinates of a Dataset."""
+
+    variables: dict[str, tuple[Any, Array]] = field(default_factory=dict)
+    coords: dict[Hashable, Any] = field(default_factory=dict)
+
+
+def root_columns(results: Sequence[LoadedContact], operating: int) -> RootColumns:
+    """Stress in the tooth roots of loaded contacts, one a helix.
+
+    largest_root_stress, lowest_root_stress (side, mesh_gear, mesh_load) [Pa], root_stress_lean (side, mesh_gear) [rad],
+    and at the load of index `operating` root_stress, far_root_stress (side, mesh_gear, width, tooth_place) [Pa] over
+    the face while the tooth moves along the path of contact.
+    """
+    images = first_images([one.segments.pair for one in results], [one.sigma for one in results])
+    found: list[tuple[RootStress, RootStress]] = []
+    for one, first in zip(results, images, strict=True):
+        if first < len(found):
+            mirrored = [_mirrored(gear) for gear in found[first]]
+            found.append((mirrored[0], mirrored[1]))
+            continue
+        pair = one.segments.pair
+        found.append(root_stress(pair, one.segments.lines.sigma, one.force, pair_influences(pair)))
+    places = [one.sigma[:, None] - one.segments.lines.pair for one in results]
+    at = _tooth_places(found, places, operating)
+    sided = ("side", "mesh_gear")
+    over = (*sided, "width", "tooth_place")
+
+    def maps(name: str) -> Array:
+        return np.array(
+            [
+                [_over_place(getattr(gear, name)[operating], place, at) for gear in gears]
+                for gears, place in zip(found, places, strict=True)
+            ]
+        )
+
+    return RootColumns(
+        variables={
+            "largest_root_stress": (
+                (*sided, "mesh_load"),
+                np.array([[gear.tension.max(axis=(1, 2, 3)) for gear in gears] for gears in found]),
+            ),
+            "lowest_root_stress": (
+                (*sided, "mesh_load"),
+                np.array([[gear.compression.min(axis=(1, 2, 3)) for gear in gears] for gears in found]),
+            ),
+            "root_stress_lean": (sided, np.array([[gear.lean[operating] for gear in gears] for gears in found])),
+            "root_stress": (over, maps("tension")),
+            "far_root_stress": (over, maps("compression")),
+        },
+        coords={"mesh_gear": list(GEARS), "tooth_place": at},
+    )
+
+
+def largest_root_stresses(
+    laws: Sequence[MeshFaceLaw], loads: Sequence[Sequence[FaceLoad]]
+) -> list[tuple[Array, Array]]:
+    """Largest tension and compression in the tooth roots of the meshes of each law, (g, levels, 2) each [Pa].
+
+    loads : at each level of load, by law.  Last axis: gears a and b.
+    """
+    found = []
+    for number, law in enumerate(laws):
+        at = [one[number] for one in loads]
+        T, g, J, K = at[0].sigma.shape
+        force = np.array([one.force.reshape(T * g, J, K) for one in at])
+        gears = root_stress(law.pair, at[0].sigma.reshape(T * g, J, K), force, pair_influences(law.pair))
+        shape = (len(at), T, g, J * K)
+        tension = [gear.tension.reshape(shape).max(axis=(1, 3)).T for gear in gears]
+        compression = [gear.compression.reshape(shape).min(axis=(1, 3)).T for gear in gears]
+        found.append((np.stack(tension, axis=-1), np.stack(compression, axis=-1)))
+    return found
+
+
+def _mirrored(stress: RootStress) -> RootStress:
+    """Stress of the mirror image of a helix, from the other end of the face."""
+    return RootStress(tension=stress.tension[..., ::-1], compression=stress.compression[..., ::-1], lean=stress.lean)
+
+
+def _tooth_places(found: Sequence[Sequence[RootStress]], places: Sequence[Array], operating: int) -> Array:
+    """Places (P,) of a tooth at mid-face [base pitches]: even ones, and those of the largest stresses.
+
+    places : (T, J) of the teeth of each helix [base pitches].
+    """
+    even = np.linspace(min(one.min() for one in places), max(one.max() for one in places), _ROOT_PLACES)
+    largest = [
+        place.ravel()[int(values.max(axis=-1).argmax())]
+        for gears, place in zip(found, places, strict=True)
+        for gear in gears
+        for values in (gear.tension[operating], -gear.compression[operating])
+    ]
+    return np.unique(np.concatenate([even, largest]))
+
+
+def _over_place(values: Array, place: Array, at: Array) -> Array:
+    """Values (T, J, K) of teeth at places (T, J) of those, at places (P,) of one tooth, (K, P), in their unit."""
+    order = np.argsort(place, axis=None)
+    flat = values.reshape(-1, values.shape[-1])[order]
+    return np.array([np.interp(at, place.ravel()[order], column) for column in flat.T])
+
+
 ComplexArray = NDArray[np.complex128]
 
 FACTORS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
@@ -410,3 +522,49 @@ def _warnings(results: Sequence[LoadedContact], mesh: str, operating: int, corne
             )
         )
     return messages
+
+
+def stiffness(train: Train, *, samples: int = 256) -> xr.Dataset:
+    """Mesh stiffness of every mesh over one mesh cycle of its stage.
+
+    Parameters
+    ----------
+    train : resolved train.  samples : points per mesh cycle.
+
+    Returns
+    -------
+    Dataset : mesh_stiffness (mesh, mesh_phase) and mean_mesh_stiffness (mesh) [N/m] along the tooth normal, phase_lead
+        (mesh) [mesh cycles].  mesh_phase is time in mesh cycles and contains the lead: k_i(t) = k_1(t + lead_i T), see
+        docs/conventions.md.
+
+    Raises
+    ------
+    ModelError : more samples than memory holds.
+    """
+    # values of all meshes, and the terms of one, complex with their angles
+    width = len(train.meshes) + 5 * max((len(mesh.variation) for mesh in train.meshes), default=0) + 2
+    require_memory(samples * width, path="samples", given=samples, allowed=f"at most {MOST_NUMBERS // width}")
+    phase = np.arange(samples) / samples
+    return dataset(
+        {
+            "mesh_stiffness": (
+                ("mesh", "mesh_phase"),
+                np.array([stiffness_history(mesh, phase) for mesh in train.meshes]).reshape(-1, samples),
+            ),
+            "mean_mesh_stiffness": ("mesh", np.array([mesh.stiffness for mesh in train.meshes])),
+            "phase_lead": ("mesh", np.array([float(mesh.lead) for mesh in train.meshes])),
+        },
+        coords={"mesh": [mesh.name for mesh in train.meshes], "mesh_phase": phase},
+        verb="stiffness",
+        options={"samples": samples},
+        warnings=train.warnings,
+        provenance=train_provenance(train),
+    )
+
+
+def stiffness_history(mesh: Mesh, phase: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mesh stiffness (T,) [N/m] at times `phase` (T,) [mesh cycles]: Fourier series in sigma = sense (phase + lead)."""
+    sigma = mesh.sense * (phase + float(mesh.lead))
+    order = np.arange(1, len(mesh.variation) + 1)
+    rotation = np.exp(2j * np.pi * np.multiply.outer(sigma, order))
+    return mesh.stiffness * (1 + (rotation @ mesh.variation).real)

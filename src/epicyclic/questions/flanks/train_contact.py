@@ -13,12 +13,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..engine.cost import require_memory
-from ..errors import ModelError
-from ..results.dataset import dataset
-from ..statics.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
-from ..statics.equilibrium import Compliance, compliance_of, equilibrium, require_balance
-from ..statics.record import (
+from ...engine.cost import require_memory
+from ...errors import ModelError
+from ...results.dataset import dataset
+from ...statics.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
+from ...statics.equilibrium import Compliance, compliance_of, equilibrium, require_balance
+from ...statics.record import (
     Record,
     RecordExcitation,
     excitation,
@@ -31,19 +31,16 @@ from ..statics.record import (
     reference_tone,
     turn_fraction,
 )
-from ..statics.static import free_position_warnings, law_attributes, rounding_of
-from ..system.assembly import assemble
-from ..system.face_contact import FaceLoad, MeshFaceLaw, face_laws, with_three_rows
-from ..system.system import System, faces
-from ..system.tooth_pairs import tooth_warnings
-from ..teeth.contact_lines import averaging_length, corner_phases, largest_part_mean
-from ..train.train import Train
-from ..warning_codes import CodedText, code_of, coded
+from ...statics.static import free_position_warnings, law_attributes, rounding_of
+from ...system.assembly import assemble
+from ...system.face_contact import FaceLoad, MeshFaceLaw, face_laws, with_three_rows
+from ...system.system import System, faces
+from ...system.tooth_pairs import tooth_warnings
+from ...teeth.contact_lines import averaging_length, corner_phases, largest_part_mean
+from ...train.train import Train
+from ...warning_codes import CodedText, code_of, coded
+from .contact import GEARS, TOLERANCE, flank_map, largest_root_stresses
 from .contact_resolution import PHASE_SHARE, check_tolerance, doubled, estimated_error
-from .root_columns import GEARS, largest_root_stresses
-from .tooth_contact import TOLERANCE, flank_map
-
-__all__ = ["TORQUES", "train_contact"]
 
 Array = NDArray[np.float64]
 

@@ -25,26 +25,28 @@ from ...train.bodies import Mesh
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
-from ..contact_resolution import Resolution, check_tolerance, sigma_at
-from ..tooth_contact import TOLERANCE, contact, helices_of, in_radians, normal_force, unresolved
-from .objectives import (
+from .contact import TOLERANCE, contact, helices_of, in_radians, normal_force, unresolved
+from .contact_resolution import Resolution, check_tolerance, sigma_at
+from .relief_objectives import (
     DYNAMIC,
     OBJECTIVES,
     ContactSettings,
+    DesignVariable,
+    FlankSettings,
     HelixContact,
     ReliefProblem,
     coarse_resolution,
     contact_histories,
     force_curves,
     helix_contacts,
+    length_text,
     objectives_of,
+    overrides_of,
+    read_variables,
     relative_speeds,
+    settings_of,
 )
-from .search import SearchResult, genetic_search
-from .variables import DesignVariable, FlankSettings, length_text, overrides_of, read_variables, settings_of
-from .verification import Finalists, verified
-
-__all__ = ["relief", "relief_model"]
+from .relief_search import Finalists, SearchResult, genetic_search, verified
 
 Array = NDArray[np.float64]
 Columns = dict[str, tuple[Any, Any]]

@@ -11,23 +11,21 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..errors import ConvergenceError, ModelError
-from ..results.dataset import dataset
-from ..system.assembly import train_provenance
-from ..system.tooth_pairs import mean_force, pair_of
-from ..teeth import geometry
-from ..teeth.contact_lines import cycle_mean
-from ..teeth.loaded_contact import LoadedContact, all_loaded, all_segments
-from ..teeth.loss_factor import Rolling, loss_factor, mean_friction, path_load, sliding_distance
-from ..train.bodies import Body, GearData, Mesh
-from ..train.kinematics import Gearing
-from ..train.power import LossyFlow, lossy_flow, require_contact, require_flow
-from ..train.train import Train
-from ..warning_codes import CodedText, coded, placed
+from ...errors import ConvergenceError, ModelError
+from ...results.dataset import dataset
+from ...system.assembly import train_provenance
+from ...system.tooth_pairs import mean_force, pair_of
+from ...teeth import geometry
+from ...teeth.contact_lines import cycle_mean
+from ...teeth.loaded_contact import LoadedContact, all_loaded, all_segments
+from ...teeth.loss_factor import Rolling, loss_factor, mean_friction, path_load, sliding_distance
+from ...train.bodies import Body, GearData, Mesh
+from ...train.kinematics import Gearing
+from ...train.power import LossyFlow, lossy_flow, require_contact, require_flow
+from ...train.train import Train
+from ...warning_codes import CodedText, coded, placed
+from .contact import TOLERANCE, flank_map, helices_of, normal_force, unresolved
 from .contact_resolution import resolution, sigma_at
-from .tooth_contact import TOLERANCE, flank_map, helices_of, normal_force, unresolved
-
-__all__ = ["FRICTION", "Oil", "efficiency"]
 
 Array = NDArray[np.float64]
 
