@@ -21,12 +21,17 @@ from known import bench56
 from numpy.typing import NDArray
 from timing import cpu_seconds
 
-from epicyclic.analyses.sensitivity.adjoint import adjoint_form, adjoint_parts, measure
-from epicyclic.analyses.sensitivity.forces import force_derivatives
-from epicyclic.analyses.sensitivity.gradient import Gradient, basis_of, gradient
-from epicyclic.analyses.sensitivity.numbers import SystemNumbers, combined, numbers
 from epicyclic.questions.response.response import respond, response
 from epicyclic.questions.response.steady import sweep
+from epicyclic.questions.sensitivity.adjoint import (
+    SystemNumbers,
+    adjoint_form,
+    adjoint_parts,
+    combined,
+    measure,
+    numbers,
+)
+from epicyclic.questions.sensitivity.gradient import Gradient, basis_of, force_derivatives, gradient
 from epicyclic.system.system import System
 
 TOLERANCE = 1e-8

@@ -17,13 +17,13 @@ from ..document.written_numbers import written
 from ..errors import ModelError
 from ..questions.modes.eigen import classify_modes, eigen
 from ..questions.modes.tracking import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
+from ..questions.sensitivity.derivatives import Parameter, parameter_at
 from ..results.dataset import dataset
 from ..statics.tangent import flank_warnings, linear
 from ..system.assembly import assemble, train_provenance
 from ..system.system import System
 from ..train.resolution import load
 from ..train.train import Train
-from .parameters import Parameter, parameter_at
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -59,7 +59,7 @@ def sensitivity(
     ModelError : the model is wrong; a path that is no number; options that do not go together; no damping or speed.
     """
     from ..engine.source import system_of, train_of
-    from ..studies.sensitivity import sensitivity as run
+    from ..questions.sensitivity.sensitivity import sensitivity as run
 
     train = train_of(source, overrides=overrides)
     if isinstance(relative_speed, str):

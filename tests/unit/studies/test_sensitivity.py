@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.studies.parameters import all_parameters, parameter_at
+from epicyclic.questions.sensitivity.derivatives import all_parameters, parameter_at
 
 Array = NDArray[np.float64]
 # Both sides are differences: five-point ones of the answer with a step of 1e-3 leave some 1e-12 of truncation and, of

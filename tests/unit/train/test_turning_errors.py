@@ -14,8 +14,8 @@ import epicyclic
 from epicyclic.document.document import read
 from epicyclic.errors import ModelError
 from epicyclic.questions.check.check import mesh_deviations
+from epicyclic.questions.sensitivity.derivatives import all_parameters
 from epicyclic.statics.static import static
-from epicyclic.studies.parameters import all_parameters
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load, resolved_document

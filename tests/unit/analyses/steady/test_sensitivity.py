@@ -12,22 +12,23 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.sensitivity.adjoint import (
-    adjoint_form,
-    adjoint_parts,
-    harmonic_weights,
-    measure,
-    truncated_product_adjoint,
-)
-from epicyclic.analyses.sensitivity.forces import force_derivatives
-from epicyclic.analyses.sensitivity.gradient import basis_of, gradient
-from epicyclic.analyses.sensitivity.numbers import SystemNumbers, combined, numbers
 from epicyclic.errors import ModelError
 from epicyclic.questions.response import balance
 from epicyclic.questions.response.lattice import product, truncated_product
 from epicyclic.questions.response.periodic import periodic
 from epicyclic.questions.response.response import Block, Response, _block, response
 from epicyclic.questions.response.steady import sweep
+from epicyclic.questions.sensitivity.adjoint import (
+    SystemNumbers,
+    adjoint_form,
+    adjoint_parts,
+    combined,
+    harmonic_weights,
+    measure,
+    numbers,
+    truncated_product_adjoint,
+)
+from epicyclic.questions.sensitivity.gradient import basis_of, force_derivatives, gradient
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

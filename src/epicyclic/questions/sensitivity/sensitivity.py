@@ -14,25 +14,21 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analyses.sensitivity.forces import force_derivatives
-from ..analyses.sensitivity.frequencies import frequency_derivatives, whirl_derivatives
-from ..analyses.sensitivity.numbers import SystemNumbers, is_nonzero
-from ..document.schema import nearest
-from ..errors import ModelError
-from ..questions.modes.eigen import classify_modes, eigen, repeated_roots, whirl
-from ..questions.response.response import response
-from ..results.dataset import dataset
-from ..results.ties import largest, ranked
-from ..system.assembly import train_provenance
-from ..system.system import System, faces
-from ..train.train import Train
-from .parameters import Parameter, all_parameters, parameter_at
-from .system_derivatives import SystemDerivatives, system_derivatives
+from ...document.schema import nearest
+from ...errors import ModelError
+from ...results.dataset import dataset
+from ...results.ties import largest, ranked
+from ...system.assembly import train_provenance
+from ...system.system import System, faces
+from ...train.train import Train
+from ..modes.eigen import classify_modes, eigen, repeated_roots, whirl
+from ..response.response import response
+from .adjoint import SystemNumbers, is_nonzero
+from .derivatives import Parameter, SystemDerivatives, all_parameters, parameter_at, system_derivatives
+from .gradient import force_derivatives, frequency_derivatives, whirl_derivatives
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["Quantity", "sensitivity"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None] | None

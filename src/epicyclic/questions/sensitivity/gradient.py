@@ -5,26 +5,42 @@ dQ = sum W Re( pull^H dp + press^H dgap - z^H (dZ X + dB p - dF) ), the sum over
 and X held in dp, dgap = dB^T X - de and dZ.  No derivative of the modal basis enters: matrices are projected on the
 basis of the System as it stands.  Modal damping, M Phi diag(2 zeta w) Phi^T M, changes with M and K; in modal
 coordinates dC_ij = 2 zeta (dK_ij + w_i w_j dM_ij) / (w_i + w_j), of repeated roots too.  Derived here.
+
+Derivatives of natural frequencies in closed form; repeated roots as the set into which their eigenspace splits.
+
+At standstill w' = phi^T (K' - w^2 M') phi / (2 w) [fox1968].  Of a repeated root the derivatives along a parameter are
+the eigenvalues of that form projected on its eigenspace: they belong to the group, not to single modes.
+At a speed, undamped, the problem is Hermitian in i w, so the left vector is the right one.
+
+Derivatives of mesh-force measures of the steady response, by one adjoint solution a mesh and speed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+import scipy.linalg
+from numpy.typing import ArrayLike, NDArray
 
-from ...questions.modes.basis import mean_modes, modal_weights
-from ...questions.response.excitation import speed_powers
-from ...questions.response.lattice import product
-from ...questions.response.response import Block, Response
-from ...system.system import Array, ComplexArray
-from .adjoint import AdjointPart, harmonic_weights
-from .numbers import SystemNumbers, mean_stiffness_change
-
-__all__ = ["Basis", "Gradient", "basis_of", "gradient", "rigid_mode_imbalance"]
+from ...errors import ModelError
+from ...system.system import Array, ComplexArray, System, faces
+from ..modes.basis import mean_modes, modal_weights
+from ..modes.eigen import Modes, Whirl, repeated_roots
+from ..response.excitation import speed_powers
+from ..response.lattice import product
+from ..response.response import Block, FrameSpeed, Response, respond, response
+from .adjoint import (
+    AdjointPart,
+    SystemNumbers,
+    adjoint_form,
+    adjoint_parts,
+    harmonic_weights,
+    mean_stiffness_change,
+    measure,
+)
 
 Index = NDArray[np.int64]
 Values = NDArray[Any]  # complex of any kind
@@ -318,3 +334,228 @@ def rigid_mode_imbalance(ready: Response, basis: Basis, block: Block, change: Sy
         size = size + np.abs(matrix).sum() * np.abs(motion).max(axis=1)
     limit = size[:, None] * np.abs(rigid).max(axis=0)
     return np.asarray((np.abs(residual) / np.where(limit > 0, limit, 1.0)).max(axis=1))
+
+
+# Stiffness change of a rigid mode: rounding of the change itself where the mode stays free; 1e-3 of a spring on it.
+_FREE_STIFFNESS = 1e-9
+
+
+def frequency_derivatives(system: System, modes: Modes, changes: Sequence[SystemNumbers]) -> Array:
+    """Derivatives of the natural frequencies of the mean system at standstill, undamped [fox1968].
+
+    Parameters
+    ----------
+    modes : of `eigen`.  changes : of the System along each parameter.
+
+    Returns
+    -------
+    (changes, modes) [Hz per unit of the parameter]; those of a repeated root rising.  Of a rigid mode 0 where the
+    mode stays free, nan where it does not (the frequency then rises as a root, with infinite slope).
+    """
+    result = np.empty((len(changes), len(modes.omega_squared)))
+    for row, change in zip(result, changes, strict=True):
+        row[:] = _one(modes, mean_stiffness_change(system, change), change.M)
+    return result
+
+
+def _one(modes: Modes, dK: Array, dM: Array) -> Array:
+    """Derivatives (modes,) [Hz per unit] for changes of stiffness and mass (n, n)."""
+    result = np.zeros(len(modes.omega_squared))
+    stiffness, mass = (modes.vectors.T @ change @ modes.vectors for change in (dK, dM))
+    for group in repeated_roots(modes.omega_squared):
+        squared = float(modes.omega_squared[group].mean())
+        form = stiffness[group, group] - squared * mass[group, group]
+        split = np.linalg.eigvalsh((form + form.T) / 2)
+        if squared > 0:
+            result[group] = split / (4 * np.pi * np.sqrt(squared))
+        else:
+            limit = _FREE_STIFFNESS * float(np.abs(stiffness).max(initial=0.0))
+            result[group] = np.where(np.abs(split) <= limit, 0.0, np.nan)
+    return result
+
+
+def whirl_derivatives(
+    system: System, modes: Whirl, changes: Sequence[SystemNumbers], *, relative_speed: float
+) -> Array:
+    """Derivatives of the undamped frequencies at a speed, gyroscopic and centripetal terms included.
+
+    M q'' + s G q' + (K + s^2 Kg) q = 0 with G skew: mu' = -phi^H (mu^2 M' + mu s G' + K' + s^2 Kg') phi /
+    phi^H (2 mu M + s G) phi; of a repeated root the eigenvalues of that pair of forms.
+
+    Parameters
+    ----------
+    modes : of `whirl`, undamped.  relative_speed : s, of the same [1].
+
+    Returns
+    -------
+    (changes, modes) [Hz per unit]; nan where mu is 0 or not imaginary (an unstable train).
+    """
+    result = np.full((len(changes), len(modes.mu)), np.nan)
+    for row, change in zip(result, changes, strict=True):
+        dK = mean_stiffness_change(system, change) + relative_speed**2 * change.Kg
+        for group in repeated_roots(modes.mu):
+            mu, V = complex(modes.mu[group].mean()), modes.vectors[:, group]
+            if mu.imag > 0 and abs(mu.real) <= 1e-6 * mu.imag:
+                row[group] = _split(system, change, dK, relative_speed, (1j * mu.imag, V))
+    return result
+
+
+def _split(system: System, change: SystemNumbers, dK: Array, s: float, pair: tuple[complex, ComplexArray]) -> Array:
+    """Derivatives (g,) [Hz per unit] of a group of g equal roots, pair : (i omega, vectors (n, g)); s : relative
+    speed.
+    """
+    mu, V = pair
+    above = V.conj().T @ (mu**2 * change.M + mu * s * change.G + dK) @ V
+    below = V.conj().T @ (2 * mu * system.M + s * system.G) @ V
+    # i times `below` is Hermitian and so is `above`: a pair of forms with real eigenvalues
+    roots = scipy.linalg.eigvals(above, -1j * below)
+    return np.asarray(np.sort(roots.real)) / (2 * np.pi)
+
+
+# Relative residual asked for: the truncation may be 30 times that, and errs a derivative by some 10 times more.
+_TOLERANCE = 1e-10
+# The adjoint solution has no truncation, and its residual counts once.
+_ADJOINT = 100.0
+# Imbalance on a rigid mode: rounding and the error of the difference quotient of a change; 1e-3 of a spring on it.
+_FREE_FORCE = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ForceDerivatives:
+    """Values and derivatives of one measure of the mesh forces.
+
+    mesh : (w,) whole meshes.  speed : (P,) relative.  value : (w, P) [N].
+    derivative : (changes, w, P) [N per unit]; nan where the value is 0, or where `constrained`.
+    constrained : (changes,) whether the change puts a spring on a rigid mode, so that there is no derivative.
+    """
+
+    mesh: tuple[str, ...]
+    speed: Array
+    value: Array
+    derivative: Array
+    constrained: NDArray[np.bool_]
+
+
+def force_derivatives(
+    system: System,
+    changes: Sequence[SystemNumbers],
+    *,
+    relative_speed: ArrayLike = 1.0,
+    harmonic: int | None = None,
+    meshes: Sequence[int] | None = None,
+    shaft_orders: bool = True,
+    frame_speed: FrameSpeed = "kinematic",
+    tolerance: float = _TOLERANCE,
+) -> ForceDerivatives:
+    """RMS of the dynamic mesh force, or the amplitude of one mesh order, and its derivatives along changes.
+
+    Adjoint of the harmonic balance, derived here (module docstrings of `adjoint` and `gradient`).
+
+    Parameters
+    ----------
+    system : without laws of links (`statics.tangent.linear`), as the changes are.
+    changes : derivatives of the System's numbers along each parameter.
+    relative_speed : (P,) speeds per operating speed, held while the parameters change.
+    harmonic : amplitude of this mesh order instead of the RMS of all frequencies above 0.
+    meshes : indices of the whole meshes wanted, all where None.  tolerance : relative residual [1].
+
+    Raises
+    ------
+    ModelError : no damping, no mesh frequency, a speed not above zero, frequencies that part from each other.
+    ConvergenceError : an adjoint solution does not converge.
+    """
+    ready = response(system, frame_speed=frame_speed)
+    selected, speed = _mesh_indices(ready, meshes), _checked_speeds(relative_speed)
+    names = tuple(np.array(faces(ready.system.meshes).name, object)[selected])
+    value = np.full((selected.size, speed.size), np.nan)
+    derivative = np.full((len(changes), selected.size, speed.size), np.nan)
+    constrained = np.zeros(len(changes), bool)
+    basis = basis_of(ready)
+    for block, rows, square, found in _gradients(
+        ready, basis, speed, selected, harmonic=harmonic, shaft_orders=shaft_orders, tolerance=tolerance
+    ):
+        size, slope = _roots(square, harmonic)
+        value[np.ix_(rows, block.index)] = size
+        for place, change in enumerate(changes):
+            _check_frequencies(ready, block, change)
+            constrained[place] |= bool(np.any(rigid_mode_imbalance(ready, basis, block, change) > _FREE_FORCE))
+            derivative[place][np.ix_(rows, block.index)] = slope * found.along(ready, basis, change)
+    derivative[constrained] = np.nan
+    return ForceDerivatives(mesh=names, speed=speed, value=value, derivative=derivative, constrained=constrained)
+
+
+def _gradients(
+    ready: Response,
+    basis: Basis,
+    speed: Array,
+    selected: Index,
+    *,
+    harmonic: int | None,
+    shaft_orders: bool,
+    tolerance: float,
+) -> Iterator[tuple[Block, Index, Array, Gradient]]:
+    """Block, rows of the wanted meshes (O,), their Q (O, P) [N^2] and its gradient, as they come out."""
+    adjoint_modal = adjoint_form(ready.modal)
+    for block in respond(ready, speed, tolerance=tolerance, shaft_orders=shaft_orders and harmonic is None):
+        known = measure(ready, block, harmonic=harmonic)
+        for some, parts in adjoint_parts(
+            ready, adjoint_modal, block, known, meshes=selected, tolerance=_ADJOINT * tolerance
+        ):
+            rows = np.flatnonzero(np.isin(selected, some))
+            yield block, rows, known.square[some], gradient(ready, basis, block, parts)
+
+
+def _roots(square: Array, harmonic: int | None) -> tuple[Array, Array]:
+    """RMS = sqrt(Q) or amplitude = sqrt(2 Q) of Q (O, P) [N^2], and its slope over Q, nan where Q is 0."""
+    factor = 1.0 if harmonic is None else 2.0
+    size = np.sqrt(factor * square)
+    return size, np.where(size > 0, factor / (2 * np.where(size > 0, size, 1.0)), np.nan)
+
+
+def _mesh_indices(ready: Response, meshes: Sequence[int] | None) -> Index:
+    """Indices of the wanted whole meshes, (O,)."""
+    count = len(faces(ready.system.meshes).name)
+    return np.arange(count) if meshes is None else np.asarray(meshes, np.int64)
+
+
+def _checked_speeds(relative_speed: ArrayLike) -> Array:
+    """Relative speeds (P,) [1].
+
+    Raises
+    ------
+    ModelError : none, or one that is not finite and above zero.
+    """
+    speed = np.atleast_1d(np.asarray(relative_speed, dtype=float))
+    if not speed.size or not np.all(np.isfinite(speed) & (speed > 0)):
+        raise ModelError("speeds must be finite and above zero", path="relative_speed", given=relative_speed)
+    return speed
+
+
+def _check_frequencies(ready: Response, block: Block, change: SystemNumbers) -> None:
+    """Refuse a change that parts frequencies which the solution adds up, or solves together.
+
+    Raises
+    ------
+    ModelError : coinciding frequencies part as the speed changes.
+    """
+    if not change.tones.any() and not change.line_frequency.any():
+        return
+    system = ready.system
+    known = np.array([float(f) for f in (*system.tones, *(line.frequency for line in system.lines))])
+    moved = np.concatenate([change.tones, change.line_frequency])
+    share = moved[known > 0] / known[known > 0]
+    limit = 1e-7 * float(np.abs(share).max(initial=0.0))  # difference quotients of exact frequencies
+    if np.ptp(share) <= limit:
+        return
+    place = {id(line): r for r, line in enumerate(system.lines)}
+    axes = np.array([change.tones[system.tones.index(tone)] for tone in ready.lines.tones])
+    off = [change.line_frequency[place[id(line)]] - np.dot(point, axes) for point, line in ready.lines.mesh]
+    for shaft in ready.lines.shaft:
+        base = change.line_frequency[place[id(shaft.members[0][2])]]
+        off += [
+            change.line_frequency[place[id(line)]] - np.dot(point, axes) + (base if conjugate else -base)
+            for point, conjugate, line in shaft.members
+        ]
+    merged = ready.line_frequencies(block.truncation, shafts=block.shaft is not None, truncated=True).coincident
+    if merged or np.abs(off).max(initial=0.0) > limit * float(known.max(initial=0.0)):
+        raise ModelError("frequencies that meet at this speed part when it changes: no derivative")
