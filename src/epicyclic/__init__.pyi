@@ -3,6 +3,7 @@
 from .audits.audit import audit as audit
 from .errors import ConvergenceError as ConvergenceError
 from .errors import ModelError as ModelError
+from .questions.compare.parameter_studies import vary as vary
 from .results.dataset import load_result as load_result
 from .results.dataset import save_result as save_result
 from .results.dataset import to_json as to_json
@@ -11,7 +12,6 @@ from .rexs.import_train import read_rexs as read_rexs
 from .show.plot import figure_names as figure_names
 from .show.plot import plot as plot
 from .show.report import write_report as write_report
-from .studies.parameter_studies import vary as vary
 from .studies.rexs_export.export import write_rexs as write_rexs
 from .system.assembly import assemble as assemble
 from .system.system import System as System

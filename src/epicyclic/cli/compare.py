@@ -61,7 +61,7 @@ def _compare(
 ) -> None:
     require_output(output, figures, ("compare",), as_json=as_json)
     import_model_rooms()
-    from ..studies.compare.compare import compare_of
+    from ..questions.compare.compare import compare_of
 
     overrides = parsed_overrides(sets) or None
     try:

@@ -106,7 +106,7 @@ def _run(
 
 def _compared(models: Sequence[str], sets: list[str] | None) -> Any:
     """What differs between the models, as `compare` says it; None where it cannot."""
-    from ..studies.compare.compare import compare_of
+    from ..questions.compare.compare import compare_of
 
     try:
         return compare_of(models, overrides=parsed_overrides(sets) or None)

@@ -43,6 +43,6 @@ def compare(
     ------
     ModelError : fewer than two to compare, a wrong model or result.
     """
-    from ..studies.compare.compare import compare_of
+    from ..questions.compare.compare import compare_of
 
     return compare_of(sources, overrides=overrides, variants=variants)

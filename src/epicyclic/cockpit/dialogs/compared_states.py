@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from ...document.tables import PlainTable
+from ...questions.compare.compare import compare_of
 from ...show.views.compare import tables
-from ...studies.compare.compare import compare_of
 from ...train.resolution import load
 
 __all__ = ["Loadable", "compared_states"]

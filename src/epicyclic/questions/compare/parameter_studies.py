@@ -15,18 +15,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..arguments import checked
-from ..engine.workers import each
-from ..errors import ConvergenceError, ModelError
-from ..results.dataset import dataset
-from ..system.assembly import train_provenance
-from ..warning_codes import coded
+from ...arguments import checked
+from ...engine.workers import each
+from ...errors import ConvergenceError, ModelError
+from ...results.dataset import dataset
+from ...system.assembly import train_provenance
+from ...warning_codes import coded
 
 if TYPE_CHECKING:
-    from ..system.system import System
-    from ..train.train import Train
-
-__all__ = ["largest_sharing", "run_out_study", "support_study", "vary", "worst_sharing"]
+    from ...system.system import System
+    from ...train.train import Train
 
 Progress = Callable[[float], None] | None
 
@@ -36,7 +34,7 @@ _CYCLES = 64
 
 def largest_sharing(system: System) -> float:
     """Load-sharing coefficient of the train [1] by the first definition of `sharing`, peak per mesh cycle."""
-    from ..questions.sharing.sharing import sharing
+    from ..sharing.sharing import sharing
 
     return float(sharing(system).system_load_sharing[0])
 
@@ -47,7 +45,7 @@ def worst_sharing(system: System) -> float:
     To keep a study of many points short, several varying mesh frequencies are replaced by the mean stiffness, and
     where links or meshes have laws the coefficient is the largest of 64 mesh cycles.
     """
-    from ..questions.sharing.sharing import sharing
+    from ..sharing.sharing import sharing
 
     varying = {int(tone) for tone, row in zip(system.meshes.tone, system.meshes.variation, strict=True) if row.any()}
     if len(varying) > 1:
@@ -115,8 +113,8 @@ def vary(
 def _evaluate(
     source: str | Path | Mapping[str, Any], overrides: Mapping[str, Any], quantity: Callable[[System], float]
 ) -> float:
-    from ..system.assembly import assemble
-    from ..train.resolution import load
+    from ...system.assembly import assemble
+    from ...train.resolution import load
 
     return float(quantity(assemble(load(source, overrides=overrides))))
 
@@ -230,7 +228,7 @@ def _sharing_point(document: Mapping[str, Any], values: Mapping[str, float]) -> 
 
 def _has_laws(train: Train) -> bool:
     """Whether any link or mesh follows a law, which decides the definition of `worst_sharing`."""
-    from ..system.assembly import assemble
+    from ...system.assembly import assemble
 
     system = assemble(train)
     return bool(system.groups or system.meshes.laws)
