@@ -13,22 +13,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..document.written_numbers import written
-from ..errors import ModelError
-from ..questions.modes.eigen import classify_modes, eigen
-from ..questions.modes.tracking import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
-from ..questions.sensitivity.derivatives import Parameter, parameter_at
-from ..results.dataset import dataset
-from ..statics.tangent import flank_warnings, linear
-from ..system.assembly import assemble, train_provenance
-from ..system.system import System
-from ..train.resolution import load
-from ..train.train import Train
+from ...document.written_numbers import written
+from ...errors import ModelError
+from ...results.dataset import dataset
+from ...statics.tangent import flank_warnings, linear
+from ...system.assembly import assemble, train_provenance
+from ...system.system import System
+from ...train.resolution import load
+from ...train.train import Train
+from ..modes.eigen import classify_modes, eigen
+from ..modes.tracking import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
+from ..sensitivity.derivatives import Parameter, parameter_at
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["track"]
 
 Array = NDArray[np.float64]
 # ratio of the limits above which the first values lie in equal ratios

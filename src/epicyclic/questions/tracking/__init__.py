@@ -1,0 +1,1 @@
+"""Natural frequencies followed over a parameter: loci, their derivatives and veering."""
