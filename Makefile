@@ -14,9 +14,10 @@ OLDEST := $(addprefix tests/unit/,test_results.py test_cli_help.py show/test_ter
 # Numbers of every room; what a kernel's rounding once moved comes first.
 KERNEL       := Prescott
 KERNEL_TESTS := $(addprefix tests/,papers/test_dong2019.py papers/test_yue2014.py $(addprefix unit/, \
-                  statics/test_static.py statics/test_static_flanks.py analyses/test_modal.py \
-                  analyses/test_resonances.py studies/tolerance/test_columns.py studies/test_compare_trains.py \
-                  studies/test_contact_resolution.py studies/test_stability.py test_ties.py) \
+                  statics/test_static.py statics/test_static_flanks.py questions/modes/test_modal.py \
+                  questions/response/test_resonances.py questions/tolerance/test_columns.py \
+                  questions/compare/test_compare_trains.py questions/flanks/test_contact_resolution.py \
+                  questions/parameters/test_stability_map.py test_ties.py) \
                   physics/test_star_drive.py physics/test_three_routes.py physics/test_floating.py)
 
 .PHONY: demo test lint types pytest quick kernel oldest bench figures docs clean help

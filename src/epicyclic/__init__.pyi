@@ -3,7 +3,7 @@
 from .audits.audit import audit as audit
 from .errors import ConvergenceError as ConvergenceError
 from .errors import ModelError as ModelError
-from .questions.compare.parameter_studies import vary as vary
+from .questions.parameters.parameter_studies import vary as vary
 from .results.dataset import load_result as load_result
 from .results.dataset import save_result as save_result
 from .results.dataset import to_json as to_json

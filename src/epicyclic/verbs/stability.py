@@ -92,7 +92,7 @@ def stability(
             return run(system, **options, progress=progress, kept=kept)
     import numpy as np
 
-    from ..questions.stability.stability_map import stability_map
+    from ..questions.parameters.stability_map import stability_map
 
     refuse_without(
         False, "speed as the only parameter", variation=variation, damping=damping, relative_speed=relative_speed

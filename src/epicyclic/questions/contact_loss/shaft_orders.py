@@ -36,7 +36,7 @@ Index = NDArray[np.int64]
 
 # Samples of the phase of a line: the linear response has its order 1 alone, and four make its quadratures differences.
 _SAMPLES = 4
-# Relative residual of the linear solution, as of the linear response of `analyses.steady`.
+# Relative residual of the linear solution, as of the linear response of `questions.response`.
 _TOLERANCE = 1e-8
 # Part of the dynamic size that the torus's own mesh orders may be away from the motion reached; farther is another
 # branch.

@@ -1,12 +1,12 @@
 """Floquet stability of a periodic motion with contact loss, and how an unstable one is left [seydel2010].
 
 The variational equation has the tangents of the contact along the motion; its multipliers are those of
-`analyses.stability.floquet`.
+`questions.stability.floquet`.
 
 Stability of a motion of two mesh tones: growth of disturbances along the path through both phases (derived here).
 
 The tangents of the laws are quasi-periodic, so no period has multipliers.  The variational equation is that of
-`analyses.stability.floquet`, its kicks taken from the laws at the phases of both tones.  A block of disturbances goes
+`questions.stability.floquet`, its kicks taken from the laws at the phases of both tones.  A block of disturbances goes
 through windows of whole cycles of the first tone, after which the second tone is nearly where it began, mostly
 within 1/50 of a cycle.  Each window is then nearly a period, the Ritz values of the block are nearly its multipliers,
 and their mean over windows is the growth along the path.  Where the tones have a short common period, a window holds it

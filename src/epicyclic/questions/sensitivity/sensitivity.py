@@ -1,7 +1,7 @@
 """Sensitivity of natural frequencies and mesh forces to the numbers of a model file: derivatives by any path, ranked.
 
 The assembly is differenced along each parameter (`system_derivatives`); derivatives of frequencies follow in closed
-form and those of mesh forces by one adjoint solution (`analyses.sensitivity`).
+form and those of mesh forces by one adjoint solution (`adjoint`).
 """
 
 from __future__ import annotations

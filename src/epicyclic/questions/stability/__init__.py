@@ -1,1 +1,1 @@
-"""Stability of the periodic motion: Floquet multipliers, boundaries by averaging, map over two parameters."""
+"""Stability of the periodic motion: Floquet multipliers, boundaries by averaging."""

@@ -71,7 +71,7 @@ def test_the_same_seed_gives_the_same_bits(single: xr.Dataset) -> None:
 @pytest.mark.parametrize("objectives", [["lte"], ["lte", "load"]])
 def test_a_search_gone_on_with_is_the_one_never_stopped(objectives: list[str], tmp_path: Path) -> None:
     record = tmp_path / "search.json"
-    options = {"objectives": relief_objectives}
+    options = {"objectives": objectives}
     whole = found(**options)
     part = found(**options, generations=2, resume=record)
     assert part.sizes["generation"] == 2

@@ -26,7 +26,7 @@ from conftest import system_of
 from test_sliders import group
 from test_tables import curved
 import epicyclic
-from epicyclic.analyses.transient import integrators, run, transient
+from epicyclic.questions.transient import integrators, run, transient
 from epicyclic.system.flank_laws import LawRows
 from dataclasses import replace
 run._STEPS, run._PIECES = (200, 1) if numba else (10, 1)

@@ -18,8 +18,8 @@ from ...engine.source import Source, system_of
 from ...errors import ConvergenceError, ModelError
 from ...results.dataset import dataset
 from ...warning_codes import CodedText, coded
-from .combinations import Combination
-from .stability import (
+from ..stability.combinations import Combination
+from ..stability.stability import (
     FloquetScan,
     ParametricSystem,
     combination_name,

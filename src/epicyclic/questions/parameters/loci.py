@@ -1,7 +1,7 @@
 """Mode tracking: loci of the natural frequencies along a parameter of the model file, crossings and veerings.
 
 Where two loci approach, a crossing and a veering differ in the coupling of the two modes [perkins1986, lin2001,
-dubois2011]; `analyses.modes` follows the modes and finds these events.
+dubois2011]; `questions.modes` follows the modes and finds these events.
 """
 
 from __future__ import annotations

@@ -1,1 +1,0 @@
-"""Natural frequencies followed over a parameter: loci, their derivatives and veering."""
