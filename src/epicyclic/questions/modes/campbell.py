@@ -11,7 +11,6 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
@@ -141,8 +140,10 @@ def _tracked(before: Whirl, here: Whirl, system: System, alike: np.ndarray) -> W
     alike : (n,) labels of modes of `before` that were repeated at every speed so far.  The base of their eigenspace is
     arbitrary, so correlation does not tell which of them leads to which: of the branches the lower one is the first.
     """
+    from scipy.optimize import linear_sum_assignment  # a third of a second that no sweep needs
+
     correlation = np.abs(before.vectors.conj().T @ system.M @ here.vectors) ** 2
-    _, order = scipy.optimize.linear_sum_assignment(correlation, maximize=True)
+    _, order = linear_sum_assignment(correlation, maximize=True)
     for label in np.unique(alike):
         rows = np.flatnonzero(alike == label)
         order[rows] = order[rows][np.argsort(here.mu.imag[order[rows]], kind="stable")]
