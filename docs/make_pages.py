@@ -134,7 +134,7 @@ def _section(verb: Verb) -> str:
     progress = "; has `progress`" if "progress" in signature(verb.run).parameters else ""
     lines = [f"## {verb.name.replace('_', '-')}", "", help_of(verb), ""]
     lines += [f"`epicyclic.{verb.name}`; gives {_coded(verb.gives)}{drawing}{report}{progress}.", ""]
-    rows = [_row(name, *entry) for name, entry in keywords(verb.run).items() if not entry[2].hidden]
+    rows = [_row(name, *entry) for name, entry in keywords(verb.run).items()]
     if rows:
         lines += ["| keyword | flag | type | default | meaning |", "|---|---|---|---|---|", *rows, ""]
     return "\n".join(lines)

@@ -344,15 +344,7 @@ def test_every_verb_is_a_command_that_explains_its_options(command: Command, nam
     shown = [option for _, _, option in keywords(verbs()[name].run).values() if option.flag is not None]
     for option in shown:
         first = re.split(r"[^A-Za-z]", option.help)[0]
-        assert option.hidden or first in out
-
-
-def test_an_old_flag_is_understood_and_told(command: Command) -> None:
-    words = ("sensitivity", "ren2021", "--of", "force", "--paths", "stages.main.sun.mass", "--json")
-    new, old = command(*words, "--mesh-frequency", "60 Hz"), command(*words, "--at", "60 Hz")
-    assert (old.status, old.out) == (0, new.out)
-    assert "warning: --at is now --mesh-frequency" in old.err.splitlines()
-    assert "--at" not in command("sensitivity", "--help").out.split()
+        assert first in out
 
 
 def test_errors_name_flags(command: Command) -> None:
@@ -364,11 +356,3 @@ def test_errors_name_flags(command: Command) -> None:
     # a flag without a value, as it was typed
     assert command("steady", "ren2021", "--no-shaft-orders").err == "error: --no-shaft-orders: goes with contact loss\n"
     assert "error: --resume: needs" in command("sweep", "ren2021", "--resume").err
-
-
-def test_old_flags_of_a_range_are_understood_and_warn(command: Command) -> None:
-    status, out, err = command("sweep", "ren2021", "--from", "20 Hz", "--to", "30 Hz", "--points", "2")
-    assert status == 0
-    assert "--from is now --start" in err
-    assert "--to is now --stop" in err
-    assert "2 speeds, 20 to 30 Hz" in out

@@ -14,7 +14,6 @@ import typer
 
 from ..verbs.record import Option, Verb, help_of, keywords
 from .completion import model_names
-from .console import complain
 from .output import FORMATS, figure_option
 from .run import run_verb
 
@@ -45,7 +44,6 @@ Output = Annotated[
     Path | None,
     typer.Option("-o", "--output", parser=file_name, metavar="FILE", help=f"Write the result: {FORMATS}."),
 ]
-_FORMER = "former_"  # before the name of a keyword: its flag under the old spelling
 
 
 def command(verb: Verb) -> Callable[..., None]:
@@ -62,10 +60,6 @@ def command(verb: Verb) -> Callable[..., None]:
         whole: bool = False,
         **given: Any,
     ) -> None:
-        for name, (_, _, option) in shown.items():
-            if (value := given.pop(_FORMER + name, None)) not in (None, []):
-                complain(f"warning: {option.former} is now {flags[name]}")
-                given[name] = value
         options = {name: _plain(value) for name, value in given.items() if value not in (None, [])}
         run_verb(
             verb, model, options, flags=flags, sets=sets, as_json=as_json, output=output, figures=figure, whole=whole
@@ -75,9 +69,6 @@ def command(verb: Verb) -> Callable[..., None]:
     defaults: dict[str, Any] = {"model": Parameter.empty}
     for name, (parameter, kind, option) in shown.items():
         annotations[name], defaults[name] = _option(option, flags[name], kind, parameter.default)
-        if option.former:
-            old = typer.Option(option.former, hidden=True)
-            annotations[_FORMER + name], defaults[_FORMER + name] = Annotated[_type(kind) | None, old], None
     annotations |= {"sets": Sets, "as_json": Json, "figure": Annotated[list[str] | None, figure_option(verb.gives)]}
     annotations |= {"output": _output(verb)}
     defaults |= {"sets": None, "as_json": False, "figure": None, "output": None}
@@ -116,7 +107,6 @@ def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, An
         parser=None if number is None else number[0],  # its bounds are the verb's, which tells them in its own words
         metavar=option.metavar or (None if number is None else f"<{number[1]}{_range(option)}>"),
         show_default=words or default is not None,
-        hidden=option.hidden,
     )
     return (Annotated[typed | None, made], None) if left else (Annotated[typed, made], default)
 

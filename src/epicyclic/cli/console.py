@@ -6,7 +6,6 @@ import os
 import re
 import sys
 import time
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
@@ -137,12 +136,10 @@ def _drop(stream: Any) -> None:
 def reported() -> Iterator[None]:
     """Turn errors into a message on stderr and an exit status; a traceback only with EPICYCLIC_DEBUG set.
 
-    Old spellings, which warn, are told on stderr too.  No file is source and output.
+    No file is source and output.
     """
     try:
-        with outputs_apart(), warnings.catch_warnings():
-            warnings.filterwarnings("always", category=DeprecationWarning, module=r"epicyclic\.(cli|audits)")
-            warnings.showwarning = lambda message, *_, **__: complain(f"warning: {message}")
+        with outputs_apart():
             yield
     except typer.Exit:
         raise

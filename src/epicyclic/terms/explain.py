@@ -77,7 +77,7 @@ def _verb(word: str) -> list[Explanation]:
     verb = verbs().get(word.replace("-", "_"))
     if verb is None:
         return []
-    shown = [entry[2].flag_of(name) for name, entry in keywords(verb.run).items() if not entry[2].hidden]
+    shown = [entry[2].flag_of(name) for name, entry in keywords(verb.run).items()]
     return [
         Explanation(
             kind="verb",

@@ -1,12 +1,11 @@
 """The verb contact."""
 
-import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from .options import RANGE_LOADS, ChosenSlices, Corner, LinearAt, LoadPoints, Misalignment, Tolerance
 from .parsing import load_per_length, loads_of
-from .record import Option, Verb, bounded, former, refuse_without
+from .record import Option, Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +15,6 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "contact"]
 
 
-@former(factors="loads", torque_ends=("torque_end_a", "torque_end_b"))
 @bounded
 def contact(
     source: "Source",
@@ -65,7 +63,6 @@ def contact(
         float | str | None,
         Option('Of --profile-error at the pitch point [rad], or e.g. "30 deg".', default="the worst"),
     ] = None,
-    train: Annotated[bool, Option("Old spelling of train-contact.", hidden=True)] = False,
 ) -> "xr.Dataset":
     """Loaded tooth contact of one mesh: load over the flank, transmission error, stiffness, at several loads.
 
@@ -73,32 +70,6 @@ def contact(
     ------
     ModelError : the model or an option is wrong; no torque, no face width; teeth that do not mesh.
     """
-    if train:
-        warnings.warn(
-            "contact with train is now train_contact, epicyclic train-contact", DeprecationWarning, stacklevel=4
-        )
-        from .train_contact import train_contact
-
-        refuse_without(
-            False,
-            "a single mesh",
-            pitch_error=pitch_error or None,
-            profile_error=profile_error or None,
-            deviations=deviations or None,
-        )
-        ends = {"torque_end_a": torque_end_a, "torque_end_b": torque_end_b}
-        refuse_without(False, "a single mesh", mesh=mesh, torque=torque, misalignment=misalignment or None, **ends)
-        return train_contact(
-            source,
-            overrides=overrides,
-            loads=loads,
-            load_points=load_points,
-            samples=samples,
-            slices=slices,
-            tolerance=tolerance,
-            corner=corner,
-            linear_at=linear_at,
-        )
     factors = loads_of(loads, load_points, RANGE_LOADS)
     from ..engine.source import train_of
     from ..questions.flanks.contact import FACTORS

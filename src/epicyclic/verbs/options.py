@@ -57,11 +57,9 @@ RelativeSpeed = Annotated[
 # ranges of speed
 Start = Annotated[
     float | str | None,
-    Option('Lowest mesh frequency [Hz] or speed: "20 Hz", "50 rpm", "50 %".', former="--from", default="by the range"),
+    Option('Lowest mesh frequency [Hz] or speed: "20 Hz", "50 rpm", "50 %".', default="by the range"),
 ]
-Stop = Annotated[
-    float | str | None, Option('Highest, e.g. "0.6 kHz", "2000 rpm".', former="--to", default="by the range")
-]
+Stop = Annotated[float | str | None, Option('Highest, e.g. "0.6 kHz", "2000 rpm".', default="by the range")]
 Range = Annotated[
     Literal["operation", "modes"] | None,
     Option("Speeds about operation, 5 to 130 %, or to 1.2 times the modes.", default="operation"),

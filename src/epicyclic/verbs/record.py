@@ -9,7 +9,6 @@ are imported inside the function.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, wraps
@@ -35,7 +34,6 @@ __all__ = [
     "Progress",
     "Verb",
     "bounded",
-    "former",
     "given",
     "help_of",
     "keywords",
@@ -57,7 +55,6 @@ class Option:
     help : one sentence.  flag : of the command line; empty: the keyword with dashes; None: keyword of Python alone.
     least, most : bounds of a number, above : what it must be above.
     default : in words, where the default is None.  metavar : of the value.
-    former : an old spelling of the flag, understood for one version with a warning.  hidden : left out of the help.
     """
 
     help: str
@@ -67,8 +64,6 @@ class Option:
     above: float | None = None
     default: str = ""
     metavar: str = ""
-    former: str = ""
-    hidden: bool = False
 
     def __repr__(self) -> str:
         """The help alone: `help(verb)` shows it beside the type."""
@@ -138,34 +133,8 @@ def help_of(verb: Verb) -> str:
     return "\n\n".join(" ".join(text.split()) for text in paragraphs if "\n    ----" not in text)
 
 
-def former(**spelling: str | tuple[str, ...]) -> Callable[[Run], Run]:
-    """Let a verb understand keywords under their old names for one version, with a DeprecationWarning.
-
-    spelling : old keyword = its new name, or the new names of the entries of a tuple.
-    """
-
-    def decorate(run: Run) -> Run:
-        @wraps(run)
-        def understood(*arguments: Any, **options: Any) -> Any:
-            for old in spelling.keys() & options.keys():
-                new, value = spelling[old], options.pop(old)
-                words = new if isinstance(new, str) else ", ".join(new)
-                warnings.warn(f"{run.__name__}: {old} is now {words}", DeprecationWarning, stacklevel=2)
-                if isinstance(new, str):
-                    options[new] = value
-                elif value is not None:
-                    options |= zip(new, value, strict=True)
-            return run(*arguments, **options)
-
-        return cast(Run, understood)
-
-    return decorate
-
-
 def bounded(run: Run) -> Run:
     """Let a verb refuse arguments of other types and numbers that are not finite or outside the bounds of their option.
-
-    It stands right above the function, below `former`.
 
     Raises
     ------

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from .options import ChosenSlices, Corner, Folder, Misalignment, Tolerance
 from .parsing import ends, loads_of, settings
-from .record import Option, Progress, Verb, bounded, former
+from .record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,7 +20,6 @@ RECORD = "search.json"
 """Record of a search in the folder that keeps it."""
 
 
-@former(factors="loads", speeds=("start", "stop"), speed_points="points")
 @bounded
 def relief(
     source: "Source",
@@ -43,7 +42,7 @@ def relief(
     ] = None,
     objectives: Annotated[
         Sequence[Literal["lte", "load", "force_rms", "force_peak"]],
-        Option("What is made least; several give a Pareto set. May be repeated.", former="--objective"),
+        Option("What is made least; several give a Pareto set. May be repeated."),
     ] = ("lte",),
     loads: Annotated[
         Sequence[float] | str, Option('Loads of lte and load, relative: "0.5..1.25" or "0.5, 1".', default="1")
@@ -55,11 +54,10 @@ def relief(
         float | str | None,
         Option(
             'Lowest mesh frequency of dynamic forces [Hz], e.g. "200 Hz".',
-            former="--from",
             default="a fifth of operating",
         ),
     ] = None,
-    stop: Annotated[float | str | None, Option('Highest, e.g. "2 kHz".', former="--to", default="1.2 of it")] = None,
+    stop: Annotated[float | str | None, Option('Highest, e.g. "2 kHz".', default="1.2 of it")] = None,
     points: Annotated[int, Option("Number of speeds.", least=1, most=10_000)] = 30,
     population: Annotated[int, Option("Candidates a generation.", least=4, most=100_000)] = 60,
     generations: Annotated[int, Option("Generations.", least=1, most=100_000)] = 60,

@@ -30,13 +30,12 @@ def sensitivity(
         Sequence[str] | None,
         Option(
             "A number of the model, PATH[2] for an entry of a list; may be repeated.",
-            former="--path",
             default="all that move something",
         ),
     ] = None,
     mesh_frequency: Annotated[
         float | str | None,
-        Option('Mesh frequency for forces [Hz], e.g. "0.6 kHz".', default="operating speed", former="--at"),
+        Option('Mesh frequency for forces [Hz], e.g. "0.6 kHz".', default="operating speed"),
     ] = None,
     harmonic: Annotated[
         int | None, Option("Amplitude of this mesh order in place of the RMS.", least=1, most=1_000_000, default="RMS")

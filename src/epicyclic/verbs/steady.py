@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from .options import RelativeSpeed, ShaftTones
-from .record import Option, Verb, bounded, former, given, refuse_without
+from .record import Option, Verb, bounded, given, refuse_without
 from .speeds import relative, train_and_system
 
 if TYPE_CHECKING:
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "steady"]
 
 
-@former(slow_tones="shaft_tones")
 @bounded
 def steady(
     source: "Source",

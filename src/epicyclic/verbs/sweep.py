@@ -1,6 +1,5 @@
 """The verb sweep."""
 
-import warnings
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from .options import (
@@ -15,7 +14,7 @@ from .options import (
     Start,
     Stop,
 )
-from .record import Option, Verb, bounded, former, given, refuse_without, require_folder
+from .record import Option, Verb, bounded, given, refuse_without, require_folder
 from .speeds import mesh_frequencies, train_and_system
 
 if TYPE_CHECKING:
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "sweep"]
 
 
-@former(slow_tones="shaft_tones")
 @bounded
 def sweep(
     source: "Source",
@@ -55,9 +53,9 @@ def sweep(
     ] = None,
     contact_loss: Annotated[bool, Option("Teeth part and touch again: run-up, coast-down, all branches.")] = False,
     unstable: Annotated[
-        Literal["replace", "report", "ignore", "tell"] | None,
+        Literal["replace", "report", "ignore"] | None,
         Option(
-            "With --contact-loss: replace motions that are not stable, or report them; tell is the old word.",
+            "With --contact-loss: replace motions that are not stable, or report them.",
             default="replace",
         ),
     ] = None,
@@ -86,9 +84,6 @@ def sweep(
     """
     refuse_without(contact_loss, "contact loss", unstable=unstable, harmonics=harmonics, shaft_tones=shaft_tones)
     refuse_without(not contact_loss, "linear contact", orders=orders, tolerance=tolerance, compiled=compiled)
-    if unstable == "tell":
-        warnings.warn("sweep: unstable='tell' is now 'report'", DeprecationWarning, stacklevel=4)
-        unstable = "report"
     from ..engine.run_folder import run_folder
 
     require_folder(resume, folder)

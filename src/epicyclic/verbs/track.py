@@ -20,9 +20,9 @@ def track(
     overrides: "Overrides | None" = None,
     start: Annotated[
         float | str | None,
-        Option('First value, as the file says it: "1e8 N/m".', former="--from", default="half of it"),
+        Option('First value, as the file says it: "1e8 N/m".', default="half of it"),
     ] = None,
-    stop: Annotated[float | str | None, Option("Last value.", former="--to", default="twice")] = None,
+    stop: Annotated[float | str | None, Option("Last value.", default="twice")] = None,
     points: Annotated[int, Option("Values to begin with; more where modes meet.", least=3, most=10_000)] = 41,
     modes: Annotated[int | None, Option("How many modes, from the lowest.", least=1, default="all")] = None,
     progress: Progress | None = None,

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from .options import RANGE_LOADS, ChosenSlices, Corner, LinearAt, LoadPoints, Of, Turns
 from .parsing import load_per_length, loads_of
-from .record import Option, Progress, Verb, bounded, former
+from .record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "train_contact"]
 
 
-@former(factors="loads")
 @bounded
 def train_contact(
     source: "Source",

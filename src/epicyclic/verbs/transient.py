@@ -1,6 +1,5 @@
 """The verb transient."""
 
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -20,8 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["VERB", "transient"]
 
-_STATES = ("equilibrium", "rest")
-
 
 @bounded
 def transient(
@@ -34,11 +31,11 @@ def transient(
     cycles: Annotated[float | None, Option("Length in mesh cycles instead.", above=0, default="100")] = None,
     start: Annotated[
         float | str | None,
-        Option('Mesh frequency at the beginning [Hz], or e.g. "20 Hz".', former="--from", default="operating"),
+        Option('Mesh frequency at the beginning [Hz], or e.g. "20 Hz".', default="operating"),
     ] = None,
     stop: Annotated[
         float | str | None,
-        Option("Mesh frequency at the end; a straight ramp between.", former="--to", default="that at the beginning"),
+        Option("Mesh frequency at the end; a straight ramp between.", default="that at the beginning"),
     ] = None,
     mesh_frequency: Annotated[
         float | tuple[float, float] | None,
@@ -79,9 +76,6 @@ def transient(
     from ..engine.source import system_of
     from ..questions.transient.transient import transient as run
 
-    if _is_state(start):
-        warnings.warn("transient: start is now initial, where it is a state", DeprecationWarning, stacklevel=3)
-        start, initial = None, start  # type: ignore[assignment]
     require_folder(resume, folder)
     return run(
         system_of(source, overrides=overrides),
@@ -100,13 +94,6 @@ def transient(
         resume=resume,
         progress=progress,
     )
-
-
-def _is_state(start: object) -> bool:
-    """Whether `start` is a state, as it was before the keyword `initial`, and no frequency."""
-    if isinstance(start, str | Path):
-        return str(start) in _STATES or Path(start).suffix == ".nc"
-    return start is not None and not isinstance(start, int | float)
 
 
 def _ends(

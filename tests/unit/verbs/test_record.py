@@ -10,7 +10,7 @@ from typing import Annotated, get_origin
 import pytest
 
 import epicyclic
-from epicyclic.verbs.record import Option, Verb, former, keywords, verbs
+from epicyclic.verbs.record import Option, Verb, keywords, verbs
 
 STUB = Path(epicyclic.__file__).with_name("__init__.pyi").read_text(encoding="utf-8")
 NAMES = sorted(verbs())
@@ -68,27 +68,6 @@ def test_kinds_belong_to_one_verb() -> None:
 @pytest.mark.parametrize("name", ["check", "stiffness", "modes", "campbell", "static", "sharing"])
 def test_a_result_is_of_a_kind_the_record_says(name: str) -> None:
     assert verbs()[name].run("ren2021").attrs["verb"] in verbs()[name].gives
-
-
-def test_old_keywords_are_understood_and_warn() -> None:
-    @former(factors="loads", ends=("first", "last"))
-    def verb(source: str, *, loads: int = 0, first: int = 0, last: int = 0) -> tuple[int, int, int]:
-        return loads, first, last
-
-    with pytest.warns(DeprecationWarning, match="verb: factors is now loads"):
-        assert verb("", factors=3) == (3, 0, 0)  # type: ignore[call-arg]
-    with pytest.warns(DeprecationWarning, match="ends is now first, last"):
-        assert verb("", ends=(1, 2)) == (0, 1, 2)  # type: ignore[call-arg]
-    with pytest.raises(TypeError, match="guess"):
-        verb("", guess=3)  # type: ignore[call-arg]
-
-
-def test_old_keywords_of_the_verbs() -> None:
-    with pytest.warns(DeprecationWarning, match="start is now initial"):
-        old = epicyclic.transient("ren2021", cycles=1, start="rest")  # before `initial`, the state was `start`
-    assert old.identical(epicyclic.transient("ren2021", cycles=1, initial="rest"))
-    with pytest.warns(DeprecationWarning, match="slow_tones is now shaft_tones"), pytest.raises(epicyclic.ModelError):
-        epicyclic.steady("ren2021", contact_loss=True, slow_tones=9)  # type: ignore[call-arg]
 
 
 def test_help_shows_what_a_keyword_means() -> None:

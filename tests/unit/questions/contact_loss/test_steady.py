@@ -180,13 +180,6 @@ def test_options_out_of_range(train: Train, options: dict[str, Any]) -> None:
         contact_steady(train(), **options)
 
 
-def test_the_old_name_of_shaft_tones_is_understood(train: Train) -> None:
-    system = train(slow=[(F(1, 27), 1e-6), (F(3, 7), 1e-6)])
-    with pytest.warns(DeprecationWarning, match="shaft_tones"):
-        old = epicyclic.steady(system, contact_loss=True, relative_speed=2.0, slow_tones=1)  # type: ignore[call-arg]
-    xr.testing.assert_identical(old, contact_steady(system, relative_speed=2.0, shaft_tones=1))
-
-
 def test_without_damping_it_is_refused(train: Train) -> None:
     with pytest.raises(ModelError, match="damping"):
         contact_steady(replace(train(), zeta=None))

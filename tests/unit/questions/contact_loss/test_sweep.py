@@ -223,13 +223,6 @@ def test_wrong_input_is_refused(made: Any, system: dict[str, Any], options: dict
     assert path in str(caught.value)
 
 
-def test_the_old_spelling_of_report_is_understood(made: Any) -> None:
-    system = spur_like(made)
-    with pytest.warns(DeprecationWarning, match="report"):
-        old = epicyclic.sweep(system, contact_loss=True, relative_speed=[0.75], unstable="tell")
-    xr.testing.assert_identical(old, contact_sweep(system, relative_speed=[0.75], unstable="report"))
-
-
 def test_motions_found_ahead_on_several_cores_have_the_bits_of_one(made: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     # a pair near twice its natural frequency, where its stiffness shakes it most
     system = made.single(variation=(0.045,), zeta=0.008, load=1130.0, backlash=5e-5)

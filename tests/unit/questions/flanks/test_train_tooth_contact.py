@@ -74,21 +74,9 @@ def test_the_command() -> None:
     words = ["ren2021", "--samples", "3", "--slices", "2", "--loads", "0.5", "--json"]
     answer = CliRunner().invoke(app, ["train-contact", *words])
     assert answer.exit_code == 0, answer.output
-    old = CliRunner().invoke(app, ["contact", "--train", *words])  # its old spelling
-    assert old.stdout == answer.stdout
-    assert "train-contact" in old.stderr
     found = json.loads(answer.stdout)
     assert found["coords"]["torque_factor"]["data"] == [0.5, 1.0]
     assert found["attrs"]["verb"] == "train_contact"
-    for option in (
-        ["--mesh", "sun-planet"],
-        ["--torque", "3 N m"],
-        ["--misalignment", "1 mrad"],
-        ["--torque-end-a", "left"],
-    ):
-        wrong = CliRunner().invoke(app, ["contact", "ren2021", "--train", *option])
-        assert wrong.exit_code == 2
-        assert "single mesh" in wrong.output
 
 
 def test_audits_can_ask_for_it(tmp_path: Path) -> None:
