@@ -8,7 +8,7 @@ __all__ = ["main"]
 
 def main() -> None:
     """Run the command line; Ctrl-C while it is imported ends it as at any other time."""
-    gc.disable()  # `cli.start` enables it
+    gc.disable()  # `cli.console` enables it
     try:
         from .cli.main import main as run
     except KeyboardInterrupt:

@@ -169,7 +169,7 @@ def open_link(tab: Tab, link: str) -> None:
 
 def long_job(tab: Tab) -> Any:
     """A job of minutes, which runs: contact loss of a train with two mesh frequencies."""
-    from epicyclic.cockpit.state.links import fragment_of
+    from epicyclic.cockpit.state.history import fragment_of
     from epicyclic.cockpit.state.state import opened
 
     open_link(tab, fragment_of(opened("encased-differential")))
@@ -233,7 +233,7 @@ def another_site(link: str) -> Iterator[str]:
 
 
 def test_a_link_followed_on_another_site_reopens_the_state(tab: Tab, cockpit: Cockpit, browser: Any) -> None:
-    from epicyclic.cockpit.state.links import fragment_of
+    from epicyclic.cockpit.state.history import fragment_of
     from epicyclic.cockpit.state.state import opened, with_value
 
     state = with_value(opened("lin1999-n4"), "title", "the linked train")
@@ -256,7 +256,7 @@ def test_a_link_followed_on_another_site_reopens_the_state(tab: Tab, cockpit: Co
 
 
 def test_a_link_put_into_a_tab_loses_nothing(tab: Tab) -> None:
-    from epicyclic.cockpit.state.links import fragment_of
+    from epicyclic.cockpit.state.history import fragment_of
     from epicyclic.cockpit.state.state import opened, with_value
 
     first = box(tab).input_value()

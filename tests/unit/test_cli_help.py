@@ -7,8 +7,8 @@ import typer.main
 from typer.testing import CliRunner
 
 from epicyclic.cli.console import progress_bar
+from epicyclic.cli.help import PANELS, panel_of
 from epicyclic.cli.main import app
-from epicyclic.cli.panels import PANELS, panel_of
 
 
 def commands() -> dict[str, object]:

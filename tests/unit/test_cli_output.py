@@ -139,7 +139,7 @@ def test_a_result_that_another_program_cut_is_no_fault(command: Command) -> None
 
 
 def test_wrong_figures_and_files_are_told_before_the_work(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("epicyclic.cli.run.import_model_rooms", lambda: pytest.fail("work has begun"))
+    monkeypatch.setattr("epicyclic.cli.command.import_model_rooms", lambda: pytest.fail("work has begun"))
     wrong = command("modes", DRIVE, "--figure", "nosuch", "-o", "x.svg")
     assert wrong.status == 2
     assert "frequencies, shapes, energy, campbell" in wrong.err

@@ -93,13 +93,13 @@ CHECKED = {name.replace("_", "-") for name in verbs()} | {"report", "audit", "st
 def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[str] = []
     monkeypatch.setattr("epicyclic.cli.command.run_verb", lambda verb, *_, **__: seen.append(verb.name))
-    monkeypatch.setattr("epicyclic.cli.report._report", lambda *_: seen.append("report"))
-    monkeypatch.setattr("epicyclic.cli.audit._audit", lambda *_, **__: seen.append("audit"))
-    monkeypatch.setattr("epicyclic.cli.study._study", lambda *_, **__: seen.append("study"))
-    monkeypatch.setattr("epicyclic.cli.compare._compare", lambda *_, **__: seen.append("compare"))
-    monkeypatch.setattr("epicyclic.cli.explain._explain", lambda *_, **__: seen.append("explain"))
-    monkeypatch.setattr("epicyclic.cli.import_rexs._import", lambda *_, **__: seen.append("import"))
-    monkeypatch.setattr("epicyclic.cli.export._export", lambda *_, **__: seen.append("export"))
+    monkeypatch.setattr("epicyclic.cli.commands._report", lambda *_: seen.append("report"))
+    monkeypatch.setattr("epicyclic.cli.commands._audit", lambda *_, **__: seen.append("audit"))
+    monkeypatch.setattr("epicyclic.cli.commands._study", lambda *_, **__: seen.append("study"))
+    monkeypatch.setattr("epicyclic.cli.commands._compare", lambda *_, **__: seen.append("compare"))
+    monkeypatch.setattr("epicyclic.cli.commands._explain", lambda *_, **__: seen.append("explain"))
+    monkeypatch.setattr("epicyclic.cli.rexs._import", lambda *_, **__: seen.append("import"))
+    monkeypatch.setattr("epicyclic.cli.rexs._export", lambda *_, **__: seen.append("export"))
     with pytest.raises(SystemExit) as stop:
         app(words)
     assert stop.value.code == 0

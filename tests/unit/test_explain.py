@@ -19,8 +19,7 @@ from epicyclic.results.variables import VARIABLES
 from epicyclic.show.brief_check import phasing
 from epicyclic.show.plot import figure_names
 from epicyclic.terms.explain import known_words
-from epicyclic.terms.explanation import Explanation
-from epicyclic.terms.file_paths import explained_paths
+from epicyclic.terms.file_paths import Explanation, explained_paths
 from epicyclic.verbs.record import verbs
 from epicyclic.warning_codes import WARNING_CODES
 

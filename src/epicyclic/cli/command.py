@@ -1,23 +1,176 @@
-"""Command of a verb: the signature of the verb's function, turned into one that typer reads."""
+"""Commands of the verbs: the signature of a verb as typer reads it, one run of it, and what a stopped run leaves.
+
+A run shows its progress, prints its result or writes it to a file, and tells errors in words of the flags.  A run that
+is stopped names the command that goes on from there.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+import shlex
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from enum import StrEnum
-from inspect import Parameter, Signature
+from functools import partial
+from inspect import Parameter, Signature, signature
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, ForwardRef, Literal, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, Literal, Union, get_args, get_origin
 
 import typer
 
-from ..verbs.record import Option, Verb, help_of, keywords
-from .completion import model_names
-from .output import FORMATS, figure_option
-from .run import run_verb
+from ..errors import ModelError
+from ..results.files import write_text
+from ..verbs.record import Option, Verb, help_of, keywords, verbs
+from ..verbs.relief import RECORD
+from .console import complain, import_model_rooms, parsed_overrides, progress_bar, reported
+from .help import model_names
+from .output import FORMATS, figure_option, print_result, put, require_output
 
-__all__ = ["Json", "Model", "Output", "Sets", "command", "file_name"]
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@contextmanager
+def kept(output: Path | None, *, keeps: bool, record: str = "") -> Iterator[Path | None]:
+    """The folder beside the output that keeps what is done until the run is whole; None without one.
+
+    On Ctrl-C and on a full disk, says what is kept and names the command that goes on.  A folder with nothing to go on
+    from is deleted.
+
+    Parameters
+    ----------
+    keeps : whether the command keeps anything at all.  record : file of the folder that ``--resume`` takes, if any.
+    """
+    folder = None if output is None or not output.name else output.with_name(output.name + ".parts")
+    if folder is not None and not folder.absolute().parent.is_dir():
+        folder = None
+    if folder is None:
+        try:
+            yield None
+        except KeyboardInterrupt:
+            if keeps and "--resume" in sys.argv:
+                complain(f"this command continues it:\n  {_command()}")
+            elif keeps:
+                complain("nothing is kept without -o FILE; with it, --resume goes on from where a run was stopped")
+            raise
+        return
+    from ..engine.run_folder import begun, remove_folder, remove_without_results
+
+    try:
+        yield folder
+    except (KeyboardInterrupt, ModelError) as error:
+        if begun(folder) and (isinstance(error, KeyboardInterrupt) or error.problem.startswith("cannot be written")):
+            command = _command(str(folder / record)) if record else _command()
+            complain(f"what is done is kept in {folder}; this command continues it:\n  {command}")
+        elif keeps and isinstance(error, KeyboardInterrupt):
+            complain("nothing was done yet that could be kept")
+        raise
+    else:
+        remove_folder(folder)
+    finally:
+        remove_without_results(folder)
+
+
+@contextmanager
+def kept_store(store: Path | None) -> Iterator[None]:
+    """Say, where a command with blocks is stopped, what its store keeps and how it goes on."""
+    try:
+        yield
+    except (KeyboardInterrupt, ModelError) as error:
+        stopped = isinstance(error, KeyboardInterrupt)
+        broken = isinstance(error, ModelError) and error.problem.startswith(("cannot be written", "the connection"))
+        if store is not None and any((store / "done").glob("c.*")):
+            if stopped or broken:
+                complain(f"what is done is kept in {store}; this command continues it:\n  {_command()}")
+        elif stopped and store is not None:
+            complain("nothing was done yet that could be kept")
+        elif stopped:
+            complain("nothing is kept without --store DIR; with it, --resume goes on from where a run was stopped")
+        raise
+
+
+def _command(*file: str) -> str:
+    """The command that goes on; file : that ``--resume`` takes."""
+    words = sys.argv[1:]
+    return shlex.join(["epicyclic", *words, *([] if "--resume" in words else ["--resume", *file])])
+
+
+def run_verb(
+    verb: Verb,
+    model: str,
+    options: Mapping[str, Any],
+    *,
+    flags: Mapping[str, str],
+    sets: list[str] | None,
+    as_json: bool,
+    output: Path | None,
+    figures: list[str] | None = None,
+    whole: bool = False,
+) -> None:
+    """Run one verb; print its result for people or as JSON, and write it, or figures of it, to a file.
+
+    Parameters
+    ----------
+    options : keyword -> value of the verb.  flags : keyword -> flag, for errors.
+    sets, as_json, output, figures, whole : as on the command line.
+
+    Raises
+    ------
+    typer.Exit : 2 wrong input, 3 no convergence, 130 stopped, 1 a fault of the program.
+    """
+    keeps = "folder" in signature(verb.run).parameters
+    record = RECORD if keeps and keywords(verb.run)["resume"][1] is not bool else ""
+    store = kept_store(Path(options["store"]) if options.get("store") else None) if "store" in flags else nullcontext()
+    with (
+        reported(),
+        _flagged(flags),
+        store,
+        kept(output if keeps else None, keeps=keeps, record=record) as folder,
+    ):
+        further = (*verb.writers, *((".toml",) if verb.model_text else ()))
+        require_output(output, figures, verb.gives, as_json=as_json, further=further)
+        import_model_rooms()
+        overrides = parsed_overrides(sets)
+        with progress_bar(f"{verb.name} {model}") as step:
+            more: dict[str, Any] = {} if folder is None else {"folder": folder}
+            if "progress" in signature(verb.run).parameters:
+                more["progress"] = lambda done, of=1: step(done if of == 1 else done / of)
+            result = verb.run(model, overrides=overrides or None, **options, **more)
+        if output is not None and not figures and (kind := output.suffix.lower()) in further:
+            if verb.model_text is not None and kind == ".toml":
+                write_text(output, verb.model_text(result))
+            else:
+                verb.writers[kind](result, output)
+            complain(f"written: {output}")
+            print_result(result, as_json=as_json, beside_file=True)
+        else:
+            make = partial(_result_of, model, overrides)
+            put({verb.name: result}, output=output, figures=figures, as_json=as_json, make=make, whole=whole)
+        if result.attrs.get("stopped"):
+            raise KeyboardInterrupt
+
+
+def _result_of(model: str, overrides: Mapping[str, object], name: str) -> xr.Dataset:
+    """Result of another verb of the same model, which a figure needs too."""
+    return verbs()[name].run(model, overrides=overrides or None)
+
+
+@contextmanager
+def _flagged(flags: Mapping[str, str]) -> Iterator[None]:
+    """Name keywords by their flags in errors."""
+    names = {"overrides": "--set", **flags}
+    try:
+        yield
+    except ModelError as error:
+        path = ", ".join(names.get(part, part) for part in error.path.split(", "))
+        rest = str(error).removeprefix(error.path)
+        if error.path in flags and isinstance(error.given, bool):
+            # a flag without a value, as it was typed
+            path = path if error.given else path.replace("--", "--no-", 1)
+            rest = rest.removeprefix(f" = {error.given!r}")
+        raise ModelError(path + rest) from error
 
 
 def file_name(text: str | Path) -> Path:

@@ -16,22 +16,14 @@ import typer
 
 from ..results.files import write_text
 from ..verbs.record import verbs
-from .app import app as cockpit
-from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
-from .compare import compare
-from .console import on_stdout, open_streams, parsed_overrides, reported, target_of
-from .explain import explain
-from .export import export
-from .import_rexs import import_rexs
+from .commands import app as cockpit
+from .commands import audit, compare, explain, report, show, study, systems
+from .console import collect_again, on_stdout, open_streams, parsed_overrides, reported, target_of
+from .help import Commands
 from .new import new
 from .output import figure_option
-from .report import report
-from .show import show
-from .start import collect_again
-from .study import study
-from .suggestions import Commands
-from .systems import systems
+from .rexs import export, import_rexs
 
 __all__ = ["app", "main"]
 

@@ -8,8 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from epicyclic.cockpit.state.history import StateHistory, Step
-from epicyclic.cockpit.state.replay import command_line, script
+from epicyclic.cockpit.state.history import StateHistory, Step, command_line, script
 from epicyclic.cockpit.state.state import PageState, with_text, with_value, with_values
 from epicyclic.cockpit.state.written_text import text_of
 from epicyclic.errors import ModelError

@@ -20,20 +20,15 @@ from tests.unit.cockpit.visit import seen, until, visit
 
 import epicyclic
 from epicyclic.cockpit.dialogs.compare import compare_controls
-from epicyclic.cockpit.dialogs.compared_states import compared_states
 from epicyclic.cockpit.dialogs.fields_panel import fields_panel
-from epicyclic.cockpit.dialogs.figure_of import VERBS, figure_of, figures
-from epicyclic.cockpit.dialogs.job_file import jobs_done
-from epicyclic.cockpit.dialogs.link import link_button
-from epicyclic.cockpit.dialogs.open_model import open_button
+from epicyclic.cockpit.dialogs.open_model import open_button, rexs_entries, save_buttons
 from epicyclic.cockpit.dialogs.parts import safe_name
-from epicyclic.cockpit.dialogs.rexs_lists import rexs_entries
-from epicyclic.cockpit.dialogs.save import save_buttons
 from epicyclic.cockpit.dialogs.take_away import bytes_of_picture, take_away_button
 from epicyclic.cockpit.dialogs.text_panel import text_panel
-from epicyclic.cockpit.dialogs.undo import undo_buttons
+from epicyclic.cockpit.dialogs.worker_calls import VERBS, compared_states, figure_of, figures, jobs_done
+from epicyclic.cockpit.page.header import link_button, undo_buttons
 from epicyclic.cockpit.processes.jobs import Job
-from epicyclic.cockpit.state.links import from_fragment
+from epicyclic.cockpit.state.history import from_fragment
 from epicyclic.cockpit.state.state import PageState, from_text, opened, request_of, with_value
 from epicyclic.document.drives import drive_text
 from epicyclic.errors import ModelError

@@ -24,7 +24,7 @@ from epicyclic.cockpit.dialogs.field_list import (
     typed_value,
 )
 from epicyclic.cockpit.dialogs.fields_panel import fields_panel
-from epicyclic.cockpit.state.replay import command_line
+from epicyclic.cockpit.state.history import command_line
 from epicyclic.cockpit.state.state import opened, with_value
 from epicyclic.document.document import read, ready_drives
 from epicyclic.document.overrides import parse_setting

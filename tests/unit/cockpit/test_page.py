@@ -16,7 +16,7 @@ from epicyclic.cockpit.canvas.element import Board
 from epicyclic.cockpit.computing.frames import PageFrame, pack
 from epicyclic.cockpit.page import page
 from epicyclic.cockpit.page.job_bar import progress_text
-from epicyclic.cockpit.page.lever import LeverControl
+from epicyclic.cockpit.page.levers_column import LeverControl
 from epicyclic.cockpit.page.page import cockpit_page
 from epicyclic.cockpit.processes.jobs import Job
 from epicyclic.cockpit.state.state import opened
@@ -453,7 +453,7 @@ def test_words_of_a_job() -> None:
 
 def test_the_options_of_jobs_are_those_the_jobs_know() -> None:
     from epicyclic.cockpit.answers import jobs
-    from epicyclic.cockpit.page.job_options import OPTIONS
+    from epicyclic.cockpit.page.job_bar import OPTIONS
 
     assert set(OPTIONS) <= set(jobs.JOBS)
     for name, option in OPTIONS.items():

@@ -18,10 +18,9 @@ import pytest
 from tests.unit.cockpit import fake_compute
 
 from epicyclic.cockpit.computing.frames import PageFrame, pack, unpack
-from epicyclic.cockpit.processes.levers import levers_at
-from epicyclic.cockpit.processes.session import Session
+from epicyclic.cockpit.processes.jobs import Task
+from epicyclic.cockpit.processes.session import Session, levers_at
 from epicyclic.cockpit.processes.spawned import Spare
-from epicyclic.cockpit.processes.tasks import Task
 from epicyclic.cockpit.processes.worker import Worker
 from epicyclic.cockpit.state.history import StateHistory, Step
 from epicyclic.cockpit.state.state import PageState, opened, request_of, with_value

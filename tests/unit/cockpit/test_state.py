@@ -16,9 +16,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import epicyclic
-from epicyclic.cockpit.state.history import StateHistory, Step
-from epicyclic.cockpit.state.links import fragment_of, from_fragment
-from epicyclic.cockpit.state.replay import command_line, download_needed, script, setting
+from epicyclic.cockpit.state.history import (
+    StateHistory,
+    Step,
+    command_line,
+    download_needed,
+    fragment_of,
+    from_fragment,
+    script,
+    setting,
+)
 from epicyclic.cockpit.state.state import (
     PageState,
     at_speed,

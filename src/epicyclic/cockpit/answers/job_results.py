@@ -1,34 +1,156 @@
-"""Results of verbs as frames of jobs: what the page says and draws of each."""
+"""Results of jobs as the page says and draws them: a message, lines over something, or bars."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...document.written_numbers import written
 from ...results.ties import largest, ranked
 from ...show.figures.series import label
 from ...show.figures.tolerance_labels import scattering_pair
 from ...train.train import Train
 from .answer import Answer, answer, number, per_cent
-from .halved import halved_tolerance
-from .job_frame import JobFrame, bars, job_frame, lines, mesh_words
+from .sharing_answers import halved_tolerance
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "contact_frame",
-    "contact_loss_frame",
-    "sensitivity_frame",
-    "stiffness_frame",
-    "tolerance_frame",
-    "tolerance_shares",
-    "transient_frame",
-]
+# Curves that are drawn strong: more are not told apart.
+_STRONG = 4
+# Points of a curve that are sent: some for each pixel of the pane.
+_POINTS = 1200
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class JobFrame:
+    """One message of results; the fields of a frame of the page.
+
+    rev : of the state, set by who started the job.  kind : ``job``.  head : with ``job`` and, where a job answers a
+    question, ``answers``.  arrays : ``job/x`` (n,) and ``job/y`` (curve, n), or ``job/bar`` (row,).
+    """
+
+    rev: int = 0
+    kind: str = "job"
+    head: Mapping[str, Any] = field(default_factory=dict)
+    arrays: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Drawn:
+    """What a job draws.  head : ``lines`` or ``bars`` of its head.  arrays : by name."""
+
+    head: Mapping[str, Any]
+    arrays: Mapping[str, NDArray[np.float32]]
+
+
+def lines(
+    x_label: str, y_label: str, x: NDArray[np.float64], curves: Mapping[str, NDArray[np.float64]], *, strong: int = 4
+) -> Drawn:
+    """Curves (n,) over x (n,) by label; those with the largest values strong, thinned to what a pane shows."""
+    labels = list(curves)
+    y = np.array([np.asarray(curves[label], dtype=float) for label in labels]).reshape(len(labels), -1)
+    every = max(1, -(-len(x) // _POINTS))
+    with np.errstate(all="ignore"):
+        most = np.nanmax(np.where(np.isfinite(y), y, -np.inf), axis=1, initial=-np.inf)
+    first = set(ranked(most)[: min(strong, _STRONG)].tolist())
+    found = [{"label": label, "strong": row in first} for row, label in enumerate(labels)]
+    return Drawn(
+        head={"lines": {"x_label": x_label, "y_label": y_label, "curves": found}},
+        arrays={"job/x": np.asarray(x[::every], np.float32), "job/y": np.asarray(y[:, ::every], np.float32)},
+    )
+
+
+def bars(x_label: str, rows: Sequence[str], values: NDArray[np.float64], *, line: float | None = None) -> Drawn:
+    """Bars (row,) with their labels; line : a value to compare with."""
+    head: dict[str, Any] = {"x_label": x_label, "rows": list(rows)}
+    return Drawn(
+        head={"bars": head if line is None else {**head, "line": line}},
+        arrays={"job/bar": np.asarray(values, np.float32)},
+    )
+
+
+def job_frame(
+    name: str,
+    title: str,
+    text: str,
+    drawn: Drawn,
+    *,
+    apply: Mapping[str, object] | None = None,
+    apply_label: str = "",
+    answers: Sequence[Answer] = (),
+) -> JobFrame:
+    """The frame of a job that is done."""
+    job = {"name": name, "title": title, "text": text, **drawn.head}
+    job |= {"apply": dict(apply) if apply else None, "apply_label": apply_label if apply else ""}
+    head: dict[str, Any] = {"job": job}
+    if answers:
+        head["answers"] = [asdict(one) for one in answers]
+    return JobFrame(head=head, arrays=drawn.arrays)
+
+
+def mesh_words(names: Sequence[str]) -> list[str]:
+    """``sun-planet 2 L`` of ``main/sun-planet/2/left``, with the stage before it where there are several."""
+    several = len({name.split("/")[0] for name in names}) > 1
+    return [label(name, stage=several) for name in names]
+
+
+# A change of the objective below this part of it is none.
+_WORTH = 0.02
+# Words before the values that are searched by default.
+_NAMES = {"tip_relief.amount": "", "tip_relief.length": "over "}
+
+
+def relief_frame(result: xr.Dataset, pair: str) -> JobFrame:
+    """Transmission error over the mesh cycle before and after; the answer on relief, and the overrides that draw it."""
+    mean = result["relieved_error"].transpose("state", "relieved_mesh", "load_factor", "mesh_phase")
+    load = int(np.abs(result["load_factor"].values - 1).argmin())
+    error = 1e6 * mean.values[:, 0, load]
+    x = np.asarray(result["mesh_phase"].values, dtype=float)
+    curves = {"after": error[1] - error[1].mean(), "before": error[0] - error[0].mean()}
+    drawn = lines("mesh cycle [1]", "error about its mean [µm]", x, curves)
+    picked = int(result.attrs["picked"])
+    solution = [_rounded(str(one)) for one in result["solution_text"].values[picked]]
+    names = [_NAMES.get(str(name), str(name)) for name in result["variable"].values]
+    found = " ".join(f"{name}{value}" for name, value in zip(names, solution, strict=True))
+    before, after = (float(result[f"objective_{when}"].values[0]) for when in ("before", "after"))
+    gain = 1 - after / before if before else 0.0
+    scale, unit = (1e6, "µm") if str(result["objective_unit"].values[0]) == "m" else (1.0, "")
+    change = f"{number(scale * before)} to {number(scale * after)} {unit}".strip()
+    text = f"Tip relief {found} on {pair}: {result['objective_meaning'].values[0].split(',')[0]} from {change}."
+    overrides = json.loads(str(result.attrs["overrides"])) if gain > _WORTH else {}
+    words = (
+        f"Grind {found} at the tips of {pair}: transmission error {change}, {per_cent(gain)} less."
+        if gain > _WORTH
+        else f"None other than drawn: the search finds no smaller transmission error on {pair} ({change})."
+    )
+    said = answer(
+        "relief",
+        words,
+        figure=solution[0],
+        level="warn" if gain > _WORTH else "good",
+        apply=overrides,
+        apply_label="Draw this relief",
+        evidence="relief",
+        job="relief",
+    )
+    return job_frame(
+        "relief", "Tip relief", text, drawn, apply=overrides, apply_label="Draw this relief", answers=[said]
+    )
+
+
+def _rounded(text: str) -> str:
+    """``15.9 µm`` of ``15.936 um``; what is no length stays."""
+    found = written(text)
+    if found is None or not found.unit:
+        return text
+    return f"{number(found.values[0])} {found.unit.replace('um', 'µm')}"
+
 
 # Rows of bars that are read, and seen without scrolling.
 _MOST = 10

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from ...document.tables import PlainTable
 from ...errors import ModelError
-from .job_frame import JobFrame
 from .job_results import (
+    JobFrame,
     contact_frame,
     contact_loss_frame,
     sensitivity_frame,
@@ -82,8 +82,8 @@ def _contact_loss(source: Source, overrides: Mapping[str, object], options: Mapp
 def _relief(source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], go: Progress) -> Result:
     from ...train.resolution import load
     from ...verbs.relief import relief
-    from .job_relief import relief_frame
-    from .relief_answer import estimates_of
+    from .answers import estimates_of
+    from .job_results import relief_frame
 
     chosen = _known("relief", options)
     train = load(source, dict(overrides))

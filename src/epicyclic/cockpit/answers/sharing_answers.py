@@ -1,7 +1,12 @@
-"""The answers on load sharing: the planet that carries most, what a floating sun buys, the error that hurts most."""
+"""The answers on load sharing: the planet that carries most, what a floating sun buys, the error that hurts most.
+
+Each proposes an override as a person writes it: half of a tolerance, or the deviations of ISO class 6 where a model
+gives none, the rule of `epicyclic new`, under `[assumed]`.
+"""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -9,13 +14,173 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...document.tables import leaves
+from ...document.writer import quantity_text
+from ...document.written_numbers import written
+from ...teeth.grades import FLANK_GRADES, SIZE_GRADES, run_out_width
+from ...train.bodies import Body
 from ...train.train import Train
-from ..computing.names import listed
 from .answer import Answer, Level, answer, number
-from .assumed import class_six
-from .paths import scaled
+from .names import listed
 
-__all__ = ["error_answer", "float_answer", "planet_answer"]
+# Tables whose second key may be left out where the train has one stage.
+_STAGED = ("deviations", "operation.speed", "operation.torque", "operation.power")
+
+
+def in_short(train: Train, path: str, document: Mapping[str, object] | None = None) -> str:
+    """A full path as the model file writes it of one stage: without its name, ``run_out`` for ``run_out.amplitude``.
+
+    One value must have one path, or two overrides of it would contradict each other.
+    """
+    document = dict(leaves(dict(train.document))) if document is None else document
+    head, _, last = path.rpartition(".")
+    if last == "amplitude" and [p for p in document if p.startswith(f"{head}.")] == [path]:
+        path = head
+    if len(train.planets) == 1:
+        (stage,) = train.planets
+        for table in _STAGED:
+            if path.startswith(f"{table}.{stage}."):
+                return f"{table}.{path.removeprefix(f'{table}.{stage}.')}"
+    return path
+
+
+def leaves_below(train: Train, path: str) -> dict[str, object]:
+    """Full path -> value of everything at a path or below it, which may leave out the name of the stage."""
+    document = dict(leaves(dict(train.document)))
+    for full in (path, *(_with_stage(path, stage) for stage in train.planets)):
+        found = {p: value for p, value in document.items() if p == full or p.startswith(f"{full}.")}
+        if found:
+            return found
+    return {}
+
+
+def _with_stage(path: str, stage: str) -> str:
+    table = next((one for one in _STAGED if path.startswith(f"{one}.")), "")
+    return f"{table}.{stage}.{path.removeprefix(f'{table}.')}" if table else path
+
+
+def scaled(train: Train, path: str, factor: float) -> dict[str, object]:
+    """Overrides that multiply every number at a path and below it, but for phases; empty where there is none."""
+    found: dict[str, object] = {}
+    document = dict(leaves(dict(train.document)))
+    for leaf, value in leaves_below(train, path).items():
+        number = written(value)
+        if number is not None and not number.whole and leaf.rpartition(".")[2] != "phase" and any(number.values):
+            short = in_short(train, leaf, document)
+            found[short] = number.text(tuple(float(f"{factor * one:.6g}") for one in number.values))
+    return found
+
+
+_CLASS = 6  # ISO 1328-1 class of ground planetary gears
+_PIN = 20e-6  # [m] what the pin of planet 1 is off, tangentially
+# Least sizes that the formulas of ISO 1328-1 cover [m].
+_DIAMETER, _MODULE = 5e-3, 0.5e-3
+
+
+def class_six(train: Train) -> Mapping[str, object]:
+    """Overrides: half the run-out F_rT of class 6 on every gear, the pin of planet 1 of each stage 20 um off.
+
+    The paths of what is assumed stand beside, under ``assumed``, with their reason.  A gear without module is left out.
+    """
+    values: dict[str, object] = {}
+    reasons: dict[str, object] = {}
+    several = len(train.planets) > 1
+    gears: dict[str, Body] = {}
+    for body in train.bodies:
+        if body.gear is not None and body.frame in train.planets:
+            gears.setdefault(body.member, body)
+    for member, body in gears.items():
+        path = f"deviations.{member if several else member.rpartition('.')[2]}"
+        radius, module = (0.0, 0.0) if body.gear is None else (body.gear.reference_radius, body.gear.module)
+        if not (module > 0 and math.isfinite(radius) and radius > 0):
+            continue
+        width = run_out_width(max(2 * radius, _DIAMETER), max(module, _MODULE), _CLASS)
+        _put(values, reasons, f"{path}.run_out", quantity_text(round(width / 2, 7), "length"), _run_out_reason())
+    for stage, count in train.planets.items():
+        carried = next((m for m, body in gears.items() if body.frame == stage and body.carried_by is not None), None)
+        if carried is None or count < 2:
+            continue
+        path = f"deviations.{carried if several else carried.rpartition('.')[2]}.position.y"
+        zeros = ", 0" * (count - 1)
+        reason = "one pin, that of planet 1, stands 20 um off along the circle of pins"
+        _put(values, reasons, path, f"[{_PIN * 1e6:g}{zeros}] um", reason)
+    return {**values, **reasons}
+
+
+def _run_out_reason() -> str:
+    return f"half of the run-out F_rT of class {_CLASS} of ISO 1328-1:2013"
+
+
+def _put(values: dict[str, object], reasons: dict[str, object], path: str, value: object, reason: str) -> None:
+    values[path] = value
+    reasons[f'assumed."{path}"'] = reason
+
+
+_CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
+_GRADE_OF = re.compile(r"(.*?(?:IT|:\d{4}\s+))(\d+)(\s*,.*)", re.DOTALL)
+# Grades finer that halve a tolerance: of ISO 1328-1 exactly (a step is the root of 2), of ISO 286-1 nearly.
+_FINER = 2
+
+
+def halved_text(text: str) -> str | None:
+    """A distribution with half its spread about the same mean, a grade two steps finer; None where there is none, as
+    below the finest grade of a standard."""
+    call = _CALL.fullmatch(text)
+    if call is None:
+        return None
+    name, inside = call[1], call[2]
+    if name == "grade":
+        grade = _GRADE_OF.fullmatch(inside)
+        if grade is None:
+            return None
+        finer, known = int(grade[2]) - _FINER, SIZE_GRADES if grade[1].endswith("IT") else FLANK_GRADES
+        return f"grade({grade[1]}{finer}{grade[3]})" if finer in known else None
+    parts = [part.strip() for part in inside.split(",")]
+    numbers = [one for one in map(written, parts) if one is not None]
+    if not numbers or len(numbers) < len(parts):
+        return None
+    if name in ("disc", "rayleigh"):
+        return f"{name}({_scaled(parts[0], 0.5)})"
+    if name == "normal":
+        return f"normal({parts[0]}, {_scaled(parts[1], 0.5)})"
+    if name == "uniform" and numbers[0].unit == numbers[-1].unit:
+        low, high = numbers[0].values[0], numbers[-1].values[0]
+        inner = ((3 * low + high) / 4, (low + 3 * high) / 4)
+        return f"uniform({', '.join(f'{end:.6g} {numbers[0].unit}'.rstrip() for end in inner)})"
+    if name == "truncated":
+        return f"truncated({parts[0]}, {_scaled(parts[1], 0.5)}, {parts[2]}, {parts[3]})"
+    return None
+
+
+def _scaled(text: str, factor: float) -> str:
+    number = written(text)
+    if number is None:
+        return text
+    value = f"{factor * number.values[0]:.6g}"
+    return f"{value} {number.unit}" if number.unit else value
+
+
+def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
+    """Override that halves an entry of `[tolerance]`; empty where its form has no half.
+
+    entry : path of the entry, with `` common`` or `` own`` behind it where the result tells them apart.
+    """
+    table = train.document.get("tolerance")
+    if not isinstance(table, Mapping):
+        return {}
+    path, _, part = entry.partition(" ")
+    value = table.get(path)
+    where = f'tolerance."{in_short(train, path)}"'
+    if isinstance(value, str):
+        half = halved_text(value)
+        return {} if half is None else {where: half}
+    if isinstance(value, Mapping):
+        parts = (part,) if part else ("own", "common")
+        halves = {key: halved_text(one) for key in parts if isinstance(one := value.get(key), str)}
+        changed = {**value, **{key: half for key, half in halves.items() if half is not None}}
+        return {} if changed == dict(value) else {where: changed}
+    return {}
+
 
 # Mesh-load factors that are usual for so many planets without proof, of wind and industrial gears: what a train is
 # measured by.  More planets: as for seven.

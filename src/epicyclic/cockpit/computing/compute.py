@@ -1,7 +1,15 @@
-"""What a state of the cockpit shows, computed: the live set of a lever that moves, and all of a state at rest."""
+"""What a state of the cockpit shows, computed: the live set of a lever that moves, and all of a state at rest.
+
+The compiled solver is made ready beside the work: its first use ever compiles for some 20 s, each other for half one.
+A process of its own compiles, which leaves the result on disk, as numba does; then a thread loads it here.  Until then
+all is solved by numpy.
+"""
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import threading
 import time
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
@@ -14,6 +22,7 @@ from numpy.typing import NDArray
 
 from ...document.drives import drive_text
 from ...errors import ConvergenceError, ModelError
+from ...machine_code import numba_available
 from ...questions.sharing.definitions import require_speed
 from ...questions.sharing.sharing import sharing
 from ...system.assembly import assemble
@@ -21,17 +30,62 @@ from ...system.system import System
 from ...train.resolution import load
 from ...train.train import Train
 from ..answers import answers, checks
-from .compiler import compile_aside, compiler_ready
-from .error_view import ErrorView, error_head, error_view
+from ..answers.names import SpeedAxis, body_labels, mesh_labels, override_at, speed_axis
 from .frames import PageFrame, Request, failed_frame
-from .mode_view import ModeView, mode_view
-from .names import SpeedAxis, body_labels, mesh_labels, override_at, speed_axis
-from .operation_view import operation_head
-from .sharing_view import SharingView, Twin, full_sharing, live_sharing, sharing_head, twin_of
-from .speed_view import ForceCurves, SpeedModel, efforts, force_curves, speed_head, speed_model
-from .train_view import train_head
+from .sharing_view import (
+    ErrorView,
+    SharingView,
+    Twin,
+    error_head,
+    error_view,
+    full_sharing,
+    live_sharing,
+    sharing_head,
+    twin_of,
+)
+from .speed_view import ForceCurves, ModeView, SpeedModel, efforts, force_curves, mode_view, speed_head, speed_model
+from .train_view import operation_head, train_head
 
-__all__ = ["compile_all", "compute", "warm_up"]
+_ready = threading.Event()
+_started = threading.Event()
+
+
+def compiler_ready() -> bool:
+    """Whether the compiled solver is loaded in this process."""
+    return _ready.is_set()
+
+
+def compile_aside(module: str, function: str) -> threading.Thread | None:
+    """Compile in a process of its own, load here when that is done; None where numba is missing or it has been begun.
+
+    Parameters
+    ----------
+    module, function : what to call, here and there, so that everything is compiled.
+    """
+    if _started.is_set() or not numba_available():
+        return None
+    _started.set()
+    load: Callable[[], None] = getattr(sys.modules[module], function)
+    thread = threading.Thread(
+        target=_compile, args=(f"from {module} import {function}; {function}()", load), daemon=True
+    )
+    thread.start()
+    return thread
+
+
+def _compile(code: str, load: Callable[[], None]) -> None:
+    """Run Python code in a process of the group of this one, then `load` here."""
+    try:
+        # no shell, no input of the user
+        done = subprocess.run(
+            [sys.executable, "-c", code], stdin=subprocess.DEVNULL, capture_output=True, check=False, timeout=600
+        )
+        if done.returncode == 0:
+            load()
+            _ready.set()
+    except (OSError, subprocess.SubprocessError):
+        return  # numpy does all of it
+
 
 Arrays = dict[str, NDArray[Any]]
 Found = TypeVar("Found")

@@ -9,8 +9,8 @@ from nicegui import ui
 
 from ...errors import ConvergenceError, ModelError
 from ..state.state import request_of
-from .compared_states import compared_states
 from .parts import heard, plain_button, present, show_model, window
+from .worker_calls import compared_states
 
 if TYPE_CHECKING:
     from ..processes.session import Session

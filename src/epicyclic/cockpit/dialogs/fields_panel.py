@@ -13,7 +13,7 @@ from nicegui.element import Element
 from ...document.tables import PlainTable
 from ...document.units import KINDS
 from ...errors import ModelError
-from ...terms.explanation import Explanation
+from ...terms.file_paths import Explanation
 from ...train.resolution import load
 from ..state.state import PageState, request_of
 from .field_list import (

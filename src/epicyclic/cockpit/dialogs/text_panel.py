@@ -1,8 +1,12 @@
-"""The model as TOML, in step with everything else; what a person types here is never thrown away."""
+"""The model as TOML, in step with everything else; what a person types here is never thrown away.
+
+Readers of TOML keep no places, so the line of an error is found by its path.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import re
 from typing import TYPE_CHECKING
 
 from nicegui import background_tasks, ui
@@ -11,14 +15,50 @@ from ...errors import ModelError
 from ...train.resolution import load
 from ..state.state import request_of, with_text
 from ..state.written_text import text_of
-from .line_of import line_of_error
 from .parts import enlarge_button, heard, plain_button, present
 
 if TYPE_CHECKING:
     from ..processes.session import Session
     from ..state.state import PageState
 
-__all__ = ["text_panel"]
+_HEADING = re.compile(r"\s*\[{1,2}([^\]]+)\]{1,2}\s*(?:#.*)?$")
+_KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
+_SAID = re.compile(r"\bline (\d+)")
+
+
+def line_of(text: str, path: str) -> int | None:
+    """Number of the line, from 1, that states a path, or else the table that would hold it; None where neither does."""
+    wanted = _words(path)
+    best: tuple[int, int] | None = None
+    heading: tuple[str, ...] = ()
+    for number, line in enumerate(text.splitlines(), start=1):
+        if found := _HEADING.match(line):
+            own = heading = _words(found[1])
+        elif found := _KEY.match(line):
+            own = (*heading, *_words(found[1]))
+        else:
+            continue
+        shared = _shared(own, wanted)
+        if shared and (best is None or shared > best[0]):
+            best = (shared, number)
+    return best[1] if best else None
+
+
+def line_of_error(text: str, message: str, path: str) -> int | None:
+    """Line of an error: the one that its message names, else that of its path."""
+    if found := _SAID.search(message):
+        return int(found[1])
+    return line_of(text, path)
+
+
+def _words(path: str) -> tuple[str, ...]:
+    return tuple(word for part in path.split(".") if (word := part.strip().strip("\"'").strip()))
+
+
+def _shared(own: tuple[str, ...], wanted: tuple[str, ...]) -> int:
+    """Words that a line has in common with a path, from the beginning on."""
+    return next((i for i, (a, b) in enumerate(zip(own, wanted, strict=False)) if a != b), min(len(own), len(wanted)))
+
 
 # [s] after a change elsewhere until the text follows: a drag writes it once, not at every move.
 _FOLLOWS = 0.25

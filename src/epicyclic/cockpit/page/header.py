@@ -1,24 +1,76 @@
-"""The header: which drive, what can be done with it, what it warns of, and the theme."""
+"""The header: which drive, what can be done with it, undo, the link of its state, what it warns of, and the theme."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 from nicegui.element import Element
 
+from ...errors import ModelError
 from ..dialogs.compare import compare_controls
-from ..dialogs.link import link_button
-from ..dialogs.open_model import open_button
-from ..dialogs.save import save_buttons
+from ..dialogs.open_model import open_button, save_buttons
+from ..dialogs.parts import heard, icon_button, on_key, present, refused, rename
 from ..dialogs.take_away import take_away_button
-from ..dialogs.undo import undo_buttons
 from ..dialogs.wizard import new_button
 from ..processes.session import Session
+from ..state.history import fragment_of
 from .controls import Words, box, button, hide, prop
 
-__all__ = ["Header"]
+if TYPE_CHECKING:
+    from ..processes.session import Session
+
+
+def undo_buttons(session: Session) -> None:
+    """Two buttons, and Ctrl+Z, Ctrl+Shift+Z and Ctrl+Y where no text field has the keys."""
+    undo = icon_button("undo", "Undo", session.undo)
+    redo = icon_button("redo", "Redo", session.redo)
+
+    def show(_: object = None) -> None:
+        labels = (session.history.undo_label, session.history.redo_label)
+        for word, control, label in zip(("Undo", "Redo"), (undo, redo), labels, strict=True):
+            control.set_enabled(bool(label))
+            rename(control, f"{word}: {label}" if label else word, "" if label else f"Nothing to {word.lower()}")
+
+    on_key("z", session.undo)
+    on_key("z", session.redo, shift=True)
+    on_key("y", session.redo)
+    heard(session, undo, state=show)
+    show()
+
+
+# Characters that mail programs and chats leave whole; browsers take more.
+_SURE = 8000
+# [s] a browser may take to say its address and to copy
+_ANSWER = 5.0
+
+
+def link_button(session: Session) -> None:
+    """A button that copies a link to the present state."""
+
+    async def make() -> None:
+        state = present(session)
+        if state is None:
+            return
+        try:
+            fragment = fragment_of(state)
+        except ModelError as error:
+            return refused(error, "No link: download the model instead. ")
+        script = f"""
+            const link = location.origin + "/#" + {fragment!r};
+            try {{ await navigator.clipboard.writeText(link); return [link.length, true]; }}
+            catch {{ window.prompt("Copy this link", link); return [link.length, false]; }}
+        """
+        found = await ui.run_javascript(script, timeout=_ANSWER)
+        length, copied = found if isinstance(found, list) and len(found) == 2 else (len(fragment), False)
+        words = f"Link {'copied' if copied else 'made'}, {length} characters"
+        if length > _SURE:
+            ui.notify(f"{words}: some mail programs and chats cut it. The model as a file is safer.", type="warning")
+        else:
+            ui.notify(f"{words}. It holds the whole model.", type="positive")
+
+    icon_button("link", "Copy a link to this state", make)
 
 
 class ThemeButton(Element, component="theme_button.js"):

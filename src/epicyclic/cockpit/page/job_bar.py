@@ -1,8 +1,9 @@
-"""Start, progress, end and message of one job, above its picture."""
+"""Jobs on the page: options before the start, progress, end and message of each, and the list of all."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from nicegui.element import Element
@@ -13,9 +14,60 @@ from ..dialogs.parts import refused
 from ..processes.jobs import Job
 from ..processes.session import Session
 from .controls import Words, box, button, hide, prop
-from .job_options import OPTIONS, JobOption
 
-__all__ = ["JobBar", "progress_text", "result_of"]
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobChoice:
+    """One entry: its words, and the options that it means."""
+
+    label: str
+    options: Mapping[str, int | float | str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobOption:
+    """A list of choices with its name."""
+
+    label: str
+    choices: tuple[JobChoice, ...]
+
+
+OPTIONS: Mapping[str, JobOption] = {
+    "contact": JobOption(
+        label="Show",
+        choices=(
+            JobChoice(label="transmission error"),
+            JobChoice(label="load along the face", options={"show": "load"}),
+        ),
+    ),
+    "relief": JobOption(
+        label="Search",
+        # three times the candidates and generations: two optima of nearly the same error are told apart
+        choices=(JobChoice(label="quick"), JobChoice(label="thorough", options={"population": 36, "generations": 24})),
+    ),
+    "tolerance": JobOption(
+        label="Trains",
+        choices=(JobChoice(label="16 384"), JobChoice(label="131 072", options={"samples": 131_072})),
+    ),
+    "contact_loss": JobOption(
+        label="Speeds",
+        choices=(
+            JobChoice(label="60"),
+            JobChoice(label="200", options={"points": 200}),
+            JobChoice(label="60 with shaft orders", options={"shaft_orders": True}),
+        ),
+    ),
+    "transient": JobOption(
+        label="Mesh cycles",
+        choices=(JobChoice(label="50"), JobChoice(label="300", options={"cycles": 300.0})),
+    ),
+    "sensitivity": JobOption(
+        label="Of",
+        choices=(JobChoice(label="lowest frequency"), JobChoice(label="mesh force", options={"of": "force"})),
+    ),
+}
+"""Job -> what may be chosen of it; a job that is missing has nothing to choose."""
+
 
 # Steps of the progress that are worth a message: a bar has no more pixels.
 _STEPS = 200
@@ -147,3 +199,70 @@ def progress_text(job: Job, rev: int) -> str:
 
 def _time(seconds: float) -> str:
     return f"{max(seconds, 1):.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
+
+
+class JobsList:
+    """Rows of jobs.  show : called with the name of a job whose result is to be shown."""
+
+    def __init__(self, session: Session, *, show: Callable[[str], None]) -> None:
+        self._session, self._show = session, show
+        self._rows: list[_Row] = []
+        self._hidden = True
+        self._newest: Mapping[str, Job] = {}
+        with box("ck-grow ck-jobs") as self._root:
+            self._none = Words("div", "No job has been started. A job runs beside the page.", classes="ck-nothing")
+        hide(self._root, True)
+
+    def hide(self, hidden: bool) -> None:
+        hide(self._root, hidden)
+        self._hidden = hidden
+        self.follow(self._newest)
+
+    def follow(self, newest: Mapping[str, Job]) -> None:
+        """Show the jobs as they stand, where the list is seen.  newest : those whose results are shown."""
+        self._newest = newest
+        if self._hidden:
+            return
+        jobs = list(reversed(self._session.jobs.visible()))
+        hide(self._none, bool(jobs))
+        with self._root:
+            while len(self._rows) < len(jobs):
+                self._rows.append(_Row(self._session, self._show))
+        for row, job in zip(self._rows, jobs, strict=False):
+            row.follow(job, self._session.rev, shown=newest.get(job.name) is job)
+        for row in self._rows[len(jobs) :]:
+            row.end()
+
+
+class _Row:
+    """One job."""
+
+    def __init__(self, session: Session, show: Callable[[str], None]) -> None:
+        self._session, self._job = session, None
+        with box("ck-job-row") as self._row:
+            self._name = Words("b")
+            self._state = Words(classes="ck-pale")
+            self._text = Words(classes="ck-answer-text")
+            self._cancel = button("Cancel", self._on_cancel)
+            self._open = button("Show", lambda: show(self._job.name) if self._job else None)
+
+    _job: Job | None
+
+    def follow(self, job: Job, rev: int, *, shown: bool) -> None:
+        self._job = job
+        state = self._session.state
+        other = job.origin is not None and (state is None or state.origin != job.origin)
+        self._name.say(job.label or job.name)
+        self._state.say(f"{job.origin[2]}, state {job.rev}" if other and job.origin else f"state {job.rev}")
+        self._text.say(progress_text(job, rev))
+        prop(self._text, "title", self._text.text)
+        hide(self._cancel, job.ended)
+        hide(self._open, job.frame is None or not shown)
+        hide(self._row, False)
+
+    def end(self) -> None:
+        hide(self._row, True)
+
+    def _on_cancel(self) -> None:
+        if self._job is not None:
+            self._session.jobs.cancel(self._job)

@@ -1,9 +1,9 @@
-"""The whole page of a session."""
+"""The whole page of a session, and the page without a model: the ways to one."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,19 +11,55 @@ from typing import Any
 from nicegui import ui
 from nicegui.element import Element
 
+from ...document.drives import drive_titles
 from ..canvas.element import SweepPane, TrainPane, send
 from ..computing.frames import PageFrame
-from ..dialogs.parts import heard
+from ..dialogs.open_model import open_window
+from ..dialogs.parts import heard, show_model
+from ..dialogs.wizard import new_window
 from ..processes.session import Session
+from ..state.state import opened
 from .answers_pane import AnswersPane
 from .controls import Words, box, button, hide, prop
-from .empty_page import empty_page
-from .evidence_tabs import EvidenceTabs
+from .evidence_tabs import EvidenceTabs, ModesList
 from .header import Header
 from .levers_column import LeversColumn
-from .modes_list import ModesList
 
-__all__ = ["cockpit_page"]
+
+def empty_page(session: Session) -> Element:
+    """Open a file, begin a train, or take a ready drive."""
+    with box("ck-box ck-empty-page", "section") as root:
+        root.props["aria-label"] = "No model is open"
+        Words("h2", "Which gear train?", classes="ck-large")
+        with box("ck-ways"):
+            _way("New train", "from teeth or a ratio, power and speed; one page", lambda: new_window(session))
+            _way("Open a model", "a .toml or REXS file; dropping it on the page does as well", _open(session))
+        Words("div", "A ready drive, to look at and to change", classes="ck-pale")
+        with box("ck-drives") as drives:
+            drives.props["data-keys"] = "go"
+            for name, title in drive_titles().items():
+                with button("", _drive(session, name, root), classes="ck-drive"):
+                    Words("b", name)
+                    Words(text=title)
+    return root
+
+
+def _way(name: str, words: str, go: Callable[[], object]) -> None:
+    with button("", go, classes="ck-drive ck-way"):
+        Words("b", name)
+        Words(text=words)
+
+
+def _open(session: Session) -> Callable[[], Awaitable[None]]:
+    return lambda: open_window(session)
+
+
+def _drive(session: Session, name: str, root: Element) -> Callable[[], Awaitable[None]]:
+    async def show() -> None:
+        show_model(session, await asyncio.to_thread(opened, name), root)
+
+    return show
+
 
 # [s] after which curves of the state before are drawn as such; a newer one is there sooner with nearly every train.
 _LATE = 0.4

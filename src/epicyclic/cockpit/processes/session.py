@@ -6,24 +6,37 @@ import asyncio
 import hashlib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
 from ...errors import ModelError
 from ...results.files import write_text
 from ..computing.frames import PageFrame, Request, failed_frame, unpack
-from ..state.history import StateHistory, Step
-from ..state.links import from_fragment, snapshot_text
-from ..state.replay import command_line, script
+from ..state.history import StateHistory, Step, command_line, from_fragment, script, snapshot_text
 from ..state.state import Origin, PageState, at_speed, request_of, with_text, with_value, with_values
 from ..state.written_text import text_of
 from .jobs import Job, Jobs
-from .levers import levers_at
 from .seals import file_of, seal_of
 from .worker import Client, Worker, start_worker
 
-__all__ = ["Session"]
+
+def levers_at(source: Any, overrides: Mapping[str, object]) -> tuple[Mapping[str, Any], ...]:
+    """Levers of `answers.levers.levers_of` of a model file, whatever overrides move: a page that is opened again has
+    the same ones.  Where the file alone is no model, those of the file with its overrides.
+
+    Raises
+    ------
+    ModelError : the model cannot be read.
+    """
+    from ..answers.levers import levers_of
+
+    try:
+        found = levers_of(source, {})
+    except ModelError:
+        found = levers_of(source, overrides)
+    return tuple(asdict(one) for one in found)
+
 
 Levers = tuple[Mapping[str, Any], ...]
 

@@ -13,8 +13,7 @@ from typing import Any
 
 from ...errors import ModelError
 from ..computing.frames import PageFrame, Request, failed_frame, pack
-from .channel import Channel
-from .spawned import Spare, kill_group, spawned
+from .spawned import Channel, Spare, kill_group, spawned
 
 __all__ = ["Client", "Worker", "start_worker", "stop_worker"]
 

@@ -7,15 +7,41 @@ before anything reads them, and then the cookie.
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import html
 import re
 from collections.abc import Awaitable, Callable, Iterable, MutableMapping
 from typing import Any
 from urllib.parse import parse_qs
 
 from .passes import Passes
-from .shell_page import MARK, SHELL, SHELL_POLICY, refusal
 
-__all__ = ["MOST_BODY", "Guard"]
+# query of a page that the shell has asked for: if it is refused too there is no cookie, and no further reload helps
+MARK = "here"
+# another address, or the browser would repeat the request of the other site; the fragment never reaches the server
+_SCRIPT = f"location.replace('/?{MARK}' + location.hash)"
+_STYLE = "body{font:16px system-ui,sans-serif;max-width:40em;margin:4em auto;padding:0 1em;color-scheme:light dark}"
+_HEAD = "<!doctype html><html lang=en><meta charset=utf-8><title>epicyclic</title>"
+
+SHELL = f"{_HEAD}<style>{_STYLE}</style><p>Opening the cockpit.</p><script>{_SCRIPT}</script>".encode()
+
+
+def _hash_of(text: str) -> str:
+    return "'sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() + "'"
+
+
+# of both pages: their own script and style, nothing else
+SHELL_POLICY = (
+    f"default-src 'none'; script-src {_hash_of(_SCRIPT)}; style-src {_hash_of(_STYLE)}; "
+    "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+)
+
+
+def refusal(title: str, text: str) -> bytes:
+    """A page that says why there is no cockpit and what to do."""
+    return f"{_HEAD}<style>{_STYLE}</style><h1>{html.escape(title)}</h1><p>{html.escape(text)}</p>".encode()
+
 
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]

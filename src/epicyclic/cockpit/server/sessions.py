@@ -1,4 +1,7 @@
-"""A session for each tab: begun when its browser has said what it kept, ended when the tab is gone."""
+"""A session for each tab: begun when its browser has said what it kept, ended when the tab is gone.
+
+What a tab keeps of its state comes back after a reload and after a restart of the server.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ import json
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from datetime import datetime
+from pathlib import Path
 from typing import Any
 
 from nicegui import Client, background_tasks, ui
@@ -15,11 +19,19 @@ from ...errors import ModelError
 from ..page.page import cockpit_page
 from ..processes.session import Session
 from ..processes.worker import start_worker, stop_worker
-from ..state.links import from_fragment
+from ..state.history import from_fragment
 from ..state.state import PageState
-from .recovery import KEEP_SECONDS, MOST_KEPT, recovery_script
 
-__all__ = ["mount"]
+# [s] between two writings: a drag has one, not one for each move
+KEEP_SECONDS = 0.4
+# [byte] of an entry: browsers give a site about 5 MB, of UTF-16
+MOST_KEPT = 1_000_000
+
+
+def recovery_script() -> str:
+    """``window.cockpitRecovery`` as an element of the page: begin, keep, take, drop."""
+    return f"<script>{Path(__file__).with_name('recovery.js').read_text(encoding='utf-8')}</script>"
+
 
 _BUILT = 10.0  # [s] a page may take to be built, on a machine that computes besides
 _ANSWERED = 10.0  # [s] a browser may take to say what it kept

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -11,24 +11,74 @@ from typing import Any
 from ...document.deviations import is_file_name
 from ...document.document import MAX_BYTES, decoded, file_text, parse_text, ready_drives
 from ...document.drives import drive_text
+from ...document.schema import Names, collect
+from ...document.shorthand import expand
 from ...document.tables import PlainTable, clean, nested, split_path
 from ...errors import ModelError
 from ...rexs.names import is_rexs_name
-from .spellings import Keys, Spelling, at_path, spelling_of
 
-__all__ = [
-    "Origin",
-    "PageState",
-    "at_speed",
-    "from_text",
-    "opened",
-    "request_of",
-    "tables_of",
-    "uploaded",
-    "with_text",
-    "with_value",
-    "with_values",
-]
+Keys = tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spelling:
+    """The keys of a model text.
+
+    names : of its stages, members and bodies.  written : value by key, as the text has them.
+    places : of each key, where in the document it stands.  key_of : the key that gives a place.
+    """
+
+    names: Names
+    written: Mapping[Keys, object]
+    places: Mapping[Keys, frozenset[Keys]]
+    key_of: Mapping[Keys, Keys]
+
+    def places_of(self, keys: Keys, value: object) -> frozenset[Keys]:
+        """Places of the document that a key with that value gives."""
+        return _places(keys, value, self.names)
+
+    def same(self, keys: Keys, value: object) -> Keys | None:
+        """The key of the text that gives exactly the places of this one; None where there is none."""
+        places = self.places_of(keys, value)
+        found = {self.key_of.get(place) for place in places}
+        key = next(iter(found)) if len(found) == 1 else None
+        return key if key is not None and self.places[key] == places else None
+
+
+def spelling_of(tables: PlainTable) -> Spelling:
+    """The spelling of the tables of a model text."""
+    names = collect(tables)
+    written = dict(keyed(tables))
+    places = {keys: _places(keys, value, names) for keys, value in written.items()}
+    key_of = {place: keys for keys, several in places.items() for place in several}
+    return Spelling(names=names, written=written, places=places, key_of=key_of)
+
+
+def keyed(table: Mapping[str, Any], above: Keys = ()) -> Iterator[tuple[Keys, object]]:
+    """Keys and values of everything that is no table, and of empty tables."""
+    for key, value in table.items():
+        if isinstance(value, Mapping) and value:
+            yield from keyed(value, (*above, key))
+        else:
+            yield (*above, key), value
+
+
+def at_path(table: Any, path: Keys) -> Any:
+    """The value at a path of nested tables, None where there is none."""
+    for key in path:
+        if not isinstance(table, Mapping) or key not in table:
+            return None
+        table = table[key]
+    return table
+
+
+def _places(keys: Keys, value: object, names: Names) -> frozenset[Keys]:
+    """Places of one key; the key itself where its value is of a wrong form, which validation names."""
+    try:
+        return frozenset(found for found, _ in keyed(expand(nested(keys, value), names)))
+    except (ModelError, AttributeError, TypeError):
+        return frozenset((keys,))
+
 
 _NO_FILES = "numbers: a model of this page may name no file"
 # Characters of a name in the header and of a download: longer ones push the controls away.

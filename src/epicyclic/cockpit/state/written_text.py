@@ -15,8 +15,7 @@ from ...document.document import read
 from ...document.tables import PlainTable, split_path
 from ...document.writer import commented_text
 from ...errors import ModelError
-from .spellings import Keys, at_path, keyed, spelling_of
-from .state import PageState, request_of, tables_of
+from .state import Keys, PageState, at_path, keyed, request_of, spelling_of, tables_of
 
 __all__ = ["text_of", "value_at"]
 

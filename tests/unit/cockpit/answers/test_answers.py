@@ -14,11 +14,9 @@ import numpy as np
 import pytest
 
 from epicyclic.cockpit.answers import answers, checks, sharing_answers
-from epicyclic.cockpit.answers.answers import answers_of
-from epicyclic.cockpit.answers.assumed import class_six
+from epicyclic.cockpit.answers.answers import answers_of, relief_answer
 from epicyclic.cockpit.answers.checks import checks_of
-from epicyclic.cockpit.answers.relief_answer import relief_answer
-from epicyclic.cockpit.answers.sharing_answers import float_answer
+from epicyclic.cockpit.answers.sharing_answers import class_six, float_answer
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.computing.frames import PageFrame, Request
 from epicyclic.document.drives import drive_text

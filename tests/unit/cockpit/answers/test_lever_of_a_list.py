@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from epicyclic.cockpit.page.lever import LeverControl
+from epicyclic.cockpit.page.levers_column import LeverControl
 from epicyclic.cockpit.state.state import opened, request_of, with_value
 from epicyclic.verbs.sharing import sharing
 

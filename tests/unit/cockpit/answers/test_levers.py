@@ -8,9 +8,8 @@ from typing import Any
 import pytest
 
 from epicyclic.cockpit.answers import levers
-from epicyclic.cockpit.answers.lever_candidates import Candidate
-from epicyclic.cockpit.answers.lever_entries import entry_of, with_entry
-from epicyclic.cockpit.answers.levers import ModelLever, levers_of
+from epicyclic.cockpit.answers.levers import Candidate, ModelLever, levers_of
+from epicyclic.cockpit.page.levers_column import entry_of, with_entry
 from epicyclic.cockpit.state.state import opened, request_of, with_value
 from epicyclic.document.document import ready_drives
 from epicyclic.document.drives import drive_text

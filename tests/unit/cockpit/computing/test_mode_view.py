@@ -7,8 +7,8 @@ import pytest
 
 import epicyclic
 from epicyclic import assemble, load
-from epicyclic.cockpit.computing.mode_view import ModeView, mode_view
-from epicyclic.cockpit.computing.names import body_labels, listed, ordinal, rounded, speed_axis
+from epicyclic.cockpit.answers.names import body_labels, listed, ordinal, rounded, speed_axis
+from epicyclic.cockpit.computing.speed_view import ModeView, mode_view
 from epicyclic.document.document import ready_drives
 from epicyclic.train.train import Train
 

@@ -22,7 +22,7 @@ from epicyclic.errors import ModelError
 def test_without_the_extra_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     found = importlib.util.find_spec
     monkeypatch.setattr(
-        "epicyclic.cli.app.find_spec", lambda name: None if name in ("nicegui", "tomlkit") else found(name)
+        "epicyclic.cli.commands.find_spec", lambda name: None if name in ("nicegui", "tomlkit") else found(name)
     )
     result = CliRunner().invoke(app, ["app"])
     assert result.exit_code == 2

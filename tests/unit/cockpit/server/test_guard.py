@@ -15,9 +15,8 @@ import pytest
 
 httpx = pytest.importorskip("httpx", reason="the extra dev has httpx")
 
-from epicyclic.cockpit.server.guard import MOST_BODY, Guard  # noqa: E402
+from epicyclic.cockpit.server.guard import MARK, MOST_BODY, SHELL, Guard  # noqa: E402  # noqa: E402
 from epicyclic.cockpit.server.passes import Passes  # noqa: E402
-from epicyclic.cockpit.server.shell_page import MARK, SHELL  # noqa: E402
 
 PORT = 18701
 HOST = f"127.0.0.1:{PORT}"

@@ -9,19 +9,6 @@ from ...document.shorthand import PAIRS
 from ...train.bodies import Body
 from ...train.train import Train
 
-__all__ = [
-    "SpeedAxis",
-    "as_overridden",
-    "body_labels",
-    "listed",
-    "member_words",
-    "mesh_labels",
-    "ordinal",
-    "override_at",
-    "rounded",
-    "speed_axis",
-]
-
 SpeedAxis = tuple[str, float]
 """Label of an axis of speeds with its unit, and how much of that is the operating speed."""
 

@@ -1,4 +1,4 @@
-"""The command `epicyclic import`: a REXS file as a model file that one edits, and the list of what became of it."""
+"""The commands `epicyclic import` and `epicyclic export`: REXS files, with lists of what became of each."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import typer
 
 from ..errors import ModelError
 from ..results.files import write_text
-from .command import file_name
-from .console import complain, complain_of, on_stdout, reported, require_stdout, target_of
+from ..rexs.names import SUFFIXES
+from .command import Model, Sets, file_name
+from .console import complain, complain_of, on_stdout, parsed_overrides, reported, require_stdout, target_of
 
 if TYPE_CHECKING:
     from ..rexs.import_train import RexsImport
     from ..rexs.view import Entry
-
-__all__ = ["import_rexs"]
+    from ..studies.rexs_export.export import RexsExport
 
 _HEADINGS = {
     "read": "Read from the file",
@@ -65,7 +65,7 @@ def _import(file: str, load_case: int | None, *, as_json: bool, output: Path | N
         if as_json:
             typer.echo(json.dumps(_as_tables(found)))
         else:
-            _print(found)
+            _print_import(found)
 
 
 def _as_tables(found: RexsImport) -> dict[str, Any]:
@@ -75,7 +75,7 @@ def _as_tables(found: RexsImport) -> dict[str, Any]:
     return {"version": found.file.version, "title": found.document["title"], **lists}
 
 
-def _print(found: RexsImport) -> None:
+def _print_import(found: RexsImport) -> None:
     """Print the lists: of what was dropped one line for all components of a type that lost the same."""
     from ..show.console import stdout_console
 
@@ -103,3 +103,45 @@ def _lines(entries: tuple[Entry, ...], types: dict[int, str]) -> list[str]:
         where = f"{path} = {text}" if path and text else path or text
         lines.append(f"  {who}{attribute}: {where}")
     return lines
+
+
+def export(
+    model: Model,
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="The file: .rexs, .rexsj or .rexsz."),
+    ],
+    sets: Sets = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print what is not carried as JSON on stdout.")] = False,
+) -> None:
+    """A REXS file of a train, version 1.7, and what of the model it does not carry."""
+    with reported():
+        _export(model, output, sets, as_json=as_json)
+
+
+def _export(model: str, output: Path, sets: list[str] | None, *, as_json: bool) -> None:
+    target_of(output, SUFFIXES)
+    require_stdout()
+    from ..studies.rexs_export.export import write_rexs
+
+    found = write_rexs(model, output, overrides=parsed_overrides(sets))
+    complain(f"written: {output}")
+    with on_stdout():
+        if as_json:
+            dropped = [{"path": entry.path, "text": entry.text} for entry in found.dropped]
+            counts = {"components": len(found.file.components), "relations": len(found.file.relations)}
+            typer.echo(json.dumps({"version": found.file.version, **counts, "dropped": dropped}))
+        else:
+            _print_export(found)
+
+
+def _print_export(found: RexsExport) -> None:
+    from ..show.console import stdout_console
+
+    console = stdout_console()
+    file = found.file
+    head = f"REXS {file.version}: {len(file.components)} components, {len(file.relations)} relations"
+    console.print(head, style="bold", markup=False)
+    console.print(f"\nNot carried ({len(found.dropped)})", style="bold", markup=False)
+    for entry in found.dropped:
+        console.print(f"  {entry.path}: {entry.text}", markup=False, highlight=False, soft_wrap=True)

@@ -1,0 +1,544 @@
+"""Commands that are no verbs of one model: app, audit, compare, explain, report, show, study, systems."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..errors import ConvergenceError, ModelError
+from ..results.files import write_text
+from ..rexs.names import is_rexs_name
+from .command import Json, Output, Sets, file_name, kept, kept_store
+from .console import (
+    complain,
+    import_model_rooms,
+    on_stdout,
+    parsed_overrides,
+    progress_bar,
+    reported,
+    require_stdout,
+    target_of,
+)
+from .help import explained_names, model_names, source_names
+from .output import FORMATS, figure_option, put, require_output
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray as xr
+
+_NEEDED = ("nicegui", "tomlkit")  # of the extra "app"
+_LARGEST_PORT = 65_535
+
+
+def app(
+    model: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[MODEL]",
+            help="A model file (.toml), a REXS file (.rexs), or the name of a ready drive; without it an empty page.",
+            show_default=False,
+            autocompletion=model_names,
+        ),
+    ] = None,
+    port: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", min=1, max=_LARGEST_PORT, help="Port to listen on.", show_default="8765, or the next free one"
+        ),
+    ] = None,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
+) -> None:
+    """The cockpit: a page on this machine with sliders, where the train answers while they move."""
+    with reported():
+        missing = [name for name in _NEEDED if find_spec(name) is None]
+        if missing:
+            raise ModelError(
+                f"needs {' and '.join(missing)}", path="epicyclic app", allowed="pip install 'epicyclic[app]'"
+            )
+        from ..cockpit.server.run import serve
+
+        serve(model, port=port, browser=browser, tell=_tell)
+
+
+def _tell(address: str) -> None:
+    complain(f"the cockpit is open at {address}")
+    complain("for this browser and this machine alone; Ctrl-C ends it")
+
+
+CONTRADICTED, REFUSED = 4, 2
+
+
+def audit(
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[NAME]",
+            show_default="all",
+            help="A ready drive, or an audit file (NAME.audit.toml beside NAME.toml).",
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON on stdout.")] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", parser=file_name, metavar="FILE", help=f"Write the table: {FORMATS}."),
+    ] = None,
+) -> None:
+    """Published numbers beside ours, each with a verdict and its reason; exit status 4 where one does not hold.
+
+    A row that needs a package which is not installed is not computed, and fails nothing.  A row that is wrong, or whose
+    run is refused, is told; the others are computed, and the exit status is 2 where none of them is contradicted.
+    """
+    with reported():
+        _audit(name, as_json=as_json, output=output)
+
+
+def _audit(name: str | None, *, as_json: bool, output: Path | None) -> None:
+    require_output(output, None, ["audit"], as_json=as_json)
+    from ..audits.audit import HOLDS, NOT_COMPUTED, WRONG
+    from ..audits.audit import audit as run
+
+    with progress_bar(f"audit {name or 'of all ready drives'}") as step:
+        result = run(name, progress=step)
+    put({"audit": result}, output=output, as_json=as_json)
+    outcomes = [str(outcome) for outcome in result.outcome.values]
+    if any(outcome != HOLDS and not outcome.startswith((NOT_COMPUTED, WRONG)) for outcome in outcomes):
+        raise typer.Exit(CONTRADICTED)
+    if any(outcome.startswith(WRONG) for outcome in outcomes):
+        raise typer.Exit(REFUSED)
+
+
+Sources = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="A B ...",
+        help="Model files, ready drives or saved results (.nc, .json); A is the first.",
+        autocompletion=source_names,
+    ),
+]
+Variants = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--with",
+        metavar="PATH=VALUE",
+        help='A variant of A, beside it; may be repeated. Several values of one: "PATH=VALUE; PATH=VALUE".',
+    ),
+]
+
+
+def compare(
+    sources: Sources,
+    variants: Variants = None,
+    sets: Sets = None,
+    figure: Annotated[list[str] | None, figure_option(("compare",))] = None,
+    as_json: Json = False,
+    output: Output = None,
+) -> None:
+    """What differs between trains, and what it does to speeds, modes, load sharing and mesh forces.
+
+    Saved results are compared variable by variable. --set applies to all models, --with makes one more of A.
+    """
+    with reported():
+        _compare(sources, variants or [], sets, figures=figure, as_json=as_json, output=output)
+
+
+def _compare(
+    sources: list[str],
+    variants: list[str],
+    sets: list[str] | None,
+    *,
+    figures: list[str] | None,
+    as_json: bool,
+    output: Path | None,
+) -> None:
+    require_output(output, figures, ("compare",), as_json=as_json)
+    import_model_rooms()
+    from ..questions.compare.compare import compare_of
+
+    overrides = parsed_overrides(sets) or None
+    try:
+        result = compare_of(sources, overrides=overrides, variants=[_variant(text) for text in variants])
+    except ModelError as error:
+        raise _at_flag(error) from None
+    put({"compare": result}, output=output, figures=figures, as_json=as_json)
+
+
+def _variant(text: str) -> dict[str, object]:
+    """Overrides of one variant.
+
+    Raises
+    ------
+    ModelError : no path or no = in a part of the text.
+    """
+    parts = [part.strip() for part in text.split(";") if part.strip()]
+    if not parts:
+        raise ModelError("says nothing", path="--with", given=text, allowed="PATH=VALUE")
+    return parsed_overrides(parts)
+
+
+def _at_flag(error: ModelError) -> ModelError:
+    """The same error at the flag or argument in place of the keyword."""
+    names = {"overrides": "--set", "variants": "--with", "sources": "A B ..."}
+    return error.at(names.get(error.path, error.path)) if error.path in names else error
+
+
+Word = Annotated[
+    str,
+    typer.Argument(
+        metavar="WORD",
+        help="A path of the model file, a variable of a result, the code of a warning, a verb or a figure.",
+        autocompletion=explained_names,
+    ),
+]
+
+
+def explain(
+    word: Word, as_json: Annotated[bool, typer.Option("--json", help="Print the explanations as JSON.")] = False
+) -> None:
+    """What a path of the model file, a variable, a warning, a verb or a figure means."""
+    with reported():
+        _explain(word, as_json=as_json)
+
+
+def _explain(word: str, *, as_json: bool) -> None:
+    from ..terms.explain import explain as run
+
+    found = run(word)
+    with on_stdout():
+        if as_json:
+            typer.echo(json.dumps([one.as_dict() for one in found], indent=1, ensure_ascii=False))
+            return
+        from rich.markup import escape
+        from rich.table import Table
+
+        from ..show.console import stdout_console
+
+        console = stdout_console()
+        for place, one in enumerate(found):
+            if place:
+                console.print()
+            console.print(f"[bold]{escape(one.name)}[/bold]  {one.kind}", soft_wrap=True)
+            table = Table.grid(padding=(0, 2))
+            table.add_column(no_wrap=True)
+            table.add_column(overflow="fold")
+            for label, text in one.rows().items():
+                table.add_row(f"  {label}", escape(text))
+            console.print(table)
+
+
+# Trains side by side: more columns than that nobody reads on a screen.
+_MOST = 4
+
+
+def report(
+    models: Annotated[
+        list[str],
+        typer.Argument(metavar="MODEL", help="Model files (.toml) or ready drives; several are put side by side."),
+    ],
+    sets: Sets = None,
+    sections: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES", help="Compute only these, with commas between: modes,sharing; a wrong one lists them all."
+        ),
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="The HTML file to write.")
+    ] = Path("epicyclic-report.html"),
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue a report that was stopped; needs the same -o and options.")
+    ] = False,
+) -> None:
+    """What passes and what to change, and everything the model allows, in one HTML file that opens offline."""
+    _report(models, sets, sections, output, resume)
+
+
+def _report(models: Sequence[str], sets: list[str] | None, sections: str | None, output: Path, resume: bool) -> None:
+    several = len(models) > 1
+    with reported(), kept(output, keeps=not several) as folder:
+        target_of(output, (".html",))
+        require_stdout()
+        if len(models) > _MOST:
+            raise ModelError("too many models", path="MODEL", given=len(models), allowed=f"{_MOST} at most")
+        if several and resume:
+            raise ModelError("goes with one model alone", path="--resume", given=", ".join(models))
+        from ..verbs.report import STUDIES, report_verbs
+
+        if several:
+            _require_models(models, sets)
+        names = None if sections is None else sections.split(",")
+        each = len(names) + 1 if names else len(report_verbs()) + len(STUDIES) + 1
+        found: dict[str, dict[str, Any]] = {}
+        with progress_bar(f"report {' '.join(models)}", each * len(models) + 1) as step:
+            for name, model in _named(models).items():
+                more = {} if several else {"folder": folder, "resume": resume}
+                found[name] = _run(model, sets, names, step, more)
+            step("figures")
+            _write(found, output, _compared(models, sets) if several else None)
+        with on_stdout():
+            _print(found, output)
+
+
+def _require_models(models: Sequence[str], sets: list[str] | None) -> None:
+    """Read every model before the first is computed, which takes seconds. Raises ModelError."""
+    from ..engine.source import train_of
+
+    for model in models:
+        train_of(model, overrides=parsed_overrides(sets))
+
+
+def _named(models: Sequence[str]) -> dict[str, str]:
+    """What each model is called in the page: its file without folder and ending; one that comes again is numbered."""
+    found: dict[str, str] = {}
+    for model in models:
+        name, number = Path(model).stem or model, 2
+        short = name
+        while name in found:
+            name, number = f"{short} ({number})", number + 1
+        found[name] = model
+    return found
+
+
+def _run(
+    model: str, sets: list[str] | None, sections: list[str] | None, step: Any, more: dict[str, Any]
+) -> dict[str, Any]:
+    from ..verbs.report import run_report
+
+    try:
+        return run_report(model, overrides=parsed_overrides(sets), sections=sections, progress=step, **more)
+    except ModelError as error:
+        if error.path != "sections":
+            raise
+        raise ModelError(error.problem, path="--sections", given=error.given, allowed=error.allowed) from None
+
+
+def _compared(models: Sequence[str], sets: list[str] | None) -> Any:
+    """What differs between the models, as `compare` says it; None where it cannot."""
+    from ..questions.compare.compare import compare_of
+
+    try:
+        return compare_of(models, overrides=parsed_overrides(sets) or None)
+    except (ModelError, ConvergenceError) as error:
+        complain(f"left out: what differs between the models: {error}")
+        return None
+
+
+def _write(found: dict[str, dict[str, Any]], output: Path, compared: Any) -> None:
+    from ..show.report import write_report, write_variants_report
+    from ..verbs.report import side_by_side
+
+    if len(found) == 1:
+        write_report(output, next(iter(found.values())), each=side_by_side)
+    else:
+        write_variants_report(output, found, compared=compared)
+
+
+def _print(found: dict[str, dict[str, Any]], output: Path) -> None:
+    """Key figures and warnings of one train, differences of several."""
+    from ..show.console import show_pairs, show_table, show_warnings, stdout_console, warnings_of
+    from ..show.variants import difference_table
+    from ..show.views import key_figures_of
+
+    console = stdout_console()
+    for name, results in found.items():
+        title = results["check"].attrs["title"]
+        console.print(title if len(found) == 1 else f"{name}: {title}", style="bold", markup=False)
+        show_warnings(list(dict.fromkeys(text for result in results.values() for text in warnings_of(result))), console)
+        for text in json.loads(results["check"].attrs.get("not_run", "[]")):
+            console.print(f"left out: {text}", markup=False, soft_wrap=True)
+    if len(found) == 1:
+        show_pairs({words: value for value, words in key_figures_of(next(iter(found.values())))}, console)
+    else:
+        show_table(difference_table(found), console)
+    console.print(f"written: {output}", markup=False, soft_wrap=True)
+
+
+def show(
+    files: Annotated[
+        list[str],
+        typer.Argument(metavar="FILE...", help="Results that -o has written: .nc or .json.", show_default=False),
+    ],
+    figure: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--figure",
+            metavar="NAME",
+            help="Write this figure to -o FILE.svg, .png, .pdf or .html; a wrong one lists all.",
+        ),
+    ] = None,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Print every table with every row, also what its verb leaves out.")
+    ] = False,
+    as_json: Json = False,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            parser=file_name,
+            metavar="FILE",
+            help=f"Write the result in another format: {FORMATS}; several results in one .html.",
+        ),
+    ] = None,
+) -> None:
+    """Print a saved result again as its verb did, draw its figures, convert it."""
+    with reported():
+        _show(files, figure, as_json=as_json, output=output, whole=everything)
+
+
+def _show(
+    files: Sequence[str], figures: Sequence[str] | None, *, as_json: bool, output: Path | None, whole: bool
+) -> None:
+    several = len(files) > 1
+    if several and as_json:
+        raise ModelError("goes with one result alone", path="--json", given=", ".join(files))
+    if several and output is not None and not figures and output.suffix.lower() != ".html":
+        raise ModelError("holds one result", path="--output", given=str(output), allowed=".html, or one FILE at a time")
+    results = _loaded(files)
+    kinds = [str(result.attrs.get("verb", "")) for result in results.values()]
+    require_output(output, figures, kinds, as_json=as_json)
+    try:
+        put(results, output=output, figures=figures, as_json=as_json, computed=False, whole=whole)
+    except (KeyError, TypeError, ValueError) as error:
+        from ..results.dataset import has_digest
+
+        if isinstance(error, ModelError) or all(has_digest(file) for file in files):
+            raise  # what the package wrote is no fault of the file
+        problem = f"no whole result of its verb ({', '.join(kinds)}): {type(error).__name__}: {error}"
+        raise ModelError(problem, path=", ".join(files), allowed="a file as epicyclic wrote it") from error
+
+
+def _loaded(files: Sequence[str]) -> dict[str, xr.Dataset]:
+    """Results by the names of their files, by their paths where two have one name.
+
+    Raises
+    ------
+    ModelError : a file given twice, or as of `load_result`.
+    """
+    from ..results.dataset import load_result
+
+    if len(set(files)) < len(files):
+        raise ModelError("given twice", path="FILE", given=", ".join(files), allowed="each file once")
+    stems = [Path(file).stem for file in files]
+    names = [stem if stems.count(stem) == 1 else file for stem, file in zip(stems, files, strict=True)]
+    for file in files:
+        if file.lower().endswith(".toml") or is_rexs_name(file):
+            raise ModelError("a model, no saved result", path=str(file), allowed=f"a result; epicyclic check {file}")
+    return {name: load_result(file) for name, file in zip(names, files, strict=True)}
+
+
+def study(
+    job: Annotated[str, typer.Argument(metavar="JOB", help="A job file (.toml): verb, model, options, what varies.")],
+    store: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder that keeps every point that is done; --resume goes on from it."),
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the store of the same job.")] = False,
+    workers: Annotated[
+        int | None, typer.Option(metavar="N", min=1, max=1024, help="Local processes.", show_default="this process")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="URL", help="A Dask scheduler that runs: tcp://HOST:8786.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")] = False,
+    figure: Annotated[list[str] | None, figure_option(["study"])] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help=f"Write the result: {FORMATS}.")
+    ] = None,
+) -> None:
+    """A verb over a grid, a list or a sample of values in the model file and of options, as one labelled Dataset."""
+    with reported(), _flagged(), kept_store(store):
+        _study(job, store, resume, workers, scheduler, as_json=as_json, figures=figure, output=output)
+
+
+def _study(
+    job: str,
+    store: Path | None,
+    resume: bool,
+    workers: int | None,
+    scheduler: str | None,
+    *,
+    as_json: bool,
+    figures: list[str] | None,
+    output: Path | None,
+) -> None:
+    require_output(output, figures, ["study"], as_json=as_json)
+    import_model_rooms()
+    from ..verbs.study import study as run
+
+    with progress_bar(f"study {job}") as step:
+        result = run(job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=step)
+    put({"study": result}, output=output, figures=figures, as_json=as_json)
+
+
+@contextmanager
+def _flagged() -> Iterator[None]:
+    """Name keywords by their flags in errors."""
+    flags = {"store", "resume", "workers", "scheduler"}
+    try:
+        yield
+    except ModelError as error:
+        if not error.path or not set(error.path.split(", ")) <= flags:
+            raise
+        path = ", ".join(f"--{part}" for part in error.path.split(", "))
+        raise ModelError(path + str(error).removeprefix(error.path)) from error
+
+
+def systems(
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="Print the model file of this drive.", show_default=False)
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print names and titles as JSON.")] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="Copy the model file of NAME (.toml)."),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace FILE where there is one.")] = False,
+) -> None:
+    """The ready drives: names that every verb takes in place of a model file; with a name, its file."""
+    with reported():
+        if name is not None:
+            _file_of(name, output, force=force, as_json=as_json)
+        elif output is not None:
+            raise ModelError("is missing", path="NAME", allowed="the name of a ready drive, before -o FILE")
+        else:
+            _list(as_json=as_json)
+
+
+def _file_of(name: str, output: Path | None, *, force: bool, as_json: bool) -> None:
+    """Print or copy the model file of a drive."""
+    from ..document.drives import drive_text
+
+    if as_json:
+        raise ModelError("prints names and titles only", path="--json", allowed=f"epicyclic systems {name}, without it")
+    text = drive_text(name)
+    if output is None:
+        with on_stdout():
+            typer.echo(text.encode("utf-8"), nl=False)  # whatever the encoding of stdout, TOML is UTF-8
+        return
+    if not force and (output.exists() or output.is_symlink()):
+        raise ModelError("is there already", path="--output", given=str(output), allowed="another name, or --force")
+    target_of(output, (".toml",))
+    write_text(output, text)
+    complain(f"written: {output}")
+
+
+def _list(*, as_json: bool) -> None:
+    """Print names and titles."""
+    from ..document.drives import drive_titles
+
+    titles = drive_titles()
+    if as_json:
+        with on_stdout():
+            typer.echo(json.dumps(titles))
+        return
+    from ..show.console import show_pairs, stdout_console
+
+    with on_stdout():
+        show_pairs(titles, stdout_console())
