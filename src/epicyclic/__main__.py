@@ -3,8 +3,6 @@
 import gc
 import sys
 
-__all__ = ["main"]
-
 
 def main() -> None:
     """Run the command line; Ctrl-C while it is imported ends it as at any other time."""

@@ -14,8 +14,6 @@ from typing import Annotated, Any, ForwardRef, Literal, TypeVar, Union, cast, ge
 
 from .errors import ModelError
 
-__all__ = ["check_arguments", "checked"]
-
 Run = TypeVar("Run", bound=Callable[..., Any])
 
 

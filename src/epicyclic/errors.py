@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["ConvergenceError", "ModelError"]
-
 _ABSENT = object()
 # Characters of a word and of a text that a message shows: a file may have keys of a megabyte.
 _WORD, _TEXT = 200, 6000

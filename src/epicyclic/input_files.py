@@ -12,8 +12,6 @@ from typing import BinaryIO
 
 from .errors import ModelError
 
-__all__ = ["as_input", "as_output", "outputs_apart", "read_bytes", "read_text"]
-
 _TOO_LARGE = "too large"
 # Bytes that are read at once.
 _PIECE = 1 << 20

@@ -11,8 +11,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NewType
 
-__all__ = ["WARNING_CODES", "CodedText", "WarningCode", "code_of", "coded", "placed"]
-
 CodedText = NewType("CodedText", str)
 """Text of a warning that ends with its code in brackets."""
 

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from ..system.system import System
     from ..train.train import Train
 
-__all__ = ["EXTRAS", "HOLDS", "NOT_COMPUTED", "WRONG", "audit"]
-
 HOLDS, CONTRADICTED = "holds", "contradicted"
 _WITHIN, _OUTSIDE = "within", "outside"
 _SHOWN, _NO_NUMBER = "shown", "no number"

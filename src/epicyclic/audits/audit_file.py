@@ -15,21 +15,6 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 from ..errors import ModelError
 from ..verbs.record import verbs
 
-__all__ = [
-    "AS_PRINTED",
-    "Attempt",
-    "Audit",
-    "Claim",
-    "Label",
-    "Row",
-    "Run",
-    "SourceReading",
-    "Value",
-    "Verdict",
-    "attempts",
-    "claim_of",
-]
-
 AS_PRINTED = "as printed"
 """Text of the attempt that needs no reading."""
 Verdict = Literal["reproduced", "under a reading", "not reproducible", "not compared"]

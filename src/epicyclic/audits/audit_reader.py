@@ -18,8 +18,6 @@ from ..errors import ModelError
 from ..input_files import read_text
 from .audit_file import Audit, Row, Run, SourceReading, Value, Verdict
 
-__all__ = ["AUDITED", "AuditFile", "WrongRow", "audited_drives", "read_audit"]
-
 AUDITED = ".audit.toml"
 _MAX_BYTES = 4_000_000  # as of a model file
 # parts of a place in the schema that no key of the file is: kinds of a value that may be of several

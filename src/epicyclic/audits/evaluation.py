@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from .audit_file import Label, Value
 
-__all__ = ["Measured", "converted", "evaluate"]
-
 Array = NDArray[np.float64]
 _ANGULAR = re.compile(r"(?<![A-Za-z])(rad|rev|turn|deg|rpm|degree|radian)(?![A-Za-z])")
 

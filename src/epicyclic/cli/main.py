@@ -25,8 +25,6 @@ from .new import new
 from .output import figure_option
 from .rexs import export, import_rexs
 
-__all__ = ["app", "main"]
-
 app = typer.Typer(
     name="epicyclic",
     help="Epicyclic gear trains: modes, load sharing and response, from what stands on the drawing.",

@@ -20,8 +20,6 @@ from .console import complain, on_stdout, reported
 if TYPE_CHECKING:
     from ..train.new_train import NewTrain
 
-__all__ = ["new"]
-
 _PAIR = re.compile(r'"(\w+)": "([^"]+)"')
 _TABLE = re.compile(r"(?:\w+ = )?\{[^{}]+\}")
 # keyword -> flag, of everything that may be said of the train

@@ -17,8 +17,6 @@ from .console import complain, complain_of, on_stdout, require_stdout, target_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["FILES", "FORMATS", "figure_option", "print_result", "put", "require_output"]
-
 FILES = (".nc", ".json", ".csv", ".xlsx", ".html")
 """Kinds of files of a result."""
 FORMATS = ".nc, .json, .csv, .xlsx or .html"

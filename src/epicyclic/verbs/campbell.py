@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from ..engine.source import Overrides, Source
 
-__all__ = ["VERB", "campbell"]
-
 
 @bounded
 def campbell(

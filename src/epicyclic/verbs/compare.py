@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from ..system.system import System
     from ..train.train import Train
 
-__all__ = ["compare"]
-
 
 @checked
 def compare(

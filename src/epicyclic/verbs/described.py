@@ -8,8 +8,6 @@ from collections.abc import Mapping
 from inspect import Parameter, Signature
 from typing import Any, ForwardRef, get_args, get_origin
 
-__all__ = ["described", "type_words"]
-
 _SOURCE = "source : name of a ready drive, model file, dict, Train or System."
 _OVERRIDES = "overrides : path of the model file -> value; of a model, not of a Train or System."
 _PROGRESS = "progress : called with the share done, 0..1."

@@ -11,9 +11,6 @@ if TYPE_CHECKING:
     from ..engine.source import Overrides, Source
     from ..questions.flanks.efficiency import Oil
 
-__all__ = ["VERB", "efficiency"]
-
-
 # Viscosity [Pa s] and roughness [m] between which they may be those of oils and tooth flanks.
 _RANGES = ((1e-4, 10.0, "0.1 mPa s to 10 Pa s"), (1e-8, 1e-4, "0.01 um to 100 um"))
 

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from ..engine.source import Overrides, Source
 
-__all__ = ["VERB", "modes"]
-
 
 @bounded
 def modes(

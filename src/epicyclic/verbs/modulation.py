@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from ..engine.source import Overrides, Source
     from ..questions.modulation.path import Transfer, Window
 
-__all__ = ["VERB", "modulation"]
-
 
 @bounded
 def modulation(

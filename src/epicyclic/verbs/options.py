@@ -10,32 +10,6 @@ from .record import Option
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = [
-    "MOST_SPEED",
-    "RANGE_LOADS",
-    "ChosenSlices",
-    "Corner",
-    "Cycles",
-    "Folder",
-    "FrameSpeed",
-    "LinearAt",
-    "LoadPoints",
-    "MeshFrequencies",
-    "Misalignment",
-    "Of",
-    "Range",
-    "RelativeSpeed",
-    "RelativeSpeeds",
-    "Resume",
-    "Samples",
-    "ShaftOrders",
-    "ShaftTones",
-    "Start",
-    "Stop",
-    "Tolerance",
-    "Turns",
-]
-
 RANGE_LOADS = 7
 """Loads of a range where their number is not given: enough to draw a curve through."""
 # beyond any drive; squares of much more are no numbers

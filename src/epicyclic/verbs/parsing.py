@@ -14,20 +14,6 @@ from ..errors import ModelError
 if TYPE_CHECKING:
     from ..train.train import Train
 
-__all__ = [
-    "ends",
-    "frequency",
-    "frequency_band",
-    "load_per_length",
-    "loads_of",
-    "mesh_frequency",
-    "seconds",
-    "settings",
-    "share",
-    "spread",
-    "torque_step",
-]
-
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
 _UNIT = r"([A-Za-z%°µ].*?)"
 _SPEED = 'a positive mesh frequency, speed or share of the operating speed: "20 Hz", "0.6 kHz", "100 rpm", "50 %"'

@@ -29,19 +29,6 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-__all__ = [
-    "Option",
-    "Progress",
-    "Verb",
-    "bounded",
-    "given",
-    "help_of",
-    "keywords",
-    "refuse_without",
-    "require_folder",
-    "verbs",
-]
-
 Progress = Callable[[float], None]
 """Called with the share done, 0..1."""
 

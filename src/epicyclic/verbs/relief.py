@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from ..engine.source import Overrides, Source
 
-__all__ = ["RECORD", "VERB", "relief"]
-
 RECORD = "search.json"
 """Record of a search in the folder that keeps it."""
 

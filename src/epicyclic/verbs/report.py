@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from ..system.system import System
     from ..train.train import Train
 
-__all__ = ["STUDIES", "TO_MODES", "report_sections", "report_verbs", "run_report", "side_by_side"]
-
 STUDIES = ("support stiffness", "run-out")
 Item = TypeVar("Item")
 Result = TypeVar("Result")

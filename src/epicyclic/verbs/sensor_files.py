@@ -15,8 +15,6 @@ from ..input_files import read_text
 if TYPE_CHECKING:
     from ..questions.modulation.path import Transfer, Window
 
-__all__ = ["quantity", "read_transfer", "read_window"]
-
 # a measured path of 100 000 frequencies is some 4 MB
 _MAX_BYTES = 20_000_000
 Columns = dict[str, tuple[str, list[float]]]

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from ..system.system import System
     from ..train.train import Train
 
-__all__ = ["SPEED_HINT", "mesh_frequencies", "relative", "train_and_system"]
-
 SPEED_HINT = 'a speed of a member, e.g. speed.sun = "100 rpm"'
 
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from ..engine.source import Overrides, Source
 
-__all__ = ["VERB", "stability"]
-
 
 @bounded
 def stability(

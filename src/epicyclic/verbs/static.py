@@ -10,8 +10,6 @@ if TYPE_CHECKING:
 
     from ..engine.source import Overrides, Source
 
-__all__ = ["VERB", "static"]
-
 
 @bounded
 def static(

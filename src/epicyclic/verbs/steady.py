@@ -11,8 +11,6 @@ if TYPE_CHECKING:
 
     from ..engine.source import Overrides, Source
 
-__all__ = ["VERB", "steady"]
-
 
 @bounded
 def steady(

@@ -11,8 +11,6 @@ from .record import keywords, verbs
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["study"]
-
 # what a study gives each point itself, and what none has
 _OWN = ("folder", "resume", "store", "workers", "scheduler", "worst")
 

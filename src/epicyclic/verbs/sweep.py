@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from ..engine.source import Overrides, Source
 
-__all__ = ["VERB", "sweep"]
-
 
 @bounded
 def sweep(

@@ -9,8 +9,6 @@ if TYPE_CHECKING:
 
     from ..engine.source import Overrides, Source
 
-__all__ = ["VERB", "track"]
-
 
 @bounded
 def track(

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from ..engine.source import Overrides, Source
     from ..questions.transient.scenario import History
 
-__all__ = ["VERB", "transient"]
-
 
 @bounded
 def transient(

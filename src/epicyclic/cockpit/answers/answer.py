@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["QUESTIONS", "Answer", "Level", "answer", "larger_part", "number", "per_cent"]
-
 Level = Literal["good", "warn", "bad", "none"]
 
 QUESTIONS: Mapping[str, str] = {

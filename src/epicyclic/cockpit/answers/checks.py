@@ -14,8 +14,6 @@ from ...system.tooth_pairs import pair_of, tooth_warnings
 from ...train.train import Train
 from ...warning_codes import WARNING_CODES, CodedText, code_of, coded
 
-__all__ = ["ModelCheck", "checks_of"]
-
 # Codes of trains that cannot be built or do not run; all others are warnings.
 _FAILS = frozenset(
     {

@@ -22,8 +22,6 @@ from .job_results import (
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["JOBS", "JobKind"]
-
 Source = PlainTable | Path
 Progress = Callable[..., None]
 Result = tuple[JobFrame, "xr.Dataset"]

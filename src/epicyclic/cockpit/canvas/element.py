@@ -11,8 +11,6 @@ from nicegui import Client
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
-__all__ = ["Board", "EvidencePane", "SweepPane", "TrainPane", "send"]
-
 Kind = Literal["train", "sweep", "evidence"]
 
 

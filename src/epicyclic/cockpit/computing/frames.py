@@ -22,8 +22,6 @@ from numpy.typing import NDArray
 from ...document.tables import PlainTable
 from ...errors import ModelError
 
-__all__ = ["PageFrame", "Request", "failed_frame", "pack", "unpack"]
-
 Numbers = NDArray[np.float32]
 _LENGTH = struct.Struct("<I")
 

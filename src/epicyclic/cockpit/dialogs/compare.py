@@ -15,8 +15,6 @@ from .worker_calls import compared_states
 if TYPE_CHECKING:
     from ..processes.session import Session
 
-__all__ = ["compare_controls"]
-
 
 def compare_controls(session: Session) -> None:
     """Buttons that pin the present state as A, unpin it, and open the comparison, where both can change places."""

@@ -14,19 +14,6 @@ from ...errors import ModelError
 from ...terms.file_paths import Explanation, explained_paths
 from ..state.state import PageState, tables_of
 
-__all__ = [
-    "Field",
-    "FieldGroup",
-    "all_fields",
-    "current_tables",
-    "explanation_of",
-    "field_at",
-    "file_value",
-    "group_at",
-    "typed_text",
-    "typed_value",
-]
-
 Schema = Mapping[str, Any]
 # The version of the format, which nobody sets by hand; tables that say why, not what; tables whose keys are texts of
 # distributions, which no path names.

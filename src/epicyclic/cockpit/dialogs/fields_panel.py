@@ -32,8 +32,6 @@ from .parts import enlarge_button, heard, icon_button, present
 if TYPE_CHECKING:
     from ..processes.session import Session
 
-__all__ = ["fields_panel"]
-
 # Fields that a search shows: more nobody reads, and every one is a control.
 _MOST = 40
 # [s] after a change elsewhere until the fields follow, and after a key of the search: a drag writes them once.

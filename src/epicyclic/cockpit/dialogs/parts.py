@@ -15,22 +15,6 @@ if TYPE_CHECKING:
     from ..processes.session import Session
     from ..state.state import PageState
 
-__all__ = [
-    "copy",
-    "enlarge_button",
-    "give",
-    "heard",
-    "icon_button",
-    "on_key",
-    "plain_button",
-    "present",
-    "refused",
-    "rename",
-    "safe_name",
-    "show_model",
-    "window",
-]
-
 # Characters of a file name: file systems take 255 bytes, and a suffix and a number of the browser's come behind.
 _MOST_NAME = 100
 # [ms] a message of an error stays: time to read two lines.

@@ -15,8 +15,6 @@ from ..processes.session import Session
 from .controls import Words, box, button, hide, prop
 from .job_bar import progress_text
 
-__all__ = ["AnswersPane"]
-
 _MARKS = {"good": ("✓", "passes"), "warn": ("!", "look at"), "bad": ("✗", "fails"), "none": ("·", "note")}
 # Failing checks above the answers; the header has all of them.
 _MOST_CHECKS = 2

@@ -8,8 +8,6 @@ from typing import Any
 from nicegui.element import Element
 from nicegui.elements.mixins.text_element import TextElement
 
-__all__ = ["Words", "box", "button", "hide", "prop"]
-
 
 class Words(TextElement):
     """An element with a text; an equal one is not sent again."""

@@ -10,8 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["SealedFile", "file_of", "seal_of", "set_seal_key"]
-
 # The key; the server gives the one of the user's state folder, which holds after a restart.
 _key = [secrets.token_bytes(32)]
 _SEALED = ("file", "trusted", "digest")

@@ -15,8 +15,6 @@ from ...errors import ModelError
 from ..computing.frames import PageFrame, Request, failed_frame, pack
 from .spawned import Channel, Spare, kill_group, spawned
 
-__all__ = ["Client", "Worker", "start_worker", "stop_worker"]
-
 # [s] that one frame may take: the slowest, a sweep with shaft orders of a train of several stages, takes some 20 s on a
 # slow machine; what takes longer would keep every page waiting.
 _LONGEST = 120.0

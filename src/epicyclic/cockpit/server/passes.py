@@ -13,8 +13,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Passes", "issue", "state_folder"]
-
 _KEY_BYTES = 32  # of SHA-256, which signs the cookie
 _TOKEN_BYTES = 24  # 192 bits: not to be guessed, and short enough for a line of a terminal
 

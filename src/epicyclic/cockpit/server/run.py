@@ -17,8 +17,6 @@ from ..processes.seals import set_seal_key
 from ..state.state import PageState, opened
 from .passes import Passes, issue, state_folder
 
-__all__ = ["PORT", "serve"]
-
 PORT = 8765  # 8080 and 8000 are what other development servers take first
 _MORE_PORTS = 20  # tried where the port is taken: as many cockpits at once
 _HOST = "127.0.0.1"

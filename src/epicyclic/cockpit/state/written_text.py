@@ -17,8 +17,6 @@ from ...document.writer import commented_text
 from ...errors import ModelError
 from .state import Keys, PageState, at_path, keyed, request_of, spelling_of, tables_of
 
-__all__ = ["text_of", "value_at"]
-
 # Rounds of writing what still differs from the aim: the first writes the overrides, the second what follows from them
 # (masses after teeth, reasons of values that are not assumed any more); the commented writer stands behind.
 _ROUNDS = 4
