@@ -19,13 +19,9 @@ from pydantic import Field, GetJsonSchemaHandler, ValidationInfo, model_validato
 from pydantic_core import CoreSchema
 
 from ..errors import ModelError
-from ..input_files import read_text
+from .csv_files import pitch_list
 from .schema_fields import PerPlanet, SchemaTable, Unit, key
-from .units import factor
 from .written_numbers import SMALL
-
-_MAX_BYTES = 4_000_000  # of a file of pitch deviations, as of a model file
-
 
 Error = Annotated[PerPlanet, Unit("length", many=True, likely=SMALL)]
 Angle = Annotated[PerPlanet, Unit("angle", many=True)]
@@ -131,31 +127,13 @@ def _read_files(value: Any, member: str, folder: Path | None) -> Any:
     """Return a list of pitch deviations, or a list of such lists, with CSV files read. Raises ModelError."""
     path = f"deviations.{member}.pitch"
     if isinstance(value, list) and value and all(isinstance(v, (list, str)) for v in value):
-        return [_read_csv(v, path, folder) if is_file_name(v) else v for v in value]
-    return _read_csv(value, path, folder) if is_file_name(value) else value
+        return [pitch_list(v, path, folder) if is_file_name(v) else v for v in value]
+    return pitch_list(value, path, folder) if is_file_name(value) else value
 
 
 def is_file_name(value: object) -> bool:
     """Return whether a text is the name of a file: neither a list nor a number with its unit."""
     return isinstance(value, str) and not value.lstrip().startswith("[") and not _QUANTITY.match(value)
-
-
-def _read_csv(name: str, path: str, folder: Path | None) -> str:
-    """Return the last column of a CSV file as a list in m; a heading like `pitch [um]` names its unit."""
-    allowed = "a CSV file beside the model file: one tooth a line, heading `pitch [um]` for a unit other than m"
-    lines = read_text((folder or Path()) / name, most=_MAX_BYTES, path=path, given=name, allowed=allowed).splitlines()
-    cells = [line.split(",")[-1].strip() for line in lines if line.strip() and not line.startswith("#")]
-    scale: float | None = 1.0
-    if cells and cells[0].endswith("]") and "[" in cells[0]:
-        scale = factor(cells[0].rpartition("[")[2][:-1].strip(), "m")
-        cells = cells[1:]
-    try:
-        numbers = [float(cell) for cell in cells]
-    except ValueError:
-        raise ModelError("not a table of numbers", path=path, given=name, allowed=allowed) from None
-    if scale is None or not numbers or not all(abs(v * scale) < 1 for v in numbers):
-        raise ModelError("not lengths", path=path, given=name, allowed=allowed)
-    return f"[{', '.join(repr(v * scale) for v in numbers)}] m"
 
 
 def _check_pitch(path: str, pitch: PitchLists, teeth: int | None, planets: int) -> None:
