@@ -105,19 +105,27 @@ def _line_error(name: str, path: str, line: int, problem: str, *, given: object,
 _COLUMNS = ("deflection", "force")
 # a word of another spelling is no label: "forces [N]" is refused
 _FORCE_NAME = re.compile(r"(deflection|force)(?:[^A-Za-z].*)?")
+_LENGTH = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?\s*(?:[kcdmnuµμ]?m|in|inch)\s*$")
 _FORCE_HEADING = "deflection [um], force [kN]; of several phases one column each: deflection [um], force 1 [kN], ..."
 
 
 def with_files(data: PlainTable, folder: Path | None) -> PlainTable:
-    """Return a document with the numbers of the CSV files that its tables of force name, in place of the names.
+    """Return a document with the numbers of the CSV files that it names, of force and of pitch, in place of the names.
 
     folder : where the files are looked for.  Raises ModelError with path, file and line.
     """
-    parts = ("stages", "bodies", "couplings")
-    return {name: _embedded(value, name, folder) if name in parts else value for name, value in data.items()}
+    result = {}
+    for name, value in data.items():
+        if name in ("stages", "bodies", "couplings"):
+            value = _with_forces(value, name, folder)
+        elif name == "deviations" and isinstance(value, dict):
+            value = {k: _with_pitches(entry, f"{name}.{k}", folder) for k, entry in value.items()}
+        result[name] = value
+    return result
 
 
-def _embedded(value: Any, path: str, folder: Path | None) -> Any:
+def _with_forces(value: Any, path: str, folder: Path | None) -> Any:
+    """Return a table with the columns of the files that it, or a table in it, names."""
     if not isinstance(value, dict):
         return value
     if isinstance(name := value.get("file"), str):
@@ -125,7 +133,24 @@ def _embedded(value: Any, path: str, folder: Path | None) -> Any:
             raise ModelError(f"stands beside {beside[0]}", path=f"{path}.file", given=name, allowed="one of the two")
         rest = {other: entry for other, entry in value.items() if other != "file"}
         return {**_force_table(name, f"{path}.file", folder), **rest}
-    return {name: _embedded(entry, f"{path}.{name}", folder) for name, entry in value.items()}
+    return {name: _with_forces(entry, f"{path}.{name}", folder) for name, entry in value.items()}
+
+
+def _with_pitches(value: Any, path: str, folder: Path | None) -> Any:
+    """Return a table of deviations with the lists of the files that its `pitch` names, one or one for each planet."""
+    if not isinstance(value, dict):
+        return value
+    result = {}
+    for name, entry in value.items():
+        where = f"{path}.{name}"
+        if name != "pitch":
+            entry = _with_pitches(entry, where, folder)
+        elif isinstance(entry, list) and all(isinstance(row, (list, str)) for row in entry):
+            entry = [_pitch_list(row, where, folder) if is_file_name(row) else row for row in entry]
+        elif is_file_name(entry):
+            entry = _pitch_list(entry, where, folder)
+        result[name] = entry
+    return result
 
 
 def _force_table(name: str, path: str, folder: Path | None) -> dict[str, object]:
@@ -165,7 +190,12 @@ def _check_curves(table: CsvTable, columns: dict[str, list[int]], values: Sequen
             raise ModelError(where, path=table.path, given=given, allowed=allowed)
 
 
-def pitch_list(name: str, path: str, folder: Path | None) -> str:
+def is_file_name(value: object) -> bool:
+    """Return whether what stands at `pitch` is the name of a file: a text that is neither a list nor a length."""
+    return isinstance(value, str) and not value.lstrip().startswith("[") and not _LENGTH.match(value)
+
+
+def _pitch_list(name: str, path: str, folder: Path | None) -> str:
     """Return the last column of a CSV file as a list with its unit, m without a heading. Raises ModelError."""
     allowed = "a CSV file beside the model file: one tooth a line, heading `pitch [um]` for a unit other than m"
     table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=path, given=name)

@@ -9,23 +9,19 @@ the train stands in `train/deviations.py`, under the same key.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
 from pydantic import Field, GetJsonSchemaHandler, ValidationInfo, model_validator
 from pydantic_core import CoreSchema
 
 from ..errors import ModelError
-from .csv_files import pitch_list
 from .schema_fields import PerPlanet, SchemaTable, Unit, key
 from .written_numbers import SMALL
 
 Error = Annotated[PerPlanet, Unit("length", many=True, likely=SMALL)]
 Angle = Annotated[PerPlanet, Unit("angle", many=True)]
-_QUANTITY = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?\s*(?:[kcdmnuµμ]?m|in|inch)\s*$")
 PitchLists = tuple[tuple[float, ...], ...]  # [m], one list for each planet or one for all, one entry for each tooth
 
 
@@ -33,12 +29,10 @@ PitchLists = tuple[tuple[float, ...], ...]  # [m], one list for each planet or o
 class DeviationKind:
     """Properties of a kind of deviation beyond its type.
 
-    read : (value in the file, path of the member, folder of the file) -> value of the schema; raises ModelError.
     check : (path, value, teeth of the member or None, number of planets); raises ModelError. It comes after the
         check that lists of numbers have one entry per planet.
     """
 
-    read: Callable[[Any, str, Path | None], Any] | None = None
     check: Callable[[str, Any, int | None, int], None] | None = None
 
 
@@ -123,19 +117,6 @@ def _is_row(value: object) -> bool:
     return isinstance(value, (list, tuple)) or (isinstance(value, str) and value.lstrip().startswith("["))
 
 
-def _read_files(value: Any, member: str, folder: Path | None) -> Any:
-    """Return a list of pitch deviations, or a list of such lists, with CSV files read. Raises ModelError."""
-    path = f"deviations.{member}.pitch"
-    if isinstance(value, list) and value and all(isinstance(v, (list, str)) for v in value):
-        return [pitch_list(v, path, folder) if is_file_name(v) else v for v in value]
-    return pitch_list(value, path, folder) if is_file_name(value) else value
-
-
-def is_file_name(value: object) -> bool:
-    """Return whether a text is the name of a file: neither a list nor a number with its unit."""
-    return isinstance(value, str) and not value.lstrip().startswith("[") and not _QUANTITY.match(value)
-
-
 def _check_pitch(path: str, pitch: PitchLists, teeth: int | None, planets: int) -> None:
     """Raise ModelError unless there is one deviation for each tooth, in one list or one for each planet."""
     if teeth is None:
@@ -160,7 +141,7 @@ class MemberDeviationsTable(SchemaTable):
     pitch: Annotated[
         PitchLists | None,
         PitchUnit("length", low=-1, high=1, lists=True, likely=SMALL),
-        DeviationKind(read=_read_files, check=_check_pitch),
+        DeviationKind(check=_check_pitch),
     ] = key(
         None,
         "measured cumulative pitch deviations, one per tooth, positive = material missing; one list, or one per "

@@ -85,30 +85,28 @@ class WrittenLayers:
     overridden: Collection[str]
 
 
-def checked_model(
-    data: PlainTable, names: Names, folder: Path | None, layers: WrittenLayers
-) -> tuple[ModelFile, tuple[CodedText, ...]]:
+def checked_model(data: PlainTable, names: Names, layers: WrittenLayers) -> tuple[ModelFile, tuple[CodedText, ...]]:
     """Return the validated model, and a warning of each number without a unit in a file of format 1.
 
     Raises ModelError for whatever is wrong; first for a number without a unit, whose size is not to be believed.
     """
     fault: ModelError | None = None
     try:
-        model, found = validate(data, names, folder)
+        model, found = validate(data, names)
     except ModelError as error:
         fault, found = error, True
-    written = _written_bare(data, names, folder, layers) if found and (layers.file or layers.settings) else {}
+    written = _written_bare(data, names, layers) if found and (layers.file or layers.settings) else {}
     if written and data.get("format") != 1:
         raise _refusal(written)
     if fault is not None:
         raise fault
-    return model, (*_told(written), *check_tolerance(data, names, folder))
+    return model, (*_told(written), *check_tolerance(data, names))
 
 
-def _written_bare(data: PlainTable, names: Names, folder: Path | None, layers: WrittenLayers) -> dict[str, BareNumber]:
+def _written_bare(data: PlainTable, names: Names, layers: WrittenLayers) -> dict[str, BareNumber]:
     """Return the bare numbers that a person wrote, by the path as it is written."""
     try:
-        places = {place.path: place.error for place in bare_places(data, names, folder)}
+        places = {place.path: place.error for place in bare_places(data, names)}
     except ModelError:  # a name that is none, which validation tells
         return {}
     found: dict[str, BareNumber] = {}
@@ -220,7 +218,7 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     layers = WrittenLayers(
         file={} if isinstance(source, Mapping) else base, settings=settings_of(overrides or {}), overridden=overridden
     )
-    model, warnings = checked_model(data, names, folder, layers)
+    model, warnings = checked_model(data, names, layers)
     origin: dict[str, Origin] = {path: "set" if path in overridden | moved else "given" for path, _ in leaves(data)}
     return Document(
         model=model, data=data, origin=origin, source=name, warnings=(*warnings, *followed, *hints), hints=hints

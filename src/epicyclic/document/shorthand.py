@@ -2,17 +2,16 @@
 
 What a table is, is known from its place. Values of a wrong form pass through: validation names them.
 
-Normalisation of the expanded document: values by full member path, lists as tuples, CSV files read.
+Normalisation of the expanded document: values by full member path, lists as tuples.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError
-from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys, kind_of
+from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
 from .schema import SIDES, STAGE_KEYS, Names, full_path, mesh_name, nearest, reference
 from .schema_fields import LINK_KEYS
 from .tables import REMOVE, PlainTable, leaves, nested, split_path, union
@@ -299,8 +298,8 @@ def one_path(text: str, names: Names, path: str) -> str:
 STANDARD_GRAVITY = 9.81  # m/s^2
 
 
-def normalise(data: PlainTable, names: Names, folder: Path | None) -> PlainTable:
-    """Return the expanded document as `ModelFile` takes it. `folder` is where CSV files are looked for.
+def normalise(data: PlainTable, names: Names) -> PlainTable:
+    """Return the expanded document as `ModelFile` takes it.
 
     Raises ModelError for a reference to nothing.
     """
@@ -308,7 +307,7 @@ def normalise(data: PlainTable, names: Names, folder: Path | None) -> PlainTable
     if isinstance(operation := data.get("operation"), dict):
         result["operation"] = _normalised_operation(operation, names)
     if isinstance(deviations := data.get("deviations"), dict):
-        result["deviations"] = _normalised_deviations(deviations, names, folder)
+        result["deviations"] = _normalised_deviations(deviations, names)
     if isinstance(couplings := data.get("couplings"), dict):
         result["couplings"] = {k: _tuple(v, "between") for k, v in couplings.items()}
     return result
@@ -357,7 +356,7 @@ def _sides(member: str, value: Any, path: str, sides: bool) -> PlainTable:
     return {f"{member}.{side}": entry for side, entry in value.items()}
 
 
-def _normalised_deviations(table: PlainTable, names: Names, folder: Path | None) -> PlainTable:
+def _normalised_deviations(table: PlainTable, names: Names) -> PlainTable:
     """Flatten deviations to full member and mesh paths."""
     members: PlainTable = {}
     meshes: PlainTable = {}
@@ -369,28 +368,21 @@ def _normalised_deviations(table: PlainTable, names: Names, folder: Path | None)
                     meshes |= _mesh_deviations(_table(entry, f"{where}.meshes", "a table of meshes"), first, names)
                 else:
                     _known(name, (*names.stages[first], "meshes"), f"{where}.{name}", entry)
-                    members |= _member_deviations(f"{first}.{name}", entry, folder, gear=True)
+                    members |= _member_deviations(f"{first}.{name}", entry, gear=True)
         else:
             _known(first, (*names.bodies, *names.stages), where, value)
-            members |= _member_deviations(first, value, folder, gear=False)
+            members |= _member_deviations(first, value, gear=False)
     return {"members": members, "meshes": meshes}
 
 
-def _member_deviations(member: str, value: Any, folder: Path | None, *, gear: bool) -> PlainTable:
+def _member_deviations(member: str, value: Any, *, gear: bool) -> PlainTable:
     """Return the deviations of a member, and of its sides where it has them, by path."""
     path = f"deviations.{member}"
     table = _table(value, path, f"a table of {', '.join(MemberDeviationsTable.model_fields)}")
     sides = {k: v for k, v in table.items() if gear and k in SIDES}
     own = {k: v for k, v in table.items() if k not in sides}
     result = {member: own} if own or not sides else {}
-    result |= {f"{member}.{side}": _table(v, f"{path}.{side}", "a table") for side, v in sides.items()}
-    return {member: _read_kinds(entry, member, folder) for member, entry in result.items()}
-
-
-def _read_kinds(table: PlainTable, member: str, folder: Path | None) -> PlainTable:
-    """Return the deviations of one member with the kinds read that have a form of their own in the file."""
-    kinds = {name: kind_of(MemberDeviationsTable, name) for name in MemberDeviationsTable.model_fields}
-    return table | {k: kind.read(table[k], member, folder) for k, kind in kinds.items() if kind.read and k in table}
+    return result | {f"{member}.{side}": _table(v, f"{path}.{side}", "a table") for side, v in sides.items()}
 
 
 def _mesh_deviations(table: PlainTable, stage: str, names: Names) -> PlainTable:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError
@@ -71,7 +70,7 @@ def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance,
     document : a Document, or its tables (`Train.document`).  width : of the grades; `train.tolerances` knows the
     sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
     """
-    return tuple(_resolved(entry, width) for entry in _Reading(_tables_of(document), folder=None).entries())
+    return tuple(_resolved(entry, width) for entry in _Reading(_tables_of(document)).entries())
 
 
 def costs(document: object, width: Width | None = None) -> dict[str, tuple[Grade, ...]]:
@@ -86,13 +85,13 @@ def tolerances_and_costs(
     document: object, width: Width | None = None
 ) -> tuple[tuple[Tolerance, ...], dict[str, tuple[Grade, ...]]]:
     """Return `tolerances` and `costs` of one reading.  Raises ModelError as both."""
-    reading = _Reading(_tables_of(document), folder=None)
+    reading = _Reading(_tables_of(document))
     entries = reading.entries()
     priced = {entry.path: reading.grades(entry, width) for entry in entries if entry.path in reading.costs}
     return tuple(_resolved(entry, width) for entry in entries), priced
 
 
-def check_tolerance(data: PlainTable, names: Names, folder: Path | None) -> list[CodedText]:
+def check_tolerance(data: PlainTable, names: Names) -> list[CodedText]:
     """Return warnings of numbers without a unit in a file of format 1.
 
     Raises ModelError for a tolerance that is no distribution, whose path is not in the model or no number, whose values
@@ -101,7 +100,7 @@ def check_tolerance(data: PlainTable, names: Names, folder: Path | None) -> list
     """
     if not isinstance(data.get("tolerance"), dict):
         return []
-    reading = _Reading(data, folder=folder, names=names)
+    reading = _Reading(data, names)
     entries = reading.entries()
     _check_overlaps(entries, names)
     _check_costs(reading, entries)
@@ -114,7 +113,7 @@ def rewritten(data: PlainTable, write: Callable[[float, str], str]) -> PlainTabl
     data : a document, expanded, as of format 1, whose texts may hold numbers without a unit.  write : text of a value
     in SI of a kind of quantity, as `model_writer.quantity_text`.  Raises ModelError as `check_tolerance`.
     """
-    reading = _Reading(data, folder=None)
+    reading = _Reading(data)
 
     def text_of(entry: _Entry, text: object, where: str) -> object:
         read, unit = reading.distribution(text, entry.probe, entry.vector, where)
@@ -187,13 +186,11 @@ class _Entry:
 class _Reading:
     """`[tolerance]` of one document.  warnings : numbers without a unit in a file of format 1, once it is read."""
 
-    def __init__(self, data: PlainTable, *, folder: Path | None, names: Names | None = None) -> None:
+    def __init__(self, data: PlainTable, names: Names | None = None) -> None:
         table = data.get("tolerance")
         self.table: PlainTable = table if isinstance(table, dict) else {}
         self.costs = self._inner("cost")
-        # lists of pitch deviations may stand in a file beside the model, which nothing here needs
-        self.data = _without_pitch(data) if folder is None else data
-        self.folder = folder
+        self.data = data
         self.names = names or collect(data)
         self.warnings: list[CodedText] = []
 
@@ -207,7 +204,7 @@ class _Reading:
     def entries(self) -> tuple[_Entry, ...]:
         """Return the entries in the order of the file. Raises ModelError."""
         stated = {path: value for path, value in self.table.items() if path not in TOLERANCE_TABLES}
-        probes = quantities_at(self.data, stated, self.names, self.folder)
+        probes = quantities_at(self.data, stated, self.names)
         return tuple(self._entry(path, value, probes[path]) for path, value in stated.items())
 
     def grades(self, entry: _Entry, width: Width | None) -> tuple[Grade, ...]:
@@ -509,13 +506,3 @@ def _tables_of(document: object) -> PlainTable:
     if not isinstance(data, Mapping):
         raise TypeError(f"a Document or its tables, not {type(document).__name__}")
     return dict(data)
-
-
-def _without_pitch(data: PlainTable) -> PlainTable:
-    """Return a document without its lists of pitch deviations."""
-    table = data.get("deviations")
-    return data | {"deviations": _pruned(table)} if isinstance(table, dict) else data
-
-
-def _pruned(table: PlainTable) -> PlainTable:
-    return {k: _pruned(v) if isinstance(v, dict) else v for k, v in table.items() if k != "pitch"}

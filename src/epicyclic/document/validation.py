@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -440,11 +439,11 @@ class BarePlace:
     error: BareNumber
 
 
-def validate(data: PlainTable, names: Names, folder: Path | None) -> tuple[ModelFile, bool]:
+def validate(data: PlainTable, names: Names) -> tuple[ModelFile, bool]:
     """Return the validated model, and whether a bare number stands in it. Raises one ModelError."""
     context = Reading(listed=_is_listed(data))
     try:
-        model = ModelFile.model_validate(normalise(data, names, folder), context=context)
+        model = ModelFile.model_validate(normalise(data, names), context=context)
     except ValidationError as error:
         raise as_model_error(error) from None
     try:
@@ -454,10 +453,10 @@ def validate(data: PlainTable, names: Names, folder: Path | None) -> tuple[Model
     return model, context.found
 
 
-def bare_places(data: PlainTable, names: Names, folder: Path | None) -> list[BarePlace]:
+def bare_places(data: PlainTable, names: Names) -> list[BarePlace]:
     """Return every value with a bare number in it, in the order of the schema; other faults are passed over."""
     places = []
-    for detail in _faults(data, names, folder, Reading(listed=_is_listed(data), strict=True)):
+    for detail in _faults(data, names, Reading(listed=_is_listed(data), strict=True)):
         if isinstance(error := detail.get("ctx", {}).get("error"), BareNumber):
             places.append(BarePlace(path=path_of(detail["loc"]), error=error))
     return places
@@ -465,18 +464,18 @@ def bare_places(data: PlainTable, names: Names, folder: Path | None) -> list[Bar
 
 def unlisted_paths(data: PlainTable, names: Names) -> list[str]:
     """Return the paths of the texts whose unit is none of `unit_patterns`."""
-    faults = _faults(data, names, None, Reading(listed=True))
+    faults = _faults(data, names, Reading(listed=True))
     errors = ((path_of(detail["loc"]), detail.get("ctx", {}).get("error")) for detail in faults)
     return [path for path, error in errors if isinstance(error, ModelError) and error.problem.startswith(UNKNOWN_UNIT)]
 
 
-def quantity_at(data: PlainTable, path: str, names: Names, folder: Path | None) -> Probe:
+def quantity_at(data: PlainTable, path: str, names: Names) -> Probe:
     """Return which quantity may stand at a path of the document.
 
     Raises ModelError where no number may, or where a number alone is not enough.
     """
     trial = merge(data, expand(nested(tuple(path.split(".")), ASKED), names))
-    faults = _faults(trial, names, folder, Reading())
+    faults = _faults(trial, names, Reading())
     answers = [detail for detail in faults if isinstance(detail.get("ctx", {}).get("error"), Probe)]
     if answers:
         found: Probe = answers[0]["ctx"]["error"]
@@ -490,9 +489,7 @@ def quantity_at(data: PlainTable, path: str, names: Names, folder: Path | None) 
     raise error_of(here) if here else ModelError("no number stands here", path=path)
 
 
-def quantities_at(
-    data: PlainTable, paths: Iterable[str], names: Names, folder: Path | None
-) -> dict[str, Probe | ModelError]:
+def quantities_at(data: PlainTable, paths: Iterable[str], names: Names) -> dict[str, Probe | ModelError]:
     """Return what `quantity_at` says of each path, an error in place of one that it raises.
 
     All are asked for in one validation; where anything else is wrong then, each by itself.
@@ -502,27 +499,27 @@ def quantities_at(
     for layer in layers.values():
         trial = merge(trial, layer)
     answers: dict[str, Probe] = {}
-    for detail in _faults(trial, names, folder, Reading()):
+    for detail in _faults(trial, names, Reading()):
         error = detail.get("ctx", {}).get("error")
         if not isinstance(error, Probe):
-            return {path: _answer(data, path, names, folder) for path in layers}
+            return {path: _answer(data, path, names) for path in layers}
         answers[path_of(detail["loc"])] = error
     found = {path: next((answers[p] for p, _ in leaves(layer) if p in answers), None) for path, layer in layers.items()}
-    return {path: probe or _answer(data, path, names, folder) for path, probe in found.items()}
+    return {path: probe or _answer(data, path, names) for path, probe in found.items()}
 
 
-def _answer(data: PlainTable, path: str, names: Names, folder: Path | None) -> Probe | ModelError:
+def _answer(data: PlainTable, path: str, names: Names) -> Probe | ModelError:
     """Return what `quantity_at` returns or raises."""
     try:
-        return quantity_at(data, path, names, folder)
+        return quantity_at(data, path, names)
     except ModelError as error:
         return error
 
 
-def _faults(data: PlainTable, names: Names, folder: Path | None, context: Reading) -> list[Any]:
+def _faults(data: PlainTable, names: Names, context: Reading) -> list[Any]:
     """Return what pydantic finds wrong."""
     try:
-        ModelFile.model_validate(normalise(data, names, folder), context=context)
+        ModelFile.model_validate(normalise(data, names), context=context)
     except ValidationError as error:
         return list(error.errors(include_url=False))
     return []

@@ -52,10 +52,10 @@ def with_units(data: Mapping[str, Any]) -> PlainTable:
     if data.get("format") == 1 and isinstance(expanded.get("tolerance"), dict):
         table = rewritten(expanded | {"format": 1}, quantity_text)
         expanded = expanded | {"tolerance": table}
-    for place in bare_places(expanded, names, None):
+    for place in bare_places(expanded, names):
         expanded = _replaced(expanded, place.path.split("."), place.error.kinds, unit_text)
     for path in unlisted_paths(expanded, names):  # texts of a file of format 1
-        kinds = quantity_at(expanded, path, names, None).kinds
+        kinds = quantity_at(expanded, path, names).kinds
         expanded = _replaced(expanded, path.split("."), kinds, _rewritten)
     return expanded
 
@@ -185,7 +185,7 @@ def _with_units(plain: PlainTable) -> PlainTable:
     plain = {"format": LISTED, **plain}
     names = collect(plain)
     expanded = expand(plain, names)
-    bare = {place.path: place.error.kinds for place in bare_places(expanded, names, None)}
+    bare = {place.path: place.error.kinds for place in bare_places(expanded, names)}
     return _spelled(plain, "", _spellings(plain, names, bare)) if bare else plain
 
 

@@ -153,8 +153,13 @@ def test_pitch_from_a_file(tmp_path: Path) -> None:
     pitch = read(tmp_path / "a.toml").model.deviations.members["a.sun"].pitch
     assert pitch is not None
     assert pitch[0] == tuple(float(f"{i}e-6") for i in range(23))
+    # the document holds the numbers, not the name, in a list for each planet and in an override too
+    found = read(tmp_path / "a.toml", {"deviations.sun.left.pitch": ["pitch.csv"]})
+    assert "pitch.csv" not in str(found.data)
+    (tmp_path / "pitch.csv").unlink()
+    assert read(found.data).model == found.model
     (tmp_path / "pitch.csv").write_text("1\n2\nx\n")
-    with pytest.raises(ModelError, match=r"deviations\.a\.sun\.pitch = x: pitch\.csv, line 3: pitch is not"):
+    with pytest.raises(ModelError, match=r"deviations\.sun\.pitch = x: pitch\.csv, line 3: pitch is not"):
         read(tmp_path / "a.toml")
 
 
