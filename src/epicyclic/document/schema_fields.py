@@ -71,7 +71,8 @@ class Unit:
         if self.table is not None and isinstance(value, dict):
             return self.table.model_validate(value, context=context)
         if context is not None:
-            context.look(value, tuple(self.kinds.split()), self.likely, bounds=self._bounds, many=self.many)
+            kinds = tuple(self.kinds.split())
+            context.look(value, kinds, self.likely, bounds=self._bounds, many=self.many, lists=self.lists)
         try:
             read = self._quantity(value, listed=context is not None and context.listed)
         except ModelError as error:

@@ -294,6 +294,9 @@ class _Reading:
         if probe.whole:
             allowed = "a quantity that varies from part to part"
             raise ModelError("a count, no number that varies", path=where, given=_shown(value), allowed=allowed)
+        if probe.lists:
+            allowed = "a quantity that is one number, or one per planet"
+            raise ModelError("a list, no number", path=where, given=_shown(value), allowed=allowed)
         if (fault := _missing(self.data, path)) is not None:
             raise ModelError(f"no such path ({fault})", path=where, given=_shown(value), allowed=allowed)
         return probe

@@ -142,7 +142,7 @@ class Probe(ModelError):
     """Answer to the question which quantity stands at a place.
 
     kinds : names in `units.KINDS`.  ladder : the units a bare number likely means.  bounds : what it may be [SI].
-    many : one value per planet may stand there.  whole : it is a count.
+    many : one value per planet may stand there.  whole : it is a count.  lists : only a list may stand there.
     """
 
     def __init__(
@@ -153,8 +153,10 @@ class Probe(ModelError):
         bounds: Bounds = _ANY,
         many: bool = False,
         whole: bool = False,
+        lists: bool = False,
     ) -> None:
-        self.kinds, self.ladder, self.bounds, self.many, self.whole = kinds, ladder, bounds, many, whole
+        self.kinds, self.ladder, self.bounds = kinds, ladder, bounds
+        self.many, self.whole, self.lists = many, whole, lists
         super().__init__("asked for")
 
 
@@ -177,10 +179,19 @@ class Reading:
     strict: bool = False
     found: bool = field(default=False, init=False)
 
-    def look(self, value: object, kinds: tuple[str, ...], ladder: Ladder | None, *, bounds: Bounds, many: bool) -> None:
+    def look(
+        self,
+        value: object,
+        kinds: tuple[str, ...],
+        ladder: Ladder | None,
+        *,
+        bounds: Bounds,
+        many: bool,
+        lists: bool,
+    ) -> None:
         """Note a bare number. Raises BareNumber where it is strict, Probe where the place is asked for."""
         if value is ASKED:
-            raise Probe(kinds, ladder, bounds=bounds, many=many)
+            raise Probe(kinds, ladder, bounds=bounds, many=many, lists=lists)
         if bare_in(value, kinds):
             self.found = True
             if self.strict:
