@@ -22,7 +22,7 @@ from ..warning_codes import CodedText, coded
 from .csv_files import with_files
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import ModelFile, Names, check_names, collect, nearest
-from .shorthand import expand
+from .shorthand import expand, expand_path
 from .tables import PlainTable, clean, dotted_line, leaves, merge, nested
 from .tolerances import check_tolerance, still_toleranced
 from .units import KINDS
@@ -30,13 +30,18 @@ from .validation import bare_places, validate
 from .written_numbers import BareNumber, likely_text
 
 
-def check_assumed(layer: PlainTable, data: PlainTable) -> None:
-    """Raise ModelError for an assumed path that is not in `data`, with the nearest one that is."""
-    for path, reason in _entries(layer):
-        if _find(data, path) is None:
-            near = nearest(path, (p for p, _ in leaves(data)))
-            allowed = "a path of this file"
-            raise ModelError(f"no such path{near}", path=f"assumed.{path}", given=reason, allowed=allowed)
+def check_assumed(layer: PlainTable, data: PlainTable, names: Names) -> None:
+    """Raise ModelError for an assumed path of a layer that is not in `data`, with the nearest one that is.
+
+    layer : as it is written.  data : expanded.
+    """
+    table = layer.get("assumed")
+    for text, reason in leaves(table) if isinstance(table, dict) else ():
+        for path in expand_path(text, names, path=f"assumed.{text}"):
+            if _find(data, path) is None:
+                near = nearest(path, (p for p, _ in leaves(data) if not p.startswith("assumed.")))
+                allowed = "a path of this file"
+                raise ModelError(f"no such path{near}", path=f"assumed.{text}", given=reason, allowed=allowed)
 
 
 def still_assumed(data: PlainTable, overridden: Iterable[str]) -> PlainTable:
@@ -51,12 +56,6 @@ def still_assumed(data: PlainTable, overridden: Iterable[str]) -> PlainTable:
     if not isinstance(data.get("assumed"), dict):
         return data
     return data | {"assumed": {path: reason for path, reason in data["assumed"].items() if stands(path)}}
-
-
-def _entries(data: PlainTable) -> list[tuple[str, object]]:
-    """Return path and reason of every assumption."""
-    table = data.get("assumed")
-    return list(table.items()) if isinstance(table, dict) else []
 
 
 def _find(data: PlainTable, path: str) -> object | None:
@@ -206,11 +205,11 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     file, above = expand(base, names), expand(layer, names)
     for one in (file, above):
         check_alternatives(one)
-    check_assumed(file, file)
+    check_assumed(base, file, names)
     for emptied in removed:
         file = merge(file, expand(emptied, names))
     merged = merge(replace_alternatives(file, above), above)
-    check_assumed(above, merged)
+    check_assumed(layer, merged, names)
     overridden = {path for path, _ in leaves(above)}
     names = collect(merged)  # an override may have removed what is referred to
     data = expand(still_toleranced(still_assumed(merged, overridden), file, above, names), names)

@@ -44,8 +44,15 @@ def expand(layer: PlainTable, names: Names) -> PlainTable:
 
 
 def expand_path(text: str, names: Names, *, path: str) -> tuple[str, ...]:
-    """Return the paths a path with shorthands stands for: the stage put in, `radial` and `tilt` as their two."""
-    table = expand(nested(split_path(text, path=path), REMOVE), names)
+    """Return the paths a path with shorthands stands for: the stage put in, `radial` and `tilt` as their two.
+
+    path : where the text stands.  Raises ModelError there for a text that is no path, or refers to nothing.
+    """
+    segments = split_path(text, path=path)
+    try:
+        table = expand(nested(segments, REMOVE), names)
+    except ModelError as error:
+        raise ModelError(error.problem, path=path, given=text, allowed=error.allowed) from None
     return tuple(found for found, _ in leaves(table))
 
 

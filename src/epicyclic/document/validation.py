@@ -498,12 +498,14 @@ def quantities_at(data: PlainTable, paths: Iterable[str], names: Names) -> dict[
     trial = data
     for layer in layers.values():
         trial = merge(trial, layer)
-    answers: dict[str, Probe] = {}
-    for detail in _faults(trial, names, Reading()):
-        error = detail.get("ctx", {}).get("error")
-        if not isinstance(error, Probe):
-            return {path: _answer(data, path, names) for path in layers}
-        answers[path_of(detail["loc"])] = error
+    try:
+        faults = _faults(trial, names, Reading())
+    except ModelError:  # a path refers to nothing
+        faults = []
+    errors = [(path_of(fault["loc"]), fault.get("ctx", {}).get("error")) for fault in faults]
+    answers = {path: error for path, error in errors if isinstance(error, Probe)}
+    if not answers or len(answers) < len(errors):
+        return {path: _answer(data, path, names) for path in layers}
     found = {path: next((answers[p] for p, _ in leaves(layer) if p in answers), None) for path, layer in layers.items()}
     return {path: probe or _answer(data, path, names) for path, probe in found.items()}
 

@@ -184,3 +184,12 @@ def test_tables_that_hold_themselves() -> None:
     table["stages"] = table
     with pytest.raises(ModelError, match="nested too deeply"):
         read(table)
+
+
+def test_an_assumption_is_named_as_it_is_written() -> None:
+    data = read("ren2021").data
+    for path in ("deviations.planet.positon", "stages.main.carrier.bearing.tilt", "stages.main.sun.support.radil"):
+        with pytest.raises(ModelError, match="no such path") as error:
+            read(data, {"assumed": {path: "a guess"}})
+        assert error.value.path == f"assumed.{path}"
+        assert "assumed" not in str(error.value).partition(":")[2]  # it is not its own nearest path

@@ -420,3 +420,21 @@ def test_a_list_is_no_number_that_varies(path: str, text: str) -> None:
         toleranced(path, text)
     assert error.value.path.startswith(f"tolerance.{path.split('.')[0]}.")
     assert error.value.given == text
+
+
+@pytest.mark.parametrize("table", ["tolerance", "assumed"])
+@pytest.mark.parametrize(
+    "path",
+    [
+        "stages.main.meshes.sun-foo.backlash",
+        "deviations.meshes.foo-sun.gap",
+        "operation.torque.foo",
+        "deviations.foo.run_out.x",
+        "stages.main.sun.on.left",
+    ],
+)
+def test_a_path_that_is_none_is_named_in_its_table(table: str, path: str) -> None:
+    with pytest.raises(ModelError) as error:
+        read(PLAIN, {table: {path: "normal(0, 1 um)"}})
+    assert error.value.path.replace(".main.", ".") == f"{table}.{path}".replace(".main.", ".")
+    assert error.value.given in ("normal(0, 1 um)", path)
