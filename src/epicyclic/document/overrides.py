@@ -61,8 +61,10 @@ def _toml_value(text: str) -> object:
 def stepwise(overrides: Mapping[str, object]) -> list[dict[str, object]]:
     """Return the overrides as layers, in the order in which they are laid; the last one has all that are no step.
 
-    A table that others reach into is removed before they fill it, and after what they remove of it.
+    A table that others reach into is removed before they fill it, and after what they remove of it.  What a table of
+    overrides removes is an override of its own, by its path.
     """
+    overrides = _removals_apart(overrides)
     paths = {text: split_path(str(text), path=str(text)) for text in overrides}
     removed = {text: path for text, path in paths.items() if _removes(overrides[text])}
     above = {text: sum(path[: len(p)] == p != path for p in removed.values()) for text, path in removed.items()}
@@ -73,6 +75,34 @@ def stepwise(overrides: Mapping[str, object]) -> list[dict[str, object]]:
     ]
     done = {text for step in steps for text in step}
     return [*steps, {text: value for text, value in overrides.items() if text not in done}]
+
+
+def _removals_apart(overrides: Mapping[str, object]) -> dict[str, object]:
+    """Return overrides, those that tables of overrides remove by their paths and None. Raises ModelError."""
+    apart: dict[str, object] = {}
+
+    def without_removals(path: str, value: object) -> object:
+        if not isinstance(value, Mapping) or not value:
+            return value
+        kept: dict[str, object] = {}
+        for name, entry in value.items():
+            where = f"{path}.{name}"
+            if _removes(entry):
+                state(where, None)
+            elif (inner := without_removals(where, entry)) is not None:
+                kept[name] = inner
+        return kept or None
+
+    def state(path: str, value: object) -> None:
+        if path in apart and not (_removes(value) and _removes(apart[path])):
+            raise ModelError("given twice", path=path, given=value, allowed="one of the two")
+        apart[path] = value
+
+    for text, value in overrides.items():
+        kept = without_removals(str(text), value)
+        if kept is not None or value is None:
+            state(str(text), kept)
+    return apart
 
 
 def _removes(value: object) -> bool:
