@@ -7,7 +7,6 @@ The rule of units: what a person wrote without one is refused in format 2, and t
 
 from __future__ import annotations
 
-import math
 import tomllib
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -23,7 +22,7 @@ from .csv_files import with_files
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import ModelFile, Names, check_names, collect, nearest
 from .shorthand import expand, expand_path
-from .tables import PlainTable, clean, dotted_line, leaves, merge, nested
+from .tables import PlainTable, clean, dotted_line, finite_float, leaves, merge, nested
 from .tolerances import check_tolerance, still_toleranced
 from .units import KINDS
 from .validation import bare_places, validate
@@ -311,18 +310,10 @@ def parse_text(text: str, name: str) -> PlainTable:
     if (line := dotted_line(text)) is not None:
         raise ModelError(f"nested too deeply (line {line})", path=name, allowed="tables a few levels deep")
     try:
-        table = tomllib.loads(text, parse_float=_float)
+        table = tomllib.loads(text, parse_float=finite_float)
     except RecursionError:
         raise ModelError("nested too deeply", path=name, allowed="tables and lists a few levels deep") from None
-    except ValueError as error:  # TOML errors, and integers of thousands of digits
+    except (ValueError, OverflowError) as error:  # TOML errors, and integers of thousands of digits
         raise ModelError(f"not TOML: {error}", path=name, allowed="a TOML file") from None
     cleaned: PlainTable = clean(table)
     return cleaned
-
-
-def _float(text: str) -> float:
-    """Return a float. Raises ValueError where it is too large to be one."""
-    number = float(text)
-    if math.isinf(number) and "inf" not in text:
-        raise ValueError(f"{text} is too large")
-    return number

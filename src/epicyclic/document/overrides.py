@@ -23,7 +23,7 @@ from typing import Any
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from .schema import SIDES, Names, nearest
-from .tables import REMOVE, PlainTable, clean, dotted_line, leaves, nested, split_path, union
+from .tables import REMOVE, PlainTable, clean, dotted_line, finite_float, leaves, nested, split_path, union
 from .units import KINDS, Bounds, Quantity, read_quantity
 from .writer import quantity_text
 from .written_numbers import is_typed, typed
@@ -36,23 +36,26 @@ def parse_setting(text: str) -> tuple[str, object]:
 
     Numbers are marked as typed, so that a quantity without its unit is told or refused.
 
-    Raises ModelError without `=`.
+    Raises ModelError without `=`, and for a number that is too large to be one.
     """
     path, equals, value = text.partition("=")
     if not equals or not path.strip():
         raise ModelError(
             "not a setting", path="overrides", given=text, allowed="PATH=VALUE, stages.main.sun.mass=750 kg"
         )
-    value = value.strip()
-    return path.strip(), typed(_toml_value(value)) if value else None
+    path, value = path.strip(), value.strip()
+    try:
+        return path, typed(_toml_value(value)) if value else None
+    except OverflowError:
+        raise ModelError("too large", path=path, given=value, allowed="a number below 1.8e308, or inf") from None
 
 
 def _toml_value(text: str) -> object:
-    """Return a TOML value, or the text itself where it is none."""
+    """Return a TOML value, or the text itself where it is none. Raises OverflowError."""
     if "\n" in text or len(text) > 100_000 or dotted_line(text) is not None:
         return text
     try:
-        table = tomllib.loads(f"value = {text}")
+        table = tomllib.loads(f"value = {text}", parse_float=finite_float)
     except (ValueError, RecursionError):
         return text
     return table["value"] if len(table) == 1 else text

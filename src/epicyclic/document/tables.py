@@ -101,6 +101,14 @@ def _most_points(line: str) -> int:
     return most
 
 
+def finite_float(text: str) -> float:
+    """Return a float of a TOML text, infinity of `inf` alone. Raises OverflowError for a number that is none."""
+    number = float(text)
+    if math.isinf(number) and "inf" not in text:
+        raise OverflowError(f"{text} is too large")
+    return number
+
+
 def _clean_float(value: float, path: str) -> float | str:
     """Return a plain float, "inf" for infinity."""
     if math.isnan(value):

@@ -194,3 +194,12 @@ def test_a_table_removes_as_a_path_does(empty: object) -> None:
         read("ren2021", {"stages.main.carrier": {"split": empty}})
     with pytest.raises(ModelError, match=r"stages\.main\.carrier\.mass = .*: given twice"):
         read("ren2021", {"stages.main.carrier": {"mass": empty}, mass: "5 t"})
+
+
+@pytest.mark.parametrize("value", ["1e400", "-1e999", "[0, 1e400]", "{ x = 1e400 }"])
+def test_a_number_that_is_too_large_is_not_infinite(value: str) -> None:
+    with pytest.raises(
+        ModelError, match=r"^stages\.main\.sun\.support\.radial = .*: too large; allowed: a number"
+    ) as error:
+        parse_setting(f"stages.main.sun.support.radial={value}")
+    assert error.value.given == value
