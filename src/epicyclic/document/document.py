@@ -208,6 +208,7 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     for emptied in removed:
         file = merge(file, expand(emptied, names))
     merged = merge(replace_alternatives(file, above), above)
+    _check_format(merged)
     check_assumed(layer, merged, names)
     overridden = {path for path, _ in leaves(above)}
     names = collect(merged)  # an override may have removed what is referred to
@@ -235,9 +236,9 @@ def _check_format(base: PlainTable) -> None:
     version = base.get("format")
     if version is None:
         raise ModelError("missing", path="format", allowed=f"format = {FORMAT}, the version of the file format")
-    if isinstance(version, bool):
-        raise ModelError("not a whole number", path="format", given=version, allowed=f"format = {FORMAT}")
-    if isinstance(version, int) and version > FORMAT:
+    if isinstance(version, bool) or not isinstance(version, int):  # 2.0 equals 2, and would pass for a format 1
+        raise ModelError("not a whole number", path="format", given=version, allowed=f"format = {FORMAT}, or 1")
+    if version > FORMAT:
         problem = f"format {version} is newer than this program reads"
         raise ModelError(problem, path="format", given=version, allowed=f"format = 1 or {FORMAT}, or a newer epicyclic")
 

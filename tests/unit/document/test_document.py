@@ -193,3 +193,11 @@ def test_an_assumption_is_named_as_it_is_written() -> None:
             read(data, {"assumed": {path: "a guess"}})
         assert error.value.path == f"assumed.{path}"
         assert "assumed" not in str(error.value).partition(":")[2]  # it is not its own nearest path
+
+
+@pytest.mark.parametrize("version", [2.0, 1.0, 2.5, True, "2", [2]])
+def test_a_format_is_a_whole_number(version: object) -> None:
+    with pytest.raises(ModelError, match=r"^format = .*: not a whole number; allowed: format = 2, or 1$"):
+        read(read("ren2021").data | {"format": version})
+    with pytest.raises(ModelError, match="^format = "):
+        read("ren2021", {"format": version})
