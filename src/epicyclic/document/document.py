@@ -38,7 +38,7 @@ def check_assumed(layer: PlainTable, data: PlainTable, names: Names) -> None:
     for text, reason in leaves(table) if isinstance(table, dict) else ():
         for path in expand_path(text, names, path=f"assumed.{text}"):
             if _find(data, path) is None:
-                near = nearest(path, (p for p, _ in leaves(data) if not p.startswith("assumed.")))
+                near = nearest(path, (p for p, _ in leaves(data) if not p.startswith(("assumed.", "tolerance."))))
                 allowed = "a path of this file"
                 raise ModelError(f"no such path{near}", path=f"assumed.{text}", given=reason, allowed=allowed)
 
