@@ -16,7 +16,7 @@ from .distributions import FORMS, PHASES, VECTORS, Distribution, StandardGrade, 
 from .schema import Names, collect, nearest
 from .shorthand import TOLERANCE_TABLES, expand, one_path
 from .tables import PlainTable, leaves, nested
-from .units import KINDS, Bounds, Quantity, read_quantity, split_list
+from .units import KINDS, Bounds, Quantity, kind_words, read_quantity, split_list
 from .validation import LISTED, quantities_at
 from .written_numbers import Probe, bare_in, likely_text
 
@@ -316,7 +316,10 @@ class _Reading:
         kinds = probe.kinds
         if isinstance(read, StandardGrade) and "length" not in kinds:
             raise ModelError(
-                "a grade of a length, where another quantity stands", path=where, given=text, allowed=_words(kinds)
+                "a grade of a length, where another quantity stands",
+                path=where,
+                given=text,
+                allowed=kind_words(kinds),
             )
         if len({unit for unit in units if unit}) > 1:
             allowed = " or ".join(KINDS[kind].unit for kind in kinds)
@@ -333,7 +336,12 @@ class _Reading:
         if bare is not None and bare_in(bare, kinds):
             likely = likely_text(bare, kinds, probe.ladder)
             if version != 1:
-                raise ModelError(f'a number without a unit: "{likely}"?', path=where, given=text, allowed=_words(kinds))
+                raise ModelError(
+                    f'a number without a unit: "{likely}"?',
+                    path=where,
+                    given=text,
+                    allowed=kind_words(kinds),
+                )
             unit = KINDS[kinds[0]].unit
             self.warnings.append(
                 coded("no-unit", f'{where} = {text}: {part.strip()} has no unit, read in {unit}; "{likely}"?')
@@ -342,7 +350,7 @@ class _Reading:
             listed = isinstance(version, int) and version >= LISTED
             read = read_quantity(part if bare is None else bare, kinds, Bounds(), listed=listed)
         except ModelError as error:
-            raise ModelError(error.problem, path=where, given=text, allowed=_words(kinds)) from None
+            raise ModelError(error.problem, path=where, given=text, allowed=kind_words(kinds)) from None
         if isinstance(read, Quantity):
             assert isinstance(read.value, float)
             return read.value, read.unit if read.value or bare is None else ""
@@ -380,21 +388,14 @@ def _is_vector_text(text: object) -> bool:
     return isinstance(text, str) and text.strip().partition("(")[0].strip() in (*VECTORS, "grade")
 
 
-def _words(kinds: tuple[str, ...]) -> str:
-    """Return what the values of a distribution may be."""
-    return " or ".join(f"{KINDS[k].name}{f' ({KINDS[k].spellings})' if KINDS[k].unit else ''}" for k in kinds)
-
-
 def _check_bounds(read: Distribution, bounds: Bounds, where: str) -> None:
     """Raise ModelError for a distribution whose mean, or whose end, cannot stand at its path."""
     if read.kind in VECTORS:
         return
     ends = [value for name, value in zip(FORMS[read.kind], read.values, strict=True) if name in ("low", "high")]
     for value in (float(read.mean.real), *ends):
-        low, high = bounds.low, bounds.high
-        above = low is None or (value > low if bounds.above else value >= low)
-        below = high is None or (value < high if bounds.below else value <= high)
-        if not (above and below):
+        if value not in bounds:
+            low, high = bounds.low, bounds.high
             limits = [f"{'above' if bounds.above else 'at least'} {low:g}"] if low is not None else []
             limits += [f"{'below' if bounds.below else 'at most'} {high:g}"] if high is not None else []
             problem = f"its mean or an end, {value:.6g} in SI, cannot stand there"

@@ -16,7 +16,7 @@ from decimal import Decimal
 from typing import Any
 
 from ..errors import ModelError
-from .units import KINDS, Bounds, read_quantity, split_list
+from .units import KINDS, Bounds, kind_words, read_quantity, split_list
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?"
 _ONE = re.compile(rf"\s*({_NUMBER})\s*([^\d\s\[,].*?)?\s*")
@@ -134,8 +134,7 @@ class BareNumber(ModelError):
 
     def __init__(self, value: object, kinds: tuple[str, ...], ladder: Ladder | None) -> None:
         self.kinds, self.likely = kinds, likely_text(value, kinds, ladder)
-        spellings = " or ".join(f"{KINDS[kind].name} ({KINDS[kind].spellings})" for kind in kinds)
-        super().__init__(f'a number without a unit: "{self.likely}"?', given=value, allowed=spellings)
+        super().__init__(f'a number without a unit: "{self.likely}"?', given=value, allowed=kind_words(kinds))
 
 
 class Probe(ModelError):
@@ -207,8 +206,8 @@ def stated(value: float | str, kind: str, path: str, *, bounds: Bounds = _ANY) -
         return float(value)
     if _PLAIN.fullmatch(value) and float(value) != 0:
         likely = likely_text(float(value), (kind,), None)
-        allowed = f"{KINDS[kind].name} ({KINDS[kind].spellings})"
-        raise ModelError(f'a number without a unit: "{likely}"?', path=path, given=value, allowed=allowed)
+        problem = f'a number without a unit: "{likely}"?'
+        raise ModelError(problem, path=path, given=value, allowed=kind_words((kind,)))
     try:
         read = read_quantity(value, (kind,), bounds)
     except ModelError as error:
