@@ -31,7 +31,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from ..errors import ModelError
 from .units import KINDS, Bounds, Quantity, read_quantity
-from .written_numbers import SMALL, BareNumber, Ladder, Probe, Reading
+from .written_numbers import SMALL, Ladder, Reading
 
 PerPlanet = float | tuple[float, ...]  # one value, or one per planet
 
@@ -204,22 +204,12 @@ class CurveUnit(Unit):
     def read(self, value: object, info: ValidationInfo[Any] | None = None) -> Curves:
         """Return the lists in SI."""
         several = isinstance(value, (list, tuple)) and bool(value) and all(_is_list(entry) for entry in value)
-        found = [self._row(row, info) for row in (value if several else [value])]  # type: ignore[attr-defined]
+        found = [Unit.read(self, row, info) for row in (value if several else [value])]  # type: ignore[attr-defined]
         own = KINDS[self.kinds.split()[0]].unit
         pairs = [(row.value, row.unit) if isinstance(row, Quantity) else (row, own) for row in found]
         if len({unit for _, unit in pairs}) > 1:
             raise ModelError("mixes kinds of quantity", given=value, allowed=self.describe())
         return Curves(rows=tuple(tuple(row) for row, _ in pairs), unit=pairs[0][1])  # type: ignore[arg-type]
-
-    def _row(self, row: object, info: ValidationInfo[Any] | None) -> object:
-        """Return one list in SI."""
-        try:
-            return Unit.read(self, row, info)
-        except (BareNumber, Probe):
-            raise
-        except ModelError as error:
-            allowed = error.allowed.replace("; a list gives one value per planet", "")
-            raise ModelError(error.problem, given=error.given, allowed=allowed) from None
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         lists = [form for kind in self.kinds.split() for form in self.forms(kind)]

@@ -252,6 +252,8 @@ class _Wanted:
         allowed = " or ".join([kind_words(self.kinds), *(f'"{word}"' for word in self.words)])
         if problem in ("out of range", "must be finite") or self.bounds.low is not None:
             allowed += _range_words(self.bounds, KINDS[self.kinds[0]])
+        if not self.one:
+            return ModelError(problem, given=value, allowed=f"a list of {allowed}")
         if self.many and problem != "an empty list":
             allowed += "; a list gives one value per planet"
         return ModelError(problem, given=value, allowed=allowed)

@@ -199,5 +199,19 @@ def test_an_assumption_is_named_as_it_is_written() -> None:
 def test_a_format_is_a_whole_number(version: object) -> None:
     with pytest.raises(ModelError, match=r"^format = .*: not a whole number; allowed: format = 2, or 1$"):
         read(read("ren2021").data | {"format": version})
-    with pytest.raises(ModelError, match="^format = "):
+    with pytest.raises(ModelError, match=r"^format = "):
         read("ren2021", {"format": version})
+
+
+def test_what_is_allowed_of_a_list() -> None:
+    data = read("ren2021").data
+    for path, value, allowed in (
+        ("stages.main.planet_angles", "3 deg", "a list of angle (rad, deg)"),
+        ("operation.gravity", "3 m/s^2", "a list of acceleration (m/s^2)"),
+        ("deviations.main.sun.pitch", "5 um", "a list of length (m, mm, um), >= -1 and <= 1 m"),
+        ("stages.main.sun.support.radial", "x", "stiffness (N/m, N/um, kN/mm), >= 0 and <= 1e+16 N/m or inf; a list "),
+    ):
+        with pytest.raises(ModelError) as error:
+            read(data, {path: value})
+        assert error.value.allowed.startswith(allowed)
+        assert error.value.allowed.endswith("one value per planet") == path.endswith("radial")
