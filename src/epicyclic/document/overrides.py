@@ -264,7 +264,6 @@ _POWERS: dict[str, tuple[tuple[str, ...], int | None, int | None]] = {
     "tilt_inertia": (("inertia",), 4, 3),
 }
 _REDUCED = 2  # less for an inertia in kg, J/r^2
-_DISTANCES = ("centre_distance", "pin_radius")
 
 
 def follow_teeth(data: PlainTable, before: PlainTable, overridden: frozenset[str], names: Names) -> Followed:

@@ -45,7 +45,7 @@ class Unit:
     many : a list, one value per planet, is allowed (a tuple then).  lists : only a list is allowed, of `count` entries.
     words : words allowed in place of a number, kept as they are.  table : the schema of a table allowed there.
     reason : why the bounds are as they are, for the error.
-    likely : units that a bare number likely means, where they are others than of the kind (`bare_numbers.LIKELY`).
+    likely : units that a bare number likely means, where they are others than of the kind (`written_numbers.LIKELY`).
     """
 
     kinds: str

@@ -111,7 +111,7 @@ def rewritten(data: PlainTable, write: Callable[[float, str], str]) -> PlainTabl
     """Return `[tolerance]` of a document with every value of its distributions written anew; grades stay.
 
     data : a document, expanded, as of format 1, whose texts may hold numbers without a unit.  write : text of a value
-    in SI of a kind of quantity, as `model_writer.quantity_text`.  Raises ModelError as `check_tolerance`.
+    in SI of a kind of quantity, as `writer.quantity_text`.  Raises ModelError as `check_tolerance`.
     """
     reading = _Reading(data)
 

@@ -428,7 +428,7 @@ def _check_count(path: str, value: object, count: int) -> None:
         raise ModelError(f"a list of {len(value)}", path=path, given=given, allowed=allowed)
 
 
-LISTED = 2  # the format from which on only units of `unit_patterns` are read
+LISTED = 2  # the format from which on only units of `UNIT_PATTERNS` are read
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -463,7 +463,7 @@ def bare_places(data: PlainTable, names: Names) -> list[BarePlace]:
 
 
 def unlisted_paths(data: PlainTable, names: Names) -> list[str]:
-    """Return the paths of the texts whose unit is none of `unit_patterns`."""
+    """Return the paths of the texts whose unit is none of `UNIT_PATTERNS`."""
     faults = _faults(data, names, Reading(listed=True))
     errors = ((path_of(detail["loc"]), detail.get("ctx", {}).get("error")) for detail in faults)
     return [path for path, error in errors if isinstance(error, ModelError) and error.problem.startswith(UNKNOWN_UNIT)]

@@ -1,6 +1,6 @@
 """A model document as the file a person would write: sections in order, units of a drawing, comments, reasons last.
 
-`model_writer` states a document whole, shorthands expanded.  Here the spelling of the document stays (`radial`,
+`model_text` states a document whole, shorthands expanded.  In `commented_text` its spelling stays (`radial`,
 `run_out = "20 um"`, a member without its stage), because a person goes on with the file.
 
 A model document as a file of format 2: numbers in SI with the units a drawing has, that load to the same bits.

@@ -170,7 +170,7 @@ ASKED = _Asked(1.0)
 class Reading:
     """Context of one validation.
 
-    listed : only units of `unit_patterns` are read, as of format 2.  strict : a bare number is an error.
+    listed : only units of `UNIT_PATTERNS` are read, as of format 2.  strict : a bare number is an error.
     found : set where a bare number was met.
     """
 
