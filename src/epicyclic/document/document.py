@@ -22,10 +22,10 @@ from .csv_files import with_files
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import ModelFile, Names, check_names, collect, nearest
 from .shorthand import expand, expand_path
-from .tables import PlainTable, clean, dotted_line, finite_float, leaves, merge, nested
+from .tables import PlainTable, clean, dotted_line, finite_float, leaves, merge, nested, value_at
 from .tolerances import check_tolerance, still_toleranced
 from .units import KINDS
-from .validation import bare_places, validate
+from .validation import bare_numbers, validate
 from .written_numbers import BareNumber, likely_text
 
 
@@ -37,7 +37,7 @@ def check_assumed(layer: PlainTable, data: PlainTable, names: Names) -> None:
     table = layer.get("assumed")
     for text, reason in leaves(table) if isinstance(table, dict) else ():
         for path in expand_path(text, names, path=f"assumed.{text}"):
-            if _find(data, path) is None:
+            if value_at(data, path.split(".")) is None:
                 near = nearest(path, (p for p, _ in leaves(data) if not p.startswith(("assumed.", "tolerance."))))
                 allowed = "a path of this file"
                 raise ModelError(f"no such path{near}", path=f"assumed.{text}", given=reason, allowed=allowed)
@@ -48,8 +48,8 @@ def still_assumed(data: PlainTable, overridden: Iterable[str]) -> PlainTable:
     gone = frozenset(overridden)
 
     def stands(path: str) -> bool:
-        found = _find(data, path)
-        below = {p for p, _ in leaves({path: found})} if found is not None else set()
+        value = value_at(data, path.split("."))
+        below = {p for p, _ in leaves({path: value})} if value is not None else set()
         return f"assumed.{path}" in gone or not below <= gone
 
     if not isinstance(data.get("assumed"), dict):
@@ -57,67 +57,33 @@ def still_assumed(data: PlainTable, overridden: Iterable[str]) -> PlainTable:
     return data | {"assumed": {path: reason for path, reason in data["assumed"].items() if stands(path)}}
 
 
-def _find(data: PlainTable, path: str) -> object | None:
-    """Return what stands at a path, None where nothing does."""
-    here: object = data
-    for part in path.split("."):
-        if not isinstance(here, dict) or part not in here:
-            return None
-        here = here[part]
-    return here
-
-
 # warnings of one file: as many as fit on a screen, or the first few and the count
 _MOST, _FEW = 8, 5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WrittenLayers:
-    """Layers that a person wrote, as they stand; empty where built in Python, whose numbers are SI.
+def _written_bare(
+    data: PlainTable, names: Names, file: PlainTable, settings: PlainTable, overridden: Collection[str]
+) -> dict[str, BareNumber]:
+    """Return the bare numbers that a person wrote, by the path as it is written.
 
-    file : tables of the file.  settings : values typed on the command line.  overridden : paths set by any override.
+    file, settings : tables of the file, and values typed on the command line; empty where built in Python, whose
+    numbers are SI.  overridden : paths set by any override.
     """
-
-    file: PlainTable
-    settings: PlainTable
-    overridden: Collection[str]
-
-
-def checked_model(data: PlainTable, names: Names, layers: WrittenLayers) -> tuple[ModelFile, tuple[CodedText, ...]]:
-    """Return the validated model, and a warning of each number without a unit in a file of format 1.
-
-    Raises ModelError for whatever is wrong; first for a number without a unit, whose size is not to be believed.
-    """
-    fault: ModelError | None = None
     try:
-        model, found = validate(data, names)
-    except ModelError as error:
-        fault, found = error, True
-    written = _written_bare(data, names, layers) if found and (layers.file or layers.settings) else {}
-    if written and data.get("format") != 1:
-        raise _refusal(written)
-    if fault is not None:
-        raise fault
-    return model, (*_told(written), *check_tolerance(data, names))
-
-
-def _written_bare(data: PlainTable, names: Names, layers: WrittenLayers) -> dict[str, BareNumber]:
-    """Return the bare numbers that a person wrote, by the path as it is written."""
-    try:
-        places = {place.path: place.error for place in bare_places(data, names)}
+        errors = bare_numbers(data, names)
     except ModelError:  # a name that is none, which validation tells
         return {}
-    found: dict[str, BareNumber] = {}
-    for layer, set_there in ((layers.file, False), (layers.settings, True)):
+    written: dict[str, BareNumber] = {}
+    for layer, set_there in ((file, False), (settings, True)):
         for path, value in _numbers(layer):
             try:
-                stands = [p for p, _ in leaves(expand(nested(path, value), names))]
+                expanded = [p for p, _ in leaves(expand(nested(path, value), names))]
             except ModelError:
                 continue
-            mine = [p for p in stands if p in places and (p in layers.overridden) == set_there]
-            if mine:
-                found[".".join(path)] = places[mine[0]]
-    return found
+            bare = [p for p in expanded if p in errors and (p in overridden) == set_there]
+            if bare:
+                written[".".join(path)] = errors[bare[0]]
+    return written
 
 
 def _numbers(table: PlainTable, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -130,32 +96,26 @@ def _numbers(table: PlainTable, path: tuple[str, ...] = ()) -> Iterator[tuple[tu
 
 
 def _refusal(written: dict[str, BareNumber]) -> ModelError:
-    """Return the error of the first, which names the others."""
+    """Return the error of the first bare number, which names the others."""
     (path, first), *rest = written.items()
-    more = (
-        f" (and {len(rest)} more, at {', '.join(p for p, _ in rest[:3])}{', ...' if rest[3:] else ''})" if rest else ""
-    )
+    others = f"{', '.join(p for p, _ in rest[:3])}{', ...' if rest[3:] else ''}"
+    more = f" (and {len(rest)} more, at {others})" if rest else ""
     return ModelError(f"{first.problem}{more}", path=path, given=first.given, allowed=first.allowed)
 
 
 def _told(written: dict[str, BareNumber]) -> list[CodedText]:
-    """Return a warning of each, of very many the first few and their number."""
-    texts = [_warning(path, error) for path, error in written.items()]
+    """Return a warning of each bare number, what it was read as and what was likely meant; of many the first few."""
+    texts = []
+    for path, error in written.items():
+        unit = KINDS[error.kinds[0]].unit
+        read = likely_text(error.given, error.kinds, ((0.0, unit),))
+        meant = "write it so, as format = 2 asks" if read == error.likely else f'"{error.likely}"?'
+        text = f'{path} = {read.removesuffix(unit).strip()}: no unit, read as "{read}"; {meant}'
+        texts.append(coded("no-unit", text))
     if len(texts) <= _MOST:
         return texts
-    return [
-        *texts[:_FEW],
-        coded("no-unit", f"{len(texts)} numbers of the file have no unit, {len(texts) - _FEW} more than these"),
-    ]
-
-
-def _warning(path: str, error: BareNumber) -> CodedText:
-    """Return what a bare number was read as, and what was likely meant."""
-    unit = KINDS[error.kinds[0]].unit
-    read = likely_text(error.given, error.kinds, ((0.0, unit),))
-    given = read.removesuffix(unit).strip()
-    meant = "write it so, as format = 2 asks" if read == error.likely else f'"{error.likely}"?'
-    return coded("no-unit", f'{path} = {given}: no unit, read as "{read}"; {meant}')
+    count = f"{len(texts)} numbers of the file have no unit, {len(texts) - _FEW} more than these"
+    return [*texts[:_FEW], coded("no-unit", count)]
 
 
 FORMAT = 2
@@ -214,14 +174,23 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     names = collect(merged)  # an override may have removed what is referred to
     data = expand(still_toleranced(still_assumed(merged, overridden), file, above, names), names)
     data, followed, hints, moved = follow_teeth(data, file, frozenset(overridden), names)
-    layers = WrittenLayers(
-        file={} if isinstance(source, Mapping) else base, settings=settings_of(overrides or {}), overridden=overridden
-    )
-    model, warnings = checked_model(data, names, layers)
+    of_file, typed = {} if isinstance(source, Mapping) else base, settings_of(overrides or {})
+
+    def bare() -> dict[str, BareNumber]:
+        """The numbers without a unit that a person wrote. Raises ModelError where the format asks for one."""
+        written = _written_bare(data, names, of_file, typed, overridden) if of_file or typed else {}
+        if written and data.get("format") != 1:
+            raise _refusal(written)
+        return written
+
+    try:
+        model, has_bare = validate(data, names)
+    except ModelError:
+        bare()  # ahead of any other fault: the size of such a number is not to be believed
+        raise
+    warnings = (*_told(bare() if has_bare else {}), *check_tolerance(data, names), *followed, *hints)
     origin: dict[str, Origin] = {path: "set" if path in overridden | moved else "given" for path, _ in leaves(data)}
-    return Document(
-        model=model, data=data, origin=origin, source=name, warnings=(*warnings, *followed, *hints), hints=hints
-    )
+    return Document(model=model, data=data, origin=origin, source=name, warnings=warnings, hints=hints)
 
 
 def ready_drives() -> tuple[str, ...]:

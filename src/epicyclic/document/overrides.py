@@ -23,7 +23,7 @@ from typing import Any
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from .schema import SIDES, Names, nearest
-from .tables import REMOVE, PlainTable, clean, dotted_line, finite_float, leaves, nested, split_path, union
+from .tables import REMOVE, PlainTable, clean, dotted_line, finite_float, leaves, nested, split_path, union, value_at
 from .units import KINDS, Bounds, Quantity, read_quantity
 from .writer import quantity_text
 from .written_numbers import is_typed, typed
@@ -122,20 +122,12 @@ def layer_of(overrides: Mapping[str, object], base: PlainTable) -> PlainTable:
     for text, value in overrides.items():
         path = split_path(str(text), path=str(text))
         _check_known(path, value, base)
-        if isinstance(value, Mapping) and not value and _table_at(base, path):
+        if isinstance(value, Mapping) and not value and value_at(base, path):
             raise ModelError(
                 "an empty table changes nothing", path=str(text), given="{}", allowed=f"{text}= removes it"
             )
         layer = union(layer, nested(path, REMOVE if _removes(value) else clean(value, str(text))), "")
     return layer
-
-
-def _table_at(base: PlainTable, path: tuple[str, ...]) -> object:
-    """What stands at a path, None where nothing does."""
-    found: object = base
-    for name in path:
-        found = found.get(name) if isinstance(found, dict) else None
-    return found
 
 
 def settings_of(overrides: Mapping[str, object]) -> PlainTable:
@@ -284,7 +276,7 @@ def follow_teeth(data: PlainTable, before: PlainTable, overridden: frozenset[str
         for path, ratio, powers in _scaled_paths(data["stages"][stage], stage, teeth, names):
             if path in overridden or ratio == 1:
                 continue
-            if (found := _scaled(_at(data, path), path, ratio, powers)) is not None:
+            if (found := _scaled(value_at(data, path.split(".")), path, ratio, powers)) is not None:
                 text, value = found
                 data = _with(data, path.split("."), value)
                 said.append(text)
@@ -304,7 +296,7 @@ def _changed(data: PlainTable, before: PlainTable, stage: str, members: Any) -> 
     """Teeth before and now of every gear of a stage that has both."""
     found = {}
     for member in members:
-        old, new = (_at(table, f"stages.{stage}.{member}.teeth") for table in (before, data))
+        old, new = (value_at(table, ("stages", stage, member, "teeth")) for table in (before, data))
         if all(isinstance(z, int) and not isinstance(z, bool) and z > 0 for z in (old, new)):
             found[member] = (old, new)
     return found
@@ -400,13 +392,6 @@ def _ring_hint(stage: str, teeth: dict[str, tuple[int, int]], kinds: Any) -> lis
     path, sum_of = f"stages.{stage}.{ring}.teeth", f"{teeth[sun][1]} + 2 x {teeth[planet][1]}"
     text = f"{path} = {teeth[ring][1]}: {sum_of} teeth want a ring of {want[1]}; set {path} = {want[1]} too"
     return [coded("ring-teeth", text)]
-
-
-def _at(table: object, path: str) -> Any:
-    """What stands at a path, None where nothing does."""
-    for part in path.split("."):
-        table = table.get(part) if isinstance(table, dict) else None
-    return table
 
 
 def _with(table: PlainTable, path: list[str], value: Any) -> PlainTable:

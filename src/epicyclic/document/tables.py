@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
 
 from ..errors import ModelError
@@ -169,6 +169,13 @@ def merge(base: PlainTable, layer: PlainTable, path: str = "") -> PlainTable:
         else:
             result[name] = value
     return result
+
+
+def value_at(table: object, path: Iterable[str]) -> Any:
+    """Return what stands at the names of a path in nested tables, None where nothing does."""
+    for name in path:
+        table = table.get(name) if isinstance(table, dict) else None
+    return table
 
 
 def leaves(table: PlainTable, path: str = "") -> Iterator[tuple[str, object]]:

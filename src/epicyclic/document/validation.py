@@ -10,7 +10,6 @@ Validation of an expanded document: the model in SI, bare numbers with their pat
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -33,7 +32,7 @@ from .schema import (
 )
 from .schema_fields import CouplingTable, LinkDampingTable, LinkTable, SupportTable, Unit, metadata_of
 from .shorthand import expand, normalise
-from .tables import PlainTable, leaves, merge, nested
+from .tables import PlainTable, leaves, merge, nested, value_at
 from .units import UNKNOWN_UNIT, Quantity
 from .written_numbers import ASKED, BareNumber, Probe, Reading
 
@@ -59,31 +58,26 @@ _FAULTS = {
     "too_short": ("too few", "a longer list"),
     "too_long": ("too many", "a shorter list"),
 }
-_ORDER = ("extra_forbidden",)  # reported first: a misspelt key is also a missing one
 _HIDDEN = {"members", "bearings", "form"}
 Loc = tuple[int | str, ...]
 
 
-def as_model_error(error: ValidationError) -> ModelError:
-    """Return one ModelError: the first problem with path, value and what is allowed, and where the others are."""
-    return error_of(error.errors(include_url=False))
-
-
 def error_of(faults: Sequence[Any]) -> ModelError:
-    """Return one ModelError of faults as pydantic lists them."""
-    details = sorted(faults, key=lambda e: e["type"] not in _ORDER)
+    """Return one ModelError of faults as pydantic lists them: the first, and where the others are."""
+    # a misspelt key is also a missing one
+    details = sorted(faults, key=lambda fault: fault["type"] != "extra_forbidden")
     first = details[0]
-    loc = first["loc"]
-    problem, allowed = _describe(first, loc)
-    others = [path_of(d["loc"]) for d in details[1:] if d["loc"] != loc]
+    problem, allowed = _describe(first)
+    others = [path_of(detail["loc"]) for detail in details[1:] if detail["loc"] != first["loc"]]
     if others:
         problem += f" (and {len(others)} more, at {', '.join(others[:3])}{', ...' if len(others) > 3 else ''})"
+    path = path_of(first["loc"])
     inner = first.get("ctx", {}).get("error")
     if isinstance(inner, ModelError) and inner.path:  # about a part of the value
-        return ModelError(problem, path=f"{path_of(loc)}.{inner.path}", given=inner.given, allowed=allowed)
+        return ModelError(problem, path=f"{path}.{inner.path}", given=inner.given, allowed=allowed)
     if first["type"] == "missing":
-        return ModelError(problem, path=path_of(loc), allowed=allowed)
-    return ModelError(problem, path=path_of(loc), given=first["input"], allowed=allowed)
+        return ModelError(problem, path=path, allowed=allowed)
+    return ModelError(problem, path=path, given=first["input"], allowed=allowed)
 
 
 def path_of(loc: Loc) -> str:
@@ -99,9 +93,9 @@ def path_of(loc: Loc) -> str:
     return ".".join(str(part).strip() for i, part in enumerate(loc) if not only_schema(i, part))
 
 
-def _describe(detail: Any, loc: Loc) -> tuple[str, str]:
+def _describe(detail: Any) -> tuple[str, str]:
     """Return what is wrong and what is allowed."""
-    kind, context = detail["type"], detail.get("ctx", {})
+    kind, loc, context = detail["type"], detail["loc"], detail.get("ctx", {})
     if isinstance(context.get("error"), ModelError):
         return context["error"].problem, context["error"].allowed
     if kind == "extra_forbidden":
@@ -256,8 +250,7 @@ def _check_stage(name: str, stage: StageTable) -> None:
         _check_member(f"{path}.{member}", name, table, stage)
     for mesh, keys in stage.meshes.items():
         count = stage.branches if set(mesh.split("-")) & set(planets) else 0
-        for where, value in _values(keys, f"{path}.meshes.{mesh}"):
-            _check_count(where, value, count)
+        _check_counts(keys, f"{path}.meshes.{mesh}", count)
 
 
 def _check_member(path: str, stage_name: str, member: MemberTable, stage: StageTable) -> None:
@@ -281,8 +274,7 @@ def _check_member(path: str, stage_name: str, member: MemberTable, stage: StageT
     for key in ("bearing", "neck", "shaft"):
         _check_bolts(f"{path}.{key}", getattr(member, key))
     _check_sides(path, member)
-    for where, value in _values(member, path):
-        _check_count(where, value, stage.branches if member.kind == "planet" else 0)
+    _check_counts(member, path, stage.branches if member.kind == "planet" else 0)
 
 
 def _check_sides(path: str, member: MemberTable) -> None:
@@ -307,8 +299,7 @@ def _check_shaft(path: str, stage_name: str, on: str, stage: StageTable) -> None
 
 def _check_body(path: str, body: BodyTable) -> None:
     """Check a body's support: it has no radius, and no geometry to take a transverse inertia from."""
-    for where, value in _values(body, path):
-        _check_count(where, value, 0)
+    _check_counts(body, path, 0)
     for link in _links(body.support):
         if link.rz is not None and link.rz.unit == "N/m":
             raise ModelError("rz in N/m without radius", path=f"{path}.support.rz", allowed="rz in N m/rad")
@@ -324,8 +315,7 @@ def _check_coupling(path: str, coupling: CouplingTable) -> None:
         raise ModelError("in N/m, but no radius is given", path=f"{path}.rz", allowed="rz in N m/rad, or a radius")
     if coupling.between[0] == coupling.between[1]:
         raise ModelError("joins a thing with itself", path=f"{path}.between", allowed="two members or bodies")
-    for where, value in _values(coupling, path, skip=("between",)):
-        _check_count(where, value, 0)
+    _check_counts(coupling, path, 0, skip=("between",))
 
 
 def _check_bolts(path: str, link: LinkTable | None) -> None:
@@ -363,8 +353,7 @@ def _check_deviations(model: ModelFile) -> None:
         member = model.stages[stage_name].members[rest.partition(".")[0]] if rest else None
         count = model.stages[stage_name].branches if member and member.kind == "planet" else 0
         own = {k: check for k in MemberDeviationsTable.model_fields if (check := kind_of(type(table), k).check)}
-        for where, value in _values(table, f"deviations.{path}"):
-            _check_count(where, value, count)
+        _check_counts(table, f"deviations.{path}", count)
         for name, check in own.items():
             if (value := getattr(table, name)) is not None:
                 check(f"deviations.{path}.{name}", value, member.teeth if member else None, count)
@@ -372,8 +361,7 @@ def _check_deviations(model: ModelFile) -> None:
         stage = model.stages[path.partition(".")[0]]
         gears = path.split(".")[2].split("-")
         planets = any(stage.members[g].kind == "planet" for g in gears)
-        for where, value in _values(mesh, f"deviations.{path}"):
-            _check_count(where, value, stage.branches if planets else 0)
+        _check_counts(mesh, f"deviations.{path}", stage.branches if planets else 0)
         for name, error in mesh.errors.items():
             _check_turning(f"deviations.{path}.errors.{name}", name, error, path.partition(".")[0], gears, stage)
 
@@ -393,6 +381,18 @@ def _check_turning(
     both = all(stage.members[gear].kind == "planet" for gear in gears)
     if error.from_ == "normal" and both and error.turns_with not in known[: len(gears)]:
         raise ModelError("the carrier carries both gears", path=f"{path}.from", given="normal", allowed='"pitch-point"')
+
+
+def _check_counts(table: object, path: str, count: int, skip: tuple[str, ...] = ()) -> None:
+    """Raise ModelError for a list in a table that has not one number per planet (count 0: no planets here)."""
+    for where, value in _values(table, path, skip):
+        lists = isinstance(value, tuple) and any(isinstance(entry, tuple) for entry in value)  # as of `pitch`
+        if isinstance(value, tuple) and not lists and len(value) != count:
+            problem, allowed = "a list where one number stands", "one number"
+            if count:
+                problem = f"a list of {len(value)}"
+                allowed = f"one number, or {count}, one per planet; with other planets, set it beside them"
+            raise ModelError(problem, path=where, given=list(value), allowed=allowed)
 
 
 def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tuple[str, object]]:
@@ -417,26 +417,7 @@ def _is_list(field: FieldInfo) -> bool:
     return any(isinstance(m, Unit) and m.lists for m in metadata_of(field))
 
 
-def _check_count(path: str, value: object, count: int) -> None:
-    """Raise ModelError for a list of numbers that has not one entry per planet (count 0: no planets here)."""
-    lists = isinstance(value, tuple) and any(isinstance(entry, tuple) for entry in value)  # as of `pitch`
-    if isinstance(value, tuple) and not lists and len(value) != count:
-        given = list(value)
-        if not count:
-            raise ModelError("a list where one number stands", path=path, given=given, allowed="one number")
-        allowed = f"one number, or {count}, one per planet; with other planets, set it beside them"
-        raise ModelError(f"a list of {len(value)}", path=path, given=given, allowed=allowed)
-
-
 LISTED = 2  # the format from which on only units of `UNIT_PATTERNS` are read
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BarePlace:
-    """A number without a unit: path in the expanded document, and the error that would name it."""
-
-    path: str
-    error: BareNumber
 
 
 def validate(data: PlainTable, names: Names) -> tuple[ModelFile, bool]:
@@ -445,21 +426,24 @@ def validate(data: PlainTable, names: Names) -> tuple[ModelFile, bool]:
     try:
         model = ModelFile.model_validate(normalise(data, names), context=context)
     except ValidationError as error:
-        raise as_model_error(error) from None
+        raise error_of(error.errors(include_url=False)) from None
     try:
         check(model)
     except ModelError as error:  # say what the file says, not its value in SI
-        raise _as_written(error, data) from None
+        written = value_at(data, error.path.split("."))
+        given = error.given if written is None or isinstance(written, dict) else written
+        raise ModelError(error.problem, path=error.path, given=given, allowed=error.allowed) from None
     return model, context.found
 
 
-def bare_places(data: PlainTable, names: Names) -> list[BarePlace]:
-    """Return every value with a bare number in it, in the order of the schema; other faults are passed over."""
-    places = []
-    for detail in _faults(data, names, Reading(listed=_is_listed(data), strict=True)):
-        if isinstance(error := detail.get("ctx", {}).get("error"), BareNumber):
-            places.append(BarePlace(path=path_of(detail["loc"]), error=error))
-    return places
+def bare_numbers(data: PlainTable, names: Names) -> dict[str, BareNumber]:
+    """Return the errors that would name the values with a bare number in them, by path in the expanded document.
+
+    They are in the order of the schema; other faults are passed over.
+    """
+    faults = _faults(data, names, Reading(listed=_is_listed(data), strict=True))
+    errors = ((path_of(fault["loc"]), fault.get("ctx", {}).get("error")) for fault in faults)
+    return {path: error for path, error in errors if isinstance(error, BareNumber)}
 
 
 def unlisted_paths(data: PlainTable, names: Names) -> list[str]:
@@ -530,13 +514,3 @@ def _faults(data: PlainTable, names: Names, context: Reading) -> list[Any]:
 def _is_listed(data: PlainTable) -> bool:
     version = data.get("format")
     return isinstance(version, int) and version >= LISTED
-
-
-def _as_written(error: ModelError, data: PlainTable) -> ModelError:
-    """Return an error about a value in SI with the value as it stands in the document."""
-    here: object = data
-    for part in error.path.split("."):
-        here = here.get(part) if isinstance(here, dict) else None
-    if here is None or isinstance(here, dict):
-        return error
-    return ModelError(error.problem, path=error.path, given=here, allowed=error.allowed)
