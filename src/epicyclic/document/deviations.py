@@ -13,11 +13,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
-from pydantic import Field, GetJsonSchemaHandler, ValidationInfo, model_validator
-from pydantic_core import CoreSchema
+from pydantic import Field, ValidationInfo, model_validator
 
 from ..errors import ModelError
-from .schema_fields import PerPlanet, SchemaTable, Unit, key
+from .schema_fields import ListsUnit, PerPlanet, SchemaTable, Unit, key
 from .written_numbers import SMALL
 
 Error = Annotated[PerPlanet, Unit("length", many=True, likely=SMALL)]
@@ -39,18 +38,25 @@ class DeviationKind:
 # displaced features --------------------------------------------------------------------------------------------------
 
 
-def _require_vector(table: DisplacementTable | TiltTable) -> None:
-    """Raise ModelError for a vector without any component, or a phase without amplitude."""
-    if table.phase is not None and table.amplitude is None:
-        raise ModelError("phase without amplitude", allowed="{amplitude, phase, from} or {x, y, z}")
-    if all(v is None for v in (table.amplitude, table.x, table.y, table.z)):
-        raise ModelError("says nothing", allowed="{amplitude, phase, from} or {x, y, z}")
-
-
-class DisplacementTable(SchemaTable):
-    """A displaced feature: amplitude and phase, or x and y; z beside either."""
+class VectorTable(SchemaTable):
+    """A vector: amplitude and phase, or components."""
 
     bare: ClassVar[str] = "amplitude"
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Refuse a vector without any component, or a phase without amplitude."""
+        given = {name for name in ("amplitude", "phase", "x", "y", "z") if getattr(self, name) is not None}
+        if "phase" in given and "amplitude" not in given:
+            raise ModelError("phase without amplitude", allowed="{amplitude, phase, from} or {x, y, z}")
+        if not given:
+            raise ModelError("says nothing", allowed="{amplitude, phase, from} or {x, y, z}")
+        return self
+
+
+class DisplacementTable(VectorTable):
+    """A displaced feature: amplitude and phase, or x and y; z beside either."""
+
     amplitude: Error | None = key(None, "amplitude of the displacement")
     phase: Angle | None = key(None, "phase from the x axis of `from`; default 0")
     from_: Literal["own", "stage"] = key(
@@ -60,17 +66,10 @@ class DisplacementTable(SchemaTable):
     y: Error | None = key(None, "displacement along y (tangential)")
     z: Error | None = key(None, "displacement along z")
 
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
-        """Refuse half a vector."""
-        _require_vector(self)
-        return self
 
-
-class TiltTable(SchemaTable):
+class TiltTable(VectorTable):
     """A tilt of a body's seat: amplitude and phase of the axis it tilts about, or x and y."""
 
-    bare: ClassVar[str] = "amplitude"
     amplitude: Angle | None = key(None, "amplitude of the tilt")
     phase: Angle | None = key(None, "phase from the x axis of `from`; default 0")
     from_: Literal["own", "stage"] = key(
@@ -79,12 +78,6 @@ class TiltTable(SchemaTable):
     x: Angle | None = key(None, "tilt about x (radial)")
     y: Angle | None = key(None, "tilt about y (tangential)")
     z: Angle | None = key(None, "tilt about z")
-
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
-        """Refuse half a vector."""
-        _require_vector(self)
-        return self
 
 
 class UnbalanceTable(SchemaTable):
@@ -98,23 +91,16 @@ class UnbalanceTable(SchemaTable):
 # pitch deviations ----------------------------------------------------------------------------------------------------
 
 
-class PitchUnit(Unit):
-    """Annotation of a list of lengths, or of a list of such lists."""
+class PitchUnit(ListsUnit):
+    """Annotation of lists of pitch deviations, or of the name of a file that holds one."""
 
     def read(self, value: object, info: ValidationInfo[Any] | None = None) -> PitchLists:
         """Return the lists [m], one for each planet or one for all."""
-        several = isinstance(value, (list, tuple)) and bool(value) and all(map(_is_row, value))
-        rows = [Unit.read(self, row, info) for row in (value if several else [value])]  # type: ignore[attr-defined]
-        return tuple(tuple(row) for row in rows)  # type: ignore[arg-type]
+        return tuple(tuple(row) for row in self.rows(value, info))
 
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        lists = [*self.forms("length"), {"type": "string", "pattern": r"\.[A-Za-z0-9]+$"}]
-        several = {"type": "array", "items": {"anyOf": lists}, "minItems": 1}
-        return {"anyOf": [*lists, several], "x-quantity": self.describe()}
-
-
-def _is_row(value: object) -> bool:
-    return isinstance(value, (list, tuple)) or (isinstance(value, str) and value.lstrip().startswith("["))
+    def forms(self, kind: str) -> list[dict[str, Any]]:
+        """Return the schemas of one list, and of the name of a file."""
+        return [*super().forms(kind), {"type": "string", "pattern": r"\.[A-Za-z0-9]+$"}]
 
 
 def _check_pitch(path: str, pitch: PitchLists, teeth: int | None, planets: int) -> None:

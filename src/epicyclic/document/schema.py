@@ -207,7 +207,7 @@ class MemberTable(SchemaTable):
 
 
 _NO_BACKLASH = "leave it out where the far flank never touches"
-_VARIATIONS = ("none", "contact-lines", "energy", "ishikawa")
+VARIATIONS = ("none", "contact-lines", "energy", "ishikawa")
 
 
 class VariationTable(SchemaTable):
@@ -231,17 +231,17 @@ class VariationTable(SchemaTable):
             if "form" in data:
                 return {**{k: v for k, v in data.items() if k != "form"}, "form ": data["form"]}
             return {**data, "form": "values" if "values" in data else "series"}
-        if data in _VARIATIONS:
+        if data in VARIATIONS:
             return {"form": data}
         raise ModelError(
-            "not a variation", given=data, allowed=f"{', '.join(_VARIATIONS)}, {{cosine, sine}} or {{values}}"
+            "not a variation", given=data, allowed=f"{', '.join(VARIATIONS)}, {{cosine, sine}} or {{values}}"
         )
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
         """Refuse a series without terms."""
         if self.form == "series" and not self.cosine + self.sine:
-            raise ModelError("no coefficients", allowed=f"{', '.join(_VARIATIONS)}, {{cosine, sine}} or {{values}}")
+            raise ModelError("no coefficients", allowed=f"{', '.join(VARIATIONS)}, {{cosine, sine}} or {{values}}")
         return self
 
 
