@@ -87,7 +87,14 @@ def tolerances_and_costs(
     """Return `tolerances` and `costs` of one reading.  Raises ModelError as both."""
     reading = _Reading(_tables_of(document))
     entries = reading.entries()
-    priced = {entry.path: reading.grades(entry, width) for entry in entries if entry.path in reading.costs}
+    priced: dict[str, tuple[Grade, ...]] = {}
+    for entry in entries:
+        if entry.path in reading.costs:
+            where = f"tolerance.cost.{entry.path}"
+            priced[entry.path] = tuple(
+                Grade(text=read.text, distribution=_sized(read, entry, width, where), price=price)
+                for read, price in reading.priced(entry)
+            )
     return tuple(_resolved(entry, width) for entry in entries), priced
 
 
@@ -141,15 +148,11 @@ def still_toleranced(data: PlainTable, file: PlainTable, above: PlainTable, name
 
     data : the file with overrides laid over it.  above : the overrides; a tolerance that they state stays.
     """
-    stated, mine = data.get("tolerance"), above.get("tolerance")
+    stated, overriding = data.get("tolerance"), above.get("tolerance")
     if not isinstance(stated, dict):
         return data
-    own = mine if isinstance(mine, dict) else {}
-    gone = {
-        path
-        for path in stated
-        if path not in (*TOLERANCE_TABLES, *own) and _missing(data, path) and not _missing(file, path)
-    }
+    kept = (*TOLERANCE_TABLES, *(overriding if isinstance(overriding, dict) else ()))
+    gone = {path for path in stated if path not in kept and _missing(data, path) and not _missing(file, path)}
     return data | {"tolerance": _without(stated, gone, names)} if gone else data
 
 
@@ -189,31 +192,18 @@ class _Reading:
     def __init__(self, data: PlainTable, names: Names | None = None) -> None:
         table = data.get("tolerance")
         self.table: PlainTable = table if isinstance(table, dict) else {}
-        self.costs = self._inner("cost")
+        self.costs: PlainTable = self.table.get("cost", {})
+        if not isinstance(self.costs, dict):
+            raise ModelError("not a table", path="tolerance.cost", given=self.costs, allowed="[tolerance.cost]")
         self.data = data
         self.names = names or collect(data)
         self.warnings: list[CodedText] = []
-
-    def _inner(self, name: str) -> PlainTable:
-        """Return one of the tables beside the tolerances. Raises ModelError where it is none."""
-        inner = self.table.get(name, {})
-        if not isinstance(inner, dict):
-            raise ModelError("not a table", path=f"tolerance.{name}", given=inner, allowed=f"[tolerance.{name}]")
-        return inner
 
     def entries(self) -> tuple[_Entry, ...]:
         """Return the entries in the order of the file. Raises ModelError."""
         stated = {path: value for path, value in self.table.items() if path not in TOLERANCE_TABLES}
         probes = quantities_at(self.data, stated, self.names)
         return tuple(self._entry(path, value, probes[path]) for path, value in stated.items())
-
-    def grades(self, entry: _Entry, width: Width | None) -> tuple[Grade, ...]:
-        """Return the grades of one entry with their distributions."""
-        where = f"tolerance.cost.{entry.path}"
-        return tuple(
-            Grade(text=read.text, distribution=_sized(read, entry, width, where), price=price)
-            for read, price in self.priced(entry)
-        )
 
     def priced(self, entry: _Entry) -> Iterator[tuple[Distribution | StandardGrade, float]]:
         """Yield the grades of one entry and their prices."""
@@ -257,10 +247,7 @@ class _Reading:
             raise ModelError(problem, path=where, given=_shown(value), allowed=allowed)
         count = _count(path, probe, self.names, self.data)
         if "common" in read and count == 1:
-            problem, allowed = (
-                "a common draw of a single one",
-                "own alone; common is of what several planets have",
-            )
+            problem, allowed = "a common draw of a single one", "own alone; common is of what several planets have"
             raise ModelError(problem, path=f"{where}.common", given=texts["common"], allowed=allowed)
         if phase == "marked" and not (vector and count > 1 and path.rpartition(".")[2] in _TURNING):
             allowed = f"a vector that turns with planets, {' or '.join(_TURNING)} of planets"
@@ -287,29 +274,29 @@ class _Reading:
 
     def _probe(self, path: str, value: object, probe: Probe | ModelError) -> Probe:
         """Return what may stand at the path of an entry. Raises ModelError where it is no number of the model."""
-        where, allowed = f"tolerance.{path}", "a path a number can stand at, in a table that is there"
+        problem, allowed = "", "a path a number can stand at, in a table that is there"
         if not isinstance(probe, Probe):
             about = f"{probe.path}: {probe.problem}" if probe.path not in ("", path) else probe.problem
-            raise ModelError(f"no such path ({about})", path=where, given=_shown(value), allowed=allowed)
-        if probe.whole:
-            allowed = "a quantity that varies from part to part"
-            raise ModelError("a count, no number that varies", path=where, given=_shown(value), allowed=allowed)
-        if probe.lists:
-            allowed = "a quantity that is one number, or one per planet"
-            raise ModelError("a list, no number", path=where, given=_shown(value), allowed=allowed)
-        if (fault := _missing(self.data, path)) is not None:
-            raise ModelError(f"no such path ({fault})", path=where, given=_shown(value), allowed=allowed)
-        return probe
+            problem = f"no such path ({about})"
+        elif probe.whole:
+            problem, allowed = "a count, no number that varies", "a quantity that varies from part to part"
+        elif probe.lists:
+            problem, allowed = "a list, no number", "a quantity that is one number, or one per planet"
+        elif (missing := _missing(self.data, path)) is not None:
+            problem = f"no such path ({missing})"
+        else:
+            return probe
+        raise ModelError(problem, path=f"tolerance.{path}", given=_shown(value), allowed=allowed)
 
     def distribution(
         self, text: object, probe: Probe, vector: bool, where: str
     ) -> tuple[Distribution | StandardGrade, str]:
         """Return the distribution of a text and its SI unit, "" where it names none. Raises ModelError."""
-        units: list[str] = []
+        units: set[str] = set()
 
         def value(part: str) -> float:
             number, unit = self._value(part, probe, where, text)
-            units.append(unit)
+            units.update({unit} - {""})
             return number
 
         read = read_distribution(text, value, vector=vector, where=where)
@@ -326,7 +313,7 @@ class _Reading:
             raise ModelError("mixes kinds of quantity", path=where, given=text, allowed=f"all in {allowed}")
         if isinstance(read, Distribution):
             _check_bounds(read, probe.bounds, where)
-        return read, next((unit for unit in units if unit), "")
+        return read, next(iter(units), "")
 
     def _value(self, part: str, probe: Probe, where: str, text: object) -> tuple[float, str]:
         """Return one value in SI and its SI unit, no unit of zero; warnings are noted. Raises ModelError."""
