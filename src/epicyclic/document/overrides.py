@@ -244,7 +244,6 @@ def _without(table: PlainTable, path: tuple[str, ...]) -> PlainTable:
     return {**table, path[0]: inner} if inner else {k: v for k, v in table.items() if k != path[0]}
 
 
-Followed = tuple[PlainTable, tuple[CodedText, ...], tuple[CodedText, ...], frozenset[str]]
 # key -> kinds of quantity, and the power of the number of teeth for a gear and for a ring; None: it goes, and follows
 _POWERS: dict[str, tuple[tuple[str, ...], int | None, int | None]] = {
     "base_radius": (("length",), 1, 1),
@@ -258,26 +257,28 @@ _POWERS: dict[str, tuple[tuple[str, ...], int | None, int | None]] = {
 _REDUCED = 2  # less for an inertia in kg, J/r^2
 
 
-def follow_teeth(data: PlainTable, before: PlainTable, overridden: frozenset[str], names: Names) -> Followed:
+def follow_teeth(
+    data: PlainTable, before: PlainTable, overridden: frozenset[str], names: Names
+) -> tuple[PlainTable, tuple[CodedText, ...], tuple[CodedText, ...], frozenset[str]]:
     """A document after its overrides, with what belongs to the teeth of before scaled to those of now.
 
     data : shorthands expanded, overrides laid over.  before : without them.  overridden : paths that overrides set.
     Returns the document, a warning for each stage whose numbers moved, one for each ring that no longer fits, and the
     paths of what moved.
     """
-    changed = {stage: _changed(data, before, stage, members) for stage, members in names.stages.items()}
     warnings: list[CodedText] = []
     hints: list[CodedText] = []
     moved: set[str] = set()
-    for stage, teeth in changed.items():
+    for stage, members in names.stages.items():
+        teeth = _teeth(data, before, stage, members)
         if not any(old != new for old, new in teeth.values()):
             continue
         said: list[str] = []
         for path, ratio, powers in _scaled_paths(data["stages"][stage], stage, teeth, names):
             if path in overridden or ratio == 1:
                 continue
-            if (found := _scaled(value_at(data, path.split(".")), path, ratio, powers)) is not None:
-                text, value = found
+            if (scaled := _scaled(value_at(data, path.split(".")), path, ratio, powers)) is not None:
+                text, value = scaled
                 data = _with(data, path.split("."), value)
                 said.append(text)
                 moved.add(path)
@@ -288,18 +289,18 @@ def follow_teeth(data: PlainTable, before: PlainTable, overridden: frozenset[str
                 f"same module: {', '.join(said)}; set it beside the teeth to have it otherwise"
             )
             warnings.append(coded("teeth-changed", text))
-        hints += _ring_hint(stage, teeth, names.stages[stage])
+        hints += _ring_hint(stage, teeth, members)
     return data, tuple(warnings), tuple(hints), frozenset(moved)
 
 
-def _changed(data: PlainTable, before: PlainTable, stage: str, members: Any) -> dict[str, tuple[int, int]]:
+def _teeth(data: PlainTable, before: PlainTable, stage: str, members: Mapping[str, str]) -> dict[str, tuple[int, int]]:
     """Teeth before and now of every gear of a stage that has both."""
-    found = {}
+    teeth = {}
     for member in members:
         old, new = (value_at(table, ("stages", stage, member, "teeth")) for table in (before, data))
         if all(isinstance(z, int) and not isinstance(z, bool) and z > 0 for z in (old, new)):
-            found[member] = (old, new)
-    return found
+            teeth[member] = (old, new)
+    return teeth
 
 
 def _scaled_paths(
@@ -326,7 +327,7 @@ def _scaled_paths(
             yield f"stages.{stage}.{member}.pin_radius", ratio, length
 
 
-def _pairs(table: PlainTable, teeth: dict[str, tuple[int, int]], kinds: Any) -> dict[str, float]:
+def _pairs(table: PlainTable, teeth: dict[str, tuple[int, int]], kinds: Mapping[str, str]) -> dict[str, float]:
     """Ratio of the reference centre distances now and before, by mesh; those with a sun first."""
     planets = [m for m in teeth if kinds[m] == "planet"]
     named = list(table["meshes"]) if isinstance(table.get("meshes"), dict) else []
@@ -378,19 +379,18 @@ def _scaled(
     return f"{short} {near} (was {value})", text
 
 
-def _ring_hint(stage: str, teeth: dict[str, tuple[int, int]], kinds: Any) -> list[CodedText]:
+def _ring_hint(stage: str, teeth: dict[str, tuple[int, int]], kinds: Mapping[str, str]) -> list[CodedText]:
     """What ring a simple planetary set wants whose teeth fitted before and do not now."""
-    by_kind: dict[str, list[str]] = {}
-    for member in teeth:
-        by_kind.setdefault(kinds[member], []).append(member)
-    if any(len(by_kind.get(kind, ())) != 1 for kind in ("sun", "planet", "ring")):
+    members = {kind: [m for m in teeth if kinds[m] == kind] for kind in ("sun", "planet", "ring")}
+    if any(len(gears) != 1 for gears in members.values()):
         return []
-    sun, planet, ring = (by_kind[kind][0] for kind in ("sun", "planet", "ring"))
-    want = [teeth[sun][i] + 2 * teeth[planet][i] for i in (0, 1)]
-    if want[0] != teeth[ring][0] or want[1] == teeth[ring][1] or teeth[ring][0] != teeth[ring][1]:
+    sun, planet, ring = (teeth[gears[0]] for gears in members.values())
+    fitting, wanted = (sun[i] + 2 * planet[i] for i in (0, 1))
+    if fitting != ring[0] or wanted == ring[1] or ring[0] != ring[1]:
         return []
-    path, sum_of = f"stages.{stage}.{ring}.teeth", f"{teeth[sun][1]} + 2 x {teeth[planet][1]}"
-    text = f"{path} = {teeth[ring][1]}: {sum_of} teeth want a ring of {want[1]}; set {path} = {want[1]} too"
+    path = f"stages.{stage}.{members['ring'][0]}.teeth"
+    sum_of = f"{sun[1]} + 2 x {planet[1]}"
+    text = f"{path} = {ring[1]}: {sum_of} teeth want a ring of {wanted}; set {path} = {wanted} too"
     return [coded("ring-teeth", text)]
 
 

@@ -16,11 +16,11 @@ from .distributions import FORMS, PHASES, VECTORS, Distribution, StandardGrade, 
 from .schema import Names, collect, nearest
 from .shorthand import TOLERANCE_TABLES, expand, one_path
 from .tables import PlainTable, leaves, nested
-from .units import KINDS, Bounds, Quantity, kind_words, read_quantity, split_list
+from .units import KINDS, NUMBER, Bounds, Quantity, kind_words, read_quantity, split_list
 from .validation import LISTED, quantities_at
 from .written_numbers import Probe, bare_in, likely_text
 
-_NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?\s*")
+_NUMBER = re.compile(rf"\s*{NUMBER}\s*")
 _VECTORS = ("run_out", "bearing_run_out", "position", "tilt")  # kinds of deviations with x and y
 _TURNING = ("run_out", "bearing_run_out")  # those that turn with the planet, so that a tooth can be marked
 _SHARED = ("own", "common", "phase")

@@ -23,8 +23,7 @@ from .tables import finite_float
 
 # no \d: to Python it is a digit of any script, to ECMAScript, which JSON Schema follows, an ASCII one
 _BLANK = r"\s*"
-_DIGITS = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
-_NUMBER_IN_SCHEMA = f"[+-]?{_DIGITS}"
+NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
 _ZERO = r"[+-]?(?:0+(?:\.0*)?|\.0+)(?:[eE][+-]?[0-9]{1,4})?"
 _INF = r"[+]?inf"
 
@@ -91,17 +90,17 @@ def number_pattern(kind: str, *, inf: bool) -> str:
 
 def list_pattern(kind: str, *, inf: bool) -> str:
     """Return the pattern of a text with a list: a unit behind the bracket, or in every entry that is not zero."""
-    item = f"{_BLANK}{_NUMBER_IN_SCHEMA}{_BLANK}" if not inf else f"{_BLANK}(?:{_NUMBER_IN_SCHEMA}|{_INF}){_BLANK}"
+    entry = f"{_BLANK}{f'(?:{NUMBER}|{_INF})' if inf else NUMBER}{_BLANK}"
     own = f"{_BLANK}{_one(kind, inf=inf)}{_BLANK}"
     unit = UNIT_PATTERNS[kind]
-    shared = f"\\[{item}(?:,{item})*\\]{_BLANK}{unit}"
+    shared = f"\\[{entry}(?:,{entry})*\\]{_BLANK}{unit}"
     return f"^{_BLANK}(?:{shared}|\\[{own}(?:,{own})*\\]){_BLANK}$" if unit else f"^{_BLANK}{shared}$"
 
 
 def _one(kind: str, *, inf: bool) -> str:
     """Return the pattern of one number: with its unit, zero, infinity, or of no dimension."""
     unit = UNIT_PATTERNS[kind]
-    numbers = f"(?:{_NUMBER_IN_SCHEMA}|{_INF})" if inf else _NUMBER_IN_SCHEMA
+    numbers = f"(?:{NUMBER}|{_INF})" if inf else NUMBER
     if not unit:
         return numbers
     if kind == "ratio":
@@ -224,8 +223,7 @@ COMMON: dict[str, tuple[float, str]] = {
     "kg/m^3": (1.0, "kg/m^3"),
     "m/s^2": (1.0, "m/s^2"),
 }
-_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?|[+-]?inf"
-_QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>.*?)\s*", re.DOTALL)
+_QUANTITY = re.compile(rf"\s*(?P<number>{NUMBER}|[+-]?inf)\s*(?P<unit>.*?)\s*", re.DOTALL)
 _LIST = re.compile(r"\s*\[(?P<items>[^\[\]]*)\](?P<unit>[^\[\]]*)")
 # a decimal comma, or thousands set apart
 _SET_APART = re.compile(r"\s*[+-]?[0-9.]+\s*[,'\u2019\s]\s*(?!1\s*/)[0-9]")

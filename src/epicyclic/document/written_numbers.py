@@ -16,11 +16,10 @@ from decimal import Decimal
 from typing import Any
 
 from ..errors import ModelError
-from .units import KINDS, Bounds, kind_words, read_quantity, split_list
+from .units import KINDS, NUMBER, Bounds, kind_words, read_quantity, split_list
 
-_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?"
-_ONE = re.compile(rf"\s*({_NUMBER})\s*([^\d\s\[,].*?)?\s*")
-_MANY = re.compile(rf"\s*\[\s*({_NUMBER}(?:\s*,\s*{_NUMBER})*)\s*\]\s*([^\d\s\[,].*?)?\s*")
+_ONE = re.compile(rf"\s*({NUMBER})\s*([^\d\s\[,].*?)?\s*")
+_MANY = re.compile(rf"\s*\[\s*({NUMBER}(?:\s*,\s*{NUMBER})*)\s*\]\s*([^\d\s\[,].*?)?\s*")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +68,7 @@ def _listed(entries: list[object]) -> Written | None:
     return Written(values=tuple(part.values[0] for part in found), unit=found[0].unit, many=True)
 
 
-_PLAIN = re.compile(r"\s*[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?\s*")
+_PLAIN = re.compile(rf"\s*{NUMBER}\s*")
 
 _ANY = Bounds()
 
