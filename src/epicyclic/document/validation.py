@@ -20,7 +20,6 @@ from .deviations import MemberDeviationsTable, TurningErrorTable, kind_of
 from .schema import (
     KIND_BY_NAME,
     SIDES,
-    BodyTable,
     MemberTable,
     MeshTable,
     ModelFile,
@@ -30,7 +29,7 @@ from .schema import (
     check_label,
     nearest,
 )
-from .schema_fields import CouplingTable, LinkDampingTable, LinkTable, SupportTable, Unit, metadata_of
+from .schema_fields import LinkDampingTable, LinkTable, Unit, metadata_of
 from .shorthand import expand, normalise
 from .tables import PlainTable, leaves, merge, nested, value_at
 from .units import UNKNOWN_UNIT, Quantity
@@ -208,13 +207,26 @@ def check(model: ModelFile) -> None:
     for name, stage in model.stages.items():
         _check_stage(name, stage)
     for name, body in model.bodies.items():
-        _check_body(f"bodies.{name}", body)
+        _check_counts(body, f"bodies.{name}", 0)
+        # it has no radius, and no geometry to take a transverse inertia from
+        for link in () if body.support is None else (body.support, *body.support.bearings.values()):
+            if link.rz is not None and link.rz.unit == "N/m":
+                path = f"bodies.{name}.support.rz"
+                raise ModelError("rz in N/m without radius", path=path, allowed="rz in N m/rad")
+            if (link.rx is not None or link.ry is not None) and body.tilt_inertia is None:
+                allowed = "inertia about x and y of a body that tilts"
+                raise ModelError("missing", path=f"bodies.{name}.tilt_inertia", allowed=allowed)
         if body.frame is not None and body.frame not in model.stages:
             near = nearest(body.frame, model.stages)
             allowed = f"one of {', '.join(model.stages)}, or nothing for the housing"
             raise ModelError(f"no such stage{near}", path=f"bodies.{name}.frame", given=body.frame, allowed=allowed)
     for name, coupling in model.couplings.items():
-        _check_coupling(f"couplings.{name}", coupling)
+        path = f"couplings.{name}"
+        if coupling.rz is not None and coupling.rz.unit == "N/m" and coupling.radius is None:
+            raise ModelError("in N/m, but no radius is given", path=f"{path}.rz", allowed="rz in N m/rad, or a radius")
+        if coupling.between[0] == coupling.between[1]:
+            raise ModelError("joins a thing with itself", path=f"{path}.between", allowed="two members or bodies")
+        _check_counts(coupling, path, 0, skip=("between",))
     _check_operation(model)
     _check_deviations(model)
 
@@ -297,38 +309,12 @@ def _check_shaft(path: str, stage_name: str, on: str, stage: StageTable) -> None
         raise ModelError(f"no other gear of this stage{near}", path=f"{path}.on", given=on, allowed=", ".join(known))
 
 
-def _check_body(path: str, body: BodyTable) -> None:
-    """Check a body's support: it has no radius, and no geometry to take a transverse inertia from."""
-    _check_counts(body, path, 0)
-    for link in _links(body.support):
-        if link.rz is not None and link.rz.unit == "N/m":
-            raise ModelError("rz in N/m without radius", path=f"{path}.support.rz", allowed="rz in N m/rad")
-        if (link.rx is not None or link.ry is not None) and body.tilt_inertia is None:
-            raise ModelError(
-                "missing", path=f"{path}.tilt_inertia", allowed="inertia about x and y of a body that tilts"
-            )
-
-
-def _check_coupling(path: str, coupling: CouplingTable) -> None:
-    """Check that an rz in N/m has a radius, and that two different things are joined."""
-    if coupling.rz is not None and coupling.rz.unit == "N/m" and coupling.radius is None:
-        raise ModelError("in N/m, but no radius is given", path=f"{path}.rz", allowed="rz in N m/rad, or a radius")
-    if coupling.between[0] == coupling.between[1]:
-        raise ModelError("joins a thing with itself", path=f"{path}.between", allowed="two members or bodies")
-    _check_counts(coupling, path, 0, skip=("between",))
-
-
 def _check_bolts(path: str, link: LinkTable | None) -> None:
     """Check that bolts stand only where a pitch circle is: in supports and couplings."""
     for name, table in {"": link, **getattr(link, "bearings", {})}.items():
         if table is not None and table.bolts is not None:
             where = f"{path}.{name}.bolts" if name else f"{path}.bolts"
             raise ModelError("no bolts here", path=where, given=table.bolts.radius, allowed="in supports and couplings")
-
-
-def _links(support: SupportTable | None) -> tuple[LinkTable, ...]:
-    """Return the links of a support."""
-    return () if support is None else (support, *support.bearings.values())
 
 
 def _check_operation(model: ModelFile) -> None:
@@ -478,6 +464,13 @@ def quantities_at(data: PlainTable, paths: Iterable[str], names: Names) -> dict[
 
     All are asked for in one validation; where anything else is wrong then, each by itself.
     """
+
+    def alone(path: str) -> Probe | ModelError:
+        try:
+            return quantity_at(data, path, names)
+        except ModelError as error:
+            return error
+
     layers = {path: expand(nested(tuple(path.split(".")), ASKED), names) for path in paths}
     trial = data
     for layer in layers.values():
@@ -489,17 +482,9 @@ def quantities_at(data: PlainTable, paths: Iterable[str], names: Names) -> dict[
     errors = [(path_of(fault["loc"]), fault.get("ctx", {}).get("error")) for fault in faults]
     answers = {path: error for path, error in errors if isinstance(error, Probe)}
     if not answers or len(answers) < len(errors):
-        return {path: _answer(data, path, names) for path in layers}
-    found = {path: next((answers[p] for p, _ in leaves(layer) if p in answers), None) for path, layer in layers.items()}
-    return {path: probe or _answer(data, path, names) for path, probe in found.items()}
-
-
-def _answer(data: PlainTable, path: str, names: Names) -> Probe | ModelError:
-    """Return what `quantity_at` returns or raises."""
-    try:
-        return quantity_at(data, path, names)
-    except ModelError as error:
-        return error
+        return {path: alone(path) for path in layers}
+    first = {path: next((answers[p] for p, _ in leaves(layer) if p in answers), None) for path, layer in layers.items()}
+    return {path: probe or alone(path) for path, probe in first.items()}
 
 
 def _faults(data: PlainTable, names: Names, context: Reading) -> list[Any]:
