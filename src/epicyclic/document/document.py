@@ -1,8 +1,7 @@
-"""Model file -> validated, normalised document in SI.
+"""Model file -> validated, normalised document in SI, with overrides laid over it.
 
-`[assumed]`: its paths must exist.
-
-The rule of units: what a person wrote without one is refused in format 2, and told in format 1, by its path.
+Paths of `[assumed]` must exist.  What a person wrote without a unit is refused in format 2, and told in format 1, by
+its path.
 """
 
 from __future__ import annotations
@@ -162,8 +161,8 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     names = collect(base, layer)
     check_names(names, base, layer)
     file, above = expand(base, names), expand(layer, names)
-    for one in (file, above):
-        check_alternatives(one)
+    for expanded in (file, above):
+        check_alternatives(expanded)
     check_assumed(base, file, names)
     for emptied in removed:
         file = merge(file, expand(emptied, names))
@@ -231,17 +230,17 @@ def _read_rexs(path: str | Path, overrides: Mapping[str, object] | None) -> Docu
     """Return the document of a REXS file, with warnings of what is assumed and not read. Raises ModelError."""
     from ..rexs.import_train import read_rexs, traced  # only here: few models are REXS files
 
-    found = read_rexs(path)
+    train = read_rexs(path)
     try:
-        document = read(found.document, overrides)
+        document = read(train.document, overrides)
     except ModelError as error:
-        raise traced(error, found) from None
+        raise traced(error, train) from None
     told = coded(
         "rexs-assumed",
-        f"read from a REXS file: {len(found.assumed)} values assumed, {len(found.dropped)} entries dropped; "
+        f"read from a REXS file: {len(train.assumed)} values assumed, {len(train.dropped)} entries dropped; "
         f"`epicyclic import {path}` lists them",
     )
-    return replace(document, source=str(path), warnings=(told, *found.warnings, *document.warnings))
+    return replace(document, source=str(path), warnings=(told, *train.warnings, *document.warnings))
 
 
 def file_text(path: Path) -> str:

@@ -1,11 +1,8 @@
-"""Overrides of a document, and what follows from them.
+"""Overrides of a document as a layer laid over the file, and what follows from them.
 
-Layers of a document: overrides as a layer laid over the file, and alternative keys (rule 3).
+Alternatives of one key (rule 3) are an error in one layer; a later layer replaces them.
 
-Alternatives of one key are an error in one layer; a later layer replaces them.
-
-Teeth changed by an override: what the file states of the size of the old gear follows, and a warning names it.
-
+Of teeth that an override changes, what the file states of the size of the old gear follows, and a warning names it.
 A file may state radii and masses that the teeth would give as well, a publication prints them.  With other teeth they
 are those of another gear.  They are scaled with the gear, at the same module, so that they move with the teeth and not
 by the difference between what is printed and what would be derived: lengths with the number of teeth, a mass with its

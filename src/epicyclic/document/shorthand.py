@@ -1,8 +1,7 @@
 """Shorthands of one layer of a file (rule 2): each layer is expanded before one is laid over the other.
 
-What a table is, is known from its place. Values of a wrong form pass through: validation names them.
-
-Normalisation of the expanded document: values by full member path, lists as tuples.
+What a table is, is known from its place. Values of a wrong form pass through: validation names them.  The expanded
+document is then normalised for the schema: values by full member path, lists as tuples.
 """
 
 from __future__ import annotations

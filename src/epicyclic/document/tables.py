@@ -1,6 +1,4 @@
-"""Nested tables of plain values: clean, merge, walk.
-
-Nested tables to TOML text.
+"""Nested tables of plain values: clean, merge, walk, and written as TOML.
 
 Own writer, because a model file is read by people: small tables stand in braces and lists on one line, where `tomli_w`
 gives every table a heading and every entry of a list a line.

@@ -1,12 +1,9 @@
 """Numbers with units at the border: text or bare number -> SI.
 
-The spellings that stand in nearly every file are converted from a table (tested against pint); everything else
-goes through pint, which is imported only then.
-
-Spellings of units in a file of format 2: one pattern a kind of quantity, for the reader and for the JSON Schema.
-
-A pattern is put together from the units of length, force, ... as the dimension is, so that a text of another dimension
-cannot match.  The factor to SI is that of `units`.
+The spellings that stand in nearly every file are converted from a table (tested against pint); everything else goes
+through pint, which is imported only then.  Which spellings a file of format 2 may have says one pattern a kind of
+quantity, for the reader and for the JSON Schema.  It is put together from the units of length, force, ... as the
+dimension is, so that a text of another dimension cannot match.
 """
 
 from __future__ import annotations

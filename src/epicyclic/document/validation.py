@@ -1,10 +1,8 @@
-"""What is wrong with a document, in words that name the path.
+"""Validation of an expanded document: the model in SI, and what is wrong in words that name the path.
 
-One readable ModelError from whatever pydantic found.
-
-Contradictions between tables of a document; resolution checks geometry, kinematics and statics.
-
-Validation of an expanded document: the model in SI, bare numbers with their paths, the quantity at a path.
+One readable ModelError comes from whatever pydantic found, another from a contradiction between tables; geometry,
+kinematics and statics are checked by the resolution.  The same validation finds bare numbers with their paths, and the
+quantity that may stand at a path.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""A model document as the file a person would write: sections in order, units of a drawing, comments, reasons last.
+"""A model document as a file of format 2: numbers with the units a drawing has, that load to the same bits.
 
-`model_text` states a document whole, shorthands expanded.  In `commented_text` its spelling stays (`radial`,
-`run_out = "20 um"`, a member without its stage), because a person goes on with the file.
-
-A model document as a file of format 2: numbers in SI with the units a drawing has, that load to the same bits.
+`model_text` states a document whole, shorthands expanded.  `commented_text` writes the file as a person would: sections
+in order, comments, reasons last.  There the spelling of the document stays (`radial`, `run_out = "20 um"`, a member
+without its stage), because a person goes on with the file.
 """
 
 from __future__ import annotations

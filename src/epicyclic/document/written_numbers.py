@@ -1,10 +1,9 @@
 """Numbers as written in a model file: split into numbers and unit, and written back with other numbers.
 
-Numbers without a unit where a quantity with a dimension stands: found, and answered with the likely unit.
-
-A person who writes `module = 10` means ten millimetres, and SI has ten metres.  A file of format 2 and `--set` over one
-ask for the unit; in format 1 the number is SI, with a warning.  Zero and infinity need no unit.  Numbers in tables
-built in Python are SI without a word.
+Those without a unit where a quantity with a dimension stands are found, and answered with the likely unit.  A person
+who writes `module = 10` means ten millimetres, and SI has ten metres.  A file of format 2 and `--set` over one ask for
+the unit; in format 1 the number is SI, with a warning.  Zero and infinity need no unit.  Numbers in tables built in
+Python are SI without a word.
 """
 
 from __future__ import annotations
