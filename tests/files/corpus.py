@@ -386,7 +386,7 @@ CASES: tuple[Case, ...] = (
     _read("phase-alone", '"10 um"', '{ phase = "3 deg" }', "deviations.main.sun.run_out", "3 deg", "amplitude, phase"),
     _read("both-vectors", '"10 um"', "{ amplitude = 1, x = 2 }", "deviations.main.sun.run_out.x", "", "amplitude"),
     _read("pitch-short", '"10 um"', '"10 um"\nsun.pitch = "[0, 1] um"', "deviations.main.sun.pitch", "", "24 teeth"),
-    _read("pitch-no-file", '"10 um"', '"10 um"\nsun.pitch = "no.csv"', "deviations.main.sun.pitch", "no.csv", "CSV"),
+    _read("pitch-no-file", '"10 um"', '"10 um"\nsun.pitch = "no.csv"', "deviations.sun.pitch", "no.csv", "CSV"),
     _read(
         "profile-order",
         '"10 um"',

@@ -86,24 +86,23 @@ def _pairs(table: PlainTable, entries: Mapping[str, Tolerance], names: Names) ->
 
 def _check_pair(first: str, second: str, value: Any, entries: Mapping[str, Tolerance]) -> None:
     """Raise ModelError for one correlation that is none."""
-    where = f"tolerance.correlation.{first}.{second}"
+
+    def wrong(problem: str, allowed: str) -> ModelError:
+        return ModelError(problem, path=f"tolerance.correlation.{first}.{second}", given=value, allowed=allowed)
+
     for path in (first, second):
         if path not in entries:
-            allowed = f"two of {', '.join(entries)}"
-            raise ModelError(
-                f"no tolerance at {path}{nearest(path, entries)}", path=where, given=value, allowed=allowed
-            )
-        if entries[path].own is None or entries[path].own.kind != "normal":  # type: ignore[union-attr]
-            problem = f"the own draw of {path} is not normal"
-            raise ModelError(problem, path=where, given=value, allowed="normal distributions and grades of numbers")
+            raise wrong(f"no tolerance at {path}{nearest(path, entries)}", f"two of {', '.join(entries)}")
+        own = entries[path].own
+        if own is None or own.kind != "normal":
+            raise wrong(f"the own draw of {path} is not normal", "normal distributions and grades of numbers")
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not -1 < value < 1:
-        raise ModelError("not a correlation", path=where, given=value, allowed="a number between -1 and 1")
+        raise wrong("not a correlation", "a number between -1 and 1")
     if first == second:
-        raise ModelError("of an entry with itself", path=where, given=value, allowed="two entries")
+        raise wrong("of an entry with itself", "two entries")
     counts = [entries[path].count for path in (first, second)]
     if counts[0] != counts[1]:
-        problem = f"entries of {counts[0]} and {counts[1]} draws"
-        raise ModelError(problem, path=where, given=value, allowed="entries with the same number of draws")
+        raise wrong(f"entries of {counts[0]} and {counts[1]} draws", "entries with the same number of draws")
 
 
 def _group(paths: list[str], pairs: Mapping[tuple[str, str], float], entries: Mapping[str, Tolerance]) -> Correlations:

@@ -1,10 +1,7 @@
-"""CSV files that a document names: forces over deflection, and torques over time.
+"""CSV files of the user, all of one form: what a document names, and histories of torques.
 
-CSV files of force over deflection: read into the tables of the document that name them.
-
-A column of deflections and one of forces, units in the heading; of a mesh one column for each phase, of either or both.
-
-Torque histories: a CSV file with one column of time and one for each member, units in the header.
+One heading line with the unit of a column in brackets, then rows of as many cells; commas between, or semicolons where
+the heading has one; decimal points.  Empty lines and those that begin with # are passed over.
 """
 
 from __future__ import annotations
@@ -13,7 +10,7 @@ import csv
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,116 +20,196 @@ from .schema_fields import curve_fault
 from .tables import PlainTable
 from .units import COMMON, KINDS, factor
 
-_MAX_FORCE_BYTES = 4_000_000  # as of a model file
+_NAME_AND_UNIT = re.compile(r"([^\[\]]*)(?:\[([^\[\]]*)\])?")
+_MOST_BYTES = 4_000_000  # of a file that a document names, as of a model file
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CsvTable:
+    """Cells of a CSV file.
+
+    name : of the file.  path : of the key that names it, for errors; "" of a file that no key names.
+    heading : cells of the first line.  rows : cells of the others, each of as many.
+    lines : numbers of the lines in the file, that of the heading first.
+    """
+
+    name: str
+    path: str
+    heading: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    lines: Sequence[int]
+
+    @property
+    def columns(self) -> list[tuple[str, str]]:
+        """Name and unit of every column, "" where the heading states none."""
+        matches = [_NAME_AND_UNIT.fullmatch(cell) for cell in self.heading]
+        return [(match[1].strip(), (match[2] or "").strip()) if match else ("", "") for match in matches]
+
+    def numbers(self, column: int) -> list[float]:
+        """Return the numbers of a column. Raises ModelError for a cell that is no finite number."""
+        name = self.columns[column][0] or f"column {column + 1}"
+        values = []
+        for line, row in zip(self.lines[1:], self.rows, strict=True):
+            cell = row[column]
+            if not cell:
+                raise self.error(line, f"no value of {name}", given="(nothing)", allowed="a number in every column")
+            try:
+                value = float(cell)
+            except ValueError:
+                value = math.nan
+            if not math.isfinite(value) or "_" in cell:
+                allowed = "a number with a decimal point"
+                raise self.error(line, f"{name} is not a finite number", given=cell, allowed=allowed)
+            values.append(value)
+        return values
+
+    def error(self, line: int, problem: str, *, given: object, allowed: str = "") -> ModelError:
+        """Return the error of a line of the file."""
+        return _line_error(self.name, self.path, line, problem, given=given, allowed=allowed)
+
+
+def read_table(file: str | Path, *, most: int, allowed: str, path: str = "", given: str = "") -> CsvTable:
+    """Return the cells of a CSV file.
+
+    most : bytes it may have.  allowed : what it should hold.  path, given : the key that names the file, and how.
+    Raises ModelError for a file that cannot be read, an empty one, and a row longer or shorter than its heading.
+    """
+    text, name = read_text(file, most=most, path=path, given=given, allowed=allowed), given or str(file)
+    numbered = ((number, line.strip()) for number, line in enumerate(text.splitlines(), start=1))
+    kept = [(number, line) for number, line in numbered if line and not line.startswith("#")]
+    if not kept:
+        raise ModelError("holds no line", path=f"{path}, {name}" if path else name, allowed=allowed)
+    separator = ";" if ";" in kept[0][1] else ","
+    table: list[list[str]] = []
+    for number, line in kept:
+        try:
+            cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+        except csv.Error as error:  # a cell of more than 131072 characters
+            raise _line_error(name, path, number, f"no row of a table: {error}", given=line, allowed=allowed) from None
+        if table and len(cells) != len(table[0]):
+            problem, count = "another number of columns than the heading", str(len(table[0]))
+            raise _line_error(name, path, number, problem, given=len(cells), allowed=count)
+        table.append(cells)
+    return CsvTable(name=name, path=path, heading=table[0], rows=table[1:], lines=[number for number, _ in kept])
+
+
+def _line_error(name: str, path: str, line: int, problem: str, *, given: object, allowed: str) -> ModelError:
+    """Return an error that names the key, if any, the file and the line."""
+    if path:
+        return ModelError(f"{name}, line {line}: {problem}", path=path, given=given, allowed=allowed)
+    return ModelError(problem, path=f"{name}, line {line}", given=given, allowed=allowed)
+
+
+# files that a document names ------------------------------------------------------------------------------------------
+
 _COLUMNS = ("deflection", "force")
 # a word of another spelling is no label: "forces [N]" is refused
-_FORCE_HEADER = re.compile(r"(?P<name>deflection|force)(?:[^A-Za-z\[\]][^\[\]]*)?\[(?P<unit>[^\[\]]+)\]")
-_HEADING = "deflection [um], force [kN]; of several phases one column each: deflection [um], force 1 [kN], ..."
+_FORCE_NAME = re.compile(r"(deflection|force)(?:[^A-Za-z].*)?")
+_LENGTH = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?\s*(?:[kcdmnuµμ]?m|in|inch)\s*$")
+_FORCE_HEADING = "deflection [um], force [kN]; of several phases one column each: deflection [um], force 1 [kN], ..."
 
 
 def with_files(data: PlainTable, folder: Path | None) -> PlainTable:
-    """Return a document with the numbers of the CSV files that its tables of force name, in place of the names.
+    """Return a document with the numbers of the CSV files that it names, of force and of pitch, in place of the names.
 
     folder : where the files are looked for.  Raises ModelError with path, file and line.
     """
-    parts = ("stages", "bodies", "couplings")
-    return {name: _embedded(value, name, folder) if name in parts else value for name, value in data.items()}
+    result = {}
+    for name, value in data.items():
+        if name in ("stages", "bodies", "couplings"):
+            value = _with_forces(value, name, folder)
+        elif name == "deviations" and isinstance(value, dict):
+            value = {k: _with_pitches(entry, f"{name}.{k}", folder) for k, entry in value.items()}
+        result[name] = value
+    return result
 
 
-def _embedded(value: Any, path: str, folder: Path | None) -> Any:
+def _with_forces(value: Any, path: str, folder: Path | None) -> Any:
+    """Return a table with the columns of the files that it, or a table in it, names."""
     if not isinstance(value, dict):
         return value
     if isinstance(name := value.get("file"), str):
         if beside := [column for column in _COLUMNS if column in value]:
             raise ModelError(f"stands beside {beside[0]}", path=f"{path}.file", given=name, allowed="one of the two")
         rest = {other: entry for other, entry in value.items() if other != "file"}
-        return {**_columns_of(name, f"{path}.file", folder), **rest}
-    return {name: _embedded(entry, f"{path}.{name}", folder) for name, entry in value.items()}
+        return {**_force_table(name, f"{path}.file", folder), **rest}
+    return {name: _with_forces(entry, f"{path}.{name}", folder) for name, entry in value.items()}
 
 
-def _columns_of(name: str, path: str, folder: Path | None) -> dict[str, object]:
+def _with_pitches(value: Any, path: str, folder: Path | None) -> Any:
+    """Return a table of deviations with the lists of the files that its `pitch` names, one or one for each planet."""
+    if not isinstance(value, dict):
+        return value
+    result = {}
+    for name, entry in value.items():
+        where = f"{path}.{name}"
+        if name != "pitch":
+            entry = _with_pitches(entry, where, folder)
+        elif isinstance(entry, list) and all(isinstance(row, (list, str)) for row in entry):
+            entry = [_pitch_list(row, where, folder) if is_file_name(row) else row for row in entry]
+        elif is_file_name(entry):
+            entry = _pitch_list(entry, where, folder)
+        result[name] = entry
+    return result
+
+
+def _force_table(name: str, path: str, folder: Path | None) -> dict[str, object]:
     """Return deflections and forces of a CSV file as a model file states them. Raises ModelError."""
-    lines = _lines(name, path, folder)
-    number, heading = lines[0]
-    separator = ";" if ";" in heading else ","
-    columns = _heading(_cells(heading, separator, f"{path}, {name}, line {number}"), name, path, number)
-    table = []
-    for at, line in lines[1:]:
-        cells = _cells(line, separator, f"{path}, {name}, line {at}")
-        table.append(_numbers(cells, len(columns), name, path, at))
-    if len(table) < 2:
-        raise ModelError(f"{name}: too few rows", path=path, given=len(table), allowed="two or more")
-    values = list(zip(*table, strict=True))
-    _check_columns(columns, values, [at for at, _ in lines[1:]], name, path)
+    allowed = f"a CSV file beside the model file: {_FORCE_HEADING}"
+    table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=path, given=name)
+    columns: dict[str, list[int]] = {key: [] for key in _COLUMNS}
+    for column, (heading, unit) in enumerate(table.columns):
+        match = _FORCE_NAME.fullmatch(heading)
+        if match is None or not unit:
+            given = table.heading[column]
+            raise table.error(table.lines[0], "no heading of a column", given=given, allowed=_FORCE_HEADING)
+        columns[match[1]].append(column)
+    counts = {key: len(places) for key, places in columns.items()}
+    if not all(counts.values()) or (min(counts.values()) > 1 and len(set(counts.values())) > 1):
+        problem = f"{counts['deflection']} columns of deflections and {counts['force']} of forces"
+        raise table.error(table.lines[0], problem, given=", ".join(table.heading), allowed=_FORCE_HEADING)
+    if len(table.rows) < 2:
+        raise ModelError(f"{name}: too few rows", path=path, given=len(table.rows), allowed="two or more")
+    values = [table.numbers(column) for column in range(len(table.heading))]
+    _check_curves(table, columns, values)
     found: dict[str, object] = {}
-    for key in _COLUMNS:
-        mine = [i for i, (own, _) in enumerate(columns) if own == key]
-        lists = [f"[{', '.join(values[i])}] {columns[i][1]}" for i in mine]
+    for key, places in columns.items():
+        lists = [f"[{', '.join(map(repr, values[at]))}] {table.columns[at][1]}" for at in places]
         found[key] = lists if len(lists) > 1 else lists[0]
     return found
 
 
-def _lines(name: str, path: str, folder: Path | None) -> list[tuple[int, str]]:
-    """Return the lines of a file with their numbers, empty and # lines left out."""
-    file = (folder or Path()) / name
-    allowed = f"a CSV file beside the model file: {_HEADING}"
-    text = read_text(file, most=_MAX_FORCE_BYTES, path=path, given=name, allowed=allowed)
-    lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1)]
-    kept = [(number, line) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
-    if not kept:
-        raise ModelError("holds no line", path=path, given=name, allowed=allowed)
-    return kept
-
-
-def _heading(cells: list[str], name: str, path: str, number: int) -> list[tuple[str, str]]:
-    """Return key and unit of every column."""
-    columns = []
-    for cell in cells:
-        match = _FORCE_HEADER.fullmatch(cell)
-        if match is None or not match["unit"].strip():
-            raise ModelError(f"{name}, line {number}: no heading of a column", path=path, given=cell, allowed=_HEADING)
-        columns.append((match["name"], match["unit"].strip()))
-    count = {key: sum(own == key for own, _ in columns) for key in _COLUMNS}
-    if not all(count.values()) or (min(count.values()) > 1 and len(set(count.values())) > 1):
-        problem = f"{name}, line {number}: {count['deflection']} columns of deflections and {count['force']} of forces"
-        raise ModelError(problem, path=path, given=", ".join(cells), allowed=_HEADING)
-    return columns
-
-
-def _numbers(cells: list[str], count: int, name: str, path: str, number: int) -> tuple[str, ...]:
-    """Return the cells of one row, each a finite number."""
-    where = f"{name}, line {number}"
-    if len(cells) != count:
-        raise ModelError(
-            f"{where}: another number of columns than the heading", path=path, given=len(cells), allowed=str(count)
-        )
-    for cell in cells:
-        try:
-            finite = math.isfinite(float(cell))
-        except ValueError:
-            finite = False
-        if not finite or "_" in cell:
-            raise ModelError(f"{where}: not a finite number", path=path, given=cell, allowed="a number in every column")
-    return tuple(repr(float(cell)) for cell in cells)
-
-
-def _check_columns(
-    columns: Sequence[tuple[str, str]], values: Sequence[Sequence[str]], lines: Sequence[int], name: str, path: str
-) -> None:
+def _check_curves(table: CsvTable, columns: dict[str, list[int]], values: Sequence[Sequence[float]]) -> None:
     """Raise ModelError with the line of a point that no curve may have."""
-    places = {key: [i for i, (own, _) in enumerate(columns) if own == key] for key in _COLUMNS}
-    for phase in range(max(map(len, places.values()))):
-        at = {key: mine[phase if len(mine) > 1 else 0] for key, mine in places.items()}
-        x, f = ([float(cell) for cell in values[at[key]]] for key in _COLUMNS)
-        if (found := curve_fault(x, f)) is not None:
-            key, point, problem, allowed = found
-            where = f"{name}, line {lines[point]}, column {at[key] + 1}: {key} {problem}"
-            given = f"{values[at[key]][point]} {columns[at[key]][1]}"
-            raise ModelError(where, path=path, given=given, allowed=allowed)
+    for phase in range(max(map(len, columns.values()))):
+        at = {key: places[phase if len(places) > 1 else 0] for key, places in columns.items()}
+        if (fault := curve_fault(*(values[at[key]] for key in _COLUMNS))) is not None:
+            key, point, problem, allowed = fault
+            where = f"{table.name}, line {table.lines[point + 1]}, column {at[key] + 1}: {key} {problem}"
+            given = f"{values[at[key]][point]!r} {table.columns[at[key]][1]}"
+            raise ModelError(where, path=table.path, given=given, allowed=allowed)
 
 
-_HEADER = re.compile(r"(?P<name>[^\[\]]+)\[(?P<unit>[^\[\]]+)\]")
-_MAX_BYTES = 200_000_000
+def is_file_name(value: object) -> bool:
+    """Return whether what stands at `pitch` is the name of a file: a text that is neither a list nor a length."""
+    return isinstance(value, str) and not value.lstrip().startswith("[") and not _LENGTH.match(value)
+
+
+def _pitch_list(name: str, path: str, folder: Path | None) -> str:
+    """Return the last column of a CSV file as a list with its unit, m without a heading. Raises ModelError."""
+    allowed = "a CSV file beside the model file: one tooth a line, heading `pitch [um]` for a unit other than m"
+    table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=path, given=name)
+    unit = table.columns[-1][1]
+    if not unit:  # the first line is a tooth too
+        rows, lines = [table.heading, *table.rows], [0, *table.lines]
+        unit, table = "m", replace(table, heading=["pitch"], rows=rows, lines=lines)
+    return f"[{', '.join(map(repr, table.numbers(len(table.heading) - 1)))}] {unit}"
+
+
+# histories ------------------------------------------------------------------------------------------------------------
+
+_MOST_HISTORY_BYTES = 200_000_000
+_HISTORY_HEADING = "time [s], sun [N m]"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,92 +222,48 @@ class TorqueTable:
 
 
 def read_history(path: str | Path) -> TorqueTable:
-    """Read ``time [s], sun [N m], ...``, comma or semicolon between, decimal points; empty and # lines are passed over.
+    """Read ``time [s], sun [N m], ...``.
 
     Raises
     ------
     ModelError : no such file, a header without time, names or units, a hole, a text that is no finite number, times
         that do not rise, fewer than two rows; with the number of the line.
     """
-    text = read_text(path, most=_MAX_BYTES)
-    lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if _counts(line)]
-    if not lines:
-        raise ModelError("holds no line", path=str(path), allowed="time [s], sun [N m]")
-    header, *rows = lines
-    separator = ";" if ";" in header[1] else ","
-    columns = _columns(_cells(header[1], separator, f"{path}, line {header[0]}"), f"{path}, line {header[0]}")
-    places = [f"{path}, line {number}" for number, _ in rows]
-    table = [
-        _row(_cells(line, separator, place), columns, place) for (_, line), place in zip(rows, places, strict=True)
-    ]
-    if len(table) < 2:
-        raise ModelError("too few rows", path=str(path), given=len(table), allowed="two or more")
-    names = [name for name, _ in columns]
-    at = names.index("time")
-    for (number, _), before, row in zip(rows[1:], table[:-1], table[1:], strict=True):
-        if not row[at] > before[at]:
-            raise ModelError(
-                "times must rise", path=f"{path}, line {number}", given=row[at], allowed=f"more than {before[at]:g} s"
-            )
-    values = dict(zip(names, zip(*table, strict=True), strict=True))
-    return TorqueTable(time=values.pop("time"), torque=values, line=tuple(number for number, _ in rows))
-
-
-def _counts(line: str) -> bool:
-    return bool(line.strip()) and not line.lstrip().startswith("#")
-
-
-def _cells(line: str, separator: str, where: str) -> list[str]:
-    try:
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
-    except csv.Error as error:  # a cell of more than 131072 characters
-        raise ModelError(f"no row of a table: {error}", path=where) from None
-
-
-def _columns(cells: list[str], where: str) -> list[tuple[str, float]]:
-    """Name and factor to SI of every column."""
-    found: list[tuple[str, float]] = []
-    for cell in cells:
-        match = _HEADER.fullmatch(cell)
-        name, unit = (match["name"].strip(), match["unit"].strip()) if match else ("", "")
-        if not name or not unit:
-            raise ModelError("a column needs a name and a unit", path=where, given=cell, allowed="time [s], sun [N m]")
-        target = "s" if name == "time" else "N m"
-        scale, base = COMMON.get(unit, (0.0, ""))
-        scaled = scale if base == target else factor(unit, target)
-        if scaled is None:
-            raise ModelError("not a unit of " + ("time" if target == "s" else "torque"), path=where, given=cell)
-        found.append((name, scaled))
-    names = [name for name, _ in found]
+    table = read_table(path, most=_MOST_HISTORY_BYTES, allowed=_HISTORY_HEADING)
+    names = [name for name, _ in table.columns]
+    scales = [_scale(table, column) for column in range(len(names))]
     if "time" not in names or len(names) < 2:
-        raise ModelError(
-            "a history needs a column of time and one of a member", path=where, given=", ".join(names),
-            allowed="time [s], sun [N m]",
-        )  # fmt: skip
+        problem = "a history needs a column of time and one of a member"
+        raise table.error(table.lines[0], problem, given=", ".join(names), allowed=_HISTORY_HEADING)
     if len(set(names)) < len(names):
-        raise ModelError("a name stands in two columns", path=where, given=", ".join(names))
-    return found
-
-
-def _row(cells: list[str], columns: list[tuple[str, float]], where: str) -> tuple[float, ...]:
-    if len(cells) != len(columns):
-        raise ModelError(
-            "another number of columns than the header", path=where, given=len(cells), allowed=str(len(columns))
-        )
-    values = []
-    for cell, (name, scale) in zip(cells, columns, strict=True):
-        if not cell:
-            raise ModelError(f"no value of {name}", path=where, allowed="a number in every column")
-        try:
-            value = float(cell) * scale
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise ModelError(f"{name} is not a finite number", path=where, given=cell)
+        raise table.error(table.lines[0], "a name stands in two columns", given=", ".join(names))
+    if len(table.rows) < 2:
+        raise ModelError("too few rows", path=str(path), given=len(table.rows), allowed="two or more")
+    values: dict[str, tuple[float, ...]] = {}
+    for column, (name, scale) in enumerate(zip(names, scales, strict=True)):
+        values[name] = tuple(number * scale for number in table.numbers(column))
         limit = KINDS["time" if name == "time" else "torque"]
-        if abs(value) > limit.limit:
-            raise ModelError(
-                f"{name} is out of range", path=where, given=cell, allowed=f"<= {limit.limit:g} {limit.unit}"
-            )
-        values.append(value)
-    return tuple(values)
+        for line, row, value in zip(table.lines[1:], table.rows, values[name], strict=True):
+            if not abs(value) <= limit.limit:
+                allowed = f"<= {limit.limit:g} {limit.unit}"
+                raise table.error(line, f"{name} is out of range", given=row[column], allowed=allowed)
+    time = values.pop("time")
+    for line, before, now in zip(table.lines[2:], time[:-1], time[1:], strict=True):
+        if not now > before:
+            raise table.error(line, "times must rise", given=now, allowed=f"more than {before:g} s")
+    return TorqueTable(time=time, torque=values, line=tuple(table.lines[1:]))
+
+
+def _scale(table: CsvTable, column: int) -> float:
+    """Return the factor to SI of a column of a history. Raises ModelError."""
+    name, unit = table.columns[column]
+    given = table.heading[column]
+    if not name or not unit:
+        problem = "a column needs a name and a unit"
+        raise table.error(table.lines[0], problem, given=given, allowed=_HISTORY_HEADING)
+    quantity, target = ("time", "s") if name == "time" else ("torque", "N m")
+    scale, base = COMMON.get(unit, (0.0, ""))
+    scale_to_si = scale if base == target else factor(unit, target)
+    if scale_to_si is None:
+        raise table.error(table.lines[0], f"not a unit of {quantity}", given=given)
+    return scale_to_si

@@ -9,27 +9,18 @@ the train stands in `train/deviations.py`, under the same key.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
-from pydantic import Field, GetJsonSchemaHandler, ValidationInfo, model_validator
-from pydantic_core import CoreSchema
+from pydantic import Field, ValidationInfo, model_validator
 
 from ..errors import ModelError
-from ..input_files import read_text
-from .schema_fields import PerPlanet, SchemaTable, Unit, key
-from .units import factor
+from .schema_fields import ListsUnit, PerPlanet, SchemaTable, Unit, key
 from .written_numbers import SMALL
-
-_MAX_BYTES = 4_000_000  # of a file of pitch deviations, as of a model file
-
 
 Error = Annotated[PerPlanet, Unit("length", many=True, likely=SMALL)]
 Angle = Annotated[PerPlanet, Unit("angle", many=True)]
-_QUANTITY = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?\s*(?:[kcdmnuµμ]?m|in|inch)\s*$")
 PitchLists = tuple[tuple[float, ...], ...]  # [m], one list for each planet or one for all, one entry for each tooth
 
 
@@ -37,30 +28,35 @@ PitchLists = tuple[tuple[float, ...], ...]  # [m], one list for each planet or o
 class DeviationKind:
     """Properties of a kind of deviation beyond its type.
 
-    read : (value in the file, path of the member, folder of the file) -> value of the schema; raises ModelError.
     check : (path, value, teeth of the member or None, number of planets); raises ModelError. It comes after the
         check that lists of numbers have one entry per planet.
     """
 
-    read: Callable[[Any, str, Path | None], Any] | None = None
     check: Callable[[str, Any, int | None, int], None] | None = None
 
 
 # displaced features --------------------------------------------------------------------------------------------------
 
 
-def _require_vector(table: DisplacementTable | TiltTable) -> None:
-    """Raise ModelError for a vector without any component, or a phase without amplitude."""
-    if table.phase is not None and table.amplitude is None:
-        raise ModelError("phase without amplitude", allowed="{amplitude, phase, from} or {x, y, z}")
-    if all(v is None for v in (table.amplitude, table.x, table.y, table.z)):
-        raise ModelError("says nothing", allowed="{amplitude, phase, from} or {x, y, z}")
-
-
-class DisplacementTable(SchemaTable):
-    """A displaced feature: amplitude and phase, or x and y; z beside either."""
+class VectorTable(SchemaTable):
+    """A vector: amplitude and phase, or components."""
 
     bare: ClassVar[str] = "amplitude"
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Refuse a vector without any component, or a phase without amplitude."""
+        given = {name for name in ("amplitude", "phase", "x", "y", "z") if getattr(self, name) is not None}
+        if "phase" in given and "amplitude" not in given:
+            raise ModelError("phase without amplitude", allowed="{amplitude, phase, from} or {x, y, z}")
+        if not given:
+            raise ModelError("says nothing", allowed="{amplitude, phase, from} or {x, y, z}")
+        return self
+
+
+class DisplacementTable(VectorTable):
+    """A displaced feature: amplitude and phase, or x and y; z beside either."""
+
     amplitude: Error | None = key(None, "amplitude of the displacement")
     phase: Angle | None = key(None, "phase from the x axis of `from`; default 0")
     from_: Literal["own", "stage"] = key(
@@ -70,17 +66,10 @@ class DisplacementTable(SchemaTable):
     y: Error | None = key(None, "displacement along y (tangential)")
     z: Error | None = key(None, "displacement along z")
 
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
-        """Refuse half a vector."""
-        _require_vector(self)
-        return self
 
-
-class TiltTable(SchemaTable):
+class TiltTable(VectorTable):
     """A tilt of a body's seat: amplitude and phase of the axis it tilts about, or x and y."""
 
-    bare: ClassVar[str] = "amplitude"
     amplitude: Angle | None = key(None, "amplitude of the tilt")
     phase: Angle | None = key(None, "phase from the x axis of `from`; default 0")
     from_: Literal["own", "stage"] = key(
@@ -89,12 +78,6 @@ class TiltTable(SchemaTable):
     x: Angle | None = key(None, "tilt about x (radial)")
     y: Angle | None = key(None, "tilt about y (tangential)")
     z: Angle | None = key(None, "tilt about z")
-
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
-        """Refuse half a vector."""
-        _require_vector(self)
-        return self
 
 
 class UnbalanceTable(SchemaTable):
@@ -108,54 +91,16 @@ class UnbalanceTable(SchemaTable):
 # pitch deviations ----------------------------------------------------------------------------------------------------
 
 
-class PitchUnit(Unit):
-    """Annotation of a list of lengths, or of a list of such lists."""
+class PitchUnit(ListsUnit):
+    """Annotation of lists of pitch deviations, or of the name of a file that holds one."""
 
     def read(self, value: object, info: ValidationInfo[Any] | None = None) -> PitchLists:
         """Return the lists [m], one for each planet or one for all."""
-        several = isinstance(value, (list, tuple)) and bool(value) and all(map(_is_row, value))
-        rows = [Unit.read(self, row, info) for row in (value if several else [value])]  # type: ignore[attr-defined]
-        return tuple(tuple(row) for row in rows)  # type: ignore[arg-type]
+        return tuple(tuple(row) for row in self.rows(value, info))
 
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        lists = [*self.forms("length"), {"type": "string", "pattern": r"\.[A-Za-z0-9]+$"}]
-        several = {"type": "array", "items": {"anyOf": lists}, "minItems": 1}
-        return {"anyOf": [*lists, several], "x-quantity": self.describe()}
-
-
-def _is_row(value: object) -> bool:
-    return isinstance(value, (list, tuple)) or (isinstance(value, str) and value.lstrip().startswith("["))
-
-
-def _read_files(value: Any, member: str, folder: Path | None) -> Any:
-    """Return a list of pitch deviations, or a list of such lists, with CSV files read. Raises ModelError."""
-    path = f"deviations.{member}.pitch"
-    if isinstance(value, list) and value and all(isinstance(v, (list, str)) for v in value):
-        return [_read_csv(v, path, folder) if is_file_name(v) else v for v in value]
-    return _read_csv(value, path, folder) if is_file_name(value) else value
-
-
-def is_file_name(value: object) -> bool:
-    """Return whether a text is the name of a file: neither a list nor a number with its unit."""
-    return isinstance(value, str) and not value.lstrip().startswith("[") and not _QUANTITY.match(value)
-
-
-def _read_csv(name: str, path: str, folder: Path | None) -> str:
-    """Return the last column of a CSV file as a list in m; a heading like `pitch [um]` names its unit."""
-    allowed = "a CSV file beside the model file: one tooth a line, heading `pitch [um]` for a unit other than m"
-    lines = read_text((folder or Path()) / name, most=_MAX_BYTES, path=path, given=name, allowed=allowed).splitlines()
-    cells = [line.split(",")[-1].strip() for line in lines if line.strip() and not line.startswith("#")]
-    scale: float | None = 1.0
-    if cells and cells[0].endswith("]") and "[" in cells[0]:
-        scale = factor(cells[0].rpartition("[")[2][:-1].strip(), "m")
-        cells = cells[1:]
-    try:
-        numbers = [float(cell) for cell in cells]
-    except ValueError:
-        raise ModelError("not a table of numbers", path=path, given=name, allowed=allowed) from None
-    if scale is None or not numbers or not all(abs(v * scale) < 1 for v in numbers):
-        raise ModelError("not lengths", path=path, given=name, allowed=allowed)
-    return f"[{', '.join(repr(v * scale) for v in numbers)}] m"
+    def forms(self, kind: str) -> list[dict[str, Any]]:
+        """Return the schemas of one list, and of the name of a file."""
+        return [*super().forms(kind), {"type": "string", "pattern": r"\.[A-Za-z0-9]+$"}]
 
 
 def _check_pitch(path: str, pitch: PitchLists, teeth: int | None, planets: int) -> None:
@@ -182,7 +127,7 @@ class MemberDeviationsTable(SchemaTable):
     pitch: Annotated[
         PitchLists | None,
         PitchUnit("length", low=-1, high=1, lists=True, likely=SMALL),
-        DeviationKind(read=_read_files, check=_check_pitch),
+        DeviationKind(check=_check_pitch),
     ] = key(
         None,
         "measured cumulative pitch deviations, one per tooth, positive = material missing; one list, or one per "

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
+from .units import NUMBER
 
 if TYPE_CHECKING:
     import numpy as np
@@ -203,7 +204,7 @@ def form_texts() -> tuple[str, ...]:
 
 def distribution_pattern() -> str:
     """Return the pattern of the text of a distribution, for the JSON Schema; units are checked where it is read."""
-    number = r"\s*[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?[^(),]{0,40}(?:\([^(),]{1,20}\)\s*)?"
+    number = rf"\s*{NUMBER}[^(),]{{0,40}}(?:\([^(),]{{1,20}}\)\s*)?"
     calls = [rf"{kind}\s*\({','.join([number] * len(names))}\)" for kind, names in FORMS.items()]
     standard = r"(?:ISO\s*1328-1\s*:\s*2013\s+[0-9]{1,2}|IT\s*[0-9]{1,2})"
     grade = rf"grade\s*\(\s*{standard}\s*,\s*[0-9.]{{1,9}}\s*sigma\s*\)"

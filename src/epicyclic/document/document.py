@@ -1,13 +1,11 @@
-"""Model file -> validated, normalised document in SI.
+"""Model file -> validated, normalised document in SI, with overrides laid over it.
 
-`[assumed]`: its paths must exist.
-
-The rule of units: what a person wrote without one is refused in format 2, and told in format 1, by its path.
+Paths of `[assumed]` must exist.  What a person wrote without a unit is refused in format 2, and told in format 1, by
+its path.
 """
 
 from __future__ import annotations
 
-import math
 import tomllib
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -22,21 +20,26 @@ from ..warning_codes import CodedText, coded
 from .csv_files import with_files
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import ModelFile, Names, check_names, collect, nearest
-from .shorthand import expand
-from .tables import PlainTable, clean, dotted_line, leaves, merge, nested
+from .shorthand import expand, expand_path
+from .tables import PlainTable, clean, dotted_line, finite_float, leaves, merge, nested, value_at
 from .tolerances import check_tolerance, still_toleranced
 from .units import KINDS
-from .validation import bare_places, validate
+from .validation import bare_numbers, validate
 from .written_numbers import BareNumber, likely_text
 
 
-def check_assumed(layer: PlainTable, data: PlainTable) -> None:
-    """Raise ModelError for an assumed path that is not in `data`, with the nearest one that is."""
-    for path, reason in _entries(layer):
-        if _find(data, path) is None:
-            near = nearest(path, (p for p, _ in leaves(data)))
-            allowed = "a path of this file"
-            raise ModelError(f"no such path{near}", path=f"assumed.{path}", given=reason, allowed=allowed)
+def check_assumed(layer: PlainTable, data: PlainTable, names: Names) -> None:
+    """Raise ModelError for an assumed path of a layer that is not in `data`, with the nearest one that is.
+
+    layer : as it is written.  data : expanded.
+    """
+    table = layer.get("assumed")
+    for text, reason in leaves(table) if isinstance(table, dict) else ():
+        for path in expand_path(text, names, path=f"assumed.{text}"):
+            if value_at(data, path.split(".")) is None:
+                near = nearest(path, (p for p, _ in leaves(data) if not p.startswith(("assumed.", "tolerance."))))
+                allowed = "a path of this file"
+                raise ModelError(f"no such path{near}", path=f"assumed.{text}", given=reason, allowed=allowed)
 
 
 def still_assumed(data: PlainTable, overridden: Iterable[str]) -> PlainTable:
@@ -44,8 +47,8 @@ def still_assumed(data: PlainTable, overridden: Iterable[str]) -> PlainTable:
     gone = frozenset(overridden)
 
     def stands(path: str) -> bool:
-        found = _find(data, path)
-        below = {p for p, _ in leaves({path: found})} if found is not None else set()
+        value = value_at(data, path.split("."))
+        below = {p for p, _ in leaves({path: value})} if value is not None else set()
         return f"assumed.{path}" in gone or not below <= gone
 
     if not isinstance(data.get("assumed"), dict):
@@ -53,75 +56,33 @@ def still_assumed(data: PlainTable, overridden: Iterable[str]) -> PlainTable:
     return data | {"assumed": {path: reason for path, reason in data["assumed"].items() if stands(path)}}
 
 
-def _entries(data: PlainTable) -> list[tuple[str, object]]:
-    """Return path and reason of every assumption."""
-    table = data.get("assumed")
-    return list(table.items()) if isinstance(table, dict) else []
-
-
-def _find(data: PlainTable, path: str) -> object | None:
-    """Return what stands at a path, None where nothing does."""
-    here: object = data
-    for part in path.split("."):
-        if not isinstance(here, dict) or part not in here:
-            return None
-        here = here[part]
-    return here
-
-
 # warnings of one file: as many as fit on a screen, or the first few and the count
 _MOST, _FEW = 8, 5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WrittenLayers:
-    """Layers that a person wrote, as they stand; empty where built in Python, whose numbers are SI.
+def _written_bare(
+    data: PlainTable, names: Names, file: PlainTable, settings: PlainTable, overridden: Collection[str]
+) -> dict[str, BareNumber]:
+    """Return the bare numbers that a person wrote, by the path as it is written.
 
-    file : tables of the file.  settings : values typed on the command line.  overridden : paths set by any override.
+    file, settings : tables of the file, and values typed on the command line; empty where built in Python, whose
+    numbers are SI.  overridden : paths set by any override.
     """
-
-    file: PlainTable
-    settings: PlainTable
-    overridden: Collection[str]
-
-
-def checked_model(
-    data: PlainTable, names: Names, folder: Path | None, layers: WrittenLayers
-) -> tuple[ModelFile, tuple[CodedText, ...]]:
-    """Return the validated model, and a warning of each number without a unit in a file of format 1.
-
-    Raises ModelError for whatever is wrong; first for a number without a unit, whose size is not to be believed.
-    """
-    fault: ModelError | None = None
     try:
-        model, found = validate(data, names, folder)
-    except ModelError as error:
-        fault, found = error, True
-    written = _written_bare(data, names, folder, layers) if found and (layers.file or layers.settings) else {}
-    if written and data.get("format") != 1:
-        raise _refusal(written)
-    if fault is not None:
-        raise fault
-    return model, (*_told(written), *check_tolerance(data, names, folder))
-
-
-def _written_bare(data: PlainTable, names: Names, folder: Path | None, layers: WrittenLayers) -> dict[str, BareNumber]:
-    """Return the bare numbers that a person wrote, by the path as it is written."""
-    try:
-        places = {place.path: place.error for place in bare_places(data, names, folder)}
+        errors = bare_numbers(data, names)
     except ModelError:  # a name that is none, which validation tells
         return {}
-    found: dict[str, BareNumber] = {}
-    for layer, set_there in ((layers.file, False), (layers.settings, True)):
+    written: dict[str, BareNumber] = {}
+    for layer, set_there in ((file, False), (settings, True)):
         for path, value in _numbers(layer):
             try:
-                stands = [p for p, _ in leaves(expand(nested(path, value), names))]
+                expanded = [p for p, _ in leaves(expand(nested(path, value), names))]
             except ModelError:
                 continue
-            mine = [p for p in stands if p in places and (p in layers.overridden) == set_there]
-            if mine:
-                found[".".join(path)] = places[mine[0]]
-    return found
+            bare = [p for p in expanded if p in errors and (p in overridden) == set_there]
+            if bare:
+                written[".".join(path)] = errors[bare[0]]
+    return written
 
 
 def _numbers(table: PlainTable, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -134,32 +95,26 @@ def _numbers(table: PlainTable, path: tuple[str, ...] = ()) -> Iterator[tuple[tu
 
 
 def _refusal(written: dict[str, BareNumber]) -> ModelError:
-    """Return the error of the first, which names the others."""
+    """Return the error of the first bare number, which names the others."""
     (path, first), *rest = written.items()
-    more = (
-        f" (and {len(rest)} more, at {', '.join(p for p, _ in rest[:3])}{', ...' if rest[3:] else ''})" if rest else ""
-    )
+    others = f"{', '.join(p for p, _ in rest[:3])}{', ...' if rest[3:] else ''}"
+    more = f" (and {len(rest)} more, at {others})" if rest else ""
     return ModelError(f"{first.problem}{more}", path=path, given=first.given, allowed=first.allowed)
 
 
 def _told(written: dict[str, BareNumber]) -> list[CodedText]:
-    """Return a warning of each, of very many the first few and their number."""
-    texts = [_warning(path, error) for path, error in written.items()]
+    """Return a warning of each bare number, what it was read as and what was likely meant; of many the first few."""
+    texts = []
+    for path, error in written.items():
+        unit = KINDS[error.kinds[0]].unit
+        read = likely_text(error.given, error.kinds, ((0.0, unit),))
+        meant = "write it so, as format = 2 asks" if read == error.likely else f'"{error.likely}"?'
+        text = f'{path} = {read.removesuffix(unit).strip()}: no unit, read as "{read}"; {meant}'
+        texts.append(coded("no-unit", text))
     if len(texts) <= _MOST:
         return texts
-    return [
-        *texts[:_FEW],
-        coded("no-unit", f"{len(texts)} numbers of the file have no unit, {len(texts) - _FEW} more than these"),
-    ]
-
-
-def _warning(path: str, error: BareNumber) -> CodedText:
-    """Return what a bare number was read as, and what was likely meant."""
-    unit = KINDS[error.kinds[0]].unit
-    read = likely_text(error.given, error.kinds, ((0.0, unit),))
-    given = read.removesuffix(unit).strip()
-    meant = "write it so, as format = 2 asks" if read == error.likely else f'"{error.likely}"?'
-    return coded("no-unit", f'{path} = {given}: no unit, read as "{read}"; {meant}')
+    count = f"{len(texts)} numbers of the file have no unit, {len(texts) - _FEW} more than these"
+    return [*texts[:_FEW], coded("no-unit", count)]
 
 
 FORMAT = 2
@@ -206,25 +161,35 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     names = collect(base, layer)
     check_names(names, base, layer)
     file, above = expand(base, names), expand(layer, names)
-    for one in (file, above):
-        check_alternatives(one)
-    check_assumed(file, file)
+    for expanded in (file, above):
+        check_alternatives(expanded)
+    check_assumed(base, file, names)
     for emptied in removed:
         file = merge(file, expand(emptied, names))
     merged = merge(replace_alternatives(file, above), above)
-    check_assumed(above, merged)
+    _check_format(merged)
+    check_assumed(layer, merged, names)
     overridden = {path for path, _ in leaves(above)}
     names = collect(merged)  # an override may have removed what is referred to
     data = expand(still_toleranced(still_assumed(merged, overridden), file, above, names), names)
     data, followed, hints, moved = follow_teeth(data, file, frozenset(overridden), names)
-    layers = WrittenLayers(
-        file={} if isinstance(source, Mapping) else base, settings=settings_of(overrides or {}), overridden=overridden
-    )
-    model, warnings = checked_model(data, names, folder, layers)
+    of_file, typed = {} if isinstance(source, Mapping) else base, settings_of(overrides or {})
+
+    def bare() -> dict[str, BareNumber]:
+        """The numbers without a unit that a person wrote. Raises ModelError where the format asks for one."""
+        written = _written_bare(data, names, of_file, typed, overridden) if of_file or typed else {}
+        if written and data.get("format") != 1:
+            raise _refusal(written)
+        return written
+
+    try:
+        model, has_bare = validate(data, names)
+    except ModelError:
+        bare()  # ahead of any other fault: the size of such a number is not to be believed
+        raise
+    warnings = (*_told(bare() if has_bare else {}), *check_tolerance(data, names), *followed, *hints)
     origin: dict[str, Origin] = {path: "set" if path in overridden | moved else "given" for path, _ in leaves(data)}
-    return Document(
-        model=model, data=data, origin=origin, source=name, warnings=(*warnings, *followed, *hints), hints=hints
-    )
+    return Document(model=model, data=data, origin=origin, source=name, warnings=warnings, hints=hints)
 
 
 def ready_drives() -> tuple[str, ...]:
@@ -239,9 +204,9 @@ def _check_format(base: PlainTable) -> None:
     version = base.get("format")
     if version is None:
         raise ModelError("missing", path="format", allowed=f"format = {FORMAT}, the version of the file format")
-    if isinstance(version, bool):
-        raise ModelError("not a whole number", path="format", given=version, allowed=f"format = {FORMAT}")
-    if isinstance(version, int) and version > FORMAT:
+    if isinstance(version, bool) or not isinstance(version, int):  # 2.0 equals 2, and would pass for a format 1
+        raise ModelError("not a whole number", path="format", given=version, allowed=f"format = {FORMAT}, or 1")
+    if version > FORMAT:
         problem = f"format {version} is newer than this program reads"
         raise ModelError(problem, path="format", given=version, allowed=f"format = 1 or {FORMAT}, or a newer epicyclic")
 
@@ -265,17 +230,17 @@ def _read_rexs(path: str | Path, overrides: Mapping[str, object] | None) -> Docu
     """Return the document of a REXS file, with warnings of what is assumed and not read. Raises ModelError."""
     from ..rexs.import_train import read_rexs, traced  # only here: few models are REXS files
 
-    found = read_rexs(path)
+    train = read_rexs(path)
     try:
-        document = read(found.document, overrides)
+        document = read(train.document, overrides)
     except ModelError as error:
-        raise traced(error, found) from None
+        raise traced(error, train) from None
     told = coded(
         "rexs-assumed",
-        f"read from a REXS file: {len(found.assumed)} values assumed, {len(found.dropped)} entries dropped; "
+        f"read from a REXS file: {len(train.assumed)} values assumed, {len(train.dropped)} entries dropped; "
         f"`epicyclic import {path}` lists them",
     )
-    return replace(document, source=str(path), warnings=(told, *found.warnings, *document.warnings))
+    return replace(document, source=str(path), warnings=(told, *train.warnings, *document.warnings))
 
 
 def file_text(path: Path) -> str:
@@ -314,18 +279,10 @@ def parse_text(text: str, name: str) -> PlainTable:
     if (line := dotted_line(text)) is not None:
         raise ModelError(f"nested too deeply (line {line})", path=name, allowed="tables a few levels deep")
     try:
-        table = tomllib.loads(text, parse_float=_float)
+        table = tomllib.loads(text, parse_float=finite_float)
     except RecursionError:
         raise ModelError("nested too deeply", path=name, allowed="tables and lists a few levels deep") from None
-    except ValueError as error:  # TOML errors, and integers of thousands of digits
+    except (ValueError, OverflowError) as error:  # TOML errors, and integers of thousands of digits
         raise ModelError(f"not TOML: {error}", path=name, allowed="a TOML file") from None
     cleaned: PlainTable = clean(table)
     return cleaned
-
-
-def _float(text: str) -> float:
-    """Return a float. Raises ValueError where it is too large to be one."""
-    number = float(text)
-    if math.isinf(number) and "inf" not in text:
-        raise ValueError(f"{text} is too large")
-    return number

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from typing import Any
 
 from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
 from .distributions import EXAMPLES, PHASES, distribution_pattern, form_texts
-from .schema import KIND_BY_NAME, ModelFile
+from .schema import KIND_BY_NAME, SIDES, VARIATIONS, ModelFile
 from .schema_fields import DisplacementForceTable, MeshForceTable, TiltMomentTable, TurnMomentTable, Unit
 from .units import KINDS, list_pattern, number_pattern
 from .validation import LISTED
@@ -28,11 +29,11 @@ def json_schema() -> Schema:
     raw = ModelFile.model_json_schema(mode="validation")
     raw = json.loads(re.sub(r'(?<=[/"])([A-Za-z]+)Table(?=")', r"\1", json.dumps(raw)))  # names without `Table`
     forces: Schema = {}
-    raw = _named_forces(raw, forces)
+    raw = _referring(raw, _force_table, forces)
     defs: Schema = raw.pop("$defs") | forces
     _as_written(raw, defs)
     texts: Schema = {}
-    raw, defs = _named_texts(raw, texts), _named_texts(defs, texts) | texts
+    raw, defs = _referring(raw, _text_with_unit, texts), _referring(defs, _text_with_unit, texts) | texts
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "epicyclic model file",
@@ -52,8 +53,9 @@ def _as_written(root: Schema, defs: Schema) -> None:
     _links(defs)
     _deviations(defs)
     _operation(defs["Operation"])
-    words = ["none", "contact-lines", "energy", "ishikawa"]
-    defs["Variation"] = _either({"enum": words}, _without(defs["Variation"], "form"))
+    variation = defs["Variation"]
+    del variation["properties"]["form"], variation["required"]
+    defs["Variation"] = _either({"enum": list(VARIATIONS)}, variation)
     for name in ("stages", "bodies"):
         root["properties"][name]["propertyNames"] = {"pattern": _NAME}
     for name in ("couplings", "loads"):
@@ -67,37 +69,38 @@ def _as_written(root: Schema, defs: Schema) -> None:
     }
 
 
-def _named_forces(schema: Any, found: Schema) -> Any:
-    """Return a schema whose tables of force refer to `found`, which is filled: each stands in many places."""
+def _referring(schema: Any, named: Callable[[Schema], tuple[str, Schema] | None], found: Schema) -> Any:
+    """Return a schema that refers to `found`, which is filled, where `named` names a part: it stands in many places."""
     if isinstance(schema, list):
-        return [_named_forces(entry, found) for entry in schema]
+        return [_referring(entry, named, found) for entry in schema]
     if not isinstance(schema, dict):
         return schema
-    name = schema.get("title")
-    if isinstance(name, str) and name in _FORCES:
-        found[name] = schema
+    if (part := named(schema)) is not None:
+        name, table = part
+        found[name] = table
         return {"$ref": f"#/$defs/{name}"}
-    return {key: _named_forces(value, found) for key, value in schema.items()}
+    return {key: _referring(value, named, found) for key, value in schema.items()}
 
 
-def _named_texts(schema: Any, found: Schema) -> Any:
-    """Return a schema whose texts with units refer to `found`, which is filled: one pattern stands in many places."""
-    if isinstance(schema, list):
-        return [_named_texts(entry, found) for entry in schema]
-    if not isinstance(schema, dict):
-        return schema
+def _force_table(schema: Schema) -> tuple[str, Schema] | None:
+    """Return name and schema of a table of force."""
+    name = schema.get("title")
+    return (name, schema) if isinstance(name, str) and name in _FORCES else None
+
+
+def _text_with_unit(schema: Schema) -> tuple[str, Schema] | None:
+    """Return name and schema of the texts with units that `schema_fields.text_form` stands for."""
     name = schema.get("x-texts")
     if not isinstance(name, str):
-        return {key: _named_texts(value, found) for key, value in schema.items()}
+        return None
     kind = name.removesuffix("_list").removesuffix("_or_inf")
     pattern = list_pattern if name.endswith("_list") else number_pattern
     words = f"{KINDS[kind].name}, {KINDS[kind].spellings}" if KINDS[kind].unit else KINDS[kind].name
-    found[name] = {
+    return name, {
         "type": "string",
         "pattern": pattern(kind, inf="_or_inf" in name),
         "description": f"a list of {words}" if name.endswith("_list") else words,
     }
-    return {"$ref": f"#/$defs/{name}"}
 
 
 def _stage(stage: Schema, defs: Schema) -> None:
@@ -140,21 +143,24 @@ def _both(one: Schema) -> str:
 def _deviations(defs: Schema) -> None:
     """Nest deviations by stage, member and mesh; a bare number or text is the amplitude."""
     member, mesh = defs["MemberDeviations"], defs["MeshDeviations"]
-    for table, kinds in ((member, bare_keys(MemberDeviationsTable)), (mesh, bare_keys(MeshDeviationsTable))):
-        for name, amplitude in kinds.items():
-            long = table["properties"][name]
-            reference = next(form["$ref"] for form in long["anyOf"] if "$ref" in form)
-            own = defs[reference.rpartition("/")[2]]["properties"][amplitude]
-            table["properties"][name] = _either({k: v for k, v in own.items() if k != "description"}, long)
-    for table, ref in ((member, "MemberDeviations"), (mesh, "MeshDeviations")):
-        sides = {side: f"deviations of the {side} side that differ" for side in ("left", "right")}
-        table["properties"] |= {s: {"$ref": f"#/$defs/{ref}", "description": words} for s, words in sides.items()}
-    mesh["properties"]["errors"]["propertyNames"] = {"pattern": _LINK_NAME}
     meshes = {
         "description": "deviations of meshes, by `A-B`",
         "type": "object",
         "additionalProperties": {"$ref": "#/$defs/MeshDeviations"},
     }
+    for table, kinds, ref in (
+        (member, bare_keys(MemberDeviationsTable), "MemberDeviations"),
+        (mesh, bare_keys(MeshDeviationsTable), "MeshDeviations"),
+    ):
+        for name, amplitude in kinds.items():
+            long = table["properties"][name]
+            reference = next(form["$ref"] for form in long["anyOf"] if "$ref" in form)
+            own = defs[reference.rpartition("/")[2]]["properties"][amplitude]
+            table["properties"][name] = _either({k: v for k, v in own.items() if k != "description"}, long)
+        for side in SIDES:
+            words = f"deviations of the {side} side that differ"
+            table["properties"][side] = {"$ref": f"#/$defs/{ref}", "description": words}
+    mesh["properties"]["errors"]["propertyNames"] = {"pattern": _LINK_NAME}
     # a stage's members, or a member (or body) itself: its keys are no names of members
     defs["DeviationsOf"] = {
         "description": "deviations of a member or body, or of the members of a stage",
@@ -233,13 +239,6 @@ def _either(first: Schema, second: Schema) -> Schema:
     """Return a schema that takes either, with the description of the second."""
     inner = {k: v for k, v in second.items() if k not in ("description", "default")}
     return {"anyOf": [first, inner], **({"description": second["description"]} if "description" in second else {})}
-
-
-def _without(table: Schema, key: str) -> Schema:
-    """Return a table's schema without one key."""
-    kept = {k: v for k, v in table["properties"].items() if k != key}
-    rest = {k: v for k, v in table.items() if k != "required"}
-    return rest | {"properties": kept}
 
 
 def _tidy(schema: Any) -> Any:

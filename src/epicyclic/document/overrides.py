@@ -1,11 +1,8 @@
-"""Overrides of a document, and what follows from them.
+"""Overrides of a document as a layer laid over the file, and what follows from them.
 
-Layers of a document: overrides as a layer laid over the file, and alternative keys (rule 3).
+Alternatives of one key (rule 3) are an error in one layer; a later layer replaces them.
 
-Alternatives of one key are an error in one layer; a later layer replaces them.
-
-Teeth changed by an override: what the file states of the size of the old gear follows, and a warning names it.
-
+Of teeth that an override changes, what the file states of the size of the old gear follows, and a warning names it.
 A file may state radii and masses that the teeth would give as well, a publication prints them.  With other teeth they
 are those of another gear.  They are scaled with the gear, at the same module, so that they move with the teeth and not
 by the difference between what is printed and what would be derived: lengths with the number of teeth, a mass with its
@@ -23,7 +20,7 @@ from typing import Any
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from .schema import SIDES, Names, nearest
-from .tables import REMOVE, PlainTable, clean, dotted_line, leaves, nested, split_path, union
+from .tables import REMOVE, PlainTable, clean, dotted_line, finite_float, leaves, nested, split_path, union, value_at
 from .units import KINDS, Bounds, Quantity, read_quantity
 from .writer import quantity_text
 from .written_numbers import is_typed, typed
@@ -36,23 +33,26 @@ def parse_setting(text: str) -> tuple[str, object]:
 
     Numbers are marked as typed, so that a quantity without its unit is told or refused.
 
-    Raises ModelError without `=`.
+    Raises ModelError without `=`, and for a number that is too large to be one.
     """
     path, equals, value = text.partition("=")
     if not equals or not path.strip():
         raise ModelError(
             "not a setting", path="overrides", given=text, allowed="PATH=VALUE, stages.main.sun.mass=750 kg"
         )
-    value = value.strip()
-    return path.strip(), typed(_toml_value(value)) if value else None
+    path, value = path.strip(), value.strip()
+    try:
+        return path, typed(_toml_value(value)) if value else None
+    except OverflowError:
+        raise ModelError("too large", path=path, given=value, allowed="a number below 1.8e308, or inf") from None
 
 
 def _toml_value(text: str) -> object:
-    """Return a TOML value, or the text itself where it is none."""
+    """Return a TOML value, or the text itself where it is none. Raises OverflowError."""
     if "\n" in text or len(text) > 100_000 or dotted_line(text) is not None:
         return text
     try:
-        table = tomllib.loads(f"value = {text}")
+        table = tomllib.loads(f"value = {text}", parse_float=finite_float)
     except (ValueError, RecursionError):
         return text
     return table["value"] if len(table) == 1 else text
@@ -61,8 +61,10 @@ def _toml_value(text: str) -> object:
 def stepwise(overrides: Mapping[str, object]) -> list[dict[str, object]]:
     """Return the overrides as layers, in the order in which they are laid; the last one has all that are no step.
 
-    A table that others reach into is removed before they fill it, and after what they remove of it.
+    A table that others reach into is removed before they fill it, and after what they remove of it.  What a table of
+    overrides removes is an override of its own, by its path.
     """
+    overrides = _removals_apart(overrides)
     paths = {text: split_path(str(text), path=str(text)) for text in overrides}
     removed = {text: path for text, path in paths.items() if _removes(overrides[text])}
     above = {text: sum(path[: len(p)] == p != path for p in removed.values()) for text, path in removed.items()}
@@ -73,6 +75,34 @@ def stepwise(overrides: Mapping[str, object]) -> list[dict[str, object]]:
     ]
     done = {text for step in steps for text in step}
     return [*steps, {text: value for text, value in overrides.items() if text not in done}]
+
+
+def _removals_apart(overrides: Mapping[str, object]) -> dict[str, object]:
+    """Return overrides, those that tables of overrides remove by their paths and None. Raises ModelError."""
+    apart: dict[str, object] = {}
+
+    def without_removals(path: str, value: object) -> object:
+        if not isinstance(value, Mapping) or not value:
+            return value
+        kept: dict[str, object] = {}
+        for name, entry in value.items():
+            where = f"{path}.{name}"
+            if _removes(entry):
+                state(where, None)
+            elif (inner := without_removals(where, entry)) is not None:
+                kept[name] = inner
+        return kept or None
+
+    def state(path: str, value: object) -> None:
+        if path in apart and not (_removes(value) and _removes(apart[path])):
+            raise ModelError("given twice", path=path, given=value, allowed="one of the two")
+        apart[path] = value
+
+    for text, value in overrides.items():
+        kept = without_removals(str(text), value)
+        if kept is not None or value is None:
+            state(str(text), kept)
+    return apart
 
 
 def _removes(value: object) -> bool:
@@ -89,20 +119,12 @@ def layer_of(overrides: Mapping[str, object], base: PlainTable) -> PlainTable:
     for text, value in overrides.items():
         path = split_path(str(text), path=str(text))
         _check_known(path, value, base)
-        if isinstance(value, Mapping) and not value and _table_at(base, path):
+        if isinstance(value, Mapping) and not value and value_at(base, path):
             raise ModelError(
                 "an empty table changes nothing", path=str(text), given="{}", allowed=f"{text}= removes it"
             )
         layer = union(layer, nested(path, REMOVE if _removes(value) else clean(value, str(text))), "")
     return layer
-
-
-def _table_at(base: PlainTable, path: tuple[str, ...]) -> object:
-    """What stands at a path, None where nothing does."""
-    found: object = base
-    for name in path:
-        found = found.get(name) if isinstance(found, dict) else None
-    return found
 
 
 def settings_of(overrides: Mapping[str, object]) -> PlainTable:
@@ -219,7 +241,6 @@ def _without(table: PlainTable, path: tuple[str, ...]) -> PlainTable:
     return {**table, path[0]: inner} if inner else {k: v for k, v in table.items() if k != path[0]}
 
 
-Followed = tuple[PlainTable, tuple[CodedText, ...], tuple[CodedText, ...], frozenset[str]]
 # key -> kinds of quantity, and the power of the number of teeth for a gear and for a ring; None: it goes, and follows
 _POWERS: dict[str, tuple[tuple[str, ...], int | None, int | None]] = {
     "base_radius": (("length",), 1, 1),
@@ -231,29 +252,30 @@ _POWERS: dict[str, tuple[tuple[str, ...], int | None, int | None]] = {
     "tilt_inertia": (("inertia",), 4, 3),
 }
 _REDUCED = 2  # less for an inertia in kg, J/r^2
-_DISTANCES = ("centre_distance", "pin_radius")
 
 
-def follow_teeth(data: PlainTable, before: PlainTable, overridden: frozenset[str], names: Names) -> Followed:
+def follow_teeth(
+    data: PlainTable, before: PlainTable, overridden: frozenset[str], names: Names
+) -> tuple[PlainTable, tuple[CodedText, ...], tuple[CodedText, ...], frozenset[str]]:
     """A document after its overrides, with what belongs to the teeth of before scaled to those of now.
 
     data : shorthands expanded, overrides laid over.  before : without them.  overridden : paths that overrides set.
     Returns the document, a warning for each stage whose numbers moved, one for each ring that no longer fits, and the
     paths of what moved.
     """
-    changed = {stage: _changed(data, before, stage, members) for stage, members in names.stages.items()}
     warnings: list[CodedText] = []
     hints: list[CodedText] = []
     moved: set[str] = set()
-    for stage, teeth in changed.items():
+    for stage, members in names.stages.items():
+        teeth = _teeth(data, before, stage, members)
         if not any(old != new for old, new in teeth.values()):
             continue
         said: list[str] = []
         for path, ratio, powers in _scaled_paths(data["stages"][stage], stage, teeth, names):
             if path in overridden or ratio == 1:
                 continue
-            if (found := _scaled(_at(data, path), path, ratio, powers)) is not None:
-                text, value = found
+            if (scaled := _scaled(value_at(data, path.split(".")), path, ratio, powers)) is not None:
+                text, value = scaled
                 data = _with(data, path.split("."), value)
                 said.append(text)
                 moved.add(path)
@@ -264,18 +286,18 @@ def follow_teeth(data: PlainTable, before: PlainTable, overridden: frozenset[str
                 f"same module: {', '.join(said)}; set it beside the teeth to have it otherwise"
             )
             warnings.append(coded("teeth-changed", text))
-        hints += _ring_hint(stage, teeth, names.stages[stage])
+        hints += _ring_hint(stage, teeth, members)
     return data, tuple(warnings), tuple(hints), frozenset(moved)
 
 
-def _changed(data: PlainTable, before: PlainTable, stage: str, members: Any) -> dict[str, tuple[int, int]]:
+def _teeth(data: PlainTable, before: PlainTable, stage: str, members: Mapping[str, str]) -> dict[str, tuple[int, int]]:
     """Teeth before and now of every gear of a stage that has both."""
-    found = {}
+    teeth = {}
     for member in members:
-        old, new = (_at(table, f"stages.{stage}.{member}.teeth") for table in (before, data))
+        old, new = (value_at(table, ("stages", stage, member, "teeth")) for table in (before, data))
         if all(isinstance(z, int) and not isinstance(z, bool) and z > 0 for z in (old, new)):
-            found[member] = (old, new)
-    return found
+            teeth[member] = (old, new)
+    return teeth
 
 
 def _scaled_paths(
@@ -302,7 +324,7 @@ def _scaled_paths(
             yield f"stages.{stage}.{member}.pin_radius", ratio, length
 
 
-def _pairs(table: PlainTable, teeth: dict[str, tuple[int, int]], kinds: Any) -> dict[str, float]:
+def _pairs(table: PlainTable, teeth: dict[str, tuple[int, int]], kinds: Mapping[str, str]) -> dict[str, float]:
     """Ratio of the reference centre distances now and before, by mesh; those with a sun first."""
     planets = [m for m in teeth if kinds[m] == "planet"]
     named = list(table["meshes"]) if isinstance(table.get("meshes"), dict) else []
@@ -354,27 +376,19 @@ def _scaled(
     return f"{short} {near} (was {value})", text
 
 
-def _ring_hint(stage: str, teeth: dict[str, tuple[int, int]], kinds: Any) -> list[CodedText]:
+def _ring_hint(stage: str, teeth: dict[str, tuple[int, int]], kinds: Mapping[str, str]) -> list[CodedText]:
     """What ring a simple planetary set wants whose teeth fitted before and do not now."""
-    by_kind: dict[str, list[str]] = {}
-    for member in teeth:
-        by_kind.setdefault(kinds[member], []).append(member)
-    if any(len(by_kind.get(kind, ())) != 1 for kind in ("sun", "planet", "ring")):
+    members = {kind: [m for m in teeth if kinds[m] == kind] for kind in ("sun", "planet", "ring")}
+    if any(len(gears) != 1 for gears in members.values()):
         return []
-    sun, planet, ring = (by_kind[kind][0] for kind in ("sun", "planet", "ring"))
-    want = [teeth[sun][i] + 2 * teeth[planet][i] for i in (0, 1)]
-    if want[0] != teeth[ring][0] or want[1] == teeth[ring][1] or teeth[ring][0] != teeth[ring][1]:
+    sun, planet, ring = (teeth[gears[0]] for gears in members.values())
+    fitting, wanted = (sun[i] + 2 * planet[i] for i in (0, 1))
+    if fitting != ring[0] or wanted == ring[1] or ring[0] != ring[1]:
         return []
-    path, sum_of = f"stages.{stage}.{ring}.teeth", f"{teeth[sun][1]} + 2 x {teeth[planet][1]}"
-    text = f"{path} = {teeth[ring][1]}: {sum_of} teeth want a ring of {want[1]}; set {path} = {want[1]} too"
+    path = f"stages.{stage}.{members['ring'][0]}.teeth"
+    sum_of = f"{sun[1]} + 2 x {planet[1]}"
+    text = f"{path} = {ring[1]}: {sum_of} teeth want a ring of {wanted}; set {path} = {wanted} too"
     return [coded("ring-teeth", text)]
-
-
-def _at(table: object, path: str) -> Any:
-    """What stands at a path, None where nothing does."""
-    for part in path.split("."):
-        table = table.get(part) if isinstance(table, dict) else None
-    return table
 
 
 def _with(table: PlainTable, path: list[str], value: Any) -> PlainTable:

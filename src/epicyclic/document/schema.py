@@ -47,6 +47,8 @@ LIMIT_ANGLE = 1.0471975511965976  # 60 deg: nothing steeper is cut, and a bare "
 Module = Annotated[float, Unit("length", low=1e-5)]
 Radius = Annotated[float, Unit("length", low=1e-5)]
 Slant = Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE)]
+PressureAngle = Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE, above=True)]
+Coefficient = Annotated[float, Unit("ratio", low=0)]
 Mass = Annotated[float, Unit("mass", low=0)]
 Inertia = Annotated[Quantity, Unit("inertia mass", low=0)]
 TiltInertia = Annotated[float, Unit("inertia", low=0)]
@@ -136,8 +138,8 @@ class SideTable(SchemaTable):
     support: SupportTable | None = key(None, "support of this half")
     bearing: SupportTable | None = key(None, "bearing of this half")
     face_width: Length | None = key(None, "face width of this helix")
-    addendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "addendum coefficient")
-    dedendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "dedendum coefficient")
+    addendum: Coefficient | None = key(None, "addendum coefficient")
+    dedendum: Coefficient | None = key(None, "dedendum coefficient")
     flank: FlankTable | None = key(None, "flank modification")
 
 
@@ -156,17 +158,15 @@ class MemberTable(SchemaTable):
     root_diameter: Radius | None = key(None, "root diameter; default from teeth")
     module: Module | None = key(None, "normal module; or transverse_module")
     transverse_module: Module | None = key(None, "transverse module; or module")
-    pressure_angle: Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE, above=True)] | None = key(
-        None, "normal pressure angle; default 20 deg"
-    )
+    pressure_angle: PressureAngle | None = key(None, "normal pressure angle; default 20 deg")
     helix_angle: Slant | None = key(None, "helix angle at the reference circle, magnitude; default 0")
     herringbone: bool | None = key(None, "whether the gear carries two helices; default false")
     split: bool | None = key(None, "whether its halves are bodies of their own, joined by a neck; default false")
     gap: Gap | None = key(None, "axial gap between the two helices")
     stagger: Annotated[float, Unit("ratio")] | None = key(None, "turn of the right half, in tooth pitches")
     face_width: Length | None = key(None, "face width of one helix")
-    addendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "addendum coefficient; default 1")
-    dedendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "dedendum coefficient; default 1.25")
+    addendum: Coefficient | None = key(None, "addendum coefficient; default 1")
+    dedendum: Coefficient | None = key(None, "dedendum coefficient; default 1.25")
     tip_rounding: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
         None, "rounding of the tool's tip per module; default 0.38"
     )
@@ -207,7 +207,7 @@ class MemberTable(SchemaTable):
 
 
 _NO_BACKLASH = "leave it out where the far flank never touches"
-_VARIATIONS = ("none", "contact-lines", "energy", "ishikawa")
+VARIATIONS = ("none", "contact-lines", "energy", "ishikawa")
 
 
 class VariationTable(SchemaTable):
@@ -231,17 +231,17 @@ class VariationTable(SchemaTable):
             if "form" in data:
                 return {**{k: v for k, v in data.items() if k != "form"}, "form ": data["form"]}
             return {**data, "form": "values" if "values" in data else "series"}
-        if data in _VARIATIONS:
+        if data in VARIATIONS:
             return {"form": data}
         raise ModelError(
-            "not a variation", given=data, allowed=f"{', '.join(_VARIATIONS)}, {{cosine, sine}} or {{values}}"
+            "not a variation", given=data, allowed=f"{', '.join(VARIATIONS)}, {{cosine, sine}} or {{values}}"
         )
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
         """Refuse a series without terms."""
         if self.form == "series" and not self.cosine + self.sine:
-            raise ModelError("no coefficients", allowed=f"{', '.join(_VARIATIONS)}, {{cosine, sine}} or {{values}}")
+            raise ModelError("no coefficients", allowed=f"{', '.join(VARIATIONS)}, {{cosine, sine}} or {{values}}")
         return self
 
 
@@ -272,7 +272,7 @@ class MeshSideTable(SchemaTable):
     phase: Annotated[PerPlanet, Unit("cycles", many=True)] | None = key(
         None, "phase of a mesh: k_i(t) = k_1(t + phase T); default from the teeth"
     )
-    pressure_angle: Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE, above=True)] | None = key(
+    pressure_angle: PressureAngle | None = key(
         None, "working transverse pressure angle; default from the centre distance"
     )
     damping: Annotated[float, Unit("damping", low=0)] | None = key(None, "damper along the tooth normal")
@@ -304,9 +304,7 @@ class StageTable(SchemaTable):
     )
     module: Module | None = key(None, "normal module; or transverse_module")
     transverse_module: Module | None = key(None, "transverse module; or module")
-    pressure_angle: Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE, above=True)] | None = key(
-        None, "normal pressure angle; default 20 deg"
-    )
+    pressure_angle: PressureAngle | None = key(None, "normal pressure angle; default 20 deg")
     helix_angle: Slant | None = key(None, "helix angle at the reference circle, magnitude; default 0")
     herringbone: bool | None = key(None, "whether the gears carry two helices; default false")
     split: bool | None = key(None, "whether halves of herringbone gears are bodies of their own; default false")
@@ -315,8 +313,8 @@ class StageTable(SchemaTable):
         None, "turn of the right half of every gear, in tooth pitches"
     )
     face_width: Length | None = key(None, "face width of one helix")
-    addendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "addendum coefficient; default 1")
-    dedendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "dedendum coefficient; default 1.25")
+    addendum: Coefficient | None = key(None, "addendum coefficient; default 1")
+    dedendum: Coefficient | None = key(None, "dedendum coefficient; default 1.25")
     tip_rounding: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
         None, "rounding of the tool's tip per module; default 0.38"
     )

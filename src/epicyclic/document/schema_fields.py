@@ -31,7 +31,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from ..errors import ModelError
 from .units import KINDS, Bounds, Quantity, read_quantity
-from .written_numbers import SMALL, BareNumber, Ladder, Probe, Reading
+from .written_numbers import SMALL, Ladder, Reading
 
 PerPlanet = float | tuple[float, ...]  # one value, or one per planet
 
@@ -45,7 +45,7 @@ class Unit:
     many : a list, one value per planet, is allowed (a tuple then).  lists : only a list is allowed, of `count` entries.
     words : words allowed in place of a number, kept as they are.  table : the schema of a table allowed there.
     reason : why the bounds are as they are, for the error.
-    likely : units that a bare number likely means, where they are others than of the kind (`bare_numbers.LIKELY`).
+    likely : units that a bare number likely means, where they are others than of the kind (`written_numbers.LIKELY`).
     """
 
     kinds: str
@@ -70,10 +70,13 @@ class Unit:
         context: Reading | None = None if info is None else info.context
         if self.table is not None and isinstance(value, dict):
             return self.table.model_validate(value, context=context)
+        kinds, bounds, listed = tuple(self.kinds.split()), self._bounds, False
         if context is not None:
-            context.look(value, tuple(self.kinds.split()), self.likely, bounds=self._bounds, many=self.many)
+            context.look(value, kinds, self.likely, bounds=bounds, many=self.many, lists=self.lists)
+            listed = context.listed
+        many, one = self.many or self.lists, not self.lists
         try:
-            read = self._quantity(value, listed=context is not None and context.listed)
+            read = read_quantity(value, kinds, bounds, many=many, one=one, words=self.words, listed=listed)
         except ModelError as error:
             if not self.reason:
                 raise
@@ -82,18 +85,6 @@ class Unit:
         if self.count is not None and isinstance(read, tuple) and len(read) != self.count:
             raise ModelError(f"a list of {len(read)}", given=value, allowed=f"a list of {self.count}")
         return read
-
-    def _quantity(self, value: object, *, listed: bool) -> object:
-        """Return the SI value of a number or list."""
-        return read_quantity(
-            value,
-            tuple(self.kinds.split()),
-            self._bounds,
-            many=self.many or self.lists,
-            one=not self.lists,
-            words=self.words,
-            listed=listed,
-        )
 
     @property
     def _bounds(self) -> Bounds:
@@ -140,14 +131,11 @@ class Unit:
         one.append(text_form(kind, inf=self.inf, many=False))
         if not (self.many or self.lists):
             return one
-        lists = [
-            text_form(kind, inf=self.inf, many=True),
-            {"type": "array", "items": {"anyOf": one}, "minItems": self.count or 1, **self._most()},
-        ]
+        entries: dict[str, Any] = {"type": "array", "items": {"anyOf": one}, "minItems": self.count or 1}
+        if self.count is not None:
+            entries["maxItems"] = self.count
+        lists = [text_form(kind, inf=self.inf, many=True), entries]
         return lists if self.lists else one + lists
-
-    def _most(self) -> dict[str, int]:
-        return {} if self.count is None else {"maxItems": self.count}
 
 
 # what only infinity is not below: JSON itself has no word for it, TOML has
@@ -196,29 +184,13 @@ class Curves:
     unit: str
 
 
-@dataclass(frozen=True, slots=True)
-class CurveUnit(Unit):
+class ListsUnit(Unit):
     """Annotation of a list of numbers, or of a list of such lists."""
 
-    def read(self, value: object, info: ValidationInfo[Any] | None = None) -> Curves:
-        """Return the lists in SI."""
-        several = isinstance(value, (list, tuple)) and bool(value) and all(_is_list(entry) for entry in value)
-        found = [self._row(row, info) for row in (value if several else [value])]  # type: ignore[attr-defined]
-        own = KINDS[self.kinds.split()[0]].unit
-        pairs = [(row.value, row.unit) if isinstance(row, Quantity) else (row, own) for row in found]
-        if len({unit for _, unit in pairs}) > 1:
-            raise ModelError("mixes kinds of quantity", given=value, allowed=self.describe())
-        return Curves(rows=tuple(tuple(row) for row, _ in pairs), unit=pairs[0][1])  # type: ignore[arg-type]
-
-    def _row(self, row: object, info: ValidationInfo[Any] | None) -> object:
-        """Return one list in SI."""
-        try:
-            return Unit.read(self, row, info)
-        except (BareNumber, Probe):
-            raise
-        except ModelError as error:
-            allowed = error.allowed.replace("; a list gives one value per planet", "")
-            raise ModelError(error.problem, given=error.given, allowed=allowed) from None
+    def rows(self, value: object, info: ValidationInfo[Any] | None) -> list[Any]:
+        """Return every list in SI, as of `Unit.read`."""
+        several = isinstance(value, (list, tuple)) and bool(value) and all(map(_is_list, value))
+        return [Unit.read(self, row, info) for row in (value if several else [value])]  # type: ignore[attr-defined]
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         lists = [form for kind in self.kinds.split() for form in self.forms(kind)]
@@ -228,6 +200,18 @@ class CurveUnit(Unit):
 
 def _is_list(value: object) -> bool:
     return isinstance(value, (list, tuple)) or (isinstance(value, str) and value.lstrip().startswith("["))
+
+
+class CurveUnit(ListsUnit):
+    """Annotation of the deflections or forces of curves."""
+
+    def read(self, value: object, info: ValidationInfo[Any] | None = None) -> Curves:
+        """Return the lists in SI."""
+        rows = self.rows(value, info)
+        units = {getattr(row, "unit", KINDS[self.kinds.split()[0]].unit) for row in rows}
+        if len(units) > 1:
+            raise ModelError("mixes kinds of quantity", given=value, allowed=self.describe())
+        return Curves(rows=tuple(tuple(getattr(row, "value", row)) for row in rows), unit=units.pop())
 
 
 class ForceTableOf(SchemaTable):
@@ -250,16 +234,14 @@ class ForceTableOf(SchemaTable):
     @model_validator(mode="after")
     def _complete(self) -> Self:
         """Refuse what is no table of force over deflection."""
-        for name, value in (("deflection", self.deflection), ("force", self.force)):
-            if value is None:
-                raise ModelError(f"without {name}", allowed="deflection and force, or file")
-        assert self.deflection is not None
-        assert self.force is not None
+        if self.deflection is None or self.force is None:
+            missing = "deflection" if self.deflection is None else "force"
+            raise ModelError(f"without {missing}", allowed="deflection and force, or file")
         _check_lengths(self.deflection, self.force, several=self.several)
         for phase, (x, f) in enumerate(self.curves, start=1):
             where = f" of phase {phase}" if len(self.curves) > 1 else ""
-            if (found := curve_fault(x, f)) is not None:
-                name, point, problem, allowed = found
+            if (fault := curve_fault(x, f)) is not None:
+                name, point, problem, allowed = fault
                 row, unit = (x, self.deflection.unit) if name == "deflection" else (f, self.force.unit)
                 given = f"{row[point]:g} {unit}"
                 raise ModelError(f"point {point + 1}{where}: {problem}", path=name, given=given, allowed=allowed)

@@ -1,18 +1,16 @@
 """Shorthands of one layer of a file (rule 2): each layer is expanded before one is laid over the other.
 
-What a table is, is known from its place. Values of a wrong form pass through: validation names them.
-
-Normalisation of the expanded document: values by full member path, lists as tuples, CSV files read.
+What a table is, is known from its place. Values of a wrong form pass through: validation names them.  The expanded
+document is then normalised for the schema: values by full member path, lists as tuples.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable, Collection, Iterator
 from typing import Any
 
 from ..errors import ModelError
-from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys, kind_of
+from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
 from .schema import SIDES, STAGE_KEYS, Names, full_path, mesh_name, nearest, reference
 from .schema_fields import LINK_KEYS
 from .tables import REMOVE, PlainTable, leaves, nested, split_path, union
@@ -45,8 +43,15 @@ def expand(layer: PlainTable, names: Names) -> PlainTable:
 
 
 def expand_path(text: str, names: Names, *, path: str) -> tuple[str, ...]:
-    """Return the paths a path with shorthands stands for: the stage put in, `radial` and `tilt` as their two."""
-    table = expand(nested(split_path(text, path=path), REMOVE), names)
+    """Return the paths a path with shorthands stands for: the stage put in, `radial` and `tilt` as their two.
+
+    path : where the text stands.  Raises ModelError there for a text that is no path, or refers to nothing.
+    """
+    segments = split_path(text, path=path)
+    try:
+        table = expand(nested(segments, REMOVE), names)
+    except ModelError as error:
+        raise ModelError(error.problem, path=path, given=text, allowed=error.allowed) from None
     return tuple(found for found, _ in leaves(table))
 
 
@@ -56,20 +61,19 @@ def _each(table: PlainTable, path: str, change: Callable[[PlainTable, str], Any]
 
 
 def _stages(table: PlainTable, names: Names) -> PlainTable:
-    """Expand `[stages]`."""
-    return {k: _stage(v, k, names) if isinstance(v, dict) else v for k, v in table.items()}
-
-
-def _stage(table: PlainTable, stage: str, names: Names) -> PlainTable:
-    """Expand one stage: its members and the names of its meshes."""
-    result: PlainTable = {}
-    for name, value in table.items():
-        path = f"stages.{stage}.{name}"
-        if name == "meshes" and isinstance(value, dict):
-            value = _renamed(value, stage, names, path)
-        elif name not in STAGE_KEYS and isinstance(value, dict):
-            value = _member(value, path, stage, names)
-        result[name] = value
+    """Expand `[stages]`: the members of each and the names of its meshes."""
+    result = dict(table)
+    for stage, keys in table.items():
+        if not isinstance(keys, dict):
+            continue
+        result[stage] = {}
+        for name, value in keys.items():
+            path = f"stages.{stage}.{name}"
+            if name == "meshes" and isinstance(value, dict):
+                value = _renamed(value, stage, names, path)
+            elif name not in STAGE_KEYS and isinstance(value, dict):
+                value = _member(value, path, stage, names)
+            result[stage][name] = value
     return result
 
 
@@ -232,53 +236,41 @@ def _by_path(table: PlainTable, names: Names, path: str) -> PlainTable:
 def _tolerances(table: PlainTable, names: Names) -> PlainTable:
     """Expand `[tolerance]`: the stage put into every path, in its costs and correlations too."""
     result: PlainTable = {}
-    for text, value in _toleranced(table):
+    for text, value in _innermost({k: v for k, v in table.items() if k not in TOLERANCE_TABLES}, _is_entry):
         path = one_path(text, names, f"tolerance.{text}")
         if path in result:
             raise ModelError("given twice", path=f"tolerance.{text}", given=value, allowed="one of the two")
         result[path] = value
     for name in TOLERANCE_TABLES:
-        if not isinstance(inner := table.get(name), dict):
-            result |= {name: inner} if name in table else {}
-            continue
-        found: PlainTable = {}
-        for text, value in _innermost(inner):
-            where = f"tolerance.{name}.{text}"
-            found = union(found, {one_path(text, names, where): value}, f"tolerance.{name}")
-        result[name] = found
+        inner = table.get(name)
+        if isinstance(inner, dict):
+            by_path: PlainTable = {}
+            for text, value in _innermost(inner, _holds_no_table):
+                where = f"tolerance.{name}.{text}"
+                by_path = union(by_path, {one_path(text, names, where): value}, f"tolerance.{name}")
+            result[name] = by_path
+        elif name in table:
+            result[name] = inner
     return result
 
 
-def _toleranced(table: PlainTable) -> Iterator[tuple[str, object]]:
-    """Yield path and distribution, or table of an own and a common one, of each entry of `[tolerance]`."""
-
-    def below(inner: PlainTable, path: str) -> Iterator[tuple[str, object]]:
-        for name, value in inner.items():
-            where = f"{path}.{name}" if path else name
-            if not path and name in TOLERANCE_TABLES:
-                continue
-            nested_table = isinstance(value, dict) and bool(value)
-            if nested_table and not _is_shared(value):
-                yield from below(value, where)
-            else:
-                yield where, value
-
-    return below(table, "")
-
-
-def _is_shared(table: PlainTable) -> bool:
-    """Whether a table holds the distributions of one entry: its own, and that common to all planets."""
-    return bool({"own", "common"} & set(table)) and not any(isinstance(value, dict) for value in table.values())
-
-
-def _innermost(table: PlainTable, path: str = "") -> Iterator[tuple[str, object]]:
-    """Yield path and value of the tables without tables in them, and of what is no table."""
+def _innermost(table: PlainTable, ends: Callable[[PlainTable], bool], path: str = "") -> Iterator[tuple[str, object]]:
+    """Yield path and value of the tables at which a path ends, and of what is no table."""
     for name, value in table.items():
         where = f"{path}.{name}" if path else name
-        if isinstance(value, dict) and any(isinstance(inner, dict) for inner in value.values()):
-            yield from _innermost(value, where)
+        if isinstance(value, dict) and not ends(value):
+            yield from _innermost(value, ends, where)
         else:
             yield where, value
+
+
+def _is_entry(table: PlainTable) -> bool:
+    """Whether a table is empty, or holds the distributions of one entry: its own, and that common to all planets."""
+    return not table or (bool({"own", "common"} & set(table)) and _holds_no_table(table))
+
+
+def _holds_no_table(table: PlainTable) -> bool:
+    return not any(isinstance(value, dict) for value in table.values())
 
 
 def one_path(text: str, names: Names, path: str) -> str:
@@ -299,8 +291,8 @@ def one_path(text: str, names: Names, path: str) -> str:
 STANDARD_GRAVITY = 9.81  # m/s^2
 
 
-def normalise(data: PlainTable, names: Names, folder: Path | None) -> PlainTable:
-    """Return the expanded document as `ModelFile` takes it. `folder` is where CSV files are looked for.
+def normalise(data: PlainTable, names: Names) -> PlainTable:
+    """Return the expanded document as `ModelFile` takes it.
 
     Raises ModelError for a reference to nothing.
     """
@@ -308,28 +300,26 @@ def normalise(data: PlainTable, names: Names, folder: Path | None) -> PlainTable
     if isinstance(operation := data.get("operation"), dict):
         result["operation"] = _normalised_operation(operation, names)
     if isinstance(deviations := data.get("deviations"), dict):
-        result["deviations"] = _normalised_deviations(deviations, names, folder)
+        result["deviations"] = _normalised_deviations(deviations, names)
     if isinstance(couplings := data.get("couplings"), dict):
-        result["couplings"] = {k: _tuple(v, "between") for k, v in couplings.items()}
+        result["couplings"] = _each(couplings, "", lambda table, _: _with_tuple(table, "between"))
     return result
-
-
-def _tuple(table: Any, name: str) -> Any:
-    """Return a table with one of its lists as a tuple."""
-    if isinstance(table, dict) and isinstance(table.get(name), list):
-        return {**table, name: tuple(table[name])}
-    return table
 
 
 def _normalised_operation(table: PlainTable, names: Names) -> PlainTable:
     """Flatten speeds, torques and powers to full member paths."""
-    result: PlainTable = _tuple(table, "held")
+    result = _with_tuple(table, "held")
     for name in ("speed", "torque", "power"):
         if isinstance(table.get(name), dict):
-            result = result | {name: _by_member(table[name], names, f"operation.{name}", sides=name != "speed")}
+            result[name] = _by_member(table[name], names, f"operation.{name}", sides=name != "speed")
     if isinstance(gravity := table.get("gravity"), bool):
-        result = result | {"gravity": f"[0, {-STANDARD_GRAVITY}, 0] m/s^2" if gravity else None}
+        result["gravity"] = f"[0, {-STANDARD_GRAVITY}, 0] m/s^2" if gravity else None
     return result
+
+
+def _with_tuple(table: PlainTable, name: str) -> PlainTable:
+    """Return a table with one of its lists as a tuple."""
+    return table | {name: tuple(table[name])} if isinstance(table.get(name), list) else dict(table)
 
 
 def _by_member(table: PlainTable, names: Names, path: str, *, sides: bool) -> PlainTable:
@@ -357,53 +347,34 @@ def _sides(member: str, value: Any, path: str, sides: bool) -> PlainTable:
     return {f"{member}.{side}": entry for side, entry in value.items()}
 
 
-def _normalised_deviations(table: PlainTable, names: Names, folder: Path | None) -> PlainTable:
+def _normalised_deviations(table: PlainTable, names: Names) -> PlainTable:
     """Flatten deviations to full member and mesh paths."""
     members: PlainTable = {}
     meshes: PlainTable = {}
+    keys = MemberDeviationsTable.model_fields
     for first, value in table.items():
         where = f"deviations.{first}"
         if first in names.stages:
             for name, entry in _table(value, where, "a table of members, and meshes").items():
                 if name == "meshes":
-                    meshes |= _mesh_deviations(_table(entry, f"{where}.meshes", "a table of meshes"), first, names)
+                    for mesh, errors in _table(entry, f"{where}.meshes", "a table of meshes").items():
+                        mesh_name(mesh, first, names, path=f"{where}.meshes.{mesh}")
+                        meshes |= _by_side(f"{first}.meshes.{mesh}", errors, MeshDeviationsTable.model_fields)
                 else:
                     _known(name, (*names.stages[first], "meshes"), f"{where}.{name}", entry)
-                    members |= _member_deviations(f"{first}.{name}", entry, folder, gear=True)
+                    members |= _by_side(f"{first}.{name}", entry, keys)
         else:
             _known(first, (*names.bodies, *names.stages), where, value)
-            members |= _member_deviations(first, value, folder, gear=False)
+            members |= _by_side(first, value, keys, sides=False)
     return {"members": members, "meshes": meshes}
 
 
-def _member_deviations(member: str, value: Any, folder: Path | None, *, gear: bool) -> PlainTable:
-    """Return the deviations of a member, and of its sides where it has them, by path."""
-    path = f"deviations.{member}"
-    table = _table(value, path, f"a table of {', '.join(MemberDeviationsTable.model_fields)}")
-    sides = {k: v for k, v in table.items() if gear and k in SIDES}
-    own = {k: v for k, v in table.items() if k not in sides}
-    result = {member: own} if own or not sides else {}
-    result |= {f"{member}.{side}": _table(v, f"{path}.{side}", "a table") for side, v in sides.items()}
-    return {member: _read_kinds(entry, member, folder) for member, entry in result.items()}
-
-
-def _read_kinds(table: PlainTable, member: str, folder: Path | None) -> PlainTable:
-    """Return the deviations of one member with the kinds read that have a form of their own in the file."""
-    kinds = {name: kind_of(MemberDeviationsTable, name) for name in MemberDeviationsTable.model_fields}
-    return table | {k: kind.read(table[k], member, folder) for k, kind in kinds.items() if kind.read and k in table}
-
-
-def _mesh_deviations(table: PlainTable, stage: str, names: Names) -> PlainTable:
-    """Return the deviations of the meshes of one stage, and of their sides, by path."""
-    result: PlainTable = {}
-    for name, value in table.items():
-        path = f"{stage}.meshes.{name}"
-        mesh_name(name, stage, names, path=f"deviations.{path}")
-        entry = _table(value, f"deviations.{path}", f"a table of {', '.join(MeshDeviationsTable.model_fields)}")
-        sides = {k: v for k, v in entry.items() if k in SIDES}
-        own = {k: v for k, v in entry.items() if k not in sides}
-        result |= ({path: own} if own or not sides else {}) | {f"{path}.{k}": v for k, v in sides.items()}
-    return result
+def _by_side(path: str, value: Any, keys: Collection[str], *, sides: bool = True) -> PlainTable:
+    """Return the deviations at a path of `[deviations]`, and of the sides where it has them, by path."""
+    table = _table(value, f"deviations.{path}", f"a table of {', '.join(keys)}")
+    apart = {k: v for k, v in table.items() if sides and k in SIDES}
+    whole = {k: v for k, v in table.items() if k not in apart}
+    return ({path: whole} if whole or not apart else {}) | {f"{path}.{side}": v for side, v in apart.items()}
 
 
 def _table(value: Any, path: str, allowed: str) -> PlainTable:

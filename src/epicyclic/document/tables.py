@@ -1,6 +1,4 @@
-"""Nested tables of plain values: clean, merge, walk.
-
-Nested tables to TOML text.
+"""Nested tables of plain values: clean, merge, walk, and written as TOML.
 
 Own writer, because a model file is read by people: small tables stand in braces and lists on one line, where `tomli_w`
 gives every table a heading and every entry of a list a line.
@@ -11,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
 
 from ..errors import ModelError
@@ -101,6 +99,14 @@ def _most_points(line: str) -> int:
     return most
 
 
+def finite_float(text: str) -> float:
+    """Return a float of a TOML text, infinity of `inf` alone. Raises OverflowError for a number that is none."""
+    number = float(text)
+    if math.isinf(number) and "inf" not in text:
+        raise OverflowError(f"{text} is too large")
+    return number
+
+
 def _clean_float(value: float, path: str) -> float | str:
     """Return a plain float, "inf" for infinity."""
     if math.isnan(value):
@@ -161,6 +167,13 @@ def merge(base: PlainTable, layer: PlainTable, path: str = "") -> PlainTable:
         else:
             result[name] = value
     return result
+
+
+def value_at(table: object, path: Iterable[str]) -> Any:
+    """Return what stands at the names of a path in nested tables, None where nothing does."""
+    for name in path:
+        table = table.get(name) if isinstance(table, dict) else None
+    return table
 
 
 def leaves(table: PlainTable, path: str = "") -> Iterator[tuple[str, object]]:

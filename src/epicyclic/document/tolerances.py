@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError
@@ -17,11 +16,11 @@ from .distributions import FORMS, PHASES, VECTORS, Distribution, StandardGrade, 
 from .schema import Names, collect, nearest
 from .shorthand import TOLERANCE_TABLES, expand, one_path
 from .tables import PlainTable, leaves, nested
-from .units import KINDS, Bounds, Quantity, read_quantity, split_list
+from .units import KINDS, NUMBER, Bounds, Quantity, kind_words, read_quantity, split_list
 from .validation import LISTED, quantities_at
 from .written_numbers import Probe, bare_in, likely_text
 
-_NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?\s*")
+_NUMBER = re.compile(rf"\s*{NUMBER}\s*")
 _VECTORS = ("run_out", "bearing_run_out", "position", "tilt")  # kinds of deviations with x and y
 _TURNING = ("run_out", "bearing_run_out")  # those that turn with the planet, so that a tooth can be marked
 _SHARED = ("own", "common", "phase")
@@ -71,7 +70,7 @@ def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance,
     document : a Document, or its tables (`Train.document`).  width : of the grades; `train.tolerances` knows the
     sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
     """
-    return tuple(_resolved(entry, width) for entry in _Reading(_tables_of(document), folder=None).entries())
+    return tuple(_resolved(entry, width) for entry in _Reading(_tables_of(document)).entries())
 
 
 def costs(document: object, width: Width | None = None) -> dict[str, tuple[Grade, ...]]:
@@ -86,13 +85,20 @@ def tolerances_and_costs(
     document: object, width: Width | None = None
 ) -> tuple[tuple[Tolerance, ...], dict[str, tuple[Grade, ...]]]:
     """Return `tolerances` and `costs` of one reading.  Raises ModelError as both."""
-    reading = _Reading(_tables_of(document), folder=None)
+    reading = _Reading(_tables_of(document))
     entries = reading.entries()
-    priced = {entry.path: reading.grades(entry, width) for entry in entries if entry.path in reading.costs}
+    priced: dict[str, tuple[Grade, ...]] = {}
+    for entry in entries:
+        if entry.path in reading.costs:
+            where = f"tolerance.cost.{entry.path}"
+            priced[entry.path] = tuple(
+                Grade(text=read.text, distribution=_sized(read, entry, width, where), price=price)
+                for read, price in reading.priced(entry)
+            )
     return tuple(_resolved(entry, width) for entry in entries), priced
 
 
-def check_tolerance(data: PlainTable, names: Names, folder: Path | None) -> list[CodedText]:
+def check_tolerance(data: PlainTable, names: Names) -> list[CodedText]:
     """Return warnings of numbers without a unit in a file of format 1.
 
     Raises ModelError for a tolerance that is no distribution, whose path is not in the model or no number, whose values
@@ -101,7 +107,7 @@ def check_tolerance(data: PlainTable, names: Names, folder: Path | None) -> list
     """
     if not isinstance(data.get("tolerance"), dict):
         return []
-    reading = _Reading(data, folder=folder, names=names)
+    reading = _Reading(data, names)
     entries = reading.entries()
     _check_overlaps(entries, names)
     _check_costs(reading, entries)
@@ -112,9 +118,9 @@ def rewritten(data: PlainTable, write: Callable[[float, str], str]) -> PlainTabl
     """Return `[tolerance]` of a document with every value of its distributions written anew; grades stay.
 
     data : a document, expanded, as of format 1, whose texts may hold numbers without a unit.  write : text of a value
-    in SI of a kind of quantity, as `model_writer.quantity_text`.  Raises ModelError as `check_tolerance`.
+    in SI of a kind of quantity, as `writer.quantity_text`.  Raises ModelError as `check_tolerance`.
     """
-    reading = _Reading(data, folder=None)
+    reading = _Reading(data)
 
     def text_of(entry: _Entry, text: object, where: str) -> object:
         read, unit = reading.distribution(text, entry.probe, entry.vector, where)
@@ -142,15 +148,11 @@ def still_toleranced(data: PlainTable, file: PlainTable, above: PlainTable, name
 
     data : the file with overrides laid over it.  above : the overrides; a tolerance that they state stays.
     """
-    stated, mine = data.get("tolerance"), above.get("tolerance")
+    stated, overriding = data.get("tolerance"), above.get("tolerance")
     if not isinstance(stated, dict):
         return data
-    own = mine if isinstance(mine, dict) else {}
-    gone = {
-        path
-        for path in stated
-        if path not in (*TOLERANCE_TABLES, *own) and _missing(data, path) and not _missing(file, path)
-    }
+    kept = (*TOLERANCE_TABLES, *(overriding if isinstance(overriding, dict) else ()))
+    gone = {path for path in stated if path not in kept and _missing(data, path) and not _missing(file, path)}
     return data | {"tolerance": _without(stated, gone, names)} if gone else data
 
 
@@ -187,36 +189,21 @@ class _Entry:
 class _Reading:
     """`[tolerance]` of one document.  warnings : numbers without a unit in a file of format 1, once it is read."""
 
-    def __init__(self, data: PlainTable, *, folder: Path | None, names: Names | None = None) -> None:
+    def __init__(self, data: PlainTable, names: Names | None = None) -> None:
         table = data.get("tolerance")
         self.table: PlainTable = table if isinstance(table, dict) else {}
-        self.costs = self._inner("cost")
-        # lists of pitch deviations may stand in a file beside the model, which nothing here needs
-        self.data = _without_pitch(data) if folder is None else data
-        self.folder = folder
+        self.costs: PlainTable = self.table.get("cost", {})
+        if not isinstance(self.costs, dict):
+            raise ModelError("not a table", path="tolerance.cost", given=self.costs, allowed="[tolerance.cost]")
+        self.data = data
         self.names = names or collect(data)
         self.warnings: list[CodedText] = []
-
-    def _inner(self, name: str) -> PlainTable:
-        """Return one of the tables beside the tolerances. Raises ModelError where it is none."""
-        inner = self.table.get(name, {})
-        if not isinstance(inner, dict):
-            raise ModelError("not a table", path=f"tolerance.{name}", given=inner, allowed=f"[tolerance.{name}]")
-        return inner
 
     def entries(self) -> tuple[_Entry, ...]:
         """Return the entries in the order of the file. Raises ModelError."""
         stated = {path: value for path, value in self.table.items() if path not in TOLERANCE_TABLES}
-        probes = quantities_at(self.data, stated, self.names, self.folder)
+        probes = quantities_at(self.data, stated, self.names)
         return tuple(self._entry(path, value, probes[path]) for path, value in stated.items())
-
-    def grades(self, entry: _Entry, width: Width | None) -> tuple[Grade, ...]:
-        """Return the grades of one entry with their distributions."""
-        where = f"tolerance.cost.{entry.path}"
-        return tuple(
-            Grade(text=read.text, distribution=_sized(read, entry, width, where), price=price)
-            for read, price in self.priced(entry)
-        )
 
     def priced(self, entry: _Entry) -> Iterator[tuple[Distribution | StandardGrade, float]]:
         """Yield the grades of one entry and their prices."""
@@ -260,10 +247,7 @@ class _Reading:
             raise ModelError(problem, path=where, given=_shown(value), allowed=allowed)
         count = _count(path, probe, self.names, self.data)
         if "common" in read and count == 1:
-            problem, allowed = (
-                "a common draw of a single one",
-                "own alone; common is of what several planets have",
-            )
+            problem, allowed = "a common draw of a single one", "own alone; common is of what several planets have"
             raise ModelError(problem, path=f"{where}.common", given=texts["common"], allowed=allowed)
         if phase == "marked" and not (vector and count > 1 and path.rpartition(".")[2] in _TURNING):
             allowed = f"a vector that turns with planets, {' or '.join(_TURNING)} of planets"
@@ -290,40 +274,46 @@ class _Reading:
 
     def _probe(self, path: str, value: object, probe: Probe | ModelError) -> Probe:
         """Return what may stand at the path of an entry. Raises ModelError where it is no number of the model."""
-        where, allowed = f"tolerance.{path}", "a path a number can stand at, in a table that is there"
+        problem, allowed = "", "a path a number can stand at, in a table that is there"
         if not isinstance(probe, Probe):
             about = f"{probe.path}: {probe.problem}" if probe.path not in ("", path) else probe.problem
-            raise ModelError(f"no such path ({about})", path=where, given=_shown(value), allowed=allowed)
-        if probe.whole:
-            allowed = "a quantity that varies from part to part"
-            raise ModelError("a count, no number that varies", path=where, given=_shown(value), allowed=allowed)
-        if (fault := _missing(self.data, path)) is not None:
-            raise ModelError(f"no such path ({fault})", path=where, given=_shown(value), allowed=allowed)
-        return probe
+            problem = f"no such path ({about})"
+        elif probe.whole:
+            problem, allowed = "a count, no number that varies", "a quantity that varies from part to part"
+        elif probe.lists:
+            problem, allowed = "a list, no number", "a quantity that is one number, or one per planet"
+        elif (missing := _missing(self.data, path)) is not None:
+            problem = f"no such path ({missing})"
+        else:
+            return probe
+        raise ModelError(problem, path=f"tolerance.{path}", given=_shown(value), allowed=allowed)
 
     def distribution(
         self, text: object, probe: Probe, vector: bool, where: str
     ) -> tuple[Distribution | StandardGrade, str]:
         """Return the distribution of a text and its SI unit, "" where it names none. Raises ModelError."""
-        units: list[str] = []
+        units: set[str] = set()
 
         def value(part: str) -> float:
             number, unit = self._value(part, probe, where, text)
-            units.append(unit)
+            units.update({unit} - {""})
             return number
 
         read = read_distribution(text, value, vector=vector, where=where)
         kinds = probe.kinds
         if isinstance(read, StandardGrade) and "length" not in kinds:
             raise ModelError(
-                "a grade of a length, where another quantity stands", path=where, given=text, allowed=_words(kinds)
+                "a grade of a length, where another quantity stands",
+                path=where,
+                given=text,
+                allowed=kind_words(kinds),
             )
         if len({unit for unit in units if unit}) > 1:
             allowed = " or ".join(KINDS[kind].unit for kind in kinds)
             raise ModelError("mixes kinds of quantity", path=where, given=text, allowed=f"all in {allowed}")
         if isinstance(read, Distribution):
             _check_bounds(read, probe.bounds, where)
-        return read, next((unit for unit in units if unit), "")
+        return read, next(iter(units), "")
 
     def _value(self, part: str, probe: Probe, where: str, text: object) -> tuple[float, str]:
         """Return one value in SI and its SI unit, no unit of zero; warnings are noted. Raises ModelError."""
@@ -333,7 +323,12 @@ class _Reading:
         if bare is not None and bare_in(bare, kinds):
             likely = likely_text(bare, kinds, probe.ladder)
             if version != 1:
-                raise ModelError(f'a number without a unit: "{likely}"?', path=where, given=text, allowed=_words(kinds))
+                raise ModelError(
+                    f'a number without a unit: "{likely}"?',
+                    path=where,
+                    given=text,
+                    allowed=kind_words(kinds),
+                )
             unit = KINDS[kinds[0]].unit
             self.warnings.append(
                 coded("no-unit", f'{where} = {text}: {part.strip()} has no unit, read in {unit}; "{likely}"?')
@@ -342,7 +337,7 @@ class _Reading:
             listed = isinstance(version, int) and version >= LISTED
             read = read_quantity(part if bare is None else bare, kinds, Bounds(), listed=listed)
         except ModelError as error:
-            raise ModelError(error.problem, path=where, given=text, allowed=_words(kinds)) from None
+            raise ModelError(error.problem, path=where, given=text, allowed=kind_words(kinds)) from None
         if isinstance(read, Quantity):
             assert isinstance(read.value, float)
             return read.value, read.unit if read.value or bare is None else ""
@@ -380,21 +375,14 @@ def _is_vector_text(text: object) -> bool:
     return isinstance(text, str) and text.strip().partition("(")[0].strip() in (*VECTORS, "grade")
 
 
-def _words(kinds: tuple[str, ...]) -> str:
-    """Return what the values of a distribution may be."""
-    return " or ".join(f"{KINDS[k].name}{f' ({KINDS[k].spellings})' if KINDS[k].unit else ''}" for k in kinds)
-
-
 def _check_bounds(read: Distribution, bounds: Bounds, where: str) -> None:
     """Raise ModelError for a distribution whose mean, or whose end, cannot stand at its path."""
     if read.kind in VECTORS:
         return
     ends = [value for name, value in zip(FORMS[read.kind], read.values, strict=True) if name in ("low", "high")]
     for value in (float(read.mean.real), *ends):
-        low, high = bounds.low, bounds.high
-        above = low is None or (value > low if bounds.above else value >= low)
-        below = high is None or (value < high if bounds.below else value <= high)
-        if not (above and below):
+        if value not in bounds:
+            low, high = bounds.low, bounds.high
             limits = [f"{'above' if bounds.above else 'at least'} {low:g}"] if low is not None else []
             limits += [f"{'below' if bounds.below else 'at most'} {high:g}"] if high is not None else []
             problem = f"its mean or an end, {value:.6g} in SI, cannot stand there"
@@ -509,13 +497,3 @@ def _tables_of(document: object) -> PlainTable:
     if not isinstance(data, Mapping):
         raise TypeError(f"a Document or its tables, not {type(document).__name__}")
     return dict(data)
-
-
-def _without_pitch(data: PlainTable) -> PlainTable:
-    """Return a document without its lists of pitch deviations."""
-    table = data.get("deviations")
-    return data | {"deviations": _pruned(table)} if isinstance(table, dict) else data
-
-
-def _pruned(table: PlainTable) -> PlainTable:
-    return {k: _pruned(v) if isinstance(v, dict) else v for k, v in table.items() if k != "pitch"}

@@ -1,12 +1,9 @@
 """Numbers with units at the border: text or bare number -> SI.
 
-The spellings that stand in nearly every file are converted from a table (tested against pint); everything else
-goes through pint, which is imported only then.
-
-Spellings of units in a file of format 2: one pattern a kind of quantity, for the reader and for the JSON Schema.
-
-A pattern is put together from the units of length, force, ... as the dimension is, so that a text of another dimension
-cannot match.  The factor to SI is that of `units`.
+The spellings that stand in nearly every file are converted from a table (tested against pint); everything else goes
+through pint, which is imported only then.  Which spellings a file of format 2 may have says one pattern a kind of
+quantity, for the reader and for the JSON Schema.  It is put together from the units of length, force, ... as the
+dimension is, so that a text of another dimension cannot match.
 """
 
 from __future__ import annotations
@@ -19,11 +16,11 @@ from functools import cache
 from typing import Any
 
 from ..errors import ModelError
+from .tables import finite_float
 
 # no \d: to Python it is a digit of any script, to ECMAScript, which JSON Schema follows, an ASCII one
 _BLANK = r"\s*"
-_DIGITS = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
-_NUMBER_IN_SCHEMA = f"[+-]?{_DIGITS}"
+NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
 _ZERO = r"[+-]?(?:0+(?:\.0*)?|\.0+)(?:[eE][+-]?[0-9]{1,4})?"
 _INF = r"[+]?inf"
 
@@ -90,17 +87,17 @@ def number_pattern(kind: str, *, inf: bool) -> str:
 
 def list_pattern(kind: str, *, inf: bool) -> str:
     """Return the pattern of a text with a list: a unit behind the bracket, or in every entry that is not zero."""
-    item = f"{_BLANK}{_NUMBER_IN_SCHEMA}{_BLANK}" if not inf else f"{_BLANK}(?:{_NUMBER_IN_SCHEMA}|{_INF}){_BLANK}"
+    entry = f"{_BLANK}{f'(?:{NUMBER}|{_INF})' if inf else NUMBER}{_BLANK}"
     own = f"{_BLANK}{_one(kind, inf=inf)}{_BLANK}"
     unit = UNIT_PATTERNS[kind]
-    shared = f"\\[{item}(?:,{item})*\\]{_BLANK}{unit}"
+    shared = f"\\[{entry}(?:,{entry})*\\]{_BLANK}{unit}"
     return f"^{_BLANK}(?:{shared}|\\[{own}(?:,{own})*\\]){_BLANK}$" if unit else f"^{_BLANK}{shared}$"
 
 
 def _one(kind: str, *, inf: bool) -> str:
     """Return the pattern of one number: with its unit, zero, infinity, or of no dimension."""
     unit = UNIT_PATTERNS[kind]
-    numbers = f"(?:{_NUMBER_IN_SCHEMA}|{_INF})" if inf else _NUMBER_IN_SCHEMA
+    numbers = f"(?:{NUMBER}|{_INF})" if inf else NUMBER
     if not unit:
         return numbers
     if kind == "ratio":
@@ -142,6 +139,12 @@ class Bounds:
     above: bool = False
     below: bool = False
     inf: bool = False
+
+    def __contains__(self, number: float) -> bool:
+        """Whether a finite number is within the bounds."""
+        if self.low is not None and (number < self.low or (self.above and number == self.low)):
+            return False
+        return self.high is None or number < self.high or (number == self.high and not self.below)
 
 
 KINDS: dict[str, Kind] = {
@@ -217,8 +220,7 @@ COMMON: dict[str, tuple[float, str]] = {
     "kg/m^3": (1.0, "kg/m^3"),
     "m/s^2": (1.0, "m/s^2"),
 }
-_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?|[+-]?inf"
-_QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>.*?)\s*", re.DOTALL)
+_QUANTITY = re.compile(rf"\s*(?P<number>{NUMBER}|[+-]?inf)\s*(?P<unit>.*?)\s*", re.DOTALL)
 _LIST = re.compile(r"\s*\[(?P<items>[^\[\]]*)\](?P<unit>[^\[\]]*)")
 # a decimal comma, or thousands set apart
 _SET_APART = re.compile(r"\s*[+-]?[0-9.]+\s*[,'\u2019\s]\s*(?!1\s*/)[0-9]")
@@ -227,6 +229,29 @@ _BLANKS = re.compile(r"[\s*·]+")
 _UNIT = re.compile(r"(?:[A-Za-zµμ°%²³·]|(?:\^|\*\*)-?\d(?![\d.]|\s*(?:\^|\*\*))|1(?=\s*/)|[*/()\s])+")
 _HERTZ = re.compile(r"(?<![A-Za-z])[kMG]?(?:Hz|[hH]ertz)(?![A-Za-z])")
 _ANGULAR = re.compile(r"rad|rev|turn|deg|rpm|°|cycle|arc|gon")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Wanted:
+    """What may stand at a place, with the parameters of `read_quantity`, and the error of what may not."""
+
+    kinds: tuple[str, ...]
+    bounds: Bounds
+    many: bool
+    one: bool
+    words: tuple[str, ...]
+    listed: bool
+
+    def error(self, problem: str, value: object) -> ModelError:
+        """Return the error with the quantities, the range and the form that are allowed."""
+        allowed = " or ".join([kind_words(self.kinds), *(f'"{word}"' for word in self.words)])
+        if problem in ("out of range", "must be finite") or self.bounds.low is not None:
+            allowed += _range_words(self.bounds, KINDS[self.kinds[0]])
+        if not self.one:
+            return ModelError(problem, given=value, allowed=f"a list of {allowed}")
+        if self.many and problem != "an empty list":
+            allowed += "; a list gives one value per planet"
+        return ModelError(problem, given=value, allowed=allowed)
 
 
 def read_quantity(
@@ -242,20 +267,24 @@ def read_quantity(
     """Return the SI value of a number, a text with a unit, or a list of them.
 
     kinds : names in `KINDS`; a bare number is the first. Two kinds: the result is a `Quantity`.
-    many : a list (one value per planet) is allowed; one : a single value is allowed; words : texts kept as they are.
-    listed : only units of `unit_patterns`, as in a file of format 2; else any that pint knows.
+    many : a list is allowed, of one value per planet unless `one` is not; one : a single value is allowed.
+    words : texts kept as they are.
+    listed : only units of `UNIT_PATTERNS`, as in a file of format 2; else any that pint knows.
     Raises ModelError without a path.
     """
     if isinstance(value, str) and value.strip() in words:
         return value.strip()
+    wanted = _Wanted(kinds=kinds, bounds=bounds, many=many, one=one, words=words, listed=listed)
     items, shared = split_list(value)
     if items is None and not one:
-        raise _error("a list is needed", value, kinds, bounds, many=True, words=words)
-    if items is not None and (not many or not items):
-        raise _error("an empty list" if many else "a list where one number stands", value, kinds, bounds, words=words)
-    read = [_read_one(v, shared, kinds, bounds, many, words, listed) for v in ([value] if items is None else items)]
+        raise wanted.error("a list is needed", value)
+    if items is not None and not many:
+        raise wanted.error("a list where one number stands", value)
+    if items == []:
+        raise wanted.error("an empty list", value)
+    read = [_read_one(item, shared, wanted) for item in ([value] if items is None else items)]
     if len({unit for _, unit in read}) > 1:
-        raise _error("mixes kinds of quantity", value, kinds, bounds, many=many, words=words)
+        raise wanted.error("mixes kinds of quantity", value)
     numbers = tuple(number for number, _ in read)
     result = numbers if items is not None else numbers[0]
     return Quantity(value=result, unit=read[0][1]) if len(kinds) > 1 else result
@@ -271,55 +300,51 @@ def split_list(value: object) -> tuple[list[object] | None, str]:
     return None, ""
 
 
-def _read_one(
-    value: object,
-    shared: str,
-    kinds: tuple[str, ...],
-    bounds: Bounds,
-    many: bool,
-    words: tuple[str, ...],
-    listed: bool,
-) -> tuple[float, str]:
+def _read_one(value: object, shared: str, wanted: _Wanted) -> tuple[float, str]:
     """Return one SI number and its SI unit; `shared` is the unit behind a bracketed list."""
-
-    def wrong(problem: str) -> ModelError:
-        return _error(problem, value, kinds, bounds, many=many, words=words)
-
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise wrong(f"{_name(value)} where a number stands")
-    if isinstance(value, str):
-        text = f"{value} {shared}" if shared != "SI" else value
-        number, unit = _parse(text, kinds, wrong, bare=shared == "SI", listed=listed)
-    else:
-        number, unit = _finite(value, wrong), KINDS[kinds[0]].unit
-    _check(number, unit, kinds, bounds, wrong)
+        raise wanted.error(f"{_name(value)} where a number stands", value)
+    try:
+        if isinstance(value, str):
+            text = f"{value} {shared}" if shared != "SI" else value
+            number, unit = _parse(text, wanted, bare=shared == "SI")
+        else:
+            number, unit = float(value), KINDS[wanted.kinds[0]].unit
+    except OverflowError:
+        raise wanted.error("too large", value) from None
+    except ValueError as error:
+        raise wanted.error(str(error), value) from None
+    if (problem := _fault(number, unit, wanted.kinds, wanted.bounds)) is not None:
+        raise wanted.error(problem, value)
     return number, unit
 
 
-def _parse(text: str, kinds: tuple[str, ...], wrong: Any, *, bare: bool, listed: bool) -> tuple[float, str]:
-    """Return the SI number and SI unit of a text like ``20 N/(mm um)``; without a unit only where `bare`, or zero."""
+def _parse(text: str, wanted: _Wanted, *, bare: bool) -> tuple[float, str]:
+    """Return the SI number and SI unit of a text like ``20 N/(mm um)``; without a unit only where `bare`, or zero.
+
+    Raises ValueError with the problem, and OverflowError.
+    """
+    kinds = wanted.kinds
     found = _QUANTITY.fullmatch(text) if len(text) <= 200 else None
     if found is None:
-        raise wrong("not a number with a unit")
+        raise ValueError("not a number with a unit")
     if _SET_APART.match(text):
-        raise wrong("a comma, an apostrophe or a space within the number (1.5 and 1500 are numbers)")
-    number, unit = float(found["number"]), found["unit"]
-    if math.isinf(number) and "inf" not in found["number"]:
-        raise wrong("too large")
+        raise ValueError("a comma, an apostrophe or a space within the number (1.5 and 1500 are numbers)")
+    number, unit = finite_float(found["number"]), found["unit"]
     if not unit:
         if bare or math.isinf(number) or number == 0 or not KINDS[kinds[0]].unit:
             return number, KINDS[kinds[0]].unit
-        raise wrong("a text without a unit")
+        raise ValueError("a text without a unit")
     if "speed" in kinds and (_HERTZ.search(unit) or not _ANGULAR.search(unit)):
-        raise wrong("revolutions or radians?")
+        raise ValueError("revolutions or radians?")
     for convert in (_common, factor):  # the table for all kinds before pint is imported for any
         for kind in kinds:
-            if listed and not is_unit_of(unit, kind):
+            if wanted.listed and not is_unit_of(unit, kind):
                 continue
             if (scale := convert(unit, KINDS[kind].unit)) is not None:
                 return _scaled(found["number"], scale), KINDS[kind].unit
     near = _meant(unit, kinds)
-    raise wrong(f"{UNKNOWN_UNIT}; did you mean {near!r}?" if near else UNKNOWN_UNIT)
+    raise ValueError(f"{UNKNOWN_UNIT}; did you mean {near!r}?" if near else UNKNOWN_UNIT)
 
 
 def _meant(unit: str, kinds: tuple[str, ...]) -> str:
@@ -339,32 +364,16 @@ def _scaled(text: str, scale: float) -> float:
     return float(text) * scale
 
 
-def _finite(value: int | float, wrong: Any) -> float:
-    """Return a float of an int or float of any size."""
-    try:
-        return float(value)
-    except OverflowError:
-        raise wrong("too large") from None
-
-
-def _check(number: float, unit: str, kinds: tuple[str, ...], bounds: Bounds, wrong: Any) -> None:
-    """Raise where a number is nan, infinite without leave, absurdly large or outside its bounds."""
-    limit = next(KINDS[k].limit for k in kinds if KINDS[k].unit == unit)
+def _fault(number: float, unit: str, kinds: tuple[str, ...], bounds: Bounds) -> str | None:
+    """Return what is wrong with a number that is nan, infinite without leave, absurdly large or outside its bounds."""
+    limit = next(KINDS[kind].limit for kind in kinds if KINDS[kind].unit == unit)
     if math.isnan(number):
-        raise wrong("not a number")
+        return "not a number"
     if math.isinf(number):
-        if not bounds.inf or number < 0:
-            raise wrong("must be finite")
-        return
-    if abs(number) > limit:
-        raise wrong("out of range")
+        return None if bounds.inf and number > 0 else "must be finite"
     if 0 < abs(number) < _LEAST:
-        raise wrong("out of range, 0 is written as 0")
-    low, high = bounds.low, bounds.high
-    if low is not None and (number < low or (bounds.above and number == low)):
-        raise wrong("out of range")
-    if high is not None and (number > high or (bounds.below and number == high)):
-        raise wrong("out of range")
+        return "out of range, 0 is written as 0"
+    return None if abs(number) <= limit and number in bounds else "out of range"
 
 
 def _common(unit: str, target: str) -> float | None:
@@ -411,30 +420,15 @@ def _name(value: object) -> str:
     return "a list" if isinstance(value, (list, tuple)) else f"a {type(value).__name__}"
 
 
-def _error(
-    problem: str,
-    value: object,
-    kinds: tuple[str, ...],
-    bounds: Bounds,
-    *,
-    many: bool = False,
-    words: tuple[str, ...] = (),
-) -> ModelError:
-    """Return the error with the quantities and the range that are allowed."""
-    forms = [_kind_words(KINDS[k]) for k in kinds] + [f'"{w}"' for w in words]
-    ranged = problem in ("out of range", "must be finite") or bounds.low is not None
-    text = " or ".join(forms) + (_range_words(bounds, tuple(KINDS[k] for k in kinds)) if ranged else "")
-    return ModelError(problem, given=value, allowed=text + ("; a list gives one value per planet" if many else ""))
+def kind_words(kinds: tuple[str, ...]) -> str:
+    """Return kinds of quantity with spellings of their units, `torque (N m, kN m, MN m) or length (m, mm, um)`."""
+    named = (KINDS[kind] for kind in kinds)
+    return " or ".join(f"{kind.name} ({kind.spellings})" if kind.unit else kind.name for kind in named)
 
 
-def _kind_words(kind: Kind) -> str:
-    """Return `length [m] (m, mm, um)`."""
-    return f"{kind.name} ({kind.spellings})" if kind.unit else kind.name
-
-
-def _range_words(bounds: Bounds, kinds: tuple[Kind, ...]) -> str:
+def _range_words(bounds: Bounds, kind: Kind) -> str:
     """Return the range in SI units."""
-    unit, limit = kinds[0].unit, kinds[0].limit
+    unit, limit = kind.unit, kind.limit
     low = f"{'>' if bounds.above else '>='} {bounds.low:g}" if bounds.low is not None else f">= {-limit:g}"
     high = f"{'<' if bounds.below else '<='} {bounds.high if bounds.high is not None else limit:g}"
     return f", {low} and {high}{' ' + unit if unit else ''}{' or inf' if bounds.inf else ''}"

@@ -1,17 +1,13 @@
-"""What is wrong with a document, in words that name the path.
+"""Validation of an expanded document: the model in SI, and what is wrong in words that name the path.
 
-One readable ModelError from whatever pydantic found.
-
-Contradictions between tables of a document; resolution checks geometry, kinematics and statics.
-
-Validation of an expanded document: the model in SI, bare numbers with their paths, the quantity at a path.
+One readable ModelError comes from whatever pydantic found, another from a contradiction between tables; geometry,
+kinematics and statics are checked by the resolution.  The same validation finds bare numbers with their paths, and the
+quantity that may stand at a path.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -22,7 +18,6 @@ from .deviations import MemberDeviationsTable, TurningErrorTable, kind_of
 from .schema import (
     KIND_BY_NAME,
     SIDES,
-    BodyTable,
     MemberTable,
     MeshTable,
     ModelFile,
@@ -32,9 +27,9 @@ from .schema import (
     check_label,
     nearest,
 )
-from .schema_fields import CouplingTable, LinkDampingTable, LinkTable, SupportTable, Unit, metadata_of
+from .schema_fields import LinkDampingTable, LinkTable, Unit, metadata_of
 from .shorthand import expand, normalise
-from .tables import PlainTable, leaves, merge, nested
+from .tables import PlainTable, leaves, merge, nested, value_at
 from .units import UNKNOWN_UNIT, Quantity
 from .written_numbers import ASKED, BareNumber, Probe, Reading
 
@@ -60,31 +55,26 @@ _FAULTS = {
     "too_short": ("too few", "a longer list"),
     "too_long": ("too many", "a shorter list"),
 }
-_ORDER = ("extra_forbidden",)  # reported first: a misspelt key is also a missing one
 _HIDDEN = {"members", "bearings", "form"}
 Loc = tuple[int | str, ...]
 
 
-def as_model_error(error: ValidationError) -> ModelError:
-    """Return one ModelError: the first problem with path, value and what is allowed, and where the others are."""
-    return error_of(error.errors(include_url=False))
-
-
 def error_of(faults: Sequence[Any]) -> ModelError:
-    """Return one ModelError of faults as pydantic lists them."""
-    details = sorted(faults, key=lambda e: e["type"] not in _ORDER)
+    """Return one ModelError of faults as pydantic lists them: the first, and where the others are."""
+    # a misspelt key is also a missing one
+    details = sorted(faults, key=lambda fault: fault["type"] != "extra_forbidden")
     first = details[0]
-    loc = first["loc"]
-    problem, allowed = _describe(first, loc)
-    others = [path_of(d["loc"]) for d in details[1:] if d["loc"] != loc]
+    problem, allowed = _describe(first)
+    others = [path_of(detail["loc"]) for detail in details[1:] if detail["loc"] != first["loc"]]
     if others:
         problem += f" (and {len(others)} more, at {', '.join(others[:3])}{', ...' if len(others) > 3 else ''})"
+    path = path_of(first["loc"])
     inner = first.get("ctx", {}).get("error")
     if isinstance(inner, ModelError) and inner.path:  # about a part of the value
-        return ModelError(problem, path=f"{path_of(loc)}.{inner.path}", given=inner.given, allowed=allowed)
+        return ModelError(problem, path=f"{path}.{inner.path}", given=inner.given, allowed=allowed)
     if first["type"] == "missing":
-        return ModelError(problem, path=path_of(loc), allowed=allowed)
-    return ModelError(problem, path=path_of(loc), given=first["input"], allowed=allowed)
+        return ModelError(problem, path=path, allowed=allowed)
+    return ModelError(problem, path=path, given=first["input"], allowed=allowed)
 
 
 def path_of(loc: Loc) -> str:
@@ -100,9 +90,9 @@ def path_of(loc: Loc) -> str:
     return ".".join(str(part).strip() for i, part in enumerate(loc) if not only_schema(i, part))
 
 
-def _describe(detail: Any, loc: Loc) -> tuple[str, str]:
+def _describe(detail: Any) -> tuple[str, str]:
     """Return what is wrong and what is allowed."""
-    kind, context = detail["type"], detail.get("ctx", {})
+    kind, loc, context = detail["type"], detail["loc"], detail.get("ctx", {})
     if isinstance(context.get("error"), ModelError):
         return context["error"].problem, context["error"].allowed
     if kind == "extra_forbidden":
@@ -215,13 +205,26 @@ def check(model: ModelFile) -> None:
     for name, stage in model.stages.items():
         _check_stage(name, stage)
     for name, body in model.bodies.items():
-        _check_body(f"bodies.{name}", body)
+        _check_counts(body, f"bodies.{name}", 0)
+        # it has no radius, and no geometry to take a transverse inertia from
+        for link in () if body.support is None else (body.support, *body.support.bearings.values()):
+            if link.rz is not None and link.rz.unit == "N/m":
+                path = f"bodies.{name}.support.rz"
+                raise ModelError("rz in N/m without radius", path=path, allowed="rz in N m/rad")
+            if (link.rx is not None or link.ry is not None) and body.tilt_inertia is None:
+                allowed = "inertia about x and y of a body that tilts"
+                raise ModelError("missing", path=f"bodies.{name}.tilt_inertia", allowed=allowed)
         if body.frame is not None and body.frame not in model.stages:
             near = nearest(body.frame, model.stages)
             allowed = f"one of {', '.join(model.stages)}, or nothing for the housing"
             raise ModelError(f"no such stage{near}", path=f"bodies.{name}.frame", given=body.frame, allowed=allowed)
     for name, coupling in model.couplings.items():
-        _check_coupling(f"couplings.{name}", coupling)
+        path = f"couplings.{name}"
+        if coupling.rz is not None and coupling.rz.unit == "N/m" and coupling.radius is None:
+            raise ModelError("in N/m, but no radius is given", path=f"{path}.rz", allowed="rz in N m/rad, or a radius")
+        if coupling.between[0] == coupling.between[1]:
+            raise ModelError("joins a thing with itself", path=f"{path}.between", allowed="two members or bodies")
+        _check_counts(coupling, path, 0, skip=("between",))
     _check_operation(model)
     _check_deviations(model)
 
@@ -257,8 +260,7 @@ def _check_stage(name: str, stage: StageTable) -> None:
         _check_member(f"{path}.{member}", name, table, stage)
     for mesh, keys in stage.meshes.items():
         count = stage.branches if set(mesh.split("-")) & set(planets) else 0
-        for where, value in _values(keys, f"{path}.meshes.{mesh}"):
-            _check_count(where, value, count)
+        _check_counts(keys, f"{path}.meshes.{mesh}", count)
 
 
 def _check_member(path: str, stage_name: str, member: MemberTable, stage: StageTable) -> None:
@@ -282,8 +284,7 @@ def _check_member(path: str, stage_name: str, member: MemberTable, stage: StageT
     for key in ("bearing", "neck", "shaft"):
         _check_bolts(f"{path}.{key}", getattr(member, key))
     _check_sides(path, member)
-    for where, value in _values(member, path):
-        _check_count(where, value, stage.branches if member.kind == "planet" else 0)
+    _check_counts(member, path, stage.branches if member.kind == "planet" else 0)
 
 
 def _check_sides(path: str, member: MemberTable) -> None:
@@ -306,40 +307,12 @@ def _check_shaft(path: str, stage_name: str, on: str, stage: StageTable) -> None
         raise ModelError(f"no other gear of this stage{near}", path=f"{path}.on", given=on, allowed=", ".join(known))
 
 
-def _check_body(path: str, body: BodyTable) -> None:
-    """Check a body's support: it has no radius, and no geometry to take a transverse inertia from."""
-    for where, value in _values(body, path):
-        _check_count(where, value, 0)
-    for link in _links(body.support):
-        if link.rz is not None and link.rz.unit == "N/m":
-            raise ModelError("rz in N/m without radius", path=f"{path}.support.rz", allowed="rz in N m/rad")
-        if (link.rx is not None or link.ry is not None) and body.tilt_inertia is None:
-            raise ModelError(
-                "missing", path=f"{path}.tilt_inertia", allowed="inertia about x and y of a body that tilts"
-            )
-
-
-def _check_coupling(path: str, coupling: CouplingTable) -> None:
-    """Check that an rz in N/m has a radius, and that two different things are joined."""
-    if coupling.rz is not None and coupling.rz.unit == "N/m" and coupling.radius is None:
-        raise ModelError("in N/m, but no radius is given", path=f"{path}.rz", allowed="rz in N m/rad, or a radius")
-    if coupling.between[0] == coupling.between[1]:
-        raise ModelError("joins a thing with itself", path=f"{path}.between", allowed="two members or bodies")
-    for where, value in _values(coupling, path, skip=("between",)):
-        _check_count(where, value, 0)
-
-
 def _check_bolts(path: str, link: LinkTable | None) -> None:
     """Check that bolts stand only where a pitch circle is: in supports and couplings."""
     for name, table in {"": link, **getattr(link, "bearings", {})}.items():
         if table is not None and table.bolts is not None:
             where = f"{path}.{name}.bolts" if name else f"{path}.bolts"
             raise ModelError("no bolts here", path=where, given=table.bolts.radius, allowed="in supports and couplings")
-
-
-def _links(support: SupportTable | None) -> tuple[LinkTable, ...]:
-    """Return the links of a support."""
-    return () if support is None else (support, *support.bearings.values())
 
 
 def _check_operation(model: ModelFile) -> None:
@@ -364,8 +337,7 @@ def _check_deviations(model: ModelFile) -> None:
         member = model.stages[stage_name].members[rest.partition(".")[0]] if rest else None
         count = model.stages[stage_name].branches if member and member.kind == "planet" else 0
         own = {k: check for k in MemberDeviationsTable.model_fields if (check := kind_of(type(table), k).check)}
-        for where, value in _values(table, f"deviations.{path}"):
-            _check_count(where, value, count)
+        _check_counts(table, f"deviations.{path}", count)
         for name, check in own.items():
             if (value := getattr(table, name)) is not None:
                 check(f"deviations.{path}.{name}", value, member.teeth if member else None, count)
@@ -373,8 +345,7 @@ def _check_deviations(model: ModelFile) -> None:
         stage = model.stages[path.partition(".")[0]]
         gears = path.split(".")[2].split("-")
         planets = any(stage.members[g].kind == "planet" for g in gears)
-        for where, value in _values(mesh, f"deviations.{path}"):
-            _check_count(where, value, stage.branches if planets else 0)
+        _check_counts(mesh, f"deviations.{path}", stage.branches if planets else 0)
         for name, error in mesh.errors.items():
             _check_turning(f"deviations.{path}.errors.{name}", name, error, path.partition(".")[0], gears, stage)
 
@@ -394,6 +365,18 @@ def _check_turning(
     both = all(stage.members[gear].kind == "planet" for gear in gears)
     if error.from_ == "normal" and both and error.turns_with not in known[: len(gears)]:
         raise ModelError("the carrier carries both gears", path=f"{path}.from", given="normal", allowed='"pitch-point"')
+
+
+def _check_counts(table: object, path: str, count: int, skip: tuple[str, ...] = ()) -> None:
+    """Raise ModelError for a list in a table that has not one number per planet (count 0: no planets here)."""
+    for where, value in _values(table, path, skip):
+        lists = isinstance(value, tuple) and any(isinstance(entry, tuple) for entry in value)  # as of `pitch`
+        if isinstance(value, tuple) and not lists and len(value) != count:
+            problem, allowed = "a list where one number stands", "one number"
+            if count:
+                problem = f"a list of {len(value)}"
+                allowed = f"one number, or {count}, one per planet; with other planets, set it beside them"
+            raise ModelError(problem, path=where, given=list(value), allowed=allowed)
 
 
 def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tuple[str, object]]:
@@ -418,65 +401,49 @@ def _is_list(field: FieldInfo) -> bool:
     return any(isinstance(m, Unit) and m.lists for m in metadata_of(field))
 
 
-def _check_count(path: str, value: object, count: int) -> None:
-    """Raise ModelError for a list of numbers that has not one entry per planet (count 0: no planets here)."""
-    lists = isinstance(value, tuple) and any(isinstance(entry, tuple) for entry in value)  # as of `pitch`
-    if isinstance(value, tuple) and not lists and len(value) != count:
-        given = list(value)
-        if not count:
-            raise ModelError("a list where one number stands", path=path, given=given, allowed="one number")
-        allowed = f"one number, or {count}, one per planet; with other planets, set it beside them"
-        raise ModelError(f"a list of {len(value)}", path=path, given=given, allowed=allowed)
+LISTED = 2  # the format from which on only units of `UNIT_PATTERNS` are read
 
 
-LISTED = 2  # the format from which on only units of `unit_patterns` are read
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BarePlace:
-    """A number without a unit: path in the expanded document, and the error that would name it."""
-
-    path: str
-    error: BareNumber
-
-
-def validate(data: PlainTable, names: Names, folder: Path | None) -> tuple[ModelFile, bool]:
+def validate(data: PlainTable, names: Names) -> tuple[ModelFile, bool]:
     """Return the validated model, and whether a bare number stands in it. Raises one ModelError."""
     context = Reading(listed=_is_listed(data))
     try:
-        model = ModelFile.model_validate(normalise(data, names, folder), context=context)
+        model = ModelFile.model_validate(normalise(data, names), context=context)
     except ValidationError as error:
-        raise as_model_error(error) from None
+        raise error_of(error.errors(include_url=False)) from None
     try:
         check(model)
     except ModelError as error:  # say what the file says, not its value in SI
-        raise _as_written(error, data) from None
+        written = value_at(data, error.path.split("."))
+        given = error.given if written is None or isinstance(written, dict) else written
+        raise ModelError(error.problem, path=error.path, given=given, allowed=error.allowed) from None
     return model, context.found
 
 
-def bare_places(data: PlainTable, names: Names, folder: Path | None) -> list[BarePlace]:
-    """Return every value with a bare number in it, in the order of the schema; other faults are passed over."""
-    places = []
-    for detail in _faults(data, names, folder, Reading(listed=_is_listed(data), strict=True)):
-        if isinstance(error := detail.get("ctx", {}).get("error"), BareNumber):
-            places.append(BarePlace(path=path_of(detail["loc"]), error=error))
-    return places
+def bare_numbers(data: PlainTable, names: Names) -> dict[str, BareNumber]:
+    """Return the errors that would name the values with a bare number in them, by path in the expanded document.
+
+    They are in the order of the schema; other faults are passed over.
+    """
+    faults = _faults(data, names, Reading(listed=_is_listed(data), strict=True))
+    errors = ((path_of(fault["loc"]), fault.get("ctx", {}).get("error")) for fault in faults)
+    return {path: error for path, error in errors if isinstance(error, BareNumber)}
 
 
 def unlisted_paths(data: PlainTable, names: Names) -> list[str]:
-    """Return the paths of the texts whose unit is none of `unit_patterns`."""
-    faults = _faults(data, names, None, Reading(listed=True))
+    """Return the paths of the texts whose unit is none of `UNIT_PATTERNS`."""
+    faults = _faults(data, names, Reading(listed=True))
     errors = ((path_of(detail["loc"]), detail.get("ctx", {}).get("error")) for detail in faults)
     return [path for path, error in errors if isinstance(error, ModelError) and error.problem.startswith(UNKNOWN_UNIT)]
 
 
-def quantity_at(data: PlainTable, path: str, names: Names, folder: Path | None) -> Probe:
+def quantity_at(data: PlainTable, path: str, names: Names) -> Probe:
     """Return which quantity may stand at a path of the document.
 
     Raises ModelError where no number may, or where a number alone is not enough.
     """
     trial = merge(data, expand(nested(tuple(path.split(".")), ASKED), names))
-    faults = _faults(trial, names, folder, Reading())
+    faults = _faults(trial, names, Reading())
     answers = [detail for detail in faults if isinstance(detail.get("ctx", {}).get("error"), Probe)]
     if answers:
         found: Probe = answers[0]["ctx"]["error"]
@@ -490,39 +457,38 @@ def quantity_at(data: PlainTable, path: str, names: Names, folder: Path | None) 
     raise error_of(here) if here else ModelError("no number stands here", path=path)
 
 
-def quantities_at(
-    data: PlainTable, paths: Iterable[str], names: Names, folder: Path | None
-) -> dict[str, Probe | ModelError]:
+def quantities_at(data: PlainTable, paths: Iterable[str], names: Names) -> dict[str, Probe | ModelError]:
     """Return what `quantity_at` says of each path, an error in place of one that it raises.
 
     All are asked for in one validation; where anything else is wrong then, each by itself.
     """
+
+    def alone(path: str) -> Probe | ModelError:
+        try:
+            return quantity_at(data, path, names)
+        except ModelError as error:
+            return error
+
     layers = {path: expand(nested(tuple(path.split(".")), ASKED), names) for path in paths}
     trial = data
     for layer in layers.values():
         trial = merge(trial, layer)
-    answers: dict[str, Probe] = {}
-    for detail in _faults(trial, names, folder, Reading()):
-        error = detail.get("ctx", {}).get("error")
-        if not isinstance(error, Probe):
-            return {path: _answer(data, path, names, folder) for path in layers}
-        answers[path_of(detail["loc"])] = error
-    found = {path: next((answers[p] for p, _ in leaves(layer) if p in answers), None) for path, layer in layers.items()}
-    return {path: probe or _answer(data, path, names, folder) for path, probe in found.items()}
-
-
-def _answer(data: PlainTable, path: str, names: Names, folder: Path | None) -> Probe | ModelError:
-    """Return what `quantity_at` returns or raises."""
     try:
-        return quantity_at(data, path, names, folder)
-    except ModelError as error:
-        return error
+        faults = _faults(trial, names, Reading())
+    except ModelError:  # a path refers to nothing
+        faults = []
+    errors = [(path_of(fault["loc"]), fault.get("ctx", {}).get("error")) for fault in faults]
+    answers = {path: error for path, error in errors if isinstance(error, Probe)}
+    if not answers or len(answers) < len(errors):
+        return {path: alone(path) for path in layers}
+    first = {path: next((answers[p] for p, _ in leaves(layer) if p in answers), None) for path, layer in layers.items()}
+    return {path: probe or alone(path) for path, probe in first.items()}
 
 
-def _faults(data: PlainTable, names: Names, folder: Path | None, context: Reading) -> list[Any]:
+def _faults(data: PlainTable, names: Names, context: Reading) -> list[Any]:
     """Return what pydantic finds wrong."""
     try:
-        ModelFile.model_validate(normalise(data, names, folder), context=context)
+        ModelFile.model_validate(normalise(data, names), context=context)
     except ValidationError as error:
         return list(error.errors(include_url=False))
     return []
@@ -531,13 +497,3 @@ def _faults(data: PlainTable, names: Names, folder: Path | None, context: Readin
 def _is_listed(data: PlainTable) -> bool:
     version = data.get("format")
     return isinstance(version, int) and version >= LISTED
-
-
-def _as_written(error: ModelError, data: PlainTable) -> ModelError:
-    """Return an error about a value in SI with the value as it stands in the document."""
-    here: object = data
-    for part in error.path.split("."):
-        here = here.get(part) if isinstance(here, dict) else None
-    if here is None or isinstance(here, dict):
-        return error
-    return ModelError(error.problem, path=error.path, given=here, allowed=error.allowed)

@@ -1,9 +1,8 @@
-"""A model document as the file a person would write: sections in order, units of a drawing, comments, reasons last.
+"""A model document as a file of format 2: numbers with the units a drawing has, that load to the same bits.
 
-`model_writer` states a document whole, shorthands expanded.  Here the spelling of the document stays (`radial`,
-`run_out = "20 um"`, a member without its stage), because a person goes on with the file.
-
-A model document as a file of format 2: numbers in SI with the units a drawing has, that load to the same bits.
+`model_text` states a document whole, shorthands expanded.  `commented_text` writes the file as a person would: sections
+in order, comments, reasons last.  There the spelling of the document stays (`radial`, `run_out = "20 um"`, a member
+without its stage), because a person goes on with the file.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from .shorthand import expand
 from .tables import PlainTable, clean, key_text, leaves, nested, to_toml, value_text
 from .tolerances import rewritten
 from .units import COMMON, KINDS, Bounds, Quantity, read_quantity
-from .validation import LISTED, bare_places, quantity_at, unlisted_paths
+from .validation import LISTED, bare_numbers, quantity_at, unlisted_paths
 from .written_numbers import shown
 
 _MOST = 10_000  # from there on a number with its unit is no longer short
@@ -52,10 +51,10 @@ def with_units(data: Mapping[str, Any]) -> PlainTable:
     if data.get("format") == 1 and isinstance(expanded.get("tolerance"), dict):
         table = rewritten(expanded | {"format": 1}, quantity_text)
         expanded = expanded | {"tolerance": table}
-    for place in bare_places(expanded, names, None):
-        expanded = _replaced(expanded, place.path.split("."), place.error.kinds, unit_text)
+    for path, error in bare_numbers(expanded, names).items():
+        expanded = _replaced(expanded, path.split("."), error.kinds, unit_text)
     for path in unlisted_paths(expanded, names):  # texts of a file of format 1
-        kinds = quantity_at(expanded, path, names, None).kinds
+        kinds = quantity_at(expanded, path, names).kinds
         expanded = _replaced(expanded, path.split("."), kinds, _rewritten)
     return expanded
 
@@ -185,7 +184,7 @@ def _with_units(plain: PlainTable) -> PlainTable:
     plain = {"format": LISTED, **plain}
     names = collect(plain)
     expanded = expand(plain, names)
-    bare = {place.path: place.error.kinds for place in bare_places(expanded, names, None)}
+    bare = {path: error.kinds for path, error in bare_numbers(expanded, names).items()}
     return _spelled(plain, "", _spellings(plain, names, bare)) if bare else plain
 
 

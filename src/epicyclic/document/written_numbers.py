@@ -1,10 +1,9 @@
 """Numbers as written in a model file: split into numbers and unit, and written back with other numbers.
 
-Numbers without a unit where a quantity with a dimension stands: found, and answered with the likely unit.
-
-A person who writes `module = 10` means ten millimetres, and SI has ten metres.  A file of format 2 and `--set` over one
-ask for the unit; in format 1 the number is SI, with a warning.  Zero and infinity need no unit.  Numbers in tables
-built in Python are SI without a word.
+Those without a unit where a quantity with a dimension stands are found, and answered with the likely unit.  A person
+who writes `module = 10` means ten millimetres, and SI has ten metres.  A file of format 2 and `--set` over one ask for
+the unit; in format 1 the number is SI, with a warning.  Zero and infinity need no unit.  Numbers in tables built in
+Python are SI without a word.
 """
 
 from __future__ import annotations
@@ -16,11 +15,10 @@ from decimal import Decimal
 from typing import Any
 
 from ..errors import ModelError
-from .units import KINDS, Bounds, read_quantity, split_list
+from .units import KINDS, NUMBER, Bounds, kind_words, read_quantity, split_list
 
-_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?"
-_ONE = re.compile(rf"\s*({_NUMBER})\s*([^\d\s\[,].*?)?\s*")
-_MANY = re.compile(rf"\s*\[\s*({_NUMBER}(?:\s*,\s*{_NUMBER})*)\s*\]\s*([^\d\s\[,].*?)?\s*")
+_ONE = re.compile(rf"\s*({NUMBER})\s*([^\d\s\[,].*?)?\s*")
+_MANY = re.compile(rf"\s*\[\s*({NUMBER}(?:\s*,\s*{NUMBER})*)\s*\]\s*([^\d\s\[,].*?)?\s*")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +67,7 @@ def _listed(entries: list[object]) -> Written | None:
     return Written(values=tuple(part.values[0] for part in found), unit=found[0].unit, many=True)
 
 
-_PLAIN = re.compile(r"\s*[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?\s*")
+_PLAIN = re.compile(rf"\s*{NUMBER}\s*")
 
 _ANY = Bounds()
 
@@ -134,15 +132,14 @@ class BareNumber(ModelError):
 
     def __init__(self, value: object, kinds: tuple[str, ...], ladder: Ladder | None) -> None:
         self.kinds, self.likely = kinds, likely_text(value, kinds, ladder)
-        spellings = " or ".join(f"{KINDS[kind].name} ({KINDS[kind].spellings})" for kind in kinds)
-        super().__init__(f'a number without a unit: "{self.likely}"?', given=value, allowed=spellings)
+        super().__init__(f'a number without a unit: "{self.likely}"?', given=value, allowed=kind_words(kinds))
 
 
 class Probe(ModelError):
     """Answer to the question which quantity stands at a place.
 
     kinds : names in `units.KINDS`.  ladder : the units a bare number likely means.  bounds : what it may be [SI].
-    many : one value per planet may stand there.  whole : it is a count.
+    many : one value per planet may stand there.  whole : it is a count.  lists : only a list may stand there.
     """
 
     def __init__(
@@ -153,8 +150,10 @@ class Probe(ModelError):
         bounds: Bounds = _ANY,
         many: bool = False,
         whole: bool = False,
+        lists: bool = False,
     ) -> None:
-        self.kinds, self.ladder, self.bounds, self.many, self.whole = kinds, ladder, bounds, many, whole
+        self.kinds, self.ladder, self.bounds = kinds, ladder, bounds
+        self.many, self.whole, self.lists = many, whole, lists
         super().__init__("asked for")
 
 
@@ -169,7 +168,7 @@ ASKED = _Asked(1.0)
 class Reading:
     """Context of one validation.
 
-    listed : only units of `unit_patterns` are read, as of format 2.  strict : a bare number is an error.
+    listed : only units of `UNIT_PATTERNS` are read, as of format 2.  strict : a bare number is an error.
     found : set where a bare number was met.
     """
 
@@ -177,10 +176,19 @@ class Reading:
     strict: bool = False
     found: bool = field(default=False, init=False)
 
-    def look(self, value: object, kinds: tuple[str, ...], ladder: Ladder | None, *, bounds: Bounds, many: bool) -> None:
+    def look(
+        self,
+        value: object,
+        kinds: tuple[str, ...],
+        ladder: Ladder | None,
+        *,
+        bounds: Bounds,
+        many: bool,
+        lists: bool,
+    ) -> None:
         """Note a bare number. Raises BareNumber where it is strict, Probe where the place is asked for."""
         if value is ASKED:
-            raise Probe(kinds, ladder, bounds=bounds, many=many)
+            raise Probe(kinds, ladder, bounds=bounds, many=many, lists=lists)
         if bare_in(value, kinds):
             self.found = True
             if self.strict:
@@ -196,8 +204,8 @@ def stated(value: float | str, kind: str, path: str, *, bounds: Bounds = _ANY) -
         return float(value)
     if _PLAIN.fullmatch(value) and float(value) != 0:
         likely = likely_text(float(value), (kind,), None)
-        allowed = f"{KINDS[kind].name} ({KINDS[kind].spellings})"
-        raise ModelError(f'a number without a unit: "{likely}"?', path=path, given=value, allowed=allowed)
+        problem = f'a number without a unit: "{likely}"?'
+        raise ModelError(problem, path=path, given=value, allowed=kind_words((kind,)))
     try:
         read = read_quantity(value, (kind,), bounds)
     except ModelError as error:

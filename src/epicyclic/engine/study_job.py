@@ -122,7 +122,7 @@ def read_job(job: str | Path | Mapping[str, Any], verbs: Mapping[str, Sequence[s
         if key not in _KEYS:
             raise ModelError(f"no such key{nearest(key, _KEYS)}", path=key, given=table[key], allowed=", ".join(_KEYS))
     verb, options = _verb(table, verbs)
-    document, model_folder = _document(table, folder)
+    document = _document(table, folder)
     overrides = dict(_flat(_section(table, "overrides")))
     if written:
         overrides = {path: typed(value) for path, value in overrides.items()}
@@ -131,7 +131,7 @@ def read_job(job: str | Path | Mapping[str, Any], verbs: Mapping[str, Sequence[s
             document = read(document.data, overrides)
         except ModelError as error:
             raise ModelError(f"overrides.{error}") from error
-    source = _Source(document=document, folder=model_folder, written=written)
+    source = _Source(document=document, written=written)
     seed = _whole(table, "seed", 1, low=0)
     grid = [_axis(source.entry("grid", path, value)) for path, value in _flat(_section(table, "grid"))]
     along, points, said = _along(table, source, seed)
@@ -140,7 +140,7 @@ def read_job(job: str | Path | Mapping[str, Any], verbs: Mapping[str, Sequence[s
         raise ModelError("not names of variables", path="keep", given=keep, allowed='["system_load_sharing"]')
     study = StudyJob(
         verb=verb,
-        model=_portable(document, model_folder),
+        model=dict(document.data),
         options=options,
         overrides=overrides,
         keep=tuple(keep),
@@ -202,42 +202,24 @@ def _check_option(where: str, key: str, value: object, verb: str, known: Sequenc
         raise ModelError(problem, path=where, given=value, allowed=", ".join(known) or "none: it has no options")
 
 
-def _document(table: Mapping[str, Any], folder: Path) -> tuple[Document, Path | None]:
-    """The model of a job, and the folder it is in."""
+def _document(table: Mapping[str, Any], folder: Path) -> Document:
+    """The model of a job; a file that it names lies in the folder of the job."""
     model = table.get("model")
     if model is None:
         raise ModelError("missing", path="model", allowed="a ready drive, or a model file beside the job")
     if isinstance(model, str) and model in ready_drives():
-        return read(model), None
+        return read(model)
     if isinstance(model, str | Path):
         path = folder / model
         try:
-            return read(path), path.parent
+            return read(path)
         except ModelError as error:
             if error.path != str(path):
                 raise
             raise ModelError(error.problem, path="model", given=str(model), allowed=error.allowed) from None
     if isinstance(model, Mapping):
-        return read(model), None
+        return read(model)
     raise ModelError("not a model", path="model", given=model, allowed="a ready drive, or a model file")
-
-
-def _portable(document: Document, folder: Path | None) -> dict[str, Any]:
-    """Tables of a model that mean the same wherever they are read: files of pitch deviations by their whole paths."""
-
-    def moved(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {name: moved(entry) for name, entry in value.items()}
-        if isinstance(value, list):
-            return [moved(entry) for entry in value]
-        if isinstance(value, str) and value.lower().endswith(".csv") and ((folder or Path()) / value).is_file():
-            return str(((folder or Path()) / value).absolute())
-        return value
-
-    tables = dict(document.data)
-    if "deviations" in tables:
-        tables["deviations"] = moved(tables["deviations"])
-    return tables
 
 
 def _whole(table: Mapping[str, Any], key: str, default: int, *, low: int, where: str = "") -> int:
@@ -323,11 +305,10 @@ def _check(job: StudyJob, known: Sequence[str]) -> None:
 class _Source:
     """Where the entries of a job come from.
 
-    document, folder : of the model.  written : by a person in a file, so that numbers must state their units.
+    document : the model.  written : by a person in a file, so that numbers must state their units.
     """
 
     document: Document
-    folder: Path | None
     written: bool
 
     def entry(self, section: str, path: str, value: object) -> _Entry:
@@ -336,7 +317,7 @@ class _Source:
         whole = False
         if not path.startswith(OPTIONS):
             with suppress(ModelError):
-                probe = quantity_at(self.document.data, path, collect(self.document.data), self.folder)
+                probe = quantity_at(self.document.data, path, collect(self.document.data))
                 assert isinstance(probe, Probe)
                 kinds, whole = probe.kinds, bool(getattr(probe, "whole", False))
         return _Entry(source=self, where=f"{section}.{path}", path=path, value=value, kinds=kinds, whole=whole)

@@ -40,7 +40,7 @@ _BODY = ("mass", "inertia", "tilt_inertia", "station")
 def resolved_document(train: Train) -> dict[str, Any]:
     """Model file with every resolved value in it, as nested tables of plain values in SI.
 
-    Resolving it again gives the same train; `model.toml_writer.to_toml` writes it as text.
+    Resolving it again gives the same train; `document.tables.to_toml` writes it as text.
     """
     data: dict[str, Any] = copy.deepcopy(dict(train.document))
     for value in train.values:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..document.csv_files import read_table
 from ..document.units import factor
 from ..document.written_numbers import stated
 from ..errors import ModelError
-from ..input_files import read_text
 
 if TYPE_CHECKING:
     from ..questions.modulation.path import Transfer, Window
@@ -73,32 +71,15 @@ def quantity(value: float | str | None, kind: str, path: str) -> float | None:
 
 def _columns(path: str | Path, needed: tuple[str, ...]) -> Columns:
     """Columns of a CSV file by name: unit and numbers."""
-    try:
-        text = read_text(path, most=_MAX_BYTES)
-        lines = [row for row in csv.reader(text.splitlines(keepends=True)) if any(cell.strip() for cell in row)]
-    except csv.Error as error:
-        raise ModelError(f"cannot be read: {error}", path=str(path)) from error
-    heads = [re.fullmatch(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*", cell) for cell in lines[0]] if lines else []
-    names = [head[1].lower() if head else "" for head in heads]
+    table = read_table(path, most=_MAX_BYTES, allowed=f"the columns {', '.join(needed)}")
+    names = [name.lower() for name, _ in table.columns]
     if any(name not in names for name in needed) or len(set(names)) < len(names):
         raise ModelError(
             "the first line names the columns", path=str(path), given=", ".join(names), allowed=", ".join(needed)
         )
-    if len(lines) < 2:
+    if not table.rows:
         raise ModelError("the table is empty", path=str(path), allowed="a row of numbers for each point")
-    values = [_numbers(row, len(names), place, path) for place, row in enumerate(lines[1:], start=2)]
-    units = [(head[2] or "").strip() if head else "" for head in heads]
-    return {name: (unit, [row[i] for row in values]) for i, (name, unit) in enumerate(zip(names, units, strict=True))}
-
-
-def _numbers(row: list[str], count: int, place: int, path: str | Path) -> list[float]:
-    try:
-        found = [float(cell) for cell in row]
-    except ValueError:
-        found = []
-    if len(found) != count:
-        raise ModelError(f"row {place} is no row of {count} numbers", path=str(path), given=",".join(row))
-    return found
+    return {name: (table.columns[i][1], table.numbers(i)) for i, name in enumerate(names)}
 
 
 def _in(columns: Columns, name: str, unit: str, path: str | Path) -> list[float]:

@@ -152,10 +152,14 @@ def test_pitch_from_a_file(tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text(text)
     pitch = read(tmp_path / "a.toml").model.deviations.members["a.sun"].pitch
     assert pitch is not None
-    # one product with 1e-6
-    assert pitch[0] == pytest.approx(np.arange(23) * 1e-6, rel=1e-15)
+    assert pitch[0] == tuple(float(f"{i}e-6") for i in range(23))
+    # the document holds the numbers, not the name, in a list for each planet and in an override too
+    found = read(tmp_path / "a.toml", {"deviations.sun.left.pitch": ["pitch.csv"]})
+    assert "pitch.csv" not in str(found.data)
+    (tmp_path / "pitch.csv").unlink()
+    assert read(found.data).model == found.model
     (tmp_path / "pitch.csv").write_text("1\n2\nx\n")
-    with pytest.raises(ModelError, match=r"deviations\.a\.sun\.pitch = pitch\.csv: not a table of numbers"):
+    with pytest.raises(ModelError, match=r"deviations\.sun\.pitch = x: pitch\.csv, line 3: pitch is not"):
         read(tmp_path / "a.toml")
 
 
@@ -180,3 +184,34 @@ def test_tables_that_hold_themselves() -> None:
     table["stages"] = table
     with pytest.raises(ModelError, match="nested too deeply"):
         read(table)
+
+
+def test_an_assumption_is_named_as_it_is_written() -> None:
+    data = read("ren2021").data
+    for path in ("deviations.planet.positon", "stages.main.carrier.bearing.tilt", "stages.main.sun.support.radil"):
+        with pytest.raises(ModelError, match="no such path") as error:
+            read(data, {"assumed": {path: "a guess"}})
+        assert error.value.path == f"assumed.{path}"
+        assert "assumed" not in str(error.value).partition(":")[2]  # it is not its own nearest path
+
+
+@pytest.mark.parametrize("version", [2.0, 1.0, 2.5, True, "2", [2]])
+def test_a_format_is_a_whole_number(version: object) -> None:
+    with pytest.raises(ModelError, match=r"^format = .*: not a whole number; allowed: format = 2, or 1$"):
+        read(read("ren2021").data | {"format": version})
+    with pytest.raises(ModelError, match=r"^format = "):
+        read("ren2021", {"format": version})
+
+
+def test_what_is_allowed_of_a_list() -> None:
+    data = read("ren2021").data
+    for path, value, allowed in (
+        ("stages.main.planet_angles", "3 deg", "a list of angle (rad, deg)"),
+        ("operation.gravity", "3 m/s^2", "a list of acceleration (m/s^2)"),
+        ("deviations.main.sun.pitch", "5 um", "a list of length (m, mm, um), >= -1 and <= 1 m"),
+        ("stages.main.sun.support.radial", "x", "stiffness (N/m, N/um, kN/mm), >= 0 and <= 1e+16 N/m or inf; a list "),
+    ):
+        with pytest.raises(ModelError) as error:
+            read(data, {path: value})
+        assert error.value.allowed.startswith(allowed)
+        assert error.value.allowed.endswith("one value per planet") == path.endswith("radial")

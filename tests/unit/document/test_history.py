@@ -49,7 +49,7 @@ def test_a_history_is_read(tmp_path: Path, separator: str) -> None:
         ("time [m], sun [N m]\n0,1\n1,2\n", "line 1 = time \\[m\\]: not a unit of time"),
         ("time [s], sun [N]\n0,1\n1,2\n", "not a unit of torque"),
         ("time [s], sun [N m]\n0,1\n", "too few rows"),
-        ("time [s], sun [N m]\n0,1\n\n1,\n2,3\n", "line 4: no value of sun"),
+        ("time [s], sun [N m]\n0,1\n\n1,\n2,3\n", "line 4 = \\(nothing\\): no value of sun"),
         ("time [s], sun [N m]\n0,1\n1,nan\n", "line 3 = nan: sun is not a finite number"),
         ("time [s], sun [N m]\n0,1\ninf,2\n", "time is not a finite number"),
         ("time [s], sun [N m]\n0,1\n1,x\n", "line 3 = x: sun is not a finite number"),

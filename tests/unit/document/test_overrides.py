@@ -175,3 +175,31 @@ def test_a_table_emptied_twice_may_be_filled() -> None:
     size = {"deviations.sun.run_out": "6 um"}
     found = read("ren2021", {"deviations": None, "deviations.sun": None, **size}).data
     assert found == read("ren2021", {"deviations": None, **size}).data
+
+
+@pytest.mark.parametrize("empty", [None, "", " "])
+def test_a_table_removes_as_a_path_does(empty: object) -> None:
+    mass, inertia = "stages.main.carrier.mass", "stages.main.carrier.inertia"
+    plain = read("ren2021", {mass: None, inertia: "400 kg m^2"})
+    assert mass not in plain.origin
+    for overrides in (
+        {"stages.main.carrier": {"mass": empty, "inertia": "400 kg m^2"}},
+        {"stages": {"main": {"carrier": {"mass": empty}}}, inertia: "400 kg m^2"},
+    ):
+        found = read("ren2021", overrides)
+        assert found.data == plain.data
+        assert found.origin == plain.origin
+    assert read("ren2021", {"stages.main.carrier": {"mass": empty}}).data == read("ren2021", {mass: None}).data
+    with pytest.raises(ModelError, match=r"stages\.main\.carrier\.split: nothing there to remove"):
+        read("ren2021", {"stages.main.carrier": {"split": empty}})
+    with pytest.raises(ModelError, match=r"stages\.main\.carrier\.mass = .*: given twice"):
+        read("ren2021", {"stages.main.carrier": {"mass": empty}, mass: "5 t"})
+
+
+@pytest.mark.parametrize("value", ["1e400", "-1e999", "[0, 1e400]", "{ x = 1e400 }"])
+def test_a_number_that_is_too_large_is_not_infinite(value: str) -> None:
+    with pytest.raises(
+        ModelError, match=r"^stages\.main\.sun\.support\.radial = .*: too large; allowed: a number"
+    ) as error:
+        parse_setting(f"stages.main.sun.support.radial={value}")
+    assert error.value.given == value

@@ -403,3 +403,38 @@ def test_an_error_of_a_mesh_has_its_tolerance() -> None:
     spreads = {f"{path}.amplitude": "normal(20 um, 5 um)", f"{path}.phase": "uniform(0 deg, 360 deg)"}
     document = read(PLAIN, {"deviations.meshes.sun-planet.errors.mine": error, "tolerance": spreads})
     assert dict(document.model.tolerance) == spreads
+
+
+@pytest.mark.parametrize(
+    ("path", "text"),
+    [
+        ("stages.main.planet_angles", "normal(0, 1 deg)"),
+        ("stages.main.meshes.sun-planet.variation.cosine", "normal(0, 0.1)"),
+        ("deviations.sun.pitch", "normal(0, 1 um)"),
+    ],
+)
+def test_a_list_is_no_number_that_varies(path: str, text: str) -> None:
+    with pytest.raises(
+        ModelError, match=r"^tolerance\..*: a list, no number; allowed: a quantity that is one"
+    ) as error:
+        toleranced(path, text)
+    assert error.value.path.startswith(f"tolerance.{path.split('.')[0]}.")
+    assert error.value.given == text
+
+
+@pytest.mark.parametrize("table", ["tolerance", "assumed"])
+@pytest.mark.parametrize(
+    "path",
+    [
+        "stages.main.meshes.sun-foo.backlash",
+        "deviations.meshes.foo-sun.gap",
+        "operation.torque.foo",
+        "deviations.foo.run_out.x",
+        "stages.main.sun.on.left",
+    ],
+)
+def test_a_path_that_is_none_is_named_in_its_table(table: str, path: str) -> None:
+    with pytest.raises(ModelError) as error:
+        read(PLAIN, {table: {path: "normal(0, 1 um)"}})
+    assert error.value.path.replace(".main.", ".") == f"{table}.{path}".replace(".main.", ".")
+    assert error.value.given in ("normal(0, 1 um)", path)

@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from ...document.deviations import is_file_name
+from ...document.csv_files import is_file_name
 from ...document.document import MAX_BYTES, decoded, file_text, parse_text, ready_drives
 from ...document.drives import drive_text
 from ...document.schema import Names, collect

@@ -58,16 +58,16 @@ def test_tables_from_files(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("", "first line"),
+        ("", "holds no line"),
         ("gain\n1\n", "first line"),
         ("angle [deg], gain\n", "empty"),
-        ("angle [deg], gain\n0, 1, 2\n", "row 2"),
-        ("angle [deg], gain\n0, one\n", "row 2"),
-        ("angle [deg], gain\n0,\n", "row 2"),
+        ("angle [deg], gain\n0, 1, 2\n", "line 2.*another number"),
+        ("angle [deg], gain\n0, one\n", "line 2.*not a finite"),
+        ("angle [deg], gain\n0,\n", "line 2.*no value"),
         ("angle [mm], gain\n0, 1\n", "unit"),
         ("angle, gain\n0, 1\n", "unit"),
         ("angle [deg], gain\n0, -1\n", "not negative"),
-        ("angle [deg], gain\n0, nan\n", "not finite"),
+        ("angle [deg], gain\n0, nan\n", "not a finite"),
         ("angle [deg], gain, gain\n0, 1, 1\n", "first line"),
     ],
 )
