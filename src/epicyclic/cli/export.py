@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..rexs.names import SUFFIXES
+from ..rexs.file import SUFFIXES
 from .command import Model, Sets, file_name
 from .console import complain, on_stdout, parsed_overrides, reported, require_stdout, target_of
 
 if TYPE_CHECKING:
-    from ..studies.rexs_export.export import RexsExport
+    from ..rexs_export.export import RexsExport
 
 __all__ = ["export"]
 
@@ -35,7 +35,7 @@ def export(
 def _export(model: str, output: Path, sets: list[str] | None, *, as_json: bool) -> None:
     target_of(output, SUFFIXES)
     require_stdout()
-    from ..studies.rexs_export.export import write_rexs
+    from ..rexs_export.export import write_rexs
 
     found = write_rexs(model, output, overrides=parsed_overrides(sets))
     complain(f"written: {output}")

@@ -50,7 +50,7 @@ def _import(file: str, load_case: int | None, *, as_json: bool, output: Path | N
     require_stdout()
     from ..document.document import read
     from ..rexs.import_train import read_rexs, traced
-    from ..studies.rexs_text import rexs_model_text
+    from ..rexs_export.model_text import rexs_model_text
 
     found = read_rexs(file, load_case=load_case)
     try:

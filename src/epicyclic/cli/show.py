@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import ModelError
-from ..rexs.names import is_rexs_name
+from ..rexs.file import is_rexs_name
 from .command import Json, file_name
 from .console import reported
 from .output import FORMATS, put, require_output

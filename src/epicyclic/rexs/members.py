@@ -8,15 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ..errors import ModelError
-from .connections import Joint, Parts, joints_of, rigid_parts
 from .gear_tables import GearFacts, gear_facts, material_of
-from .places import PartFrame, Places, Vector, along, minus
-from .solids import Inertia, SolidSection, inertia_of
-from .stages import StageParts, planetary_stages
-from .units import shown
-from .view import View
-
-__all__ = ["GearUnit", "StageMember", "body_tables", "gear_place", "is_lumped", "mass_table", "unit_of"]
+from .places import Inertia, PartFrame, Places, SolidSection, Vector, along, inertia_of, minus
+from .stages import Joint, Parts, StageParts, joints_of, planetary_stages, rigid_parts
+from .view import View, shown
 
 Table = dict[str, object]
 STEEL = 7850.0  # the density a model file has by default [kg/m^3]

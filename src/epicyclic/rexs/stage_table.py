@@ -6,13 +6,11 @@ import math
 
 from ..errors import ModelError
 from .gear_tables import gear_table
-from .link_tables import planet_bearings, support_table
+from .joint_tables import planet_bearings, support_table
 from .members import GearUnit, StageMember, gear_place, is_lumped, mass_table
 from .places import Vector, along, cross, minus
 from .stages import StageParts
-from .units import Number, shown
-
-__all__ = ["stage_table", "x_axis_of"]
+from .view import Number, shown
 
 Table = dict[str, object]
 _SAME_ANGLE = 0.01  # deg; files state places with 1e-12, angles by hand with a few digits

@@ -11,7 +11,7 @@ from nicegui import events, ui
 
 from ...document.document import MAX_BYTES
 from ...errors import ModelError
-from ...rexs.names import is_rexs_name
+from ...rexs.file import is_rexs_name
 from ...studies.drives import drive_titles
 from ..state.state import opened, uploaded
 from .parts import plain_button, present, refused, show_model, window

@@ -1,4 +1,9 @@
-"""Texts and Base64 of a REXS file as values: the same value from XML and from JSON."""
+"""A REXS file as plain data: components with attributes, the relations between them, load cases.  No meaning yet.
+
+Its names are asked of every model, before any module that reads XML is imported.  The values are the same from XML and
+from JSON: texts, arrays and matrices in Base64.  A file has bounds of size, depth and count, so that none costs long or
+much memory.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +13,115 @@ import math
 import re
 import sys
 from array import array
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
 
 from ..errors import ModelError
-from .limits import MAX_TEXT
-from .structure import Value
 
-__all__ = ["decoded", "plain_text", "scalar", "text_value"]
+# A gear unit of 100 components is 0.1 MB; 16 MB leaves room for long load spectra and is parsed in a few seconds.
+MAX_BYTES = 16_000_000
+# Tags, attributes of tags, braces and keys: each becomes an object of up to 400 bytes. A file then stays below
+# 250 MB and 3 s.
+MAX_MARKS = 400_000
+# model / load_spectrum / load_case / component / attribute / matrix / r / c is 8 deep.
+MAX_DEPTH = 16
+# The real files shrink to 1/17; a file of nothing but blanks and repeated tags to about 1/100.
+MAX_RATIO = 300
+# Names and texts: longer ones say nothing that a model file could carry.
+MAX_TEXT = 2_000
+
+
+SUFFIXES = (".rexs", ".rexsj", ".rexsz", ".rexs.xml", ".rexs.json", ".rexs.zip")
+
+
+def is_rexs_name(name: str | Path) -> bool:
+    """Whether a file is a REXS file by its name."""
+    return str(name).lower().endswith(SUFFIXES)
+
+
+Value = float | int | bool | str | tuple["Value", ...] | None
+"""Value of an attribute: scalar, tuple (array), tuple of tuples (matrix, array of arrays); None where it is empty."""
+
+
+@dataclass(frozen=True, slots=True)
+class Attribute:
+    """A value of a component, in the unit beside it.
+
+    id : name by the standard, ``normal_module``.
+    value : in `unit`, as the file has it.
+    unit : as the file spells it, ``"N / (mm mum)"``; ``"none"`` or empty without one.
+    """
+
+    id: str
+    value: Value
+    unit: str = "none"
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """A part, a stage, a load, a material: whatever has attributes.
+
+    id : its number in the file.  type : of the standard, ``cylindrical_gear``.  name : free text.
+    attributes : by their id, in the order of the file.
+    """
+
+    id: int
+    type: str
+    name: str = ""
+    attributes: Mapping[str, Attribute] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """A statement about components.
+
+    id : its number in the file.  type : of the standard, ``side``.  order : of ordered relations, else None.
+    refs : (role, id of the component), in the order of the file.
+    """
+
+    id: int
+    type: str
+    order: int | None
+    refs: tuple[tuple[str, int], ...]
+
+    def part(self, role: str) -> int | None:
+        """Id of the first component in a role, None where there is none."""
+        return next((part for name, part in self.refs if name == role), None)
+
+
+@dataclass(frozen=True, slots=True)
+class LoadCase:
+    """A load case of a load spectrum: attributes that stand in place of those of the components, or beside them.
+
+    id : its number in the file.  components : those with attributes of their own here.
+    """
+
+    id: int
+    components: tuple[Component, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RexsFile:
+    """A REXS file, read.
+
+    version : ``"1.7"``, ``"2.0.0"``.  application, application_version, date : as the file says.
+    components : in the order of the file, each id once.  relations : in the order of the file.
+    load_cases : of all load spectra.  accumulations : attributes over a whole load spectrum.
+    encoding : ``"xml"`` or ``"json"``.  notes : what the reader left out, in words.
+    """
+
+    version: str
+    components: tuple[Component, ...]
+    relations: tuple[Relation, ...]
+    application: str = ""
+    application_version: str = ""
+    date: str = ""
+    load_cases: tuple[LoadCase, ...] = ()
+    accumulations: tuple[Component, ...] = ()
+    encoding: str = "xml"
+    notes: tuple[str, ...] = ()
+
 
 # what XML and JSON may hold and a model file may not: control characters, and halves of surrogate pairs
 _UNSAFE = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]+")

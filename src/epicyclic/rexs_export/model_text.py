@@ -10,8 +10,6 @@ from ..document.writer import commented_text
 if TYPE_CHECKING:
     from ..rexs.import_train import RexsImport
 
-__all__ = ["rexs_model_text"]
-
 
 def rexs_model_text(found: RexsImport, file: str) -> str:
     """A model file with the ids of the components it comes from.

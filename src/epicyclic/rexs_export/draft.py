@@ -1,14 +1,89 @@
-"""Keys of a model that a REXS file carries; every other one of a document is named, with the reason."""
+"""A REXS file while it is put together, and what of a model it does not carry.
+
+Components have attributes in the units of version 1.7, relations and places.  The keys of a model that the file carries
+are listed; every other one of a document is named, with the reason.
+"""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
-from ...document.tables import leaves
-from .draft import Dropped
+from ..document.tables import leaves
+from ..rexs.file import Attribute, Component, Relation, Value
 
-__all__ = ["left_out"]
+Attributes = Mapping[str, tuple[Value, str]]
+# what programs write for rigid, and every reader takes for it [N/m, N mm/rad]
+RIGID = 1e20
+
+
+@dataclass(frozen=True, slots=True)
+class Dropped:
+    """Something of a model that the file does not carry.
+
+    path : in the model file.  text : what becomes of it, or why it has no place.
+    """
+
+    path: str
+    text: str
+
+
+@dataclass(slots=True)
+class Draft:
+    """Components and relations in the order in which they are added; ids count from 1.
+
+    dropped : what is not carried, each once.
+    """
+
+    components: list[Component] = field(default_factory=list)
+    relations: list[Relation] = field(default_factory=list)
+    dropped: dict[Dropped, None] = field(default_factory=dict)
+
+    def add(self, kind: str, name: str, attributes: Attributes | None = None) -> int:
+        """Add a component, attributes without value left out; its id."""
+        number = len(self.components) + 1
+        given = {
+            key: Attribute(key, value, unit) for key, (value, unit) in (attributes or {}).items() if value is not None
+        }
+        self.components.append(Component(number, kind, name, given))
+        return number
+
+    def relate(self, kind: str, *, order: int | None = None, **roles: int) -> None:
+        """Add a relation of components by their roles."""
+        self.relations.append(Relation(len(self.relations) + 1, kind, order, tuple(roles.items())))
+
+    def drop(self, path: str, text: str) -> None:
+        """Note what is not carried."""
+        self.dropped[Dropped(path, text)] = None
+
+
+def in_unit(value: float, factor: float) -> float:
+    """An SI value in a unit, value / factor, without the digits that the division alone leaves.
+
+    Fifteen digits are taken where they say the same number within two units in the last place: 380, not
+    380.00000000000006; any other number keeps all of its digits.
+    """
+    scaled = value / factor + 0.0
+    if not math.isfinite(scaled):
+        return scaled
+    short = float(f"{scaled:.15g}")
+    return short if abs(short - scaled) <= 2 * math.ulp(scaled) else scaled
+
+
+def place(station: float, x: float = 0.0, y: float = 0.0) -> Attributes:
+    """Place and axes of a part in the frame of the gear unit: u is z, w is x through planet 1, v is -y [mm].
+
+    The axes are right-handed: u x v = w, as z x (-y) = x.
+    """
+    return {
+        "reference_component_for_position": (1, "none"),
+        "support_vector": (tuple(in_unit(value, 1e-3) for value in (station, -y, x)), "mm"),
+        "u_axis_vector": ((1.0, 0.0, 0.0), "mm"),
+        "w_axis_vector": ((0.0, 0.0, 1.0), "mm"),
+    }
+
 
 _LINK = r"(?:\.[\w-]+)?\.(?:radial|x|y|z|tilt|rx|ry|rz|at|to)"
 _CARRIED = re.compile(

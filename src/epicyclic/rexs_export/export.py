@@ -9,24 +9,18 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ...arguments import checked
-from ...engine.source import Overrides, Source, train_of
-from ...errors import ModelError
-from ...input_files import as_output, outputs_apart
-from ...results.files import package_version, whole_file
-from ...rexs.solids import Inertia, SolidSection, inertia_of
-from ...rexs.structure import RexsFile
-from ...rexs.writing import encoding_of, rexs_bytes
-from ...train.train import Train
-from .carried import left_out
-from .draft import Attributes, Draft, Dropped, in_unit, place
-from .gears import add_gears, material_of
-from .joints import add_joints
-from .loads import add_loads, gravity_of, speed_of
-from .meshes import add_meshes, mesh_load_factors
-from .parts import Key, ShaftPart, shafts_of
-
-__all__ = ["RexsExport", "rexs_of", "write_rexs"]
+from ..arguments import checked
+from ..engine.source import Overrides, Source, train_of
+from ..errors import ModelError
+from ..input_files import as_output, outputs_apart
+from ..results.files import package_version, whole_file
+from ..rexs.file import RexsFile
+from ..rexs.places import Inertia, SolidSection, inertia_of
+from ..rexs.writing import encoding_of, rexs_bytes
+from ..train.train import Train
+from .draft import Attributes, Draft, Dropped, in_unit, left_out, place
+from .gears import add_gears, add_meshes, material_of, mesh_load_factors
+from .shafts import Key, ShaftPart, add_joints, add_loads, gravity_of, shafts_of, speed_of
 
 VERSION = "1.7"
 _NO_DATE = datetime(1970, 1, 1, tzinfo=UTC)
