@@ -13,11 +13,9 @@ from rich.console import Console
 
 import epicyclic
 from epicyclic.show.brief_check import phasing
-from epicyclic.show.console import show, show_table, show_warnings
+from epicyclic.show.console import laid_out, show, show_table, show_warnings, wrapped
 from epicyclic.show.elements import Styled, Table, number, shown_columns
-from epicyclic.show.layout import laid_out
 from epicyclic.show.views import brief_of, tables_of
-from epicyclic.show.wrapped import wrapped
 from epicyclic.studies.drives import drive_titles
 from epicyclic.verbs.record import verbs
 

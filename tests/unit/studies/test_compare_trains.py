@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.cli.main import app
-from epicyclic.show.compared_rows import ComparedRow, compared_rows, percent
-from epicyclic.show.figures.compared import compared
+from epicyclic.show.charts.effects import compared
+from epicyclic.show.tables import ComparedRow, compared_rows, percent
 from epicyclic.show.views.compare import key_figures, tables
 from epicyclic.studies.compare.mode_pairs import BY_KIND, BY_SHAPE, TrainModes, mode_pairs
 from epicyclic.warning_codes import code_of

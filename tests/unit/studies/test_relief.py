@@ -16,8 +16,7 @@ import xarray as xr
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
-from epicyclic.show.figures.relief_effect import relief_effect
-from epicyclic.show.figures.relief_search import relief_search
+from epicyclic.show.charts.relief import relief_effect, relief_search
 from epicyclic.studies.relief.optimisation import relief, relief_model
 from epicyclic.studies.relief.search import genetic_search
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...results.ties import ranked
-from ...show.figures.series import label
+from ...show.series import label
 from .answer import Answer
 
 __all__ = ["Drawn", "JobFrame", "bars", "job_frame", "lines", "mesh_words"]

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...results.ties import largest, ranked
-from ...show.figures.series import label
-from ...show.figures.tolerance_labels import scattering_pair
+from ...show.series import label
+from ...show.tolerance_labels import scattering_pair
 from ...train.train import Train
 from .answer import Answer, answer, number, per_cent
 from .halved import halved_tolerance

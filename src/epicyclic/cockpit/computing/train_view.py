@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...show.figures.parts import Part, faces, parts, turns
-from ...show.figures.section_layout import BODY, PLATE, SectionLayout, layout_of
+from ...show.drawing.bodies import Part, faces, parts, turns
+from ...show.drawing.section_layout import BODY, PLATE, SectionLayout, layout_of
 from ...studies.check import drawing
 from ...train.bodies import Body
 from ...train.train import Train

@@ -27,7 +27,7 @@ from epicyclic.analyses.transient.outputs import mesh_force
 from epicyclic.analyses.transient.program import constant
 from epicyclic.analyses.transient.transient import transient
 from epicyclic.errors import ConvergenceError, ModelError
-from epicyclic.show.rows import force_table
+from epicyclic.show.tables import force_table
 from epicyclic.system.system import System, faces
 
 F = Fraction
