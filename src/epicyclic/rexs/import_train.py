@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -175,7 +175,11 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     for component, name in false_texts(file):
         if name in view.asked.get(component, ()):
             view.assume(component, name, "", "stands as false where a text belongs: taken as missing")
-    reasons = _reasons(view.assumptions, document)
+    reasons = {
+        entry.path: entry.text if entry.component is None else f"{entry.text} (component {entry.component})"
+        for entry in view.assumptions
+        if entry.path and _stands(document, entry.path)
+    }
     if reasons:
         document["assumed"] = reasons
     return RexsImport(
@@ -267,34 +271,17 @@ def _gear_materials(unit: GearUnit, document: Table) -> None:
     """Materials of single gears, where they differ."""
     if "material" in document:
         return
+    stages = document["stages"]
+    assert isinstance(stages, dict)
     for member in unit.members:
         if not member.gears:
             continue
         number, table = _material(unit, member.gears[0])
         if table:
-            _member_table(document, member.stage, member.name)["material"] = table
+            stages[member.stage][member.name]["material"] = table
             for name, key, _ in _KEYS:
                 if key in table:
                     unit.view.read(number, name, f"{member.path}.material.{key}", table[key])
-
-
-def _member_table(document: Table, stage: str, member: str) -> Table:
-    """The table of a member in a document."""
-    stages = document["stages"]
-    assert isinstance(stages, dict)
-    found = stages[stage][member]
-    assert isinstance(found, dict)
-    return found
-
-
-def _reasons(assumptions: Iterable[Entry], document: Table) -> dict[str, str]:
-    """The table `assumed`: reasons of values that stand in the document."""
-    reasons: dict[str, str] = {}
-    for entry in assumptions:
-        if entry.path and _stands(document, entry.path):
-            component = "" if entry.component is None else f" (component {entry.component})"
-            reasons[entry.path] = f"{entry.text}{component}"
-    return reasons
 
 
 def _stands(document: Table, path: str) -> bool:

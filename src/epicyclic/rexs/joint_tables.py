@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 from .members import GearUnit, StageMember
 from .places import Vector, along, cross, minus
@@ -16,6 +17,21 @@ from .stages import RIGID, Joint, Parts
 from .view import Number
 
 Table = dict[str, object]
+_BALANCE = 1e-3  # power and torque times speed that differ by more are told
+
+
+class _Load(NamedTuple):
+    """A torque or power of an external load.
+
+    defines : whether it is marked as the one that counts.  id : of its component.  key : ``torque`` or ``power``.
+    end : name of the member or body that it acts on.
+    """
+
+    defines: bool
+    id: int
+    key: str
+    end: str
+    number: Number
 
 
 def held_members(unit: GearUnit) -> list[StageMember]:
@@ -27,30 +43,26 @@ def held_members(unit: GearUnit) -> list[StageMember]:
     return found
 
 
-def _of(unit: GearUnit, member: StageMember) -> list[Joint]:
+def _outer_joints(unit: GearUnit, member: StageMember) -> list[Joint]:
     """Joints of a member with anything outside it, the nearest member on a shared shaft taking each."""
     shared = unit.sharing(member)
     found = []
     for joint in unit.joints_at(member.parts):
         inside = [part for part in (joint.inner, joint.outer) if member in unit.at(part)]
-        if len(inside) == 1 and _nearest(unit, joint, inside[0], shared) == member:
+        if len(inside) != 1:
+            continue
+        offsets = [abs(_offset(unit, joint, other)) for other in shared] if len(shared) > 1 else [0.0]
+        if shared[offsets.index(min(offsets))] == member:
             found.append(joint)
     return found
 
 
-def _nearest(unit: GearUnit, joint: Joint, part: int, shared: Sequence[StageMember]) -> StageMember:
-    """The member of a shared shaft that is nearest along the axis."""
-    if len(shared) == 1:
-        return shared[0]
-    return min(shared, key=lambda member: abs(_offset(unit, joint, member)))
-
-
 def _to_housing(unit: GearUnit, member: StageMember) -> list[Joint]:
     """Joints between a member and the casing."""
-    return [j for j in _of(unit, member) if any(unit.in_housing(p) for p in (j.inner, j.outer))]
+    return [j for j in _outer_joints(unit, member) if any(unit.in_housing(p) for p in (j.inner, j.outer))]
 
 
-def _offset(unit: GearUnit, joint: Joint, member: StageMember, shaft: int | None = None) -> float:
+def _offset(unit: GearUnit, joint: Joint, member: StageMember) -> float:
     """Axial place of a joint from the centre of a member [m]; 0 where the file gives none."""
     place = unit.places.frame(joint.id)
     point = None if place is None else place.place
@@ -66,7 +78,7 @@ def support_table(unit: GearUnit, member: StageMember) -> Table | None:
     if unit.held(member):
         return None
     housing = _to_housing(unit, member)
-    rest = [joint for joint in _of(unit, member) if joint not in housing]
+    rest = [joint for joint in _outer_joints(unit, member) if joint not in housing]
     carrier = next((m for m in unit.members if (m.stage, m.name) == (member.stage, "carrier")), None)
     inside = [
         j for j in rest if carrier not in (None, member) and any(carrier in unit.at(p) for p in (j.inner, j.outer))
@@ -225,9 +237,6 @@ def _ends_at(unit: GearUnit, part: int) -> list[str]:
     return members if free is None else [free]
 
 
-_BALANCE = 1e-3  # power and torque times speed that differ by more are told
-
-
 def operation_table(unit: GearUnit) -> Table:
     """What is held, speeds, torques and powers by member."""
     table: Table = {}
@@ -305,20 +314,15 @@ def _speeds(unit: GearUnit, held: list[StageMember], turning: Parts) -> dict[str
             unit.view.read(shaft, "rotational_speed", f"operation.speed.{name}", number.text)
         elif (defines, shaft, name, number) not in chosen:
             unit.view.lose(shaft, "rotational_speed", f"{number.text}: follows from the speeds that are defined")
-    if not _defined(given) and found:
+    if found and not any(defines for defines, *_ in given):
         name, (shaft, _) = next(iter(found.items()))
         unit.view.assume(shaft, "defines_speed", f"operation.speed.{name}", "no shaft defines the speed: the first one")
     return found
 
 
-def _defined(given: list[tuple[bool, int, str, Number]]) -> bool:
-    """Whether any of the speeds is marked as the one that counts."""
-    return any(one[0] for one in given)
-
-
 def _loads(unit: GearUnit, held: list[StageMember], turning: Parts, speeds: dict[str, float]) -> Table:
     """Torques, or powers where the file gives no torque, of the external loads."""
-    found: list[tuple[bool, int, str, str, Number]] = []
+    found: list[_Load] = []
     ports: set[str] = set()
     for relation in unit.view.relations("assembly", "ordered_assembly"):
         shaft, load = relation.part("assembly"), relation.part("part")
@@ -339,9 +343,9 @@ def _loads(unit: GearUnit, held: list[StageMember], turning: Parts, speeds: dict
         if torque is not None:
             signed = _signed(torque, _sense(unit, shaft))
             _check_power(unit, load, signed, power, speeds.get(name))
-            found.append((defines, load, "torque", name, signed))
+            found.append(_Load(defines, load, "torque", name, signed))
         elif power is not None:
-            found.append((defines, load, "power", name, power))
+            found.append(_Load(defines, load, "power", name, power))
     return _balanced(unit, found, ports)
 
 
@@ -355,43 +359,41 @@ def _check_power(unit: GearUnit, load: int, torque: Number, power: Number | None
         unit.view.read(load, "power", "", f"{power.text}, torque times speed")
 
 
-def _balanced(unit: GearUnit, found: list[tuple[bool, int, str, str, Number]], ports: set[str]) -> Table:
+def _balanced(unit: GearUnit, loads: list[_Load], ports: set[str]) -> Table:
     """Loads without the one that balances them: of a train with n free ends at most n - 1 are stated."""
-    flagged = [one for one in found if one[0]]
-    kept = flagged or found
-    free = {_short(unit, m) for m in _ends(unit)} or ports
-    if len({one[3] for one in kept}) >= max(len(free), 2):
-        for one in kept[max(len(free), 2) - 1 :]:
-            unit.view.assume(one[1], one[2], "", f"{one[4].text} of {one[3]}: left out, it takes the balance")
-        kept = kept[: max(len(free), 2) - 1]
-    elif not flagged and found:
-        name = f"operation.{found[0][2]}.{found[0][3]}"
-        unit.view.assume(found[0][1], "defines_torque", name, "no load defines the torque: those given")
-    for one in found:
-        if one not in kept and one[0] is False and flagged:
-            unit.view.lose(one[1], one[2], f"{one[4].text} of {one[3]}: follows from the loads that are defined")
-    table: Table = {}
-    for _, load, key, name, number in kept:
-        quantities = table.setdefault(key, {})
-        assert isinstance(quantities, dict)
-        quantities[name] = number.text
-        attribute = "torque_around_u_axis" if key == "torque" else "power"
-        unit.view.read(load, attribute, f"operation.{key}.{name}", number.text)
-    stated = {one[3] for one in kept}
-    left_out = {one[3] for one in found} - stated  # its value is told above: it is the balance before a silent end
+    flagged = [load for load in loads if load.defines]
+    kept = flagged or loads
+    held = held_members(unit)
+    # members through which power may enter or leave: neither held nor joined to another one
+    free = {
+        _short(unit, member)
+        for member in unit.members
+        if member.kind != "planet" and member not in held and len(unit.sharing(member)) == 1
+    }
+    most = max(len(free or ports), 2) - 1
+    if len({load.end for load in kept}) > most:
+        for load in kept[most:]:
+            unit.view.assume(load.id, load.key, "", f"{load.number.text} of {load.end}: left out, it takes the balance")
+        kept = kept[:most]
+    elif not flagged and loads:
+        first = loads[0]
+        path = f"operation.{first.key}.{first.end}"
+        unit.view.assume(first.id, "defines_torque", path, "no load defines the torque: those given")
+    for load in loads:
+        if load not in kept and not load.defines and flagged:
+            reason = f"{load.number.text} of {load.end}: follows from the loads that are defined"
+            unit.view.lose(load.id, load.key, reason)
+    quantities: dict[str, dict[str, str]] = {}
+    for load in kept:
+        quantities.setdefault(load.key, {})[load.end] = load.number.text
+        attribute = "torque_around_u_axis" if load.key == "torque" else "power"
+        unit.view.read(load.id, attribute, f"operation.{load.key}.{load.end}", load.number.text)
+    stated = {load.end for load in kept}
+    left_out = {load.end for load in loads} - stated  # its value is told above: it is the balance before a silent end
     silent = sorted(left_out or ports - stated)
     if len(silent) == 1 and kept and (unit.free or len(unit.stages) > 1):  # of one stage alone the other end is clear
-        torques = table.setdefault("torque", {})
-        assert isinstance(torques, dict)
-        torques[silent[0]] = "balance"
-    return table
-
-
-def _ends(unit: GearUnit) -> list[StageMember]:
-    """Members through which power may enter or leave: neither held nor joined to another one."""
-    held = held_members(unit)
-    free = [m for m in unit.members if m.kind != "planet" and m not in held]
-    return [m for m in free if len(unit.sharing(m)) == 1]
+        quantities.setdefault("torque", {})[silent[0]] = "balance"
+    return dict(quantities)
 
 
 def _forces(unit: GearUnit, load: int) -> None:

@@ -70,7 +70,8 @@ class Places:
         base, there = self.frame(shaft), self.view.number(component, coordinate, "length")
         if base is None or there is None:
             return None if base is None else base.place  # where along the shaft is not said
-        return _sum(base.place, base.u, there.si)
+        (x, y, z), u, length = base.place, base.u, there.si
+        return (x + u[0] * length, y + u[1] * length, z + u[2] * length)
 
     def _frame(self, component: int, depth: int) -> PartFrame | None:
         if component in self._known:
@@ -110,11 +111,11 @@ class Places:
         if not isinstance(value, tuple) or len(value) != 3:
             shown = list(value) if isinstance(value, tuple) else value
             raise ModelError("not a vector", path=where, given=shown, allowed="an array of three numbers")
-        unit = self.view.components[component].attributes[name].unit
-        one = Component(component, self.view.components[component].type)
+        owner = self.view.components[component]
+        unit = owner.attributes[name].unit
         numbers = []
         for entry in value:
-            read = number_of(Component(one.id, one.type, "", {name: Attribute(name, entry, unit)}), name, kind)
+            read = number_of(Component(component, owner.type, "", {name: Attribute(name, entry, unit)}), name, kind)
             if read is None:
                 raise ModelError("not a vector", path=where, given=list(value), allowed="an array of three numbers")
             numbers.append(read.si)
@@ -140,10 +141,6 @@ def _turned(base: PartFrame, vector: Vector) -> Vector:
         x * u[1] + y * v[1] + z * w[1],
         x * u[2] + y * v[2] + z * w[2],
     )
-
-
-def _sum(place: Vector, direction: Vector, length: float) -> Vector:
-    return (place[0] + direction[0] * length, place[1] + direction[1] * length, place[2] + direction[2] * length)
 
 
 # Gauss points and weights of order 3 on [0, 1]: exact for polynomials of degree 5; those here have degree 4

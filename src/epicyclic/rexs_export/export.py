@@ -229,16 +229,12 @@ def _in_stage(
         if body.carried_by is not None:
             pin = draft.add("shaft", f"{shaft.name} pin", place(shaft.start, *body.centre))
             draft.relate("planet_pin", planetary_stage=stage, shaft=pin)
-            draft.relate("assembly", assembly=next(iter(_carrier_of(shaft, carriers))), part=pin)
+            name = body.member.split(".")[0]
+            carrier = next(number for member, number in carriers.items() if member.split(".")[0] == name)
+            draft.relate("assembly", assembly=carrier, part=pin)
             pins |= {one.name: pin for one in shaft.bodies}
     elif body.member in carriers:
         draft.relate("planet_carrier_shaft", planetary_stage=stage, shaft=number)
         draft.relate("assembly", assembly=carriers[body.member], part=number)
     else:
         draft.relate("central_shaft", planetary_stage=stage, shaft=number)
-
-
-def _carrier_of(shaft: ShaftPart, carriers: Mapping[str, int]) -> list[int]:
-    """Planet carrier of the stage of a planet."""
-    stage = shaft.first.member.split(".")[0]
-    return [number for member, number in carriers.items() if member.split(".")[0] == stage]

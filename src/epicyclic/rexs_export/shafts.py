@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ..rexs.file import Value
 from ..train.bodies import Body, Link, Mesh
 from ..train.train import Train
 from .draft import RIGID, Attributes, Draft, in_unit, place
@@ -223,7 +224,7 @@ def _joint(draft: Draft, link: Link, *, inner: int, outer: int, turn: float) -> 
     tilt = _mean(draft, link, 3, 4, "rx and ry")
     axial = link.stiffness[2]
     bearing = turn == 0 and link.kind != "coupling"
-    attributes: dict[str, tuple[object, str]] = {
+    attributes: dict[str, tuple[Value, str]] = {
         **place(link.station, *link.centre),
         "radial_stiffness": (_stiff(radial, 1.0), "N / m"),
         "axial_stiffness": (_stiff(axial, 1.0), "N / m"),
@@ -234,13 +235,8 @@ def _joint(draft: Draft, link: Link, *, inner: int, outer: int, turn: float) -> 
         attributes["axial_force_absorption"] = ("both_directions" if axial > 0 else "no_direction", "none")
     else:
         attributes["rotational_stiffness"] = (_stiff(turn, 1e-3), "N mm / rad")
-    joint = draft.add("concept_bearing" if bearing else "coupling", link.name, _typed(attributes))
+    joint = draft.add("concept_bearing" if bearing else "coupling", link.name, attributes)
     draft.relate("side", assembly=joint, inner_part=inner, outer_part=outer)
-
-
-def _typed(attributes: Mapping[str, tuple[object, str]]) -> Attributes:
-    """Attributes whose values are those of a file."""
-    return attributes  # type: ignore[return-value]
 
 
 def _mean(draft: Draft, link: Link, a: int, b: int, names: str) -> float:
