@@ -372,7 +372,7 @@ def test_colours_are_those_of_the_figures() -> None:
     kinds = {name: light[name] for name in ("sun", "planet", "ring", "carrier", "gear")}
     assert kinds == {name: style.KIND_COLOURS[name] for name in kinds}
     assert {light[f"strong-{i}"] for i in range(1, 5)} <= set(style.PALETTE)
-    assert [light[f"load-{i}"] for i in range(1, 6)] == [colour for _, colour in flanks._SCALE]
+    assert [light[f"load-{i}"] for i in range(1, 6)] == [colour for _, colour in flanks._LOAD_COLOURS]
     assert f"--ck-font: {style.FONT};" in css
 
 
