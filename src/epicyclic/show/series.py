@@ -19,6 +19,9 @@ from ..results.ties import EQUAL, largest
 Array = NDArray[np.float64]
 # Values whose spread is below this part of them are one level: what differs is rounding of what was computed.
 _LEVEL = 1e-9
+# Definitions of load sharing by the size of a deviation, too much or too little [ren2021, eq. 21-24].
+_BY_SIZE = ("cycle-peak", "worst-case")
+_SIDES = ("left", "right")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,21 +111,19 @@ def merged(names: Sequence[str], values: Array, *, branches: bool = False) -> li
 
 def _equal_branches(every: list[Series]) -> list[Series]:
     """Curves of one pair and side that coincide as one."""
-    kept: list[list[Series]] = []
+    groups: list[list[Series]] = []
     for one in every:
-        group = next((own for own in kept if _alike(own[0], one)), None)
+        group = next((group for group in groups if _alike(group[0], one)), None)
         if group is None:
-            kept.append([one])
+            groups.append([one])
         else:
             group.append(one)
-    return [
-        own[0]
-        if len(own) == 1
-        else _series(
-            own[0].stage, own[0].pair, tuple(one.branch for one in own), own[0].side, own[0].values, own[0].note
-        )
-        for own in kept
-    ]
+    found = []
+    for first, *others in groups:
+        branches = (first.branch, *(other.branch for other in others))
+        several = _series(first.stage, first.pair, branches, first.side, first.values, first.note)
+        found.append(several if others else first)
+    return found
 
 
 def _alike(one: Series, other: Series) -> bool:
@@ -183,10 +184,10 @@ def compact(values: Array, *, digits: int = 5) -> list[float | None]:
     """
     array = np.asarray(values, dtype=np.float64).ravel()
     finite = array[np.isfinite(array)]
-    largest = float(np.abs(finite).max()) if finite.size else 0.0
-    places = digits - 1 - math.floor(math.log10(largest)) if largest > 1e-200 else 0
+    top = float(np.abs(finite).max()) if finite.size else 0.0
+    places = digits - 1 - math.floor(math.log10(top)) if top > 1e-200 else 0
     spread = float(np.ptp(finite)) if finite.size else 0.0
-    if spread > max(_LEVEL * largest, 1e-200):
+    if spread > max(_LEVEL * top, 1e-200):
         places = max(places, 2 - math.floor(math.log10(spread)))
     rounded = np.round(array, places)
     return [float(value) + 0.0 if np.isfinite(value) else None for value in rounded]
@@ -208,23 +209,14 @@ def engineering(value: float, digits: int = 4) -> str:
 
 
 def stage_count(names: Iterable[str]) -> int:
-    """Number of stages of names of meshes."""
-    return len({split_name(name)[0] for name in names if _is_mesh(name)})
-
-
-def _is_mesh(name: str) -> bool:
-    """Whether a name is that of a mesh, ``stage/gear-gear[/branch][/side]``."""
-    stage, pair, _, _ = split_name(name)
-    return bool(stage) and "-" in pair and "/" not in pair
+    """Number of stages of names of meshes, ``stage/gear-gear[/branch][/side]``; other names count for none."""
+    parts = [split_name(name) for name in names]
+    return len({stage for stage, pair, _, _ in parts if stage and "-" in pair and "/" not in pair})
 
 
 def unbroken(mesh: str, *, stages: int = 1) -> str:
     """Short name of a mesh that does not break over a line; with its stage where the train has several."""
     return label(mesh, stage=stages > 1).replace(" ", "\u00a0").replace("-", "\u2011")
-
-
-# Definitions of load sharing by the size of a deviation, too much or too little [ren2021, eq. 21-24].
-_BY_SIZE = ("cycle-peak", "worst-case")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -324,9 +316,6 @@ def summed_shares(names: Sequence[str], shares: Array) -> tuple[list[str], Array
     unique = list(dict.fromkeys(keys))
     total = np.array([shares[[place for place, key in enumerate(keys) if key == one]].sum(axis=0) for one in unique])
     return [name.replace("/", " ") for name in short_names(unique)], total.reshape(len(unique), -1)
-
-
-_SIDES = ("left", "right")
 
 
 def readable(name: str) -> str:

@@ -17,6 +17,10 @@ from ..tables import ComparedRow, compared_rows, letters, percent, shown
 from .style import INK, PALETTE, figure, note
 
 _UP, _DOWN = "#D55E00", "#0072B2"
+# Rows of the figure: what stands below moves less than those.
+_MOST_ROWS = 14
+# A frequency that moves by less than this share of what moves most is a bar of no visible length.
+_NOTABLE = 0.01
 
 
 def tornado(data: xr.Dataset, *, most: int = 20) -> go.Figure:
@@ -94,13 +98,7 @@ def _name(path: str, data: xr.Dataset, place: int) -> str:
     return f"{short} = {value} {texts(data, 'parameter_unit')[place]}".rstrip()
 
 
-# Rows of the figure: what stands below moves less than those.
-_MOST = 14
-# A frequency that moves by less than this share of what moves most is a bar of no visible length.
-_NOTABLE = 0.01
-
-
-def compared(data: xr.Dataset, *, most: int = _MOST) -> go.Figure:
+def compared(data: xr.Dataset, *, most: int = _MOST_ROWS) -> go.Figure:
     """Change of ratio, natural frequencies, load sharing and mesh forces from the first train [%], as bars about it.
 
     Parameters
@@ -160,15 +158,11 @@ def _train_bars(rows: list[ComparedRow], place: int, name: str) -> go.Bar:
         orientation="h",
         name=name,
         marker={"color": PALETTE[(place - 1) % len(PALETTE)]},
-        text=[_change_words(row, place) for row in rows],
+        text=[f"{percent(row.change[place])}  {shown(row.value[place], row.unit)}".strip() for row in rows],
         textposition="outside",
         cliponaxis=False,
         hovertemplate="%{y}: %{text}<extra></extra>",
     )
-
-
-def _change_words(row: ComparedRow, place: int) -> str:
-    return f"{percent(row.change[place])}  {shown(row.value[place], row.unit)}".strip()
 
 
 def _label(row: ComparedRow, sign: str) -> str:

@@ -14,6 +14,13 @@ import xarray as xr
 from ..series import Array, by_pair_and_side, compact, engineering, losses_of_pairs, numbers, pair_title, texts
 from .style import DASHES, INK, PALETTE, figure, panels, tint
 
+# Lowest load pale, highest dark, even in lightness, for the colour-blind too.
+_LOAD_COLOURS = [[0.0, "#F4F8FB"], [0.25, "#B9D7EA"], [0.5, "#56A3D0"], [0.75, "#1F6FA8"], [1.0, "#0B2E4F"]]
+# Compression blue, tension red, none white.
+_STRESS_COLOURS = [[0.0, "#2166AC"], [0.5, "#FFFFFF"], [1.0, "#B2182B"]]
+# Specific sliding beyond this is near a base tangent point, where it has no bound: the curve leaves the panel there.
+_STEEPEST = 3.0
+
 
 def contact_curves(result: xr.Dataset) -> go.Figure:
     """Loaded transmission error [um] over the mesh cycle, its peak to peak over load (Harris map), stiffness [N/um].
@@ -91,10 +98,6 @@ def _stiffness(drawn: go.Figure, result: xr.Dataset) -> None:
     drawn.update_yaxes(title_text="stiffness [N/µm]", row=3, col=1)
 
 
-# Lowest load pale, highest dark, even in lightness, for the colour-blind too.
-_LOAD_COLOURS = [[0.0, "#F4F8FB"], [0.25, "#B9D7EA"], [0.5, "#56A3D0"], [0.75, "#1F6FA8"], [1.0, "#0B2E4F"]]
-
-
 def contact_map(result: xr.Dataset) -> go.Figure:
     """Load per length [N/mm] over the flank of one tooth, a panel a helix, with the contact lines of one instant.
 
@@ -145,10 +148,6 @@ def contact_map(result: xr.Dataset) -> go.Figure:
         title_text=f"path of contact [base pitches]<br>tip of {second} below, of {first} above", row=1, col=1
     )
     return drawn
-
-
-# Compression blue, tension red, none white.
-_STRESS_COLOURS = [[0.0, "#2166AC"], [0.5, "#FFFFFF"], [1.0, "#B2182B"]]
 
 
 def root_stress(result: xr.Dataset) -> go.Figure:
@@ -222,7 +221,7 @@ def face_loads(result: xr.Dataset) -> go.Figure:
     result : Dataset of `train_contact`: face_load (torque_factor, mesh, width) [N/m], face_load_factor
         (torque_factor, mesh) [1], width (width) [1].
     """
-    now = _now(result)
+    now = int(np.argmin(np.abs(result["torque_factor"].values - 1.0)))
     groups = by_pair_and_side(texts(result, "mesh"))
     columns = 2 if any(side for _, side in groups) else 1
     factor = result["face_load_factor"].values[now]
@@ -265,10 +264,6 @@ def face_loads(result: xr.Dataset) -> go.Figure:
     return drawn
 
 
-def _now(result: xr.Dataset) -> int:
-    return int(np.argmin(np.abs(result["torque_factor"].values - 1.0)))
-
-
 def load_factors(result: xr.Dataset) -> go.Figure:
     """K_gamma of every pair and the largest K_Hbeta of every pair and side [1] over the relative torque [1].
 
@@ -302,10 +297,6 @@ def load_factors(result: xr.Dataset) -> go.Figure:
         drawn.update_xaxes(title_text="torque per operating torque [1]", rangemode="tozero", row=row, col=1)
         drawn.update_yaxes(title_text="factor [1]", row=row, col=1)
     return drawn
-
-
-# Specific sliding beyond this is near a base tangent point, where it has no bound: the curve leaves the panel there.
-_MOST = 3.0
 
 
 def sliding(result: xr.Dataset) -> go.Figure:
@@ -352,7 +343,7 @@ def sliding(result: xr.Dataset) -> go.Figure:
     for row, title in enumerate(("sliding speed [m/s]", "specific sliding [1]", "load [1]"), start=1):
         drawn.update_yaxes(title_text=title, row=row, col=1)
     least = min(float(np.nanmin(_within(result[name].values))) for name in ("specific_sliding_a", "specific_sliding_b"))
-    drawn.update_yaxes(range=[1.1 * max(least, -_MOST), 1.2], row=2, col=1)
+    drawn.update_yaxes(range=[1.1 * max(least, -_STEEPEST), 1.2], row=2, col=1)
     drawn.update_yaxes(rangemode="tozero", row=3, col=1)
     drawn.update_xaxes(title_text="place from the pitch point [base pitches]", row=3, col=1)
     return drawn
@@ -360,7 +351,7 @@ def sliding(result: xr.Dataset) -> go.Figure:
 
 def _within(values: Array) -> Array:
     """Specific sliding [1] of any shape, nan far outside the panel."""
-    return np.where(np.abs(values) <= 2 * _MOST, values, np.nan)
+    return np.where(np.abs(values) <= 2 * _STEEPEST, values, np.nan)
 
 
 def mesh_losses(result: xr.Dataset) -> go.Figure:

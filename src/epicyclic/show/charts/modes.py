@@ -32,6 +32,15 @@ from .style import (
 
 # Width of the plot on the narrowest page that names must have room on, 900 px with the names of tones beside it.
 _NARROW = 590.0  # [px]
+_SHARE_COLOURS = [[0.0, "#FFFFFF"], [0.15, "#DCE9F5"], [0.4, "#8FBCE0"], [0.7, "#3B86C2"], [1.0, "#0B4F86"]]
+# Width of a letter of 12 px in parts of a plot of 800 px.
+_LETTER = 0.0085
+# Height of a line of text of 11 px, 16 px, in parts of a plot of 400 px.
+_LINE = 0.042
+# As of `modes`: resonances this close to the operating speed are near it.
+_BAND = 0.2
+_X = f"speed (shaded: operation ± {100 * _BAND:.0f} %) [% of the operating speed]"
+_EVENT_MARKS = {"crossing": ("circle-open", INK, "crossing"), "veering": ("diamond", WARNING, "veering")}
 
 
 def frequencies(modes: xr.Dataset, check: xr.Dataset | None = None) -> go.Figure:
@@ -124,9 +133,6 @@ def _tones(drawn: go.Figure, tones: dict[str, float], top: float) -> None:
         taken.append(hertz)
 
 
-_SCALE = [[0.0, "#FFFFFF"], [0.15, "#DCE9F5"], [0.4, "#8FBCE0"], [0.7, "#3B86C2"], [1.0, "#0B4F86"]]
-
-
 def energy_shares(modes: xr.Dataset, *, most: int = 40) -> go.Figure:
     """Strain-energy shares of the connections and kinetic-energy shares of the bodies [%] in every mode.
 
@@ -162,7 +168,7 @@ def energy_shares(modes: xr.Dataset, *, most: int = 40) -> go.Figure:
     drawn.update_xaxes(showticklabels=False, row=1, col=1)
     title = {"text": "share [%]", "side": "right", "font": {"size": 13}}
     bar = {"title": title, "thickness": 14, "outlinewidth": 0, "tickfont": {"size": 12}}
-    drawn.update_layout(coloraxis={"colorscale": _SCALE, "cmin": 0, "cmax": 100, "colorbar": bar})
+    drawn.update_layout(coloraxis={"colorscale": _SHARE_COLOURS, "cmin": 0, "cmax": 100, "colorbar": bar})
     return drawn
 
 
@@ -183,15 +189,6 @@ def _map(names: list[str], shares: Array, hertz: Array) -> go.Heatmap:
         xgap=1,
         ygap=1,
     )
-
-
-# Width of a letter of 12 px in parts of a plot of 800 px.
-_LETTER = 0.0085
-# Height of a line of text of 11 px, 16 px, in parts of a plot of 400 px.
-_LINE = 0.042
-# As of `modes`: resonances this close to the operating speed are near it.
-_BAND = 0.2
-_X = f"speed (shaded: operation ± {100 * _BAND:.0f} %) [% of the operating speed]"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -223,7 +220,7 @@ def campbell(data: xr.Dataset, *, orders: int | None = None) -> go.Figure:
         band = {"x0": 100 * (1 - _BAND), "x1": 100 * (1 + _BAND), "line_width": 0, "layer": "below"}
         drawn.add_vrect(**band, fillcolor=translucent(PALETTE[0], 0.08))
         drawn.add_vline(x=100, line={"color": INK, "width": 1.5})
-    kinds = _kinds(data, whirl.shape[1])
+    kinds = texts(data, "mode_kind") if "mode_kind" in data.variables else [""] * whirl.shape[1]
     for kind in dict.fromkeys(kinds):
         x, y = _lines(percent, whirl[:, [own == kind for own in kinds]])
         line, words = {"color": mode_colour(kind), "width": 1.8}, f"{kind} modes" if kind else "natural frequencies"
@@ -240,11 +237,6 @@ def campbell(data: xr.Dataset, *, orders: int | None = None) -> go.Figure:
     drawn.update_yaxes(range=[0, top])
     legend = {"orientation": "h", "x": 0, "xanchor": "left", "y": -0.14, "yanchor": "top"}
     return drawn.update_layout(margin={"r": beside(longest), "t": 60}, legend=legend)
-
-
-def _kinds(data: xr.Dataset, count: int) -> list[str]:
-    """Kind of each mode; empty words where the result says none."""
-    return texts(data, "mode_kind") if "mode_kind" in data.variables else [""] * count
 
 
 def _mode_names(drawn: go.Figure, hertz: Array, top: float) -> int:
@@ -355,9 +347,6 @@ def _crossing_marks(found: list[ResonanceCrossing]) -> go.Scatter:
         text=words,
         hoverinfo="text",
     )
-
-
-_EVENT_MARKS = {"crossing": ("circle-open", INK, "crossing"), "veering": ("diamond", WARNING, "veering")}
 
 
 def loci(data: xr.Dataset, *, most: int = 24) -> go.Figure:

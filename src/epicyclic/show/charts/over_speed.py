@@ -33,6 +33,17 @@ from .style import (
 _RESONANCES = 8
 # Mesh frequency per that at operation up to which a range is about operation.
 _ABOUT = 2.0
+_MESH_PANELS = (
+    ("mesh_force_rms", "RMS of the dynamic mesh force"),
+    ("mesh_force_peak", "largest mesh force"),
+    ("dynamic_factor", "dynamic factor, largest per mean mesh force"),
+)
+_BEARING_PANELS = (
+    ("bearing_force_peak", "largest radial force"),
+    ("bearing_force_rms", "RMS of the dynamic radial force"),
+)
+# the run-up wide and pale, so that the coast-down over it hides it nowhere
+_LOOK = {"up": ("#F2B184", 5.0, "triangle-up", "run-up"), "down": (PALETTE[0], 1.3, "triangle-down", "coast-down")}
 
 
 def abscissa(sweep: xr.Dataset) -> tuple[Array, str]:
@@ -73,13 +84,8 @@ def mark_modes(drawn: go.Figure, modes: xr.Dataset | None, sweep: xr.Dataset, x:
     if modes.sizes.get("resonance", 0) and x.max() <= _ABOUT * _operating_frequency(sweep, x):
         _mark_resonances(drawn, modes, sweep, x)
     else:
-        _mark_natural(drawn, modes, x)
-
-
-def _mark_natural(drawn: go.Figure, modes: xr.Dataset, x: Array) -> None:
-    """Natural frequencies within x (speed,) [Hz], in the colour of their kind."""
-    inside = [one for one in mode_groups(modes) if float(x.min()) <= one.frequency <= float(x.max())]
-    _kind_lines(drawn, [(one.frequency, one.kind) for one in inside], "{} mode")
+        natural = [one for one in mode_groups(modes) if float(x.min()) <= one.frequency <= float(x.max())]
+        _kind_lines(drawn, [(one.frequency, one.kind) for one in natural], "{} mode")
 
 
 def _mark_resonances(drawn: go.Figure, modes: xr.Dataset, sweep: xr.Dataset, x: Array) -> None:
@@ -190,13 +196,6 @@ def speed_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure
     return drawn
 
 
-_MESH_PANELS = (
-    ("mesh_force_rms", "RMS of the dynamic mesh force"),
-    ("mesh_force_peak", "largest mesh force"),
-    ("dynamic_factor", "dynamic factor, largest per mean mesh force"),
-)
-
-
 def _mesh_look(one: Series, kinds: list[str], several: bool) -> tuple[str, dict[str, object]]:
     """Name and line of the curves of a mesh, or of equal meshes; several : the train has stages to name."""
     side = one.note.strip() or one.side[:1].upper()
@@ -220,12 +219,6 @@ def _mesh_curve(values: Array, x: Array, look: tuple[str, dict[str, object]], le
         line=line,
         hovertemplate=f"{name}: %{{y:.4g}}{unit} at %{{x:.4g}} Hz<extra></extra>",
     )
-
-
-_BEARING_PANELS = (
-    ("bearing_force_peak", "largest radial force"),
-    ("bearing_force_rms", "RMS of the dynamic radial force"),
-)
 
 
 def bearing_forces(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure:
@@ -313,10 +306,6 @@ def _together(names: list[str]) -> str:
     return " ".join(parts[0]) + more
 
 
-# the run-up wide and pale, so that the coast-down over it hides it nowhere
-_LOOK = {"up": ("#F2B184", 5.0, "triangle-up", "run-up"), "down": (PALETTE[0], 1.3, "triangle-down", "coast-down")}
-
-
 def contact_sweep(sweep: xr.Dataset, *, mesh: str | None = None) -> go.Figure:
     """RMS of the dynamic force of one mesh [kN] over mesh frequency [Hz], its branches, and the part of time apart [%].
 
@@ -330,7 +319,8 @@ def contact_sweep(sweep: xr.Dataset, *, mesh: str | None = None) -> go.Figure:
         path) [N], fold_frequency (fold) [Hz].
     mesh : name; the one with the largest force where None.
     """
-    name = mesh or _loudest(sweep)
+    level = np.nan_to_num(sweep["mesh_force_rms"].max(("direction", "speed")).values)
+    name = mesh or str(sweep["mesh"].values[largest(level)])
     drawn = panels(
         f"Mesh force with contact loss, {name}",
         ["RMS of the dynamic mesh force", "teeth apart"],
@@ -352,11 +342,6 @@ def contact_sweep(sweep: xr.Dataset, *, mesh: str | None = None) -> go.Figure:
         title_text=f"mesh frequency{of_first_stage(sweep)} [Hz]", range=[float(x.min()), float(x.max())], row=2, col=1
     )
     return drawn
-
-
-def _loudest(sweep: xr.Dataset) -> str:
-    level = np.nan_to_num(sweep["mesh_force_rms"].max(("direction", "speed")).values)
-    return str(sweep["mesh"].values[largest(level)])
 
 
 def _branches(drawn: go.Figure, sweep: xr.Dataset, name: str) -> None:

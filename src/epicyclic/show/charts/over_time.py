@@ -28,6 +28,14 @@ from ..series import (
 )
 from .style import DASHES, INK, PALE, PALETTE, WARNING, branch_colour, figure, note, panels, translucent
 
+# Meshes drawn: the one of each pair whose force is largest, and at most so many pairs.
+_MOST_PAIRS = 4
+# Samples of a curve: more than pixels across.
+_MOST_SAMPLES = 3000
+# Windows of the spectrogram along the run, how they overlap, and what is shown below the largest amplitude [dB].
+_WINDOWS, _OVERLAP, _RANGE = 100, 0.75, 60.0
+_ORDERS = 5
+
 
 def over_time(result: xr.Dataset, name: str, title: str, unit: str, scale: float) -> go.Figure:
     """One quantity of every mesh over time, a panel a pair of gears, a curve a branch.
@@ -56,16 +64,13 @@ def over_time(result: xr.Dataset, name: str, title: str, unit: str, scale: float
             drawn.add_trace(_curve_over_time(one, time, one.label not in shown), row=row, col=1)
             shown.add(one.label)
         drawn.update_yaxes(title_text=unit, row=row, col=1)
-    drawn.update_xaxes(title_text=f"time [{_time_unit(result, along)}]", row=len(groups), col=1)
+    unit_of_time = "mesh cycles"
+    if along == "time":
+        unit_of_time = str(result["time"].attrs.get("units", "s")) if "time" in result.variables else "samples"
+    drawn.update_xaxes(title_text=f"time [{unit_of_time}]", row=len(groups), col=1)
     if len(time) > 1:
         drawn.update_xaxes(range=[float(time[0]), float(time[-1])])
     return drawn
-
-
-def _time_unit(result: xr.Dataset, along: str) -> str:
-    if along != "time":
-        return "mesh cycles"
-    return str(result["time"].attrs.get("units", "s")) if "time" in result.variables else "samples"
 
 
 def _curve_over_time(one: Series, time: Array, legend: bool) -> go.Scatter:
@@ -114,10 +119,6 @@ def mesh_forces(result: xr.Dataset) -> go.Figure:
             font={"size": 12, "color": WARNING},
         )
     return drawn
-
-
-# Meshes drawn: the one of each pair whose force is largest, and at most so many pairs.
-_MOST_PAIRS = 4
 
 
 def force_envelopes(result: xr.Dataset) -> go.Figure:
@@ -174,10 +175,6 @@ def _worst(names: list[str], most: np.ndarray) -> list[int]:
     for row in ranked(np.nanmax(most, axis=1)):
         found.setdefault("/".join(names[int(row)].split("/")[:2]), int(row))
     return list(found.values())[:_MOST_PAIRS]
-
-
-# Samples of a curve: more than pixels across.
-_MOST_SAMPLES = 3000
 
 
 def transient_forces(result: xr.Dataset) -> go.Figure:
@@ -237,11 +234,6 @@ def _once(drawn: go.Figure) -> None:
         if trace.name in seen:
             trace.showlegend = False
         seen.add(trace.name)
-
-
-# Windows of the spectrogram along the run, how they overlap, and what is shown below the largest amplitude [dB].
-_WINDOWS, _OVERLAP, _RANGE = 100, 0.75, 60.0
-_ORDERS = 5
 
 
 def spectrogram(result: xr.Dataset, mesh: str | None = None) -> go.Figure:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
@@ -48,7 +46,8 @@ def load_sharing(sharing: xr.Dataset) -> go.Figure:
     groups = pairs(series)
     several = len({stage for stage, _ in groups}) > 1
     names = [pair_title(pair, several) for pair in groups]
-    drawn = panels("Load-sharing coefficients", names, height=120 + 230 * len(groups), vertical_spacing=_gap(groups))
+    gap = 0.3 / max(2, len(groups))
+    drawn = panels("Load-sharing coefficients", names, height=120 + 230 * len(groups), vertical_spacing=gap)
     # more numbers than this do not fit on the bars; the table has them
     numbered = len(definitions) * len({one.label for one in series}) <= 21
     low, high = _limits(values)
@@ -63,10 +62,6 @@ def load_sharing(sharing: xr.Dataset) -> go.Figure:
     drawn.update_layout(barmode="group", bargap=0.25, bargroupgap=0.08)
     drawn.update_xaxes(showgrid=False)
     return drawn
-
-
-def _gap(groups: Sequence[object]) -> float:
-    return 0.3 / max(2, len(groups))
 
 
 def _limits(values: Array) -> tuple[float, float]:

@@ -13,22 +13,25 @@ from ..series import Array, compact, engineering, numbers, stability_verdict, te
 from .style import INK, PALE, PALETTE, WARNING, figure, note, panels, translucent
 
 # kind of instability: colour and what it means
-KINDS = {
+_KINDS = {
     "quasi-periodic": (PALETTE[1], "quasi-periodic: two modes together"),
     "period doubling": (PALETTE[3], "period doubling: half mesh orders"),
     "divergence": (PALETTE[6], "divergence: mesh orders"),
 }
-LABELS = 8
+_LABELS = 8
+_CURVES = 24
+# part of the colour bar below zero
+_DECAYS = 0.08
 
 
-def apart(order: np.ndarray, centre: Array, distance: float, x: Array) -> list[int]:
+def _apart(order: np.ndarray, centre: Array, distance: float, x: Array) -> list[int]:
     """The first few places in order (r,) whose centres (r,) stand `distance` apart within x (P,), all [Hz]."""
     kept: list[int] = []
     for place in order:
         inside = x.min() <= centre[place] <= x.max()
         if inside and all(abs(centre[place] - centre[other]) > distance for other in kept):
             kept.append(int(place))
-    return kept[:LABELS]
+    return kept[:_LABELS]
 
 
 def stability_over_speed(result: xr.Dataset) -> go.Figure:
@@ -65,7 +68,7 @@ def _marks(
 ) -> None:
     """Unstable speeds x (P,) [Hz] at their values (P,), a colour for each kind."""
     taking = np.array(texts(result, "taking_part"))[rank]
-    for name, (colour, words) in KINDS.items():
+    for name, (colour, words) in _KINDS.items():
         at = kind == name
         if at.any():
             points = go.Scatter(
@@ -96,14 +99,9 @@ def _bands(drawn: go.Figure, result: xr.Dataset, x: Array) -> None:
     )
     names, centre = texts(result, "resonance"), numbers(result, "resonance_centre")
     drawn.update_xaxes(range=[float(x.min()), float(x.max())])
-    for place in apart(np.argsort(-rate), centre, (x.max() - x.min()) / 14, x):
+    for place in _apart(np.argsort(-rate), centre, (x.max() - x.min()) / 14, x):
         where = {"xref": "x", "yref": "y domain", "xanchor": "left", "yanchor": "bottom"}
         note(drawn, names[place], x=centre[place], y=1.0, textangle=-25, **where)
-
-
-_CURVES = 24
-# part of the colour bar below zero
-_DECAYS = 0.08
 
 
 def stability_map(result: xr.Dataset) -> go.Figure:
@@ -120,7 +118,7 @@ def stability_map(result: xr.Dataset) -> go.Figure:
     y = np.arange(result.sizes["value"], dtype=float) if texted else numbers(result, "value")
     rate = result["growth_rate"].transpose("value", "speed").values
     kind = result["instability"].transpose("value", "speed").values.astype(str)
-    grows = np.isin(kind, list(KINDS))
+    grows = np.isin(kind, list(_KINDS))
     drawn = figure(
         stability_verdict(kind, "points"), x="mesh frequency [Hz]", y=f"{name} [{unit}]" if unit else name, height=520
     )
@@ -163,7 +161,7 @@ def _boundaries(drawn: go.Figure, result: xr.Dataset, y: Array) -> None:
     order = np.argsort(-np.nansum(high - low, axis=0), kind="stable")[:_CURVES]
     for place, one in enumerate(order):
         open_ = np.isfinite(low[:, one])
-        line = {"color": INK, "width": 1.3, "dash": "solid" if place < LABELS else "dot"}
+        line = {"color": INK, "width": 1.3, "dash": "solid" if place < _LABELS else "dot"}
         xs, ys = _outline(low[:, one], high[:, one], y, open_)
         drawn.add_trace(
             go.Scatter(
@@ -179,7 +177,7 @@ def _boundaries(drawn: go.Figure, result: xr.Dataset, y: Array) -> None:
         )
     x = numbers(result, "mesh_frequency")
     centre = np.nanmean((low + high) / 2, axis=0) if len(names) else np.zeros(0)
-    for one in apart(order, centre, (x.max() - x.min()) / 10, x):
+    for one in _apart(order, centre, (x.max() - x.min()) / 10, x):
         inside = np.flatnonzero(np.isfinite(low[:, one]))
         # at the top of the map, unless the range closes below it
         closes = inside[-1] < len(y) - 1 and inside.size > 1

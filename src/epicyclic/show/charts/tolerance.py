@@ -28,6 +28,23 @@ from ..tolerance_labels import (
 from .style import INK, PALE, PALETTE, WARNING, figure, note, panels, tint
 
 _TOTAL, _FIRST, _SLOPE = tint(PALETTE[0], 0.55), PALETTE[0], PALETTE[1]
+_BINS = 90
+_TURNING = "mean-load-turning"
+# heights above the panel of words on lines, in turn: neighbours do not cover each other
+_HEIGHTS = (1.0, 1.075, 1.15)
+_ACROSS = 3
+"""Panels side by side."""
+_COLOURS = dict(zip(DRAWN, (PALETTE[2], PALETTE[0], PALETTE[1]), strict=True))
+# ratio of the ends of an axis from which on it is logarithmic
+_DECADES = 30
+# most tolerances in panels: the others move less
+_MOST_PANELS = 9
+# share of the largest rise below which a tolerance has no panel
+_FLAT = 0.02
+# Room for the points on a page of 900 px, and where names may stand against them, nearest first [px].
+_WIDE, _TALL, _NEAR = 700.0, 300.0, 15.0
+_SHIFTS = (-15.0, 15.0, -30.0, 30.0, -46.0, 46.0, -62.0, 62.0)
+_FINER, _COARSER = PALETTE[2], PALETTE[3]
 
 
 def tolerance_shares(result: xr.Dataset) -> go.Figure:
@@ -92,12 +109,6 @@ def _bars(names: list[str], values: Array, colour: str, words: str, unit: str) -
 def _number(value: float) -> str:
     """Two digits; nothing of what is not known, 0 of what is less than a hundred thousandth."""
     return "" if np.isnan(value) else "0" if abs(value) < 1e-5 else f"{value:.0f}" if value >= 10 else f"{value:.2g}"
-
-
-_BINS = 90
-_TURNING = "mean-load-turning"
-# heights above the panel of words on lines, in turn: neighbours do not cover each other
-_HEIGHTS = (1.0, 1.075, 1.15)
 
 
 def k_gamma_histogram(result: xr.Dataset) -> go.Figure:
@@ -177,36 +188,30 @@ def _add_lines(
         note(drawn, words, **where, font={"size": 12, "color": colour})
 
 
-ACROSS = 3
-"""Panels side by side."""
-
-_COLOURS = dict(zip(DRAWN, (PALETTE[2], PALETTE[0], PALETTE[1]), strict=True))
-
-
-def k_gamma_panels(title: str, names: list[str]) -> go.Figure:
+def _k_gamma_panels(title: str, names: list[str]) -> go.Figure:
     """An empty figure with a panel for each name."""
-    columns = min(ACROSS, max(len(names), 1))
+    columns = min(_ACROSS, max(len(names), 1))
     rows = -(-len(names) // columns)
     gap = {"vertical_spacing": min(0.3, 90 / (110 + 240 * rows)), "horizontal_spacing": 0.05}
     return panels(title, names, height=150 + 240 * rows, columns=columns, shared_yaxes="all", **gap)
 
 
-def probabilities(result: xr.Dataset) -> list[tuple[int, float]]:
+def _probabilities(result: xr.Dataset) -> list[tuple[int, float]]:
     """Place and value of the probabilities that are drawn; all of a result without those."""
     given = numbers(result, "probability")
     found = [(int(i), p) for p in DRAWN for i in np.flatnonzero(np.isclose(given, p))]
     return found or [(i, float(p)) for i, p in enumerate(given)]
 
 
-def add_curves(drawn: go.Figure, result: xr.Dataset, x: Array, values: Array, panel: int) -> None:
+def _add_curves(drawn: go.Figure, result: xr.Dataset, x: Array, values: Array, panel: int) -> None:
     """One curve a probability in a panel, counted from 0.
 
     Parameters
     ----------
     x : (k,).  values : K_gamma (k, probability) [1]; nan where it was not computed.
     """
-    row, column = divmod(panel, ACROSS)
-    for place, (i, p) in enumerate(probabilities(result)):
+    row, column = divmod(panel, _ACROSS)
+    for place, (i, p) in enumerate(_probabilities(result)):
         known = np.isfinite(values[:, i])
         colour = _COLOURS.get(p, PALETTE[(3 + place) % len(PALETTE)])
         drawn.add_trace(
@@ -221,23 +226,19 @@ def add_curves(drawn: go.Figure, result: xr.Dataset, x: Array, values: Array, pa
         )
 
 
-def drawn_at(drawn: go.Figure, x: float, panel: int) -> None:
+def _mark_drawn(drawn: go.Figure, x: float, panel: int) -> None:
     """A line at the value of the model in a panel, counted from 0."""
-    row, column = divmod(panel, ACROSS)
+    row, column = divmod(panel, _ACROSS)
     drawn.add_vline(x=x, line={"color": INK, "width": 1, "dash": "dot"}, row=row + 1, col=column + 1)
 
 
-def finished(drawn: go.Figure, count: int) -> go.Figure:
+def _finished(drawn: go.Figure, count: int) -> go.Figure:
     """The figure with the titles of its axes of K_gamma, numbers on every panel's own, and its legend."""
-    for row in range(-(-count // ACROSS)):
+    for row in range(-(-count // _ACROSS)):
         drawn.update_yaxes(title_text="Kγ [-]", row=row + 1, col=1)
     drawn.update_xaxes(showticklabels=True)
     legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": 0.99, "yanchor": "top", "yref": "container"}
     return drawn.update_layout(showlegend=True, legend=legend, margin={**drawn.layout.margin.to_plotly_json(), "t": 84})
-
-
-# ratio of the ends of an axis from which on it is logarithmic
-_DECADES = 30
 
 
 def k_gamma_by_design(result: xr.Dataset) -> go.Figure:
@@ -250,19 +251,19 @@ def k_gamma_by_design(result: xr.Dataset) -> go.Figure:
         probability) [1].
     """
     shown = list(_curves(result))
-    drawn = k_gamma_panels("Kγ over torque, float and planets", [title for title, *_ in shown])
+    drawn = _k_gamma_panels("Kγ over torque, float and planets", [title for title, *_ in shown])
     for panel, (_, words, x, values, own) in enumerate(shown):
-        row, column = divmod(panel, ACROSS)
-        add_curves(drawn, result, x, values, panel)
+        row, column = divmod(panel, _ACROSS)
+        _add_curves(drawn, result, x, values, panel)
         drawn.update_xaxes(title_text=words, row=row + 1, col=column + 1)
         if np.isfinite(own):
-            drawn_at(drawn, own, panel)
+            _mark_drawn(drawn, own, panel)
         if len(x) > 1 and x.min() > 0 and x.max() / x.min() >= _DECADES:
             look = {"type": "log", "dtick": 1, "exponentformat": "power", "tickfont": {"size": 11}}
             drawn.update_xaxes(**look, row=row + 1, col=column + 1)
         elif words == "planets [-]":
             drawn.update_xaxes(dtick=1, row=row + 1, col=column + 1)
-    return finished(drawn, len(shown))
+    return _finished(drawn, len(shown))
 
 
 def _curves(result: xr.Dataset) -> Iterator[tuple[str, str, Array, Array, float]]:
@@ -287,12 +288,6 @@ def _supports(paths: list[str]) -> list[str]:
     return [name.removesuffix(" radial").removesuffix(" support") for name in short_entries(paths)]
 
 
-# most tolerances in panels: the others move less
-_MOST = 9
-# share of the largest rise below which a tolerance has no panel
-_FLAT = 0.02
-
-
 def k_gamma_by_tolerance(result: xr.Dataset) -> go.Figure:
     """K_gamma [1] over the scale of every tolerance, the steepest first.
 
@@ -302,29 +297,23 @@ def k_gamma_by_tolerance(result: xr.Dataset) -> go.Figure:
     """
     values = result["k_gamma_by_scale"].transpose("tolerance", "scale", "probability").values
     entries, scale = short_entries(texts(result, "tolerance")), numbers(result, "scale")
-    last = probabilities(result)[-1][0]
+    last = _probabilities(result)[-1][0]
     rise = np.nan_to_num(values[:, -1, last] - values[:, 0, last])
-    order = np.argsort(-rise, kind="stable")[:_MOST].tolist()
+    order = np.argsort(-rise, kind="stable")[:_MOST_PANELS].tolist()
     moving = [i for i in order if rise[i] > _FLAT * rise[order[0]]] or order[:1]
-    drawn = k_gamma_panels(f"Which tolerance moves Kγ: {entries[order[0]]} most", [entries[i] for i in moving])
+    drawn = _k_gamma_panels(f"Which tolerance moves Kγ: {entries[order[0]]} most", [entries[i] for i in moving])
     for panel, entry in enumerate(moving):
-        add_curves(drawn, result, scale, values[entry], panel)
-        drawn_at(drawn, 1.0, panel)
-        if panel + ACROSS >= len(moving):
-            row, column = divmod(panel, ACROSS)
+        _add_curves(drawn, result, scale, values[entry], panel)
+        _mark_drawn(drawn, 1.0, panel)
+        if panel + _ACROSS >= len(moving):
+            row, column = divmod(panel, _ACROSS)
             drawn.update_xaxes(title_text="spread per that drawn [-]", row=row + 1, col=column + 1)
     flat = [entry for i, entry in enumerate(entries) if i not in moving]
     if flat:
         where = {"x": 0, "xref": "paper", "y": 0, "yref": "paper", "yanchor": "top", "yshift": -62}
         note(drawn, f"hardly any effect: {', '.join(flat)}", **where)
         drawn.update_layout(margin={"b": 96})
-    return finished(drawn, len(moving))
-
-
-# Room for the points on a page of 900 px, and where names may stand against them, nearest first [px].
-_WIDE, _TALL, _NEAR = 700.0, 300.0, 15.0
-_SHIFTS = (-15.0, 15.0, -30.0, 30.0, -46.0, 46.0, -62.0, 62.0)
-_FINER, _COARSER = PALETTE[2], PALETTE[3]
+    return _finished(drawn, len(moving))
 
 
 def grade_prices(result: xr.Dataset) -> go.Figure:
