@@ -1,6 +1,6 @@
 """Move and merge modules of the package by a plan, and rewrite every import of them.
 
-    python benchmarks/move_modules.py benchmarks/rooms.toml --room teeth [--check]
+    python benchmarks/move_modules.py PLAN [--room teeth] [--check]
 
 PLAN is a TOML file:
 

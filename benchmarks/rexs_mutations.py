@@ -37,7 +37,7 @@ from epicyclic.errors import ModelError
 from epicyclic.rexs.import_train import read_rexs
 from epicyclic.rexs.reading import read_rexs_file
 from epicyclic.rexs.writing import rexs_bytes
-from epicyclic.studies.rexs_export.export import rexs_of
+from epicyclic.rexs_export.export import rexs_of
 from epicyclic.train.resolution import resolve
 
 __all__ = ["ENCODINGS", "Fault", "damaged", "good_files", "tried"]

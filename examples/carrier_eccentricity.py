@@ -6,7 +6,7 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.figures import style
+from epicyclic.show.charts import style
 
 ECCENTRICITY = [0.0, 20e-6, 40e-6, 60e-6, 80e-6]  # m
 TORQUE = {"operation.torque.sun": "28.75 kN m"}  # the torque read as the carrier's

@@ -7,7 +7,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.figures.contact_sweep import contact_sweep
+from epicyclic.show.charts.over_speed import contact_sweep
 
 MODEL = {
     "format": 2,

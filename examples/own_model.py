@@ -7,7 +7,7 @@ from typing import Any
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.figures import style
+from epicyclic.show.charts import style
 
 MODEL: dict[str, Any] = {
     "format": 2,

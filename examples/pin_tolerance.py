@@ -6,7 +6,7 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.figures import style
+from epicyclic.show.charts import style
 
 DIAMETER = [15, 30, 70, 110]  # um, of the circle that the pin must lie in
 TARGET = 1.15  # of K_gamma, in all but 1 % of the trains

@@ -7,7 +7,7 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.figures import style
+from epicyclic.show.charts import style
 
 BUILDABLE = "[0, 121.5, 238.5] deg"
 NO_ERRORS = {"deviations": None}

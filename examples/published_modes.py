@@ -6,7 +6,7 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.figures import style
+from epicyclic.show.charts import style
 
 modes = epicyclic.modes("lin1999-n4")
 

@@ -7,7 +7,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.figures import style
+from epicyclic.show.charts import style
 
 system = epicyclic.assemble(epicyclic.load("ren2021"))
 sweep = epicyclic.sweep(system, start=20.0, stop=600.0, points=117)

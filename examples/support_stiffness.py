@@ -7,7 +7,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.figures import style
+from epicyclic.show.charts import style
 
 STIFFNESS = np.array([1e8, 3e8, 1e9, 3e9, 1e10, 1.5e10])  # N/m
 # the torque read as the carrier's: 28.75 kN m on the sun; see the notes in the model file

@@ -15,8 +15,8 @@ from typing import Any
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.figures.speed_sweep import speed_sweep
-from epicyclic.show.figures.train_front import train_front
+from epicyclic.show.charts.over_speed import speed_sweep
+from epicyclic.show.drawing.front import train_front
 
 HERE = Path(__file__).parent
 PAGE = HERE / "first-train.md"

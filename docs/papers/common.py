@@ -8,8 +8,8 @@ from typing import Any
 import plotly.graph_objects as go
 import xarray as xr
 
-from epicyclic.show.figures.mode_shapes import mode_shapes
-from epicyclic.show.figures.style import INK, panels
+from epicyclic.show.charts.mode_shapes import mode_shapes
+from epicyclic.show.charts.style import INK, panels
 
 __all__ = ["PUBLISHED", "stills"]
 

@@ -10,8 +10,8 @@ from typing import Any
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.figures.train_front import train_front
-from epicyclic.show.figures.train_section import train_section
+from epicyclic.show.drawing.front import train_front
+from epicyclic.show.drawing.section import train_section
 
 __all__ = ["schematics_of"]
 

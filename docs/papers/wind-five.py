@@ -9,12 +9,14 @@ import plotly.graph_objects as go
 import xarray as xr
 
 import epicyclic
-from epicyclic.show.figures.grade_prices import grade_prices
-from epicyclic.show.figures.k_gamma_by_design import k_gamma_by_design
-from epicyclic.show.figures.k_gamma_by_tolerance import k_gamma_by_tolerance
-from epicyclic.show.figures.k_gamma_histogram import k_gamma_histogram
-from epicyclic.show.figures.tolerance_shares import tolerance_shares
-from epicyclic.show.figures.worst_branches import worst_branches
+from epicyclic.show.charts.sharing import worst_branches
+from epicyclic.show.charts.tolerance import (
+    grade_prices,
+    k_gamma_by_design,
+    k_gamma_by_tolerance,
+    k_gamma_histogram,
+    tolerance_shares,
+)
 
 __all__ = ["FIGURES"]
 

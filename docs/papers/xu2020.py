@@ -14,8 +14,8 @@ from common import PUBLISHED
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.show.figures.modulation import modulation
-from epicyclic.show.figures.style import DASHES, INK, PALETTE, WARNING, figure, note, panels, translucent
+from epicyclic.show.charts.modulation import modulation
+from epicyclic.show.charts.style import DASHES, INK, PALETTE, WARNING, figure, note, panels, translucent
 
 Array = NDArray[np.float64]
 Changes = Mapping[str, Any]

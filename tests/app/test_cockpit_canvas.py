@@ -13,7 +13,7 @@ import pytest
 from tests.app.canvas_page import STATIC, opened, painted, show
 from tests.unit.cockpit import canvas_frames as frames
 
-from epicyclic.show.figures import contact_map, style
+from epicyclic.show.charts import flanks, style
 
 browsing = pytest.mark.browser
 # [ms] from the arrival of a frame to its paint: one picture of a screen of 60 Hz, and the drawing itself.
@@ -372,7 +372,7 @@ def test_colours_are_those_of_the_figures() -> None:
     kinds = {name: light[name] for name in ("sun", "planet", "ring", "carrier", "gear")}
     assert kinds == {name: style.KIND_COLOURS[name] for name in kinds}
     assert {light[f"strong-{i}"] for i in range(1, 5)} <= set(style.PALETTE)
-    assert [light[f"load-{i}"] for i in range(1, 6)] == [colour for _, colour in contact_map._SCALE]
+    assert [light[f"load-{i}"] for i in range(1, 6)] == [colour for _, colour in flanks._LOAD_COLOURS]
     assert f"--ck-font: {style.FONT};" in css
 
 

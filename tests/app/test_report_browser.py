@@ -85,7 +85,7 @@ def made_up() -> ModuleType:
     name = "epicyclic_synthetic"
     if name not in sys.modules:
         package = ModuleType(name)
-        package.__path__ = [str(Path(__file__).parents[1] / "unit" / "show" / "figures" / "synthetic")]
+        package.__path__ = [str(Path(__file__).parents[1] / "unit" / "show" / "synthetic")]
         sys.modules[name] = package
     return import_module(f"{name}.results")
 

@@ -11,8 +11,8 @@ from typer.testing import CliRunner, Result
 
 import epicyclic
 from epicyclic.cli.main import app
-from epicyclic.show.figures.loci import loci
-from epicyclic.show.figures.tornado import tornado
+from epicyclic.show.charts.effects import tornado
+from epicyclic.show.charts.modes import loci
 
 PINS = "stages.main.planet.bearing.radial"
 

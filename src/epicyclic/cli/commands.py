@@ -13,7 +13,7 @@ import typer
 
 from ..errors import ConvergenceError, ModelError
 from ..results.files import write_text
-from ..rexs.names import is_rexs_name
+from ..rexs.file import is_rexs_name
 from .command import Json, Output, Sets, file_name, kept, kept_store
 from .console import (
     complain,
@@ -342,7 +342,7 @@ def _write(found: dict[str, dict[str, Any]], output: Path, compared: Any) -> Non
 def _print(found: dict[str, dict[str, Any]], output: Path) -> None:
     """Key figures and warnings of one train, differences of several."""
     from ..show.console import show_pairs, show_table, show_warnings, stdout_console, warnings_of
-    from ..show.variants import difference_table
+    from ..show.report import difference_table
     from ..show.views import key_figures_of
 
     console = stdout_console()

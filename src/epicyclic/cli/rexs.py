@@ -10,14 +10,14 @@ import typer
 
 from ..errors import ModelError
 from ..results.files import write_text
-from ..rexs.names import SUFFIXES
+from ..rexs.file import SUFFIXES
 from .command import Model, Sets, file_name
 from .console import complain, complain_of, on_stdout, parsed_overrides, reported, require_stdout, target_of
 
 if TYPE_CHECKING:
     from ..rexs.import_train import RexsImport
     from ..rexs.view import Entry
-    from ..studies.rexs_export.export import RexsExport
+    from ..rexs_export.export import RexsExport
 
 _HEADINGS = {
     "read": "Read from the file",
@@ -50,7 +50,7 @@ def _import(file: str, load_case: int | None, *, as_json: bool, output: Path | N
     require_stdout()
     from ..document.document import read
     from ..rexs.import_train import read_rexs, traced
-    from ..studies.rexs_text import rexs_model_text
+    from ..rexs_export.model_text import rexs_model_text
 
     found = read_rexs(file, load_case=load_case)
     try:
@@ -122,7 +122,7 @@ def export(
 def _export(model: str, output: Path, sets: list[str] | None, *, as_json: bool) -> None:
     target_of(output, SUFFIXES)
     require_stdout()
-    from ..studies.rexs_export.export import write_rexs
+    from ..rexs_export.export import write_rexs
 
     found = write_rexs(model, output, overrides=parsed_overrides(sets))
     complain(f"written: {output}")

@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from ..errors import ModelError
 from ..input_files import read_bytes
-from ..rexs.names import is_rexs_name
+from ..rexs.file import is_rexs_name
 from ..warning_codes import CodedText, coded
 from .csv_files import with_files
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise

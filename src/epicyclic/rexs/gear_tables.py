@@ -7,11 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..errors import ModelError
-from .structure import Component
-from .units import Number
-from .view import View
-
-__all__ = ["GearFacts", "gear_facts", "gear_table", "material_of"]
+from .file import Component
+from .view import Number, View
 
 Table = dict[str, object]
 _TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")

@@ -1,28 +1,105 @@
-"""A REXS file as a document of the model file, with what was read, assumed and dropped."""
+"""A REXS file as a document of the model file, with what was read, assumed and dropped.
+
+Values that a writer has lost are found: arrays and texts that stand as `false`, as some programs have written them in
+JSON.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from ..arguments import checked
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
-from .damage import check_damage, false_texts
+from .file import RexsFile
 from .gear_tables import material_of
-from .link_tables import couplings_table
+from .joint_tables import couplings_table, operation_table, tell_gravity
 from .members import GearUnit, body_tables, unit_of
-from .operation_table import operation_table, tell_gravity
 from .reading import read_rexs_file
-from .reasons import reason_of
 from .stage_table import stage_table, x_axis_of
 from .stages import Branch, StageParts
-from .structure import RexsFile
 from .view import Entry, View, view_of
 
-__all__ = ["RexsImport", "import_file", "read_rexs", "traced"]
+_ARRAYS = ("support_vector", "u_axis_vector", "w_axis_vector", "is_engaged")
+# attributes whose value is a text by the standard
+_TEXTS = re.compile(
+    r"^(?:name|kind|.*_designation|.*_name|determination_of_.*|type_of_.*|shape_of_.*|flag_designation_.*"
+    r"|axial_force_absorption|datum_face_orientation|helix_evaluation_reference|.*tolerance_series.*"
+    r"|.*_type_.*|.*_category_.*|.*_method_.*|lubrication_type.*|loaded_tooth_flank|manufacturer)$"
+)
+
+
+def check_damage(file: RexsFile) -> None:
+    """Refuse a file in which places or the state of couplings stand as false.
+
+    Raises
+    ------
+    ModelError : names the attributes that are lost, and how often.
+    """
+    lost: Counter[str] = Counter()
+    first: dict[str, int] = {}
+    for component in file.components:
+        for name in _ARRAYS:
+            attribute = component.attributes.get(name)
+            single = attribute is not None and isinstance(attribute.value, bool)
+            # a single truth value of a coupling is clear in XML, which has no types; in JSON the array is lost
+            if single and (name != "is_engaged" or file.encoding == "json"):
+                lost[name] += 1
+                first.setdefault(name, component.id)
+    if lost:
+        parts = ", ".join(f"{name} ({count} times, first in component {first[name]})" for name, count in lost.items())
+        texts = Counter(name for _, name in false_texts(file))
+        also = f"; texts lost too: {', '.join(texts)}" if texts else ""
+        problem = f"damaged: true or false stands where arrays belong, they are missing: {parts}{also}"
+        raise ModelError(problem, path="components", allowed="the file written again, in XML or by a newer program")
+
+
+def false_texts(file: RexsFile) -> list[tuple[int, str]]:
+    """Attributes (component, name) that stand as false where a text belongs."""
+    return [
+        (component.id, attribute.id)
+        for component in file.components
+        for attribute in component.attributes.values()
+        if attribute.value is False and _TEXTS.fullmatch(attribute.id)
+    ]
+
+
+_REASONS = {
+    "lubricant": "no lubricant in the model",
+    "material": "strength and heat are not computed",
+    "shaft": "shafts do not bend in the model",
+    "shaft_section": "shafts do not bend in the model",
+    "side_plate": "plates do not bend in the model",
+    "gear_casing": "the casing is rigid",
+    "cylindrical_stage": "load capacity, tolerances and results are not carried",
+    "cylindrical_gear": "no place in the model: places follow from the centres and faces; no load capacity or results",
+    "ring_gear": "no place in the model: places follow from the centres and faces; no load capacity or results",
+    "coupling": "inside a member, or rigid",
+    "switchable_coupling": "inside a member, or rigid",
+    "external_load": "follows from the operation",
+    "stage_gear_data": "results of a mesh are not carried",
+    "cylindrical_stage_gear_data": "results of a mesh are not carried",
+    "flank_geometry": "allowances and chamfers are not carried",
+    "cylindrical_gear_flank": "allowances and chamfers are not carried",
+    "rack_shaped_tool": "of tools, height and rounding of the tip are carried",
+    "cutter_wheel_tool": "of tools, height and rounding of the tip are carried",
+    "cylindrical_gear_manufacturing_settings": "allowances are not carried",
+    "profile_crowning": "the model has tip and root relief, no profile crowning",
+    "helix_slope": "its sense against the loaded flank is not known",
+    "rolling_element": "bearings are springs in the model",
+}
+
+
+def reason_of(kind: str) -> str:
+    """Reason for a type of component."""
+    if "bearing" in kind:
+        return "clearance, size, misalignment and results of bearings are not carried"
+    return _REASONS.get(kind, "no place in the model file")
+
 
 Table = dict[str, object]
 # The format has no damping, and a response needs some: the ratio that the ready drives assume too.
@@ -98,7 +175,11 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     for component, name in false_texts(file):
         if name in view.asked.get(component, ()):
             view.assume(component, name, "", "stands as false where a text belongs: taken as missing")
-    reasons = _reasons(view.assumptions, document)
+    reasons = {
+        entry.path: entry.text if entry.component is None else f"{entry.text} (component {entry.component})"
+        for entry in view.assumptions
+        if entry.path and _stands(document, entry.path)
+    }
     if reasons:
         document["assumed"] = reasons
     return RexsImport(
@@ -190,34 +271,17 @@ def _gear_materials(unit: GearUnit, document: Table) -> None:
     """Materials of single gears, where they differ."""
     if "material" in document:
         return
+    stages = document["stages"]
+    assert isinstance(stages, dict)
     for member in unit.members:
         if not member.gears:
             continue
         number, table = _material(unit, member.gears[0])
         if table:
-            _member_table(document, member.stage, member.name)["material"] = table
+            stages[member.stage][member.name]["material"] = table
             for name, key, _ in _KEYS:
                 if key in table:
                     unit.view.read(number, name, f"{member.path}.material.{key}", table[key])
-
-
-def _member_table(document: Table, stage: str, member: str) -> Table:
-    """The table of a member in a document."""
-    stages = document["stages"]
-    assert isinstance(stages, dict)
-    found = stages[stage][member]
-    assert isinstance(found, dict)
-    return found
-
-
-def _reasons(assumptions: Iterable[Entry], document: Table) -> dict[str, str]:
-    """The table `assumed`: reasons of values that stand in the document."""
-    reasons: dict[str, str] = {}
-    for entry in assumptions:
-        if entry.path and _stands(document, entry.path):
-            component = "" if entry.component is None else f" (component {entry.component})"
-            reasons[entry.path] = f"{entry.text}{component}"
-    return reasons
 
 
 def _stands(document: Table, path: str) -> bool:

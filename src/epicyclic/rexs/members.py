@@ -8,15 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ..errors import ModelError
-from .connections import Joint, Parts, joints_of, rigid_parts
 from .gear_tables import GearFacts, gear_facts, material_of
-from .places import PartFrame, Places, Vector, along, minus
-from .solids import Inertia, SolidSection, inertia_of
-from .stages import StageParts, planetary_stages
-from .units import shown
-from .view import View
-
-__all__ = ["GearUnit", "StageMember", "body_tables", "gear_place", "is_lumped", "mass_table", "unit_of"]
+from .places import Inertia, PartFrame, Places, SolidSection, Vector, along, inertia_of, minus
+from .stages import Joint, Parts, StageParts, joints_of, planetary_stages, rigid_parts
+from .view import View, shown
 
 Table = dict[str, object]
 STEEL = 7850.0  # the density a model file has by default [kg/m^3]
@@ -251,7 +246,7 @@ def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
                     shaft, "shaft_section", f"sections differ from those of {own[0]}, which count for all planets"
                 )
     sections = [section for part in own for section in _sections(unit, member, part, pin_radius)]
-    extra = [_additional(unit, member, part) for part in own]
+    extra = [_additional(unit.view, part) for part in own]
     table: Table = {}
     if member.kind == "carrier":
         if not sections:
@@ -284,7 +279,7 @@ def body_tables(unit: GearUnit) -> Table:
             stage="", name=name, kind="body", gears=(), parts=parts, centre=None if frame is None else frame.place
         )
         sections = [section for part in parts for section in _sections(unit, whole, part, 0.0)]
-        extra = [_additional(unit, whole, part) for part in parts]
+        extra = [_additional(unit.view, part) for part in parts]
         solid = inertia_of(sections)
         total = Inertia(*(getattr(solid, k) + sum(getattr(e, k) for e in extra) for k in ("mass", "polar", "tilt")))
         tables[name] = _stated(total, extra, lumped=not sections)
@@ -420,18 +415,16 @@ def _gear_body(
     return [SolidSection(-width / 2, width, (outer, outer), (inner, inner), density)], table
 
 
-def _additional(unit: GearUnit, member: StageMember, part: int) -> Inertia:
+def _additional(view: View, shaft: int) -> Inertia:
     """Additional masses on a shaft."""
     mass = polar = tilt = 0.0
-    for one in unit.view.parts(part, "additional_mass"):
-        numbers = [
-            unit.view.number(one, name, kind)
-            for name, kind in (("mass", "mass"), ("moment_of_inertia_u_axis", "inertia"))
-        ]
-        across = [unit.view.number(one, f"moment_of_inertia_{a}_axis", "inertia") for a in ("v", "w")]
-        mass += numbers[0].si if numbers[0] else 0.0
-        polar += numbers[1].si if numbers[1] else 0.0
+    for part in view.parts(shaft, "additional_mass"):
+        weight = view.number(part, "mass", "mass")
+        about_u = view.number(part, "moment_of_inertia_u_axis", "inertia")
+        across = [view.number(part, f"moment_of_inertia_{axis}_axis", "inertia") for axis in ("v", "w")]
         given = [number.si for number in across if number is not None]
+        mass += weight.si if weight else 0.0
+        polar += about_u.si if about_u else 0.0
         tilt += sum(given) / len(given) if given else 0.0
     return Inertia(mass, polar, tilt)
 
@@ -444,7 +437,7 @@ def _cheeks(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
     outer = 2 * pin_radius + planet.reference / 2
     discs = [SolidSection(start, width / 4, (outer, outer), (0.0, 0.0), STEEL) for start in (width / 2, -3 * width / 4)]
     total = inertia_of(discs)
-    extra = [_additional(unit, member, part) for part in member.parts]
+    extra = [_additional(unit.view, part) for part in member.parts]
     if any(one.mass for one in extra):
         total = Inertia(*(sum(getattr(e, k) for e in extra) for k in ("mass", "polar", "tilt")))
     else:

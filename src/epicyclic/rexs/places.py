@@ -1,16 +1,18 @@
-"""Where the components are: support vectors in nested reference frames, as points and axes of the gear unit."""
+"""Where the components are, and what they weigh.
+
+Support vectors in nested reference frames become points and axes of the gear unit.  Masses and inertias of shafts,
+plates and gear bodies follow from their sections, solids of revolution; they are derived here.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from ..errors import ModelError
-from .structure import Attribute, Component
-from .units import number_of
-from .view import View
-
-__all__ = ["PartFrame", "Places", "Vector", "along", "cross", "minus"]
+from .file import Attribute, Component
+from .view import View, number_of
 
 Vector = tuple[float, float, float]
 _MOST_FRAMES = 50  # references nested deeper than any gear unit: a loop
@@ -68,7 +70,8 @@ class Places:
         base, there = self.frame(shaft), self.view.number(component, coordinate, "length")
         if base is None or there is None:
             return None if base is None else base.place  # where along the shaft is not said
-        return _sum(base.place, base.u, there.si)
+        (x, y, z), u, length = base.place, base.u, there.si
+        return (x + u[0] * length, y + u[1] * length, z + u[2] * length)
 
     def _frame(self, component: int, depth: int) -> PartFrame | None:
         if component in self._known:
@@ -108,11 +111,11 @@ class Places:
         if not isinstance(value, tuple) or len(value) != 3:
             shown = list(value) if isinstance(value, tuple) else value
             raise ModelError("not a vector", path=where, given=shown, allowed="an array of three numbers")
-        unit = self.view.components[component].attributes[name].unit
-        one = Component(component, self.view.components[component].type)
+        owner = self.view.components[component]
+        unit = owner.attributes[name].unit
         numbers = []
         for entry in value:
-            read = number_of(Component(one.id, one.type, "", {name: Attribute(name, entry, unit)}), name, kind)
+            read = number_of(Component(component, owner.type, "", {name: Attribute(name, entry, unit)}), name, kind)
             if read is None:
                 raise ModelError("not a vector", path=where, given=list(value), allowed="an array of three numbers")
             numbers.append(read.si)
@@ -140,5 +143,50 @@ def _turned(base: PartFrame, vector: Vector) -> Vector:
     )
 
 
-def _sum(place: Vector, direction: Vector, length: float) -> Vector:
-    return (place[0] + direction[0] * length, place[1] + direction[1] * length, place[2] + direction[2] * length)
+# Gauss points and weights of order 3 on [0, 1]: exact for polynomials of degree 5; those here have degree 4
+_POINTS = tuple((0.5 + 0.5 * x, w / 18) for x, w in ((-math.sqrt(0.6), 5), (0.0, 8), (math.sqrt(0.6), 5)))
+
+
+@dataclass(frozen=True, slots=True)
+class SolidSection:
+    """A hollow cone about an axis parallel to z.
+
+    start, length : along z from the centre of the member [m].  outer, inner : diameters at both ends [m].
+    density : [kg/m^3].  off_axis : distance of its axis from that of the member [m].
+    """
+
+    start: float
+    length: float
+    outer: tuple[float, float]
+    inner: tuple[float, float]
+    density: float
+    off_axis: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Inertia:
+    """mass [kg]; about z and about a diameter through the centre of the member [kg m^2]."""
+
+    mass: float
+    polar: float
+    tilt: float
+
+
+def inertia_of(sections: Iterable[SolidSection]) -> Inertia:
+    """Mass and inertias of sections together; those off the axis stand evenly around it."""
+    mass = polar = tilt = 0.0
+    for section in sections:
+        for share, weight in _POINTS:
+            z = section.start + share * section.length
+            outer, inner = (_at(pair, share) / 2 for pair in (section.outer, section.inner))
+            slab = section.density * section.length * weight * math.pi
+            area, second = outer**2 - inner**2, (outer**4 - inner**4) / 2
+            mass += slab * area
+            polar += slab * (second + area * section.off_axis**2)
+            # evenly around the axis, each stands on average for half of its distance squared
+            tilt += slab * (second / 2 + area * (z**2 + section.off_axis**2 / 2))
+    return Inertia(mass, polar, tilt)
+
+
+def _at(pair: tuple[float, float], share: float) -> float:
+    return pair[0] + (pair[1] - pair[0]) * share

@@ -1,26 +1,330 @@
-"""A REXS file, in XML, JSON or a zip of one, read into `RexsFile` whatever it holds: safe, bounded, with reasons."""
+"""A REXS file, in XML, JSON or a zip of one, read into `RexsFile` whatever it holds: safe, bounded, with reasons.
+
+What XML and JSON have in common stands first: ids that are numbers, attributes once each, relations of components that
+exist.
+"""
 
 from __future__ import annotations
 
 import io
 import json
+import re
 import struct
 import xml.etree.ElementTree as ElementTree
 import zipfile
 import zlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, Literal
+from xml.etree.ElementTree import Element
 
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
 from ..errors import ModelError
 from ..input_files import read_bytes
-from .json_parts import json_file
-from .limits import MAX_BYTES, MAX_DEPTH, MAX_MARKS, MAX_RATIO
-from .structure import RexsFile
-from .xml_parts import xml_file
+from .file import (
+    MAX_BYTES,
+    MAX_DEPTH,
+    MAX_MARKS,
+    MAX_RATIO,
+    Attribute,
+    Component,
+    LoadCase,
+    Relation,
+    RexsFile,
+    Value,
+    decoded,
+    plain_text,
+    scalar,
+    text_value,
+)
 
-__all__ = ["read_rexs_file"]
+_ID = re.compile(r"[0-9]{1,15}")
+
+
+@dataclass(slots=True)
+class Gathered:
+    """Parts of a file while it is read.
+
+    notes : what is the user's own and left out.  custom : ids of components left out.
+    """
+
+    components: dict[int, Component] = field(default_factory=dict)
+    relations: list[Relation] = field(default_factory=list)
+    load_cases: list[LoadCase] = field(default_factory=list)
+    accumulations: list[Component] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    custom: set[int] = field(default_factory=set)
+
+    def add(self, component: Component) -> None:
+        """Take a component. Raises ModelError for a second one of the same id, or one without type."""
+        where = f"component {component.id}"
+        if component.id in self.components or component.id in self.custom:
+            raise ModelError("two components with one id", path=where, allowed="each id once")
+        if not component.type:
+            raise ModelError("missing", path=f"{where}, type", allowed="a type of the standard")
+        if is_custom(component.type):
+            self.custom.add(component.id)
+            self.notes.append(f"component {component.id}: {component.type}")
+            return
+        self.components[component.id] = component
+
+
+def is_custom(name: str) -> bool:
+    """Whether a name is the user's own, which the standard leaves to him."""
+    return name.startswith("custom_")
+
+
+def checked_id(value: object, what: str) -> int:
+    """An id as a number. Raises ModelError where it is none."""
+    if isinstance(value, str) and _ID.fullmatch(value.strip()):
+        return int(value)
+    if isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 10**15:
+        return value
+    if isinstance(value, float) and value.is_integer() and 0 <= value < 10**15:
+        return int(value)
+    raise ModelError("not an id", path=f"{what}, id", given=value, allowed="a whole number")
+
+
+def add_attribute(attributes: dict[str, Attribute], attribute: Attribute, where: str) -> None:
+    """Take an attribute of a component. Raises ModelError for one without id, or a second one of the same id."""
+    if not attribute.id:
+        raise ModelError("an attribute without id", path=where)
+    if attribute.id in attributes:
+        raise ModelError("stands twice", path=where, allowed="each attribute once")
+    attributes[attribute.id] = attribute
+
+
+def referred(
+    number: int, kind: str, order: object, refs: Iterable[tuple[str, object]], gathered: Gathered
+) -> Relation | None:
+    """A relation of components that exist; None where it, or a component in it, is the user's own.
+
+    Raises
+    ------
+    ModelError : no type, an order that is no number, a component that is not there.
+    """
+    where = f"relation {number}"
+    if is_custom(kind):
+        gathered.notes.append(f"{where}: {kind}")
+        return None
+    if not kind:
+        raise ModelError("missing", path=f"{where}, type", allowed="a type of the standard")
+    found = [(role, checked_id(part, where)) for role, part in refs if not is_custom(role)]
+    if any(part in gathered.custom for _, part in found):
+        return None
+    for role, part in found:
+        if part not in gathered.components:
+            raise ModelError("no such component", path=f"{where}, {role}", given=part, allowed="an id of a component")
+    place = None if order is None or order == "" else checked_id(order, f"{where}, order")
+    return Relation(number, kind, place, tuple(found))
+
+
+def gathered_file(gathered: Gathered, heads: Mapping[str, str], *, encoding: Literal["xml", "json"]) -> RexsFile:
+    """The file of what was gathered and of the attributes of its root."""
+    return RexsFile(
+        version=plain_text(heads["version"]),
+        application=plain_text(heads["applicationId"]),
+        application_version=plain_text(heads["applicationVersion"]),
+        date=plain_text(heads["date"]),
+        components=tuple(gathered.components.values()),
+        relations=tuple(gathered.relations),
+        load_cases=tuple(gathered.load_cases),
+        accumulations=tuple(gathered.accumulations),
+        encoding=encoding,
+        notes=tuple(gathered.notes),
+    )
+
+
+def json_file(tables: object) -> RexsFile:
+    """The structure of nested tables.
+
+    Raises
+    ------
+    ModelError : no REXS, or a part without what the standard demands of it.
+    """
+    model = tables.get("model") if isinstance(tables, Mapping) else None
+    if not isinstance(model, Mapping):
+        raise ModelError("not a REXS file", path="model", allowed='a JSON file with the table "model"')
+    gathered = Gathered()
+    for one in _tables(model, "components"):
+        gathered.add(_component_of_table(one, gathered.notes))
+    for spectrum in _tables(model, "load_spectrum"):
+        for one in _tables(spectrum, "load_cases"):
+            parts = tuple(_component_of_table(c, gathered.notes) for c in _tables(one, "components"))
+            gathered.load_cases.append(LoadCase(checked_id(one.get("id"), "load case"), parts))
+        for one in _tables(spectrum, "accumulation"):
+            gathered.accumulations += [_component_of_table(c, gathered.notes) for c in _tables(one, "components")]
+    gathered.relations = [
+        read for one in _tables(model, "relations") if (read := _relation_of_table(one, gathered)) is not None
+    ]
+    heads = {key: str(model.get(key, "")) for key in ("version", "applicationId", "applicationVersion", "date")}
+    return gathered_file(gathered, heads, encoding="json")
+
+
+def _tables(table: Mapping[str, Any], key: str) -> Iterable[Mapping[str, Any]]:
+    """The tables of a list, of a single table, or none. Raises ModelError for anything else."""
+    found = table.get(key)
+    if found is None:
+        return ()
+    entries = found if isinstance(found, list) else [found]
+    for entry in entries:
+        if not isinstance(entry, Mapping):
+            raise ModelError("not a table", path=key, given=entry, allowed="a list of tables")
+    return entries
+
+
+def _text(table: Mapping[str, Any], key: str, *, otherwise: str = "") -> str:
+    """A text of a table; numbers and truth values as text."""
+    value = table.get(key)
+    return plain_text(str(value)) if isinstance(value, (str, int, float)) else otherwise
+
+
+def _component_of_table(table: Mapping[str, Any], notes: list[str]) -> Component:
+    """A component with its attributes."""
+    number = checked_id(table.get("id"), "component")
+    attributes: dict[str, Attribute] = {}
+    for one in _tables(table, "attributes"):
+        name = _text(one, "id")
+        if is_custom(name):
+            notes.append(f"component {number}: {name}")
+            continue
+        where = f"component {number}, {name}"
+        add_attribute(
+            attributes, Attribute(name, _value_of_table(one, where, name), _text(one, "unit", otherwise="none")), where
+        )
+    return Component(number, _text(table, "type"), _text(table, "name"), attributes)
+
+
+def _value_of_table(table: Mapping[str, Any], where: str, name: str) -> Value:
+    """Value of an attribute: what stands beside its id and unit, by the key that names its type."""
+    keys = [key for key in table if key not in ("id", "unit") and not is_custom(key)]
+    if len(keys) > 1:
+        raise ModelError("several values", path=where, given=keys, allowed="one")
+    if not keys:
+        return None
+    key, value = keys[0], table[keys[0]]
+    if key.endswith("_coded"):
+        if not isinstance(value, Mapping):
+            raise ModelError("not a table", path=where, given=value, allowed="a table with code and value")
+        shape = (value.get("rows"), value.get("columns")) if "matrix" in key else None
+        return decoded(value.get("code"), value.get("value"), shape, where)
+    if not isinstance(value, list):
+        return _scalar(value, where, name)
+    return tuple(
+        tuple(_scalar(cell, where, name) for cell in entry) if isinstance(entry, list) else _scalar(entry, where, name)
+        for entry in value
+    )
+
+
+def _scalar(value: object, where: str, name: str) -> Value:
+    """One value; an error names the component too."""
+    try:
+        return scalar(value, name)
+    except ModelError as error:
+        raise error.at(where) from None
+
+
+def _relation_of_table(table: Mapping[str, Any], gathered: Gathered) -> Relation | None:
+    """A relation; None for one of the user's own."""
+    refs = [(_text(one, "role"), one.get("id")) for one in _tables(table, "refs")]
+    number = checked_id(table.get("id"), "relation")
+    return referred(number, _text(table, "type"), table.get("order"), refs, gathered)
+
+
+def xml_file(root: Element) -> RexsFile:
+    """The structure of a tree.
+
+    Raises
+    ------
+    ModelError : no REXS, or a part without what the standard demands of it.
+    """
+    if _tag(root) != "model":
+        raise ModelError("not a REXS file", path=f"<{_tag(root)[:40]}>", allowed="an XML file with the root <model>")
+    gathered = Gathered()
+    relations: list[Element] = []
+    for part in root:
+        match _tag(part):
+            case "components":
+                for one in _all(part, "component"):
+                    gathered.add(_component_of_element(one, gathered.notes))
+            case "relations":
+                relations += _all(part, "relation")
+            case "load_spectrum":
+                for one in _all(part, "load_case"):
+                    cases = tuple(_component_of_element(c, gathered.notes) for c in _all(one, "component"))
+                    gathered.load_cases.append(LoadCase(checked_id(one.get("id"), "load_case"), cases))
+                for one in _all(part, "accumulation"):
+                    gathered.accumulations += [_component_of_element(c, gathered.notes) for c in _all(one, "component")]
+    gathered.relations = [read for one in relations if (read := _relation_of_element(one, gathered)) is not None]
+    heads = {key: root.get(key, "") for key in ("version", "applicationId", "applicationVersion", "date")}
+    return gathered_file(gathered, heads, encoding="xml")
+
+
+def _tag(element: Element) -> str:
+    """Name of an element without its name space."""
+    return element.tag.rpartition("}")[2]
+
+
+def _all(element: Element, tag: str) -> Iterable[Element]:
+    """The children of one name."""
+    return (child for child in element if _tag(child) == tag)
+
+
+def _component_of_element(element: Element, notes: list[str]) -> Component:
+    """A component with its attributes."""
+    number = checked_id(element.get("id"), "component")
+    kind = plain_text(element.get("type", ""))
+    attributes: dict[str, Attribute] = {}
+    for one in _all(element, "attribute"):
+        name = plain_text(one.get("id", ""))
+        if is_custom(name):
+            notes.append(f"component {number}: {name}")
+            continue
+        where = f"component {number}, {name}"
+        attribute = Attribute(name, _value_of_element(one, where, name), plain_text(one.get("unit", "none")))
+        add_attribute(attributes, attribute, where)
+    return Component(number, kind, plain_text(element.get("name", "")), attributes)
+
+
+def _value_of_element(element: Element, where: str, name: str) -> Value:
+    """Value of an attribute: text, array, matrix, array of arrays."""
+    for child in element:
+        match _tag(child):
+            case "array":
+                return _array(child, where, name)
+            case "matrix":
+                if child.get("code"):
+                    return decoded(
+                        child.get("code"), child.text or "", (child.get("rows"), child.get("columns")), where
+                    )
+                return tuple(_cells(row, name) for row in _all(child, "r"))
+            case "array_of_arrays":
+                return tuple(_array(row, where, name) for row in _all(child, "array"))
+    return text_value(element.text or "", name)
+
+
+def _array(element: Element, where: str, name: str) -> Value:
+    """Values of an array, plain or coded."""
+    if element.get("code"):
+        return decoded(element.get("code"), element.text or "", None, where)
+    return _cells(element, name)
+
+
+def _cells(element: Element, name: str) -> tuple[Value, ...]:
+    """Values of the cells of an array or row."""
+    return tuple(text_value(cell.text or "", name) for cell in _all(element, "c"))
+
+
+def _relation_of_element(element: Element, gathered: Gathered) -> Relation | None:
+    """A relation; None for one of the user's own."""
+    number = checked_id(element.get("id"), "relation")
+    kind = plain_text(element.get("type", ""))
+    refs = [(plain_text(one.get("role", "")), one.get("id")) for one in _all(element, "ref")]
+    return referred(number, kind, element.get("order"), refs, gathered)
+
 
 VERSIONS = ("1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "1.7", "2.0", "2.0.0")
 _ALLOWED = "a REXS file in XML (.rexs), JSON (.rexsj) or a zip of one of them (.rexsz)"
@@ -38,7 +342,7 @@ def read_rexs_file(source: str | Path | bytes) -> RexsFile:
     Raises
     ------
     ModelError : no such file, none of these encodings, cut short or damaged, a document type, an entity or a reference
-        to another file, more than the limits of `limits`, another version than 1.1 to 1.7 and 2.0.0.
+        to another file, more than the limits of `file`, another version than 1.1 to 1.7 and 2.0.0.
     """
     raw = source if isinstance(source, bytes) else read_bytes(source, most=MAX_BYTES, allowed=_ALLOWED)
     name = "REXS file" if isinstance(source, bytes) else str(source)

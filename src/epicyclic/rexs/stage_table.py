@@ -6,13 +6,11 @@ import math
 
 from ..errors import ModelError
 from .gear_tables import gear_table
-from .link_tables import planet_bearings, support_table
+from .joint_tables import planet_bearings, support_table
 from .members import GearUnit, StageMember, gear_place, is_lumped, mass_table
 from .places import Vector, along, cross, minus
 from .stages import StageParts
-from .units import Number, shown
-
-__all__ = ["stage_table", "x_axis_of"]
+from .view import Number, shown
 
 Table = dict[str, object]
 _SAME_ANGLE = 0.01  # deg; files state places with 1e-12, angles by hand with a few digits
@@ -86,8 +84,7 @@ def _angles(unit: GearUnit, stage: StageParts, path: str) -> Table:
     if x is not None:
         y = cross(unit.axis, x)
         spokes = _spokes(unit, stage) or []
-        angles = [math.degrees(math.atan2(along(s, y), along(s, x))) for s in spokes]
-        angles = [_clean(angle) for angle in angles]
+        angles = [_clean(math.degrees(math.atan2(along(s, y), along(s, x)))) for s in spokes]
         for branch, angle in zip(stage.branches, angles, strict=True):
             unit.view.read(branch.gears[0], "support_vector", f"{path}.planet_angles", f"{angle:.9g} deg")
         _compare(unit, stage, angles, stated)
@@ -315,7 +312,8 @@ def _mesh(unit: GearUnit, stage: StageParts, pair: str) -> Table:
     table: Table = {}
     meshes = stage.meshes[pair]
     path = f"stages.{stage.name}.meshes.{pair}"
-    widths = [unit.facts[gear].width for gear in _gears_of(stage, pair)]
+    gears = {**stage.central, **dict(zip(stage.planets, stage.branches[0].gears, strict=True))}
+    widths = [unit.facts[gears[name]].width for name in pair.split("-")]
     for name, reason in (
         ("mean_mesh_stiffness_for_transverse_load_iso_6336_2019", ""),
         (
@@ -346,12 +344,6 @@ def _mesh(unit: GearUnit, stage: StageParts, pair: str) -> Table:
         table["backlash"] = f"{sum(given) / len(given) * 1e3:.9g} mm"
         unit.view.read(meshes[0], "normal_backlash", f"{path}.backlash", f"{table['backlash']}, mean of the limits")
     return table
-
-
-def _gears_of(stage: StageParts, pair: str) -> list[int]:
-    """Gears of a pair, of branch 1."""
-    named = {**stage.central, **dict(zip(stage.planets, stage.branches[0].gears, strict=True))}
-    return [named[name] for name in pair.split("-")]
 
 
 def _alike(unit: GearUnit, meshes: tuple[int, ...], name: str, kind: str) -> Number | None:

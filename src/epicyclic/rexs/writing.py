@@ -12,11 +12,7 @@ from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
 from ..errors import ModelError
-from .limits import MAX_BYTES, MAX_MARKS
-from .structure import Attribute, Component, Relation, RexsFile, Value
-from .values import plain_text
-
-__all__ = ["encoding_of", "rexs_bytes"]
+from .file import MAX_BYTES, MAX_MARKS, Attribute, Component, Relation, RexsFile, Value, plain_text
 
 _ENCODINGS = {
     ".rexs.xml": "xml",

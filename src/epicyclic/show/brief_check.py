@@ -10,14 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .elements import Table
-from .figures.series import engineering, numbers, split_name, texts
-from .figures.summaries import Member, members_of
-from .rows import named_columns
+from .series import Member, engineering, members_of, numbers, split_name, texts
+from .tables import named_columns
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["brief_tables", "driven_kinds", "phasing", "power_ends", "ratio", "ratio_of"]
 
 # leads are exact fractions of a cycle as floats: this much is rounding
 _ROUNDING = 1e-6

@@ -11,23 +11,6 @@ import numpy as np
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-__all__ = [
-    "Company",
-    "Details",
-    "Drawing",
-    "FigureText",
-    "Finding",
-    "KeyFigure",
-    "Listing",
-    "Part",
-    "Section",
-    "Styled",
-    "Table",
-    "listed",
-    "number",
-    "shown_columns",
-]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Styled:

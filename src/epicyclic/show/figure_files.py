@@ -13,8 +13,6 @@ from ..results.files import whole_file
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-__all__ = ["FIGURE_FILES", "require_figures", "write_figure"]
-
 FIGURE_FILES = (".svg", ".png", ".pdf", ".html")
 # Points of a page: the width of the text of an A4 page, 6.3 inch, takes 900 of them with letters of 8 pt; height in
 # the ratio of its long side to its short one where the figure has none of its own.

@@ -18,11 +18,9 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
+from .charts.style import template
 from .elements import Details, Drawing, FigureText, Finding, Part, Section, Table, number, shown_columns
-from .figures.series import engineering
-from .figures.style import template
-
-__all__ = ["Page", "finding_list", "html_table", "html_warning", "packed", "plotly_blob", "printed", "resource"]
+from .series import engineering
 
 # of zlib: the largest block, plotly.js, takes 0.15 s, half of level 9, and is half a per cent larger
 _LEVEL = 6

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from .elements import Company, Part
 
-__all__ = ["FIGURES", "companions", "figure_names", "plot"]
-
 _ALONE: tuple[str, ...] = ()
 FIGURES: Mapping[str, Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {

@@ -16,7 +16,7 @@ def _load() -> ModuleType:
     name = "epicyclic_synthetic"
     if name not in sys.modules:
         package = ModuleType(name)
-        package.__path__ = [str(Path(__file__).with_name("figures") / "synthetic")]
+        package.__path__ = [str(Path(__file__).with_name("synthetic"))]
         sys.modules[name] = package
     return import_module(f"{name}.results")
 

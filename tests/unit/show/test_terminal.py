@@ -14,11 +14,9 @@ from rich.console import Console
 import epicyclic
 from epicyclic.document.drives import drive_titles
 from epicyclic.show.brief_check import phasing
-from epicyclic.show.console import show, show_table, show_warnings
+from epicyclic.show.console import laid_out, show, show_table, show_warnings, wrapped
 from epicyclic.show.elements import Styled, Table, number, shown_columns
-from epicyclic.show.layout import laid_out
 from epicyclic.show.views import brief_of, tables_of
-from epicyclic.show.wrapped import wrapped
 from epicyclic.verbs.record import verbs
 
 DRIVES = ("encased-differential", "dong2019", "xu2020")

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.show.figures.root_stress import root_stress as root_stress_figure
+from epicyclic.show.charts.flanks import root_stress as root_stress_figure
 from epicyclic.show.views.contact import tables
 from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.compliance import ToothCompliance

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ...document.written_numbers import written
 from ...results.ties import largest, ranked
-from ...show.figures.series import label
-from ...show.figures.tolerance_labels import scattering_pair
+from ...show.series import label
+from ...show.tolerance_labels import scattering_pair
 from ...train.train import Train
 from .answer import Answer, answer, number, per_cent
 from .sharing_answers import halved_tolerance

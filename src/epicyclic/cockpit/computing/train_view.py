@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...questions.check.check import drawing
-from ...show.figures.parts import Part, faces, parts, turns
-from ...show.figures.section_layout import BODY, PLATE, SectionLayout, layout_of
+from ...show.drawing.bodies import Part, faces, parts, turns
+from ...show.drawing.section_layout import BODY, PLATE, SectionLayout, layout_of
 from ...train.bodies import Body
 from ...train.train import Train
 

@@ -16,7 +16,7 @@ from nicegui import events, ui
 from ...document.document import MAX_BYTES
 from ...document.drives import drive_titles
 from ...errors import ModelError
-from ...rexs.names import is_rexs_name
+from ...rexs.file import is_rexs_name
 from ..state.history import file_name_of
 from ..state.state import opened, uploaded
 from .parts import heard, icon_button, on_key, plain_button, present, refused, rename, show_model, window

@@ -15,7 +15,7 @@ from ...document.schema import Names, collect
 from ...document.shorthand import expand
 from ...document.tables import PlainTable, clean, nested, split_path
 from ...errors import ModelError
-from ...rexs.names import is_rexs_name
+from ...rexs.file import is_rexs_name
 
 Keys = tuple[str, ...]
 
@@ -133,7 +133,7 @@ def opened(source: str | Path) -> PageState:
     path = Path(source)
     if is_rexs_name(path):
         from ...rexs.import_train import read_rexs
-        from ...studies.rexs_text import rexs_model_text
+        from ...rexs_export.model_text import rexs_model_text
 
         return PageState(name=_short(path.stem), base=rexs_model_text(read_rexs(path), path.name))
     text = file_text(path)
@@ -153,7 +153,7 @@ def uploaded(name: str, content: bytes) -> PageState:
         raise ModelError("too large", path=short, given=f"{len(content)} bytes", allowed=f"at most {MAX_BYTES} bytes")
     if is_rexs_name(name):
         from ...rexs.import_train import read_rexs
-        from ...studies.rexs_text import rexs_model_text
+        from ...rexs_export.model_text import rexs_model_text
 
         return PageState(name=short, base=rexs_model_text(read_rexs(content), short))
     return from_text(short, decoded(content, short))

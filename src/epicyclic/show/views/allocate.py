@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
-from ..figures.series import engineering, texts
-from ..figures.tolerance_labels import percent, short_entries
+from ..series import engineering, texts
+from ..tolerance_labels import percent, short_entries
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +32,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """K_gamma over the price, and the tables."""
-    from ..figures.grade_prices import grade_prices
+    from ..charts.tolerance import grade_prices
 
     words = "Points: one entry changed by one grade. Steps: the cheapest grades for other targets."
     names = short_entries(texts(result, "tolerance"))

@@ -30,7 +30,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The diagram; beside `modes` it stands among them."""
-    from ..figures.campbell import campbell
+    from ..charts.modes import campbell
 
     if "modes" in company:
         return []

@@ -10,10 +10,8 @@ import numpy as np
 
 from ..brief_check import brief_tables, driven_kinds, power_ends, ratio_of
 from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table
-from ..figures.series import engineering, numbers, short_names, texts
-from ..figures.summaries import Member, members_of, mesh_tones
-from ..provenance import assumed_tables, value_tables
-from ..rows import columns_of
+from ..series import Member, engineering, members_of, mesh_tones, numbers, short_names, texts
+from ..tables import assumed_tables, columns_of, value_tables
 from .stiffness import SERIES
 
 if TYPE_CHECKING:
@@ -184,8 +182,8 @@ def _teeth(check: xr.Dataset) -> list[str]:
 
 
 def _train(check: xr.Dataset) -> list[Part]:
-    from ..figures.train_front import train_front
-    from ..figures.train_section import train_section
+    from ..drawing.front import train_front
+    from ..drawing.section import train_section
 
     if "gear" not in check.dims or not check.sizes["gear"]:
         return []
@@ -199,8 +197,7 @@ def _train(check: xr.Dataset) -> list[Part]:
 
 
 def _operation(check: xr.Dataset) -> list[Part]:
-    from ..figures.members import members
-    from ..figures.orders import orders
+    from ..charts.train import members, orders
 
     parts: list[Part] = []
     if np.isfinite(check["speed"].values).any() or np.isfinite(check["torque"].values).any():
@@ -213,8 +210,7 @@ def _operation(check: xr.Dataset) -> list[Part]:
 
 
 def _mesh_parts(check: xr.Dataset, stiffness: xr.Dataset | None) -> list[Part]:
-    from ..figures.mesh_stiffness import mesh_stiffness
-    from ..figures.phases import phases
+    from ..charts.train import mesh_stiffness, phases
 
     parts: list[Part] = []
     if "phase_lead" in check.variables and np.isfinite(check["phase_lead"].values).any():

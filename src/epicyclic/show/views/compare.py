@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..compared_rows import ComparedRow, compared_rows, letters, percent, shown
 from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
-from ..figures.series import texts
+from ..series import texts
+from ..tables import ComparedRow, compared_rows, letters, percent, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,7 +27,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The changes as bars about the first train, and the table."""
-    from ..figures.compared import compared
+    from ..charts.effects import compared
 
     words = "Change of each quantity from A, the largest at the top; what does not change is left out."
     parts: list[Part] = [Drawing(anchor="compared", figure=compared(result), caption=words), _table(result)]

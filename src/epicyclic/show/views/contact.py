@@ -24,9 +24,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Load over the flank; transmission error over mesh cycle and load, and stiffness."""
-    from ..figures.contact_curves import contact_curves
-    from ..figures.contact_map import contact_map
-    from ..figures.root_stress import root_stress
+    from ..charts.flanks import contact_curves, contact_map, root_stress
 
     parts = [
         Drawing(anchor="flanks", figure=contact_map(result), caption=_which(result)),

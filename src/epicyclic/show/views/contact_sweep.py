@@ -9,8 +9,8 @@ import numpy as np
 
 from ...results.ties import largest
 from ..elements import Company, Drawing, Section, Table
-from ..figures.summaries import of_first_stage
-from ..rows import extent, named_columns, status_table
+from ..series import of_first_stage
+from ..tables import extent, named_columns, status_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +30,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The most loaded mesh over speed, with its branches."""
-    from ..figures.contact_sweep import contact_sweep
+    from ..charts.over_speed import contact_sweep
 
     words = "Dashed: unstable branches. Large marks: motions that take the place of an unstable one. Circles: folds."
     parts = [Drawing(anchor="contact-sweep", figure=contact_sweep(result), caption=words)]

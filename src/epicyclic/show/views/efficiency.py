@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
-from ..figures.series import engineering, numbers, texts
-from ..figures.summaries import by_pair_and_side, losses_of_pairs
-from ..rows import columns_of
+from ..series import by_pair_and_side, engineering, losses_of_pairs, numbers, texts
+from ..tables import columns_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,8 +38,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The losses by pair, the tables, and sliding along the path of contact."""
-    from ..figures.mesh_losses import mesh_losses
-    from ..figures.sliding import sliding
+    from ..charts.flanks import mesh_losses, sliding
 
     lost = np.isfinite(result["power_loss"].values)
     bars: list[Part] = []

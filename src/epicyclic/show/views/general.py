@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
-from ..rows import force_table
+from ..tables import force_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +33,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The first variable with one or two dims over its parameter; all general results share one section."""
-    from ..figures.study import drawable, study
+    from ..charts.study import drawable, study
 
     parts = [Drawing(anchor="study", figure=study(result))] if drawable(result) else []
     return [Section(anchor="studies", title="Studies", parts=parts)]

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from ...results.ties import EQUAL, ranked
 from ..elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table
-from ..figures.series import engineering, numbers, stage_count, texts, unbroken
-from ..figures.summaries import mode_groups, summed_shares
+from ..series import engineering, mode_groups, numbers, stage_count, summed_shares, texts, unbroken
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,10 +51,8 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Frequencies, moving shapes, energies, the Campbell diagram where there is one, and all modes as a table."""
-    from ..figures.campbell import campbell
-    from ..figures.energy_shares import energy_shares
-    from ..figures.frequencies import frequencies
-    from ..figures.mode_shapes import mode_shapes
+    from ..charts.mode_shapes import mode_shapes
+    from ..charts.modes import campbell, energy_shares, frequencies
 
     check = company.get("check")
     words = "×2, ×3: so many modes at one frequency."
@@ -164,7 +161,7 @@ def _mean_force(company: Company) -> float:
 
 def front(result: xr.Dataset, company: Company) -> Sequence[Part]:
     """The resonances within the band, the strongest of them, and where in the range of speeds all lie."""
-    from ..figures.operating_range import operating_range
+    from ..charts.operating_range import operating_range
 
     parts: list[Part] = []
     if result.sizes.get("resonance", 0):

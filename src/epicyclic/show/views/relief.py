@@ -29,8 +29,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The search, and error, load and force before and after."""
-    from ..figures.relief_effect import relief_effect
-    from ..figures.relief_search import relief_search
+    from ..charts.relief import relief_effect, relief_search
 
     parts = [
         Drawing(anchor="relief", figure=relief_search(result)),

@@ -46,7 +46,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The numbers of the model file that move it most."""
-    from ..figures.tornado import tornado
+    from ..charts.effects import tornado
 
     words = "What 1 % more of each number of the model does; a bar between two values: a repeated root splits."
     parts = [Drawing(anchor="sensitivity", figure=tornado(result), caption=words)]

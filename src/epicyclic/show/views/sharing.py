@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from ...results.ties import largest
 from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
-from ..figures.series import engineering, short_names, stage_count, texts, unbroken
-from ..figures.summaries import largest_coefficients, readable
-from ..rows import force_table
+from ..series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
+from ..tables import force_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,9 +52,8 @@ def _part(result: xr.Dataset) -> str:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Coefficients as bars and as a table, the ratio of each branch and the mesh forces over time."""
-    from ..figures.load_history import load_history
-    from ..figures.load_sharing import load_sharing
-    from ..figures.mesh_forces import mesh_forces
+    from ..charts.over_time import mesh_forces
+    from ..charts.sharing import load_history, load_sharing
 
     parts: list[Part] = []
     if "load_sharing" in result.variables:

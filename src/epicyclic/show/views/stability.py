@@ -9,8 +9,8 @@ import numpy as np
 
 from ...results.ties import ranked
 from ..elements import Company, Drawing, Section, Table, number
-from ..figures.summaries import stability_verdict
-from ..rows import named_columns, status_table
+from ..series import stability_verdict
+from ..tables import named_columns, status_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,8 +44,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Growth rates as found, boundaries as averaging predicts them."""
-    from ..figures.stability_map import stability_map
-    from ..figures.stability_over_speed import stability_over_speed
+    from ..charts.stability import stability_map, stability_over_speed
 
     drawn = stability_map(result) if "value" in result.dims else stability_over_speed(result)
     return [Section(anchor="stability", title="Stability", parts=[Drawing(anchor="stability", figure=drawn)])]

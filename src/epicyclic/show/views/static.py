@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..elements import Company, Drawing, Section, Table
-from ..rows import force_table
+from ..tables import force_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,7 +58,7 @@ def _link_forces(result: xr.Dataset) -> list[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Mesh forces over the record."""
-    from ..figures.mesh_forces import mesh_forces
+    from ..charts.over_time import mesh_forces
 
     parts = [Drawing(anchor="static-forces", figure=mesh_forces(result))] if "mesh_force" in result.variables else []
     return [Section(anchor="static", title="Static forces", parts=parts)]

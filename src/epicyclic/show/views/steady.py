@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..elements import Company, Drawing, Section, Table
-from ..rows import force_table, largest_heading, loaded
+from ..tables import force_table, largest_heading, loaded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,8 +41,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Mesh forces over the mesh cycle; with contact loss also their range over all shaft phases."""
-    from ..figures.force_envelopes import force_envelopes
-    from ..figures.mesh_forces import mesh_forces
+    from ..charts.over_time import force_envelopes, mesh_forces
 
     parts = []
     if "mesh_force" in result.variables:

@@ -31,7 +31,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The curves; beside a `check` they stand among the meshes of that."""
-    from ..figures.mesh_stiffness import mesh_stiffness
+    from ..charts.train import mesh_stiffness
 
     if "check" in company:
         return []

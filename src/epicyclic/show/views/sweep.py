@@ -9,9 +9,8 @@ import numpy as np
 
 from ...results.ties import first_largest
 from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
-from ..figures.series import engineering, split_name, stage_count, texts, unbroken
-from ..figures.summaries import own_tones
-from ..rows import extent, largest_heading, largest_over_speed, loaded, relative_speed, speed_range_of, status_table
+from ..series import engineering, own_tones, split_name, stage_count, texts, unbroken
+from ..tables import extent, largest_heading, largest_over_speed, loaded, relative_speed, speed_range_of, status_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,9 +48,8 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
 
     Of a sweep to the modes beside one about operation the mesh forces alone.
     """
-    from ..figures.bearing_forces import bearing_forces
-    from ..figures.speed_sweep import speed_sweep
-    from ..figures.waterfall import waterfall
+    from ..charts.over_speed import bearing_forces, speed_sweep
+    from ..charts.waterfall import waterfall
 
     modes = company.get("modes")
     to_modes = speed_range_of(result) == "modes"

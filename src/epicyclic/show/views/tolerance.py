@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
-from ..figures.series import engineering, texts
-from ..figures.tolerance_labels import (
+from ..series import engineering, texts
+from ..tolerance_labels import (
     DRAWN,
     micrometres,
     of_definition,
@@ -47,11 +47,8 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Histogram and quantiles, shares, curves, the worst sample."""
-    from ..figures.k_gamma_by_design import k_gamma_by_design
-    from ..figures.k_gamma_by_tolerance import k_gamma_by_tolerance
-    from ..figures.k_gamma_histogram import k_gamma_histogram
-    from ..figures.tolerance_shares import tolerance_shares
-    from ..figures.worst_branches import worst_branches
+    from ..charts.sharing import worst_branches
+    from ..charts.tolerance import k_gamma_by_design, k_gamma_by_tolerance, k_gamma_histogram, tolerance_shares
 
     words = "K_gamma: mean load of the most loaded branch over its equal share, without mesh frequency content."
     if "reference_k_gamma" in result:

@@ -49,7 +49,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The loci with their crossings and veerings."""
-    from ..figures.loci import loci
+    from ..charts.modes import loci
 
     words = "Thick: double roots. Shapes that share nothing cross; coupled ones veer and exchange their motion."
     parts = [Drawing(anchor="track", figure=loci(result), caption=words)]

@@ -24,8 +24,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Load along every face, and load factors over the torque."""
-    from ..figures.face_loads import face_loads
-    from ..figures.load_factors import load_factors
+    from ..charts.flanks import face_loads, load_factors
 
     parts = [
         Drawing(anchor="faces", figure=face_loads(result)),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..elements import Company, Drawing, Part, Section, Table, number
-from ..figures.summaries import of_first_stage, own_tones
+from ..series import of_first_stage, own_tones
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,9 +57,8 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Mesh forces over time, and over a speed ramp the spectrum of the one that swings most."""
-    from ..figures.spectrogram import spectrogram
-    from ..figures.summaries import ramps
-    from ..figures.transient_forces import transient_forces
+    from ..charts.over_time import spectrogram, transient_forces
+    from ..series import ramps
 
     words = "Samples kept; the table has what lies between them. Left and right drawn once where they coincide."
     parts: list[Part] = [Drawing(anchor="transient", figure=transient_forces(result), caption=words)]

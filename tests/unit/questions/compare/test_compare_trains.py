@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.questions.compare.effects import BY_KIND, BY_SHAPE, TrainModes, mode_pairs
-from epicyclic.show.compared_rows import ComparedRow, compared_rows, percent
-from epicyclic.show.figures.compared import compared
+from epicyclic.show.charts.effects import compared
+from epicyclic.show.tables import ComparedRow, compared_rows, percent
 from epicyclic.show.views.compare import key_figures, tables
 from epicyclic.warning_codes import code_of
 

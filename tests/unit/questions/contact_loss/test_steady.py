@@ -26,7 +26,7 @@ from epicyclic.questions.transient.equation import motion
 from epicyclic.questions.transient.integrators import integrate
 from epicyclic.questions.transient.program import constant
 from epicyclic.questions.transient.transient import mesh_force, transient
-from epicyclic.show.rows import force_table
+from epicyclic.show.tables import force_table
 from epicyclic.system.system import System, faces
 
 F = Fraction

@@ -13,8 +13,7 @@ from scipy.integrate import trapezoid
 
 import epicyclic
 from epicyclic.errors import ConvergenceError, ModelError
-from epicyclic.show.figures.mesh_losses import mesh_losses
-from epicyclic.show.figures.sliding import sliding
+from epicyclic.show.charts.flanks import mesh_losses, sliding
 from epicyclic.show.views import key_figures_of, sections_of, tables_of
 from epicyclic.system.tooth_pairs import mean_force
 

@@ -16,8 +16,7 @@ from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
 from epicyclic.questions.flanks.contact import helices_of
 from epicyclic.results.dataset import load_result, save_result
-from epicyclic.show.figures.contact_curves import contact_curves
-from epicyclic.show.figures.contact_map import contact_map
+from epicyclic.show.charts.flanks import contact_curves, contact_map
 from epicyclic.system.tooth_pairs import mean_force, pair_of
 
 

@@ -16,8 +16,7 @@ import epicyclic
 from epicyclic.audits.audit import audit
 from epicyclic.cli.main import app
 from epicyclic.results.dataset import load_result, save_result
-from epicyclic.show.figures.face_loads import face_loads
-from epicyclic.show.figures.load_factors import load_factors
+from epicyclic.show.charts.flanks import face_loads, load_factors
 from epicyclic.show.views.train_contact import tables
 
 

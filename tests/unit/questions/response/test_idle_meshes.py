@@ -14,7 +14,7 @@ import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.questions.response.measures import dynamic_factor
 from epicyclic.show.elements import Table, number, shown_columns
-from epicyclic.show.rows import force_table
+from epicyclic.show.tables import force_table
 from epicyclic.show.views import sharing as sharing_view
 from epicyclic.show.views import sweep as sweep_view
 from epicyclic.show.views import tolerance as tolerance_view

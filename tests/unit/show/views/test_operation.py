@@ -10,10 +10,10 @@ import pytest
 import xarray as xr
 
 import epicyclic
+from epicyclic.show.charts.over_speed import speed_sweep
 from epicyclic.show.console import warnings_of
-from epicyclic.show.figures.series import merged
-from epicyclic.show.figures.speed_sweep import speed_sweep
 from epicyclic.show.report import report
+from epicyclic.show.series import merged
 from epicyclic.show.views import key_figures_of, sections_of, tables_of
 from epicyclic.verbs.report import TO_MODES, run_report
 

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 import epicyclic
-from epicyclic.show.figures.series import unbroken
-from epicyclic.show.figures.summaries import largest_coefficients
+from epicyclic.show.series import largest_coefficients, unbroken
 from epicyclic.show.views.sharing import key_figures, tables
 
 SPUR: dict[str, Any] = {"stages.main.helix_angle": "0 deg", "operation.torque.carrier": "3600 N m"}

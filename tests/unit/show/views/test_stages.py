@@ -9,10 +9,9 @@ import pytest
 import xarray as xr
 
 import epicyclic
+from epicyclic.show.charts.over_time import spectrogram, transient_forces
 from epicyclic.show.elements import Table
-from epicyclic.show.figures.series import engineering
-from epicyclic.show.figures.spectrogram import spectrogram
-from epicyclic.show.figures.transient_forces import transient_forces
+from epicyclic.show.series import engineering
 from epicyclic.show.views import brief_of, headline_of, key_figures_of, tables_of
 
 _GEARS = {"module": "4 mm", "face_width": "40 mm", "carrier": {"mass": "20 kg", "inertia": "0.3 kg m^2"}}

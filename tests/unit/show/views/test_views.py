@@ -15,14 +15,15 @@ import xarray as xr
 from rich.console import Console
 
 import epicyclic
-from epicyclic.show import figures, views
+from epicyclic.show import charts, drawing, views
 from epicyclic.show.console import show
 from epicyclic.show.elements import Styled, Table, number, shown_columns
 from epicyclic.show.page import html_table
 from epicyclic.show.report import report
 from epicyclic.show.views import audit, key_figures_of, kind_of, sections_of, tables_of
 
-FIGURES = [path.stem for path in sorted(Path(figures.__path__[0]).glob("*.py"))]
+FIGURES = [path for room in (charts, drawing) for path in sorted(Path(room.__path__[0]).glob("[a-z]*.py"))]
+DRAWS = r"^def ([a-z]\w*)\([^)]*\) -> go\.Figure:"
 _VIEWS = [path.stem for path in sorted(Path(views.__path__[0]).glob("[a-z]*.py"))]
 VIEWS = {name: import_module(f"{views.__name__}.{name}") for name in _VIEWS}
 MANY = xr.Dataset({"mesh_force_rms": ("point", [1.0, 2.0])}, {"point": [1.0, 2.0]}, {"verb": "never_seen"})
@@ -34,19 +35,18 @@ def printed(result: xr.Dataset, *, whole: bool = False) -> str:
     return stream.getvalue()
 
 
-def read(name: str) -> str:
-    return Path(figures.__path__[0], f"{name}.py").read_text(encoding="utf-8")
+def read(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
 
 
-def draws(name: str) -> bool:
-    return bool(re.search(rf"^def {name}\([^)]*\) -> go.Figure:", read(name), re.MULTILINE))
-
-
-@pytest.mark.parametrize("name", [name for name in FIGURES if draws(name)])
-def test_every_figure_is_shown_by_a_view_or_drawn_by_another_figure(name: str) -> None:
-    users = [Path(module.__file__ or "").read_text(encoding="utf-8") for module in VIEWS.values()]
-    users += [read(other) for other in FIGURES if other != name]
-    assert any(re.search(rf"from \.(?:\.figures\.)?{name} import .*\b{name}\b", text) for text in users)
+@pytest.mark.parametrize(
+    ("home", "name"), [(path, name) for path in FIGURES for name in re.findall(DRAWS, read(path), re.MULTILINE)]
+)
+def test_every_figure_is_shown_by_a_view_or_drawn_by_another_figure(home: Path, name: str) -> None:
+    others = [*(Path(module.__file__ or "") for module in VIEWS.values()), *(path for path in FIGURES if path != home)]
+    imported = rf"from \.+(?:charts\.|drawing\.)?{home.stem} import (?:\([^)]*|.*)\b{name}\b"
+    called = len(re.findall(rf"\b{name}\(", read(home))) > 1  # beside its definition
+    assert called or any(re.search(imported, read(path)) for path in others)
 
 
 def test_every_view_has_its_own_place() -> None:

@@ -1,0 +1,433 @@
+"""Bearings, couplings and operation of a REXS file as tables of a model file.
+
+Bearings and couplings become supports, planet bearings and couplings; speeds and loads the operation.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from .members import GearUnit, StageMember
+from .places import Vector, along, cross, minus
+from .stages import RIGID, Joint, Parts
+from .view import Number
+
+Table = dict[str, object]
+_BALANCE = 1e-3  # power and torque times speed that differ by more are told
+
+
+class _Load(NamedTuple):
+    """A torque or power of an external load.
+
+    defines : whether it is marked as the one that counts.  id : of its component.  key : ``torque`` or ``power``.
+    end : name of the member or body that it acts on.
+    """
+
+    defines: bool
+    id: int
+    key: str
+    end: str
+    number: Number
+
+
+def held_members(unit: GearUnit) -> list[StageMember]:
+    """Central members that do not turn: rigid in the casing, or joined to it by a coupling that holds their turn."""
+    found = []
+    for member in unit.members:
+        if member.kind != "planet" and (unit.held(member) or any(j.holds_turn for j in _to_housing(unit, member))):
+            found.append(member)
+    return found
+
+
+def _outer_joints(unit: GearUnit, member: StageMember) -> list[Joint]:
+    """Joints of a member with anything outside it, the nearest member on a shared shaft taking each."""
+    shared = unit.sharing(member)
+    found = []
+    for joint in unit.joints_at(member.parts):
+        inside = [part for part in (joint.inner, joint.outer) if member in unit.at(part)]
+        if len(inside) != 1:
+            continue
+        offsets = [abs(_offset(unit, joint, other)) for other in shared] if len(shared) > 1 else [0.0]
+        if shared[offsets.index(min(offsets))] == member:
+            found.append(joint)
+    return found
+
+
+def _to_housing(unit: GearUnit, member: StageMember) -> list[Joint]:
+    """Joints between a member and the casing."""
+    return [j for j in _outer_joints(unit, member) if any(unit.in_housing(p) for p in (j.inner, j.outer))]
+
+
+def _offset(unit: GearUnit, joint: Joint, member: StageMember) -> float:
+    """Axial place of a joint from the centre of a member [m]; 0 where the file gives none."""
+    place = unit.places.frame(joint.id)
+    point = None if place is None else place.place
+    if point is None and unit.view.components[joint.inner].type == "shaft":
+        point = unit.places.on_shaft(joint.id, joint.inner, "u_coordinate_on_shaft_inner_side")
+    if point is None or member.centre is None:
+        return 0.0
+    return along(minus(point, member.centre), unit.axis)
+
+
+def support_table(unit: GearUnit, member: StageMember) -> Table | None:
+    """Support of a central member; None where nothing is to be said: it is rigid in the casing or on a shared shaft."""
+    if unit.held(member):
+        return None
+    housing = _to_housing(unit, member)
+    rest = [joint for joint in _outer_joints(unit, member) if joint not in housing]
+    carrier = next((m for m in unit.members if (m.stage, m.name) == (member.stage, "carrier")), None)
+    inside = [
+        j for j in rest if carrier not in (None, member) and any(carrier in unit.at(p) for p in (j.inner, j.outer))
+    ]
+    planets = {unit.rigid.root(shaft) for m in unit.members if m.kind == "planet" for shaft in m.parts}
+    for joint in rest:
+        of_planet = {unit.rigid.root(joint.inner), unit.rigid.root(joint.outer)} & planets
+        if joint.bearing and joint not in inside and not of_planet:
+            unit.view.lose(joint.id, "bearing", f"a bearing of {member.path} in a part that is no member of its stage")
+    if not housing and inside:
+        return {"to": f"{carrier.stage}.{carrier.name}", **_links(unit, member, inside)} if carrier else None
+    for joint in inside if member.name != "carrier" else []:
+        unit.view.lose(joint.id, "bearing", f"{member.path} has bearings in the casing too, which count")
+    if housing:
+        return _links(unit, member, housing)
+    return _unsupported(unit, member, rest)
+
+
+def _unsupported(unit: GearUnit, member: StageMember, rest: Sequence[Joint]) -> Table | None:
+    """Support of a member without a bearing: it floats where others of its file have bearings."""
+    path = f"{member.path}.support"
+    if len(unit.sharing(member)) > 1:
+        unit.view.assume(member.parts[0], "bearings", "", f"{path}: on a shaft with another member: held rigidly")
+        return None
+    if not any(_to_housing(unit, m) for m in unit.members if m.kind != "planet"):
+        unit.view.assume(member.parts[0], "bearings", "", f"{path}: no bearing in the file: held rigidly")
+        return None
+    unit.view.assume(member.parts[0], "bearings", f"{path}.radial", "no bearing in the file: floats radially")
+    return {"radial": 0}
+
+
+def _links(unit: GearUnit, member: StageMember, joints: Sequence[Joint]) -> Table:
+    """One joint as a table, several as named tables, each at its place."""
+    tables = {_name(joint): _link(unit, joint, member, f"{member.path}.support") for joint in joints}
+    if len(tables) == 1:
+        return next(iter(tables.values()))
+    return dict(tables)
+
+
+def _name(joint: Joint) -> str:
+    return f"{'bearing' if joint.bearing else 'coupling'}{joint.id}"
+
+
+def _link(unit: GearUnit, joint: Joint, member: StageMember, path: str) -> Table:
+    """A joint as the keys of a link."""
+    at = _offset(unit, joint, member)
+    table: Table = {} if abs(at) < 1e-9 else {"at": f"{at * 1e3:.9g} mm"}
+    table["radial"] = _stiff(unit, joint, joint.radial, "radial_stiffness")
+    table["z"] = _stiff(unit, joint, joint.axial, "axial_stiffness")
+    if joint.tilt is None and joint.bearing:
+        unit.view.assume(joint.id, "bending_stiffness", "", "not given: the bearing is free to tilt")
+    table["tilt"] = 0 if joint.tilt is None and joint.bearing else _stiff(unit, joint, joint.tilt, "bending_stiffness")
+    if not joint.bearing:
+        turn = _stiff(unit, joint, joint.turn, "rotational_stiffness")
+        if turn != 0:
+            table["rz"] = turn
+    unit.view.read(joint.id, "stiffness", f"{path}.{_name(joint)}", ", ".join(f"{k} {v}" for k, v in table.items()))
+    return table
+
+
+def _stiff(unit: GearUnit, joint: Joint, number: Number | None, name: str) -> object:
+    """A stiffness as a model file writes it: inf where rigid, 0 where it holds nothing."""
+    if number is None:
+        unit.view.assume(joint.id, name, "", "not given: rigid")
+        return math.inf
+    if number.si >= RIGID:
+        return math.inf
+    return number.text if number.si > 0 else 0
+
+
+def planet_bearings(unit: GearUnit, member: StageMember) -> Table | None:
+    """Bearings of a planet on its pin or in the casing; what differs from branch to branch stands as a list.
+
+    None where the file has none: the planet is then rigidly on its pin.
+    """
+    stage = unit.stage(member)
+    rows: list[list[Joint]] = []
+    for shaft in member.parts:
+        root = unit.rigid.root(shaft)
+        found = [
+            j
+            for j in unit.joints_at([shaft])
+            if sum(unit.rigid.root(part) == root for part in (j.inner, j.outer)) == 1 and (j.bearing or not j.rigid)
+        ]
+        rows.append(sorted(found, key=lambda joint: (round(_offset(unit, joint, member), 9), joint.id)))
+    if len({len(row) for row in rows}) > 1:
+        given = {branch.shaft: len(row) for branch, row in zip(stage.branches, rows, strict=True)}
+        unit.view.assume(
+            member.parts[0], "bearings", "", f"planets with different bearings {given}: those of the first"
+        )
+        rows = [rows[0]] * len(rows)
+    if not rows[0]:
+        unit.view.assume(member.parts[0], "bearings", "", f"{member.path}: no planet bearing in the file: rigid")
+        return None
+    tables = {}
+    for column in zip(*rows, strict=True):
+        links = [_link(unit, joint, member, f"{member.path}.bearing") for joint in column]
+        for link in links:
+            link.pop("rz", None)
+        tables[_name(column[0])] = _merged(unit, column, links)
+    return next(iter(tables.values())) if len(tables) == 1 else dict(tables)
+
+
+def _merged(unit: GearUnit, joints: Sequence[Joint], links: Sequence[Table]) -> Table:
+    """One table of the bearings of all branches."""
+    merged: Table = {}
+    for key in links[0]:
+        values = [link.get(key, 0) for link in links]
+        if all(value == values[0] for value in values) or key == "at":
+            merged[key] = values[0]
+        else:
+            texts = ["inf" if value == math.inf else str(value) for value in values]
+            merged[key] = list(texts)
+    return merged
+
+
+def couplings_table(unit: GearUnit) -> Table:
+    """Couplings between members: rigid ones on a shared shaft, elastic ones with their torsional stiffness."""
+    table: Table = {}
+    done: list[tuple[StageMember, ...]] = []
+    for member in unit.members:
+        if member.kind == "planet" or unit.held(member):
+            continue
+        shared = unit.sharing(member)
+        if len(shared) > 1 and shared not in done:
+            done.append(shared)
+            for a, b in pairwise(shared):
+                name = f"{a.stage}-{a.name}-{b.stage}-{b.name}"
+                table[name] = {"between": [f"{a.stage}.{a.name}", f"{b.stage}.{b.name}"]}
+                unit.view.read(a.parts[0], "shaft", f"couplings.{name}", "one shaft")
+    for joint in unit.joints:
+        if joint.rigid or not joint.holds_turn:
+            continue
+        ends = [_ends_at(unit, part) for part in (joint.inner, joint.outer)]
+        if not ends[0] or not ends[1] or set(ends[0]) & set(ends[1]):
+            continue
+        name = unit.view.components[joint.id].name
+        if not re.fullmatch(r"[a-z][a-z0-9_-]{0,40}", name) or name in table:
+            name = f"coupling{joint.id}"
+        one: Table = {"between": [ends[0][0], ends[1][0]]}
+        turn = _stiff(unit, joint, joint.turn, "rotational_stiffness")
+        if turn != math.inf:
+            one["rz"] = turn
+        table[name] = one
+        unit.view.read(joint.id, "rotational_stiffness", f"couplings.{name}.rz", turn)
+        if any(number is None or number.si > 0 for number in (joint.radial, joint.axial, joint.tilt)):
+            reason = "a coupling of two members joins their turn only"
+            unit.view.lose(joint.id, "radial_stiffness, axial_stiffness, bending_stiffness", reason)
+    return table
+
+
+def _ends_at(unit: GearUnit, part: int) -> list[str]:
+    """Names of the members and bodies that a part is rigidly joined to; none of what stands in the casing."""
+    free = unit.free.get(unit.rigid.root(part))
+    members = [f"{m.stage}.{m.name}" for m in unit.at(part) if not unit.held(m)]
+    return members if free is None else [free]
+
+
+def operation_table(unit: GearUnit) -> Table:
+    """What is held, speeds, torques and powers by member."""
+    table: Table = {}
+    held = held_members(unit)
+    if held:
+        table["held"] = [_short(unit, member) for member in held]
+        for member in held:
+            unit.view.read(member.parts[0], "held", "operation.held", "joined to the casing so that it does not turn")
+    turning = _turning(unit)
+    speeds = _speeds(unit, held, turning)
+    if speeds:
+        table["speed"] = {name: number.text for name, (_, number) in speeds.items()}
+    table |= _loads(unit, held, turning, {name: number.si for name, (_, number) in speeds.items()})
+    return table
+
+
+def _short(unit: GearUnit, member: StageMember) -> str:
+    return member.name if len(unit.stages) == 1 else f"{member.stage}.{member.name}"
+
+
+def _turning(unit: GearUnit) -> Parts:
+    """Parts that turn at one speed: rigidly joined, or by a coupling of any stiffness."""
+    turning = Parts()
+    for component in unit.view.components.values():
+        turning.join([component.id, unit.rigid.root(component.id)])
+    for joint in unit.joints:
+        if not joint.bearing and (joint.turn is None or joint.turn.si > 0):
+            turning.join([joint.inner, joint.outer])
+    return turning
+
+
+def _member_at(unit: GearUnit, turning: Parts, part: int) -> StageMember | None:
+    """Central member that turns with a part, the one it is rigidly joined to before others."""
+    rigid = unit.at(part)
+    if rigid:
+        return rigid[0]
+    root = turning.root(part)
+    return next((m for m in unit.members if m.kind != "planet" and root in {turning.root(p) for p in m.parts}), None)
+
+
+def _end_at(unit: GearUnit, turning: Parts, held: list[StageMember], part: int) -> str | None:
+    """Name of the body or member that turns with a part; None where that is held, or in no planetary stage."""
+    free = unit.free.get(unit.rigid.root(part))
+    if free is not None:
+        return free
+    member = _member_at(unit, turning, part)
+    return None if member is None or member in held else _short(unit, member)
+
+
+def _sense(unit: GearUnit, part: int) -> float:
+    """1 where the u axis of a part is z, -1 where it is against it."""
+    frame = unit.places.frame(part)
+    return 1.0 if frame is None or along(frame.u, unit.axis) >= 0 else -1.0
+
+
+def _signed(number: Number, sense: float) -> Number:
+    return number if sense > 0 else -number
+
+
+def _speeds(unit: GearUnit, held: list[StageMember], turning: Parts) -> dict[str, tuple[int, Number]]:
+    """Speeds of members: those of shafts that define a speed, else the first given."""
+    given: list[tuple[bool, int, str, Number]] = []
+    for component in unit.view.of_type("shaft"):
+        number = unit.view.number(component.id, "rotational_speed", "speed")
+        defines = unit.view.value(component.id, "defines_speed") is True
+        end = _end_at(unit, turning, held, component.id) if number is not None else None
+        if number is None or end is None:
+            continue
+        given.append((defines, component.id, end, _signed(number, _sense(unit, component.id))))
+    chosen = [one for one in given if one[0]] or given[:1]
+    found: dict[str, tuple[int, Number]] = {}
+    for defines, shaft, name, number in given:
+        if (defines, shaft, name, number) in chosen and name not in found:
+            found[name] = (shaft, number)
+            unit.view.read(shaft, "rotational_speed", f"operation.speed.{name}", number.text)
+        elif (defines, shaft, name, number) not in chosen:
+            unit.view.lose(shaft, "rotational_speed", f"{number.text}: follows from the speeds that are defined")
+    if found and not any(defines for defines, *_ in given):
+        name, (shaft, _) = next(iter(found.items()))
+        unit.view.assume(shaft, "defines_speed", f"operation.speed.{name}", "no shaft defines the speed: the first one")
+    return found
+
+
+def _loads(unit: GearUnit, held: list[StageMember], turning: Parts, speeds: dict[str, float]) -> Table:
+    """Torques, or powers where the file gives no torque, of the external loads."""
+    found: list[_Load] = []
+    ports: set[str] = set()
+    for relation in unit.view.relations("assembly", "ordered_assembly"):
+        shaft, load = relation.part("assembly"), relation.part("part")
+        if shaft is None or load is None or unit.view.components[load].type != "external_load":
+            continue
+        torque = unit.view.number(load, "torque_around_u_axis", "torque")
+        power = unit.view.number(load, "power", "power")
+        name = _end_at(unit, turning, held, shaft)
+        _forces(unit, load)
+        if name is None:
+            if torque is not None or power is not None:
+                unit.view.lose(load, "torque_around_u_axis", "a load on a part that is held, or in no planetary stage")
+                # what gears of no planetary stage take passes through the bodies that carry them
+                ports.update(unit.free.values())
+            continue
+        ports.add(name)
+        defines = unit.view.value(load, "defines_torque") is True
+        if torque is not None:
+            signed = _signed(torque, _sense(unit, shaft))
+            _check_power(unit, load, signed, power, speeds.get(name))
+            found.append(_Load(defines, load, "torque", name, signed))
+        elif power is not None:
+            found.append(_Load(defines, load, "power", name, power))
+    return _balanced(unit, found, ports)
+
+
+def _check_power(unit: GearUnit, load: int, torque: Number, power: Number | None, speed: float | None) -> None:
+    """Tell a power that is not torque times speed."""
+    if power is None or speed is None:
+        return
+    if abs(power.si - torque.si * speed) > _BALANCE * max(abs(power.si), abs(torque.si * speed)):
+        unit.view.assume(load, "power", "", f"{power.text} is not torque times speed: the torque counts")
+    else:
+        unit.view.read(load, "power", "", f"{power.text}, torque times speed")
+
+
+def _balanced(unit: GearUnit, loads: list[_Load], ports: set[str]) -> Table:
+    """Loads without the one that balances them: of a train with n free ends at most n - 1 are stated."""
+    flagged = [load for load in loads if load.defines]
+    kept = flagged or loads
+    held = held_members(unit)
+    # members through which power may enter or leave: neither held nor joined to another one
+    free = {
+        _short(unit, member)
+        for member in unit.members
+        if member.kind != "planet" and member not in held and len(unit.sharing(member)) == 1
+    }
+    most = max(len(free or ports), 2) - 1
+    if len({load.end for load in kept}) > most:
+        for load in kept[most:]:
+            unit.view.assume(load.id, load.key, "", f"{load.number.text} of {load.end}: left out, it takes the balance")
+        kept = kept[:most]
+    elif not flagged and loads:
+        first = loads[0]
+        path = f"operation.{first.key}.{first.end}"
+        unit.view.assume(first.id, "defines_torque", path, "no load defines the torque: those given")
+    for load in loads:
+        if load not in kept and not load.defines and flagged:
+            reason = f"{load.number.text} of {load.end}: follows from the loads that are defined"
+            unit.view.lose(load.id, load.key, reason)
+    quantities: dict[str, dict[str, str]] = {}
+    for load in kept:
+        quantities.setdefault(load.key, {})[load.end] = load.number.text
+        attribute = "torque_around_u_axis" if load.key == "torque" else "power"
+        unit.view.read(load.id, attribute, f"operation.{load.key}.{load.end}", load.number.text)
+    stated = {load.end for load in kept}
+    left_out = {load.end for load in loads} - stated  # its value is told above: it is the balance before a silent end
+    silent = sorted(left_out or ports - stated)
+    if len(silent) == 1 and kept and (unit.free or len(unit.stages) > 1):  # of one stage alone the other end is clear
+        quantities.setdefault("torque", {})[silent[0]] = "balance"
+    return dict(quantities)
+
+
+def _forces(unit: GearUnit, load: int) -> None:
+    """Tell forces and bending moments of a load, which are not carried."""
+    for name in unit.view.components[load].attributes:
+        value = unit.view.components[load].attributes[name].value
+        if name.startswith(("force_", "torque_around_v", "torque_around_w", "torque_around_the")) and value not in (
+            0,
+            None,
+        ):
+            unit.view.lose(load, name, "forces and bending moments on shafts are not carried")
+
+
+def tell_gravity(unit: GearUnit, x_axis: Vector | None) -> None:
+    """Tell gravity that the gear unit accounts for, in the axes of the model: it is left out.
+
+    It loads the meshes round by round, which most files switch on and few gear units are rated by; with it the mean
+    load sharing of floating members is not defined.
+    """
+    units = unit.view.of_type("gear_unit")
+    if not units or unit.view.value(units[0].id, "account_for_gravity") is not True:
+        return
+    parts = [unit.view.number(units[0].id, f"direction_vector_gravity_{a}", "ratio") for a in "uvw"]
+    strength = unit.view.number(units[0].id, "gravitational_acceleration", "acceleration")
+    frame = unit.places.frame(units[0].id)
+    if any(part is None for part in parts) or frame is None or x_axis is None:
+        return
+    u, v, w = (part.si for part in parts if part is not None)
+    down = [u * frame.u[i] + v * frame.v[i] + w * frame.w[i] for i in range(3)]
+    size = math.sqrt(math.fsum(x * x for x in down))
+    if not size > 1e-30:
+        return
+    g = (strength.si if strength is not None else 9.81) / size
+    axes = (x_axis, cross(unit.axis, x_axis), unit.axis)
+    vector = [round(g * along((down[0], down[1], down[2]), axis), 9) + 0.0 for axis in axes]
+    line = f'operation.gravity = "[{", ".join(f"{c:.9g}" for c in vector)}] m/s^2"'
+    unit.view.lose(units[0].id, "account_for_gravity", f"gravity is left out; {line} adds it")

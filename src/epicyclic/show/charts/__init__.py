@@ -1,0 +1,8 @@
+"""Dataset -> plotly Figure: one function a chart, one palette and one template (`style`).
+
+    from epicyclic.show.charts.mode_shapes import mode_shapes
+
+Every module here imports plotly; what tables read too stands in `show.series`.
+
+Depends on: results (the names of variables).
+"""

@@ -1,0 +1,287 @@
+"""Mode shapes that move: front view, and beside it a side view where bodies also move along or tilt about the axis.
+
+Frames hold half a swing of each mode (a full turn of phase where shapes are complex); playing them forth and back
+is the motion.  Displacements are exaggerated, all bodies of one mode by one factor.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..drawing.bodies import Part, faces, one_per_place, parts
+from ..series import Array, compact, engineering, numbers, texts
+from .style import INK, PALE, figure, kind_colour, note, translucent, wide_height
+
+_STEPS = 8  # from one turning point to the other
+_SWINGS = 6  # played when a mode is chosen
+_REACH = 0.26  # largest displacement drawn, of the smallest gear's radius
+_FRAME_TIME = 50  # [ms]
+_BYTES = 1_400_000  # of all frames, before they are compressed; one point takes about 13
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sketch:
+    """One body as lines in one view: points about its centre [m], a gap (nan) after each stroke.
+
+    body : its row in the displacements.  view : front (x, y) or side (z, y).
+    at : where its centre stands on the page.  closed : whether its lines bound an area.
+    """
+
+    body: int
+    kind: str
+    view: str
+    at: complex
+    points: NDArray[np.complex128]
+    closed: bool
+
+
+def mode_shapes(check: xr.Dataset, modes: xr.Dataset, *, most: int = 30) -> go.Figure:
+    """Animated mode shapes, exaggerated: a slider chooses the mode, which then swings; a button plays all of them.
+
+    Parameters
+    ----------
+    check : Dataset of `check`: what `parts.parts` reads (body), (gear).
+    modes : Dataset of `modes`: full_shape (body, direction, mode), frequency [Hz], mode_kind (mode).
+    most : modes shown at most.
+    """
+    known = texts(modes, "body")
+    found = [part for part in parts(check) if part.name in set(known)]
+    swings = [_swing(shape, known, found) for shape in np.moveaxis(_shapes(modes, most), 2, 0)]
+    sketches = _sketches(found, axial=_axial(swings))
+    swings = swings[: _affordable(sketches, swings)]
+    first = next((place for place, hertz in enumerate(numbers(modes, "frequency")[: len(swings)]) if hertz > 1e-3), 0)
+    drawn = figure("Mode shapes, exaggerated", height=640)
+    drawn.add_traces(_traces(sketches, np.zeros((len(found), 6)), ghost=True))
+    ghosts = len(drawn.data)
+    drawn.add_traces(_traces(sketches, _phase(swings[first], 0.0)))
+    moving = list(range(ghosts, len(drawn.data)))
+    drawn.frames = [
+        {
+            "name": f"{mode}.{step}",
+            "data": _traces(sketches, _phase(swing, phase), data_only=True),
+            "traces": moving,
+            "layout": {"sliders": [{"active": mode}]},
+        }
+        for mode, swing in enumerate(swings)
+        for step, phase in enumerate(_phases(swing))
+    ]
+    _frame(drawn, sketches)
+    _controls(drawn, _titles(modes, len(swings)), [np.iscomplexobj(swing) for swing in swings], first)
+    return drawn
+
+
+def _shapes(modes: xr.Dataset, most: int) -> NDArray[Any]:
+    values: NDArray[Any] = np.asarray(modes["full_shape"].transpose("body", "direction", "mode").values)[:, :, :most]
+    # a shape that is real up to rounding swings, it does not whirl
+    real = not np.iscomplexobj(values) or float(np.abs(values.imag).max(initial=0.0)) < 1e-9
+    return np.asarray(values.real) if real else values
+
+
+def _swing(shape: NDArray[Any], bodies: Sequence[str], found: Sequence[Part]) -> NDArray[Any]:
+    """Displacements (body, 6) in stage axes, torsion [rad], scaled so that the largest one is well visible."""
+    place = {name: row for row, name in enumerate(bodies)}
+    swing = np.array([shape[place[part.name]] for part in found])
+    swing[:, 3:5] *= np.array([part.outer for part in found])[:, None]
+    largest = float(np.abs(swing).max(initial=0.0)) or 1.0
+    smallest = min((part.form.reference_radius for part in found if part.form), default=1.0)
+    swing = swing * (_REACH * smallest / largest)
+    swing[:, 3:5] /= np.array([part.outer for part in found])[:, None]
+    swing[:, 5] /= [part.reach for part in found]
+    cos, sin = (function([part.angle for part in found]) for function in (np.cos, np.sin))
+    turned = swing.copy()
+    for first, second in ((0, 1), (3, 4)):
+        turned[:, first] = cos * swing[:, first] - sin * swing[:, second]
+        turned[:, second] = sin * swing[:, first] + cos * swing[:, second]
+    return turned
+
+
+def _axial(swings: Sequence[NDArray[Any]]) -> bool:
+    """Whether any mode (bodies, 6) moves along or tilts about the axis."""
+    largest = max((float(np.abs(swing[:, :3]).max(initial=0.0)) for swing in swings), default=0.0)
+    return any(float(np.abs(swing[:, 2:5]).max(initial=0.0)) > 1e-6 * largest for swing in swings)
+
+
+def _affordable(sketches: Sequence[Sketch], swings: Sequence[NDArray[Any]]) -> int:
+    """Number of modes (bodies, 6) whose frames stay within the size of a page that is passed on by mail."""
+    points = sum(len(sketch.points) for sketch in sketches)
+    frames = max((len(_phases(swing)) for swing in swings), default=1)
+    return max(6, _BYTES // (13 * points * frames))
+
+
+def _phase(swing: NDArray[Any], phase: float) -> Array:
+    """Displacements (bodies, 6) at one phase [rad] of a swing."""
+    return np.asarray((swing * np.exp(1j * phase)).real, dtype=np.float64)
+
+
+def _phases(swing: NDArray[Any]) -> Array:
+    """Phases (frames,) [rad] of half a swing, or of a turn where the shape (bodies, 6) is complex."""
+    turning = np.iscomplexobj(swing)
+    return math.pi * np.arange(2 * _STEPS if turning else _STEPS + 1) / _STEPS
+
+
+def _order(mode: int, turning: bool, swings: int) -> list[str]:
+    """Names of the frames of one mode in the order in which they are played."""
+    steps = list(range(2 * _STEPS)) if turning else [*range(_STEPS), *range(_STEPS, 0, -1)]
+    return [f"{mode}.{step}" for step in steps] * swings + [f"{mode}.0"]
+
+
+def _sketches(found: Sequence[Part], *, axial: bool) -> list[Sketch]:
+    place = {part.name: row for row, part in enumerate(found)}
+    front = [
+        Sketch(
+            body=place[part.name],
+            kind=part.kind,
+            view="front",
+            at=complex(part.x + part.offset, part.y),
+            points=_front(part, found),
+            closed=part.form is None or not part.form.internal,
+        )
+        for part in one_per_place(found)
+    ]
+    if not axial:
+        return front
+    right = max(part.offset + part.radius + part.outer for part in found)
+    left = min(part.station - _half(part) for part in found)
+    shift = right + 0.35 * max(part.radius + part.outer for part in found) - left
+    side = [
+        Sketch(
+            body=place[part.name],
+            kind=part.kind,
+            view="side",
+            at=complex(part.station + shift, part.y),
+            points=_box(_half(part), part.outer),
+            closed=True,
+        )
+        for part in found
+    ]
+    return [*front, *side]
+
+
+def _strokes(pieces: Sequence[NDArray[np.complex128]]) -> NDArray[np.complex128]:
+    """Lines (k,) [m] one after the other, a gap after each."""
+    gap = np.array([complex(math.nan, math.nan)])
+    return np.concatenate([part for piece in pieces for part in (piece, gap)])
+
+
+def _front(part: Part, found: Sequence[Part]) -> NDArray[np.complex128]:
+    """A gear as its reference circle with a cross, a ring with marks on its rim, a carrier as arms to its pins."""
+    pins = [complex(pin.x, pin.y) for pin in one_per_place(found) if pin.carried_by == part.name]
+    if pins:
+        rim = sorted(pins, key=lambda pin: math.atan2(pin.imag, pin.real))
+        return _strokes([np.array([*rim, rim[0]]), *[np.array([0j, pin]) for pin in pins]])
+    ring = part.form is not None and part.form.internal
+    radius = part.form.reference_radius if part.form else part.outer
+    points = 48 if ring else 36  # corners that a circle shows at 400 px: none
+    circle = radius * np.exp(2j * math.pi * np.arange(points + 1) / points)
+    count, ends = (12, [radius, part.outer]) if ring else (4, [0.0, radius])
+    marks = [np.exp(2j * math.pi * k / count) * np.array(ends, dtype=np.complex128) for k in range(count)]
+    return _strokes([circle, *marks])
+
+
+def _half(part: Part) -> float:
+    """Half the axial length of a body [m]."""
+    if part.form is None:
+        return 0.08 * part.outer
+    extent = faces(part)
+    return (extent[-1][1] - extent[0][0]) / 2
+
+
+def _box(half: float, tall: float) -> NDArray[np.complex128]:
+    corner = complex(half, tall)
+    return _strokes([np.array([-corner, corner.conjugate(), corner, -corner.conjugate(), -corner])])
+
+
+def _traces(
+    sketches: Sequence[Sketch], moved: Array, *, ghost: bool = False, data_only: bool = False
+) -> list[dict[str, Any]]:
+    """One trace a kind of body and view, moved (bodies, 6) [m, rad]; of a frame the coordinates alone."""
+    groups = dict.fromkeys((sketch.view, sketch.kind, sketch.closed) for sketch in sketches)
+    traces = []
+    for view, kind, closed in groups:
+        own = [one for one in sketches if (one.view, one.kind, one.closed) == (view, kind, closed)]
+        points = np.concatenate([_moved(sketch, moved[sketch.body]) for sketch in own])
+        look = {} if data_only else _look(view, kind, closed, ghost)
+        x, y = compact(1e3 * points.real, digits=4), compact(1e3 * points.imag, digits=4)
+        traces.append({"type": "scatter", "x": x, "y": y, **look})
+    return traces
+
+
+def _look(view: str, kind: str, closed: bool, ghost: bool) -> dict[str, Any]:
+    colour = kind_colour(kind)
+    return {
+        "mode": "lines",
+        "line": {"color": "#C5CCD3" if ghost else colour, "width": 1 if ghost else 2},
+        "fill": "toself" if closed and not ghost else "none",
+        "fillcolor": translucent(colour, 0.10),
+        "name": kind,
+        "legendgroup": kind,
+        "showlegend": not ghost and view == "front",
+        "hoverinfo": "skip",
+    }
+
+
+def _moved(sketch: Sketch, move: Array) -> NDArray[np.complex128]:
+    """Front: x + iy, turned by rz.  Side, seen from -x: z + iy, where a tilt rx > 0 turns y towards z."""
+    front = sketch.view == "front"
+    turn = np.exp(1j * (move[5] if front else -move[3]))
+    moved: NDArray[np.complex128] = sketch.at + complex(move[0] if front else move[2], move[1]) + sketch.points * turn
+    return moved
+
+
+def _frame(drawn: go.Figure, sketches: Sequence[Sketch]) -> None:
+    """Room for the motion, no ticks (lengths are exaggerated), the views named."""
+    ends = {
+        view: np.concatenate([one.at + one.points for one in sketches if one.view == view])
+        for view in dict.fromkeys(one.view for one in sketches)
+    }
+    every = np.concatenate(list(ends.values()))
+    across, tall = 1e3 * np.nanmax(every.real) - 1e3 * np.nanmin(every.real), 1e3 * np.nanmax(np.abs(every.imag))
+    margin = 0.05 * across
+    axis = {"showgrid": False, "showticklabels": False, "ticks": "", "showline": False}
+    low, high = 1e3 * float(np.nanmin(every.real)) - margin, 1e3 * float(np.nanmax(every.real)) + margin
+    drawn.update_layout(height=wide_height(high - low, 2.32 * tall))
+    drawn.update_xaxes(range=[low, high], **axis)
+    drawn.update_yaxes(range=[-1.12 * tall, 1.2 * tall], scaleanchor="x", **axis)
+    for view, points in ends.items() if len(ends) > 1 else ():
+        middle = 5e2 * float(np.nanmin(points.real) + np.nanmax(points.real))
+        words = {"front": "front view", "side": "side view, z to the right"}[view]
+        note(drawn, words, x=middle, y=1.2 * tall, yanchor="top", xanchor="center")
+
+
+def _titles(modes: xr.Dataset, count: int) -> list[str]:
+    hertz, kinds = numbers(modes, "frequency"), texts(modes, "mode_kind", "mode")
+    return [f"mode {place + 1}: {engineering(float(hertz[place]))} Hz, {kinds[place]}" for place in range(count)]
+
+
+def _controls(drawn: go.Figure, names: Sequence[str], turning: Sequence[bool], first: int) -> None:
+    timing = {"mode": "immediate", "frame": {"duration": _FRAME_TIME, "redraw": True}, "transition": {"duration": 0}}
+    still = {"mode": "immediate", "frame": {"duration": 0, "redraw": True}, "transition": {"duration": 0}}
+    steps = [
+        {"label": name, "method": "animate", "args": [_order(mode, turning[mode], _SWINGS), timing]}
+        for mode, name in enumerate(names)
+    ]
+    everything = [frame for mode in range(len(names)) for frame in _order(mode, turning[mode], 2)]
+    buttons = [
+        {"label": "▶ Play all", "method": "animate", "args": [everything, timing]},
+        {"label": "■ Stop", "method": "animate", "args": [[None], still]},
+    ]
+    slider = {
+        "active": first,
+        "steps": steps,
+        **{"x": 0.22, "len": 0.78, "xanchor": "left", "y": 0, "yanchor": "top", "pad": {"t": 12, "b": 0}},
+        **{"font": {"color": "rgba(0,0,0,0)", "size": 1}, "ticklen": 4, "tickcolor": PALE},
+        "currentvalue": {"font": {"size": 15, "color": INK}, "xanchor": "left", "offset": 8},
+    }
+    menu = {
+        **{"type": "buttons", "direction": "right", "buttons": buttons, "showactive": False},
+        **{"x": 0, "xanchor": "left", "y": 0, "yanchor": "top", "pad": {"t": 22}},
+    }
+    drawn.update_layout(sliders=[slider], updatemenus=[menu], margin={"l": 16, "b": 96})

@@ -1,0 +1,432 @@
+"""Forces over speed: of meshes, of bearings, and of meshes whose teeth part.
+
+All share the abscissa and the marks of natural frequencies, the operating point and speeds without a solution.  With
+contact loss there are run-up and coast-down, unstable branches dashed, folds, and how long teeth are apart.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise, product
+
+import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...results.ties import EQUAL, largest, ranked
+from ..series import Array, Series, compact, merged, mode_groups, numbers, of_first_stage, spans, stage_count, texts
+from .style import (
+    DASHES,
+    INK,
+    PALE,
+    PALETTE,
+    WARNING,
+    branch_colour,
+    lines_across,
+    mode_colour,
+    note,
+    panels,
+    translucent,
+)
+
+# Resonances named in a figure: more names would lie on each other.
+_RESONANCES = 8
+# Mesh frequency per that at operation up to which a range is about operation.
+_ABOUT = 2.0
+_MESH_PANELS = (
+    ("mesh_force_rms", "RMS of the dynamic mesh force"),
+    ("mesh_force_peak", "largest mesh force"),
+    ("dynamic_factor", "dynamic factor, largest per mean mesh force"),
+)
+_BEARING_PANELS = (
+    ("bearing_force_peak", "largest radial force"),
+    ("bearing_force_rms", "RMS of the dynamic radial force"),
+)
+# the run-up wide and pale, so that the coast-down over it hides it nowhere
+_LOOK = {"up": ("#F2B184", 5.0, "triangle-up", "run-up"), "down": (PALETTE[0], 1.3, "triangle-down", "coast-down")}
+
+
+def abscissa(sweep: xr.Dataset) -> tuple[Array, str]:
+    """Mesh frequency of the first stage [Hz], or speed [%], and the title of the axis."""
+    if "mesh_frequency" in sweep.variables:
+        tones = sweep["mesh_frequency"]
+        first = tones.isel(stage=0) if "stage" in tones.dims else tones
+        return np.asarray(first.values, dtype=np.float64), f"mesh frequency{of_first_stage(sweep)} [Hz]"
+    return 100 * numbers(sweep, "speed"), "speed [% of the operating speed]"
+
+
+def mark_failed(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
+    """Points that did not converge, as crosses on the axis x (speed,) [Hz]."""
+    bad = [place for place, status in enumerate(texts(sweep, "status", "speed")) if status not in ("ok", "")]
+    if bad:
+        look = {"symbol": "x", "size": 9, "color": WARNING}
+        at = [float(x[place]) for place in bad]
+        points = go.Scatter(
+            x=at,
+            y=[0.0] * len(at),
+            mode="markers",
+            marker=look,
+            name="no convergence",
+            cliponaxis=False,
+            legendgroup="marks",
+        )
+        drawn.add_trace(points)
+
+
+def mark_modes(drawn: go.Figure, modes: xr.Dataset | None, sweep: xr.Dataset, x: Array) -> None:
+    """What of the modes lies within x (speed,) [Hz], as lines behind the curves.
+
+    Over a range about operation the speeds at which mesh orders meet modes, where they are known, else natural
+    frequencies.
+    """
+    if modes is None or not len(x):
+        return
+    if modes.sizes.get("resonance", 0) and x.max() <= _ABOUT * _operating_frequency(sweep, x):
+        _mark_resonances(drawn, modes, sweep, x)
+    else:
+        natural = [one for one in mode_groups(modes) if float(x.min()) <= one.frequency <= float(x.max())]
+        _kind_lines(drawn, [(one.frequency, one.kind) for one in natural], "{} mode")
+
+
+def _mark_resonances(drawn: go.Figure, modes: xr.Dataset, sweep: xr.Dataset, x: Array) -> None:
+    """Strongest speeds within x (speed,) [Hz] at which a mesh order meets a mode, as lines named by order and mode."""
+    tone = _operating_frequency(sweep, x)
+    force = np.nan_to_num(numbers(modes, "resonance_own_force"), nan=0.0)
+    at, kinds = tone * numbers(modes, "resonance_speed"), texts(modes, "resonance_kind")
+    inside = (force > 0) & (at >= x.min()) & (at <= x.max())
+    inside &= np.array([one != "no" for one in texts(modes, "resonance_excited", "resonance")], dtype=bool)
+    shown = [int(place) for place in ranked(force, equal=EQUAL) if inside[place]][:_RESONANCES]
+    _kind_lines(drawn, [(float(at[place]), kinds[place]) for place in shown], "resonance, {} mode")
+    several, stages = len(set(texts(modes, "resonance_stage"))) > 1, texts(modes, "resonance_stage")
+    taken: list[float] = []
+    for place in shown:
+        if any(abs(at[place] - other) < 0.05 * np.ptp(x) for other in taken):
+            continue
+        taken.append(float(at[place]))
+        order = f"{int(modes['resonance_order'].values[place])}×{f' {stages[place]}' if several else ''}"
+        words = f"{order}, mode {int(modes['resonance_mode'].values[place])}"
+        # on the side that has room, over the curves on a ground of their own
+        side = 8 if at[place] < x.min() + 0.02 * np.ptp(x) else -8
+        note(
+            drawn,
+            words,
+            x=float(at[place]),
+            **{"yref": "y domain", "y": 0.02, "yanchor": "bottom", "textangle": -90, "xshift": side},
+            **{"bgcolor": "rgba(255,255,255,0.8)", "borderpad": 0},
+        )
+
+
+def _operating_frequency(sweep: xr.Dataset, x: Array) -> float:
+    """Abscissa of the operating speed, of x (speed,) [Hz] in proportion to the speed."""
+    speed = numbers(sweep, "speed", "speed")
+    known = np.isfinite(speed) & (speed > 0)
+    return float(np.median(x[known] / speed[known])) if known.any() else np.nan
+
+
+def _kind_lines(drawn: go.Figure, lines: list[tuple[float, str]], name: str) -> None:
+    """Dotted lines at abscissas, in the colours of kinds of modes, each kind once in the legend."""
+    looks = {
+        kind: {"color": translucent(mode_colour(kind), 0.75), "width": 1.1, "dash": "dot"}
+        for kind in dict.fromkeys(kind for _, kind in lines)
+    }
+    lines_across(drawn, [(at, {"line": looks[kind], "layer": "below"}) for at, kind in lines])
+    for kind, line in looks.items():
+        key = go.Scatter(x=[None], y=[None], mode="lines", line=line, name=name.format(kind), legendgroup="marks")
+        drawn.add_trace(key)
+
+
+def mark_operating(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
+    """The operating speed, where it lies within x (speed,) [Hz], as a line."""
+    speed = numbers(sweep, "speed", "speed")
+    if not len(speed) or not speed.min() <= 1 <= speed.max():
+        return
+    rank = np.argsort(speed)
+    at = float(np.interp(1.0, speed[rank], x[rank]))
+    line = {"color": INK, "width": 1.5}
+    lines_across(drawn, [(at, {"line": line})])
+    key = go.Scatter(x=[None], y=[None], mode="lines", line=line, name="operating point", legendgroup="marks")
+    drawn.add_trace(key)
+
+
+def speed_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure:
+    """RMS of the dynamic mesh force, largest mesh force [kN] and dynamic factor K_v [1] over mesh frequency [Hz].
+
+    Natural frequencies and the operating point are lines; speeds without a solution are crosses.
+
+    Parameters
+    ----------
+    sweep : Dataset of `sweep`: mesh_force_rms, mesh_force_peak [N], dynamic_factor (mesh, speed), mesh_frequency,
+        status (speed).
+    modes : Dataset of `modes`: frequency, mode_kind, multiplicity (mode).
+    """
+    x, unit = abscissa(sweep)
+    rank = np.argsort(x)
+    shown = [(name, title) for name, title in _MESH_PANELS if name in sweep.variables]
+    drawn = panels(
+        "Mesh forces over speed",
+        [title for _, title in shown],
+        height=140 + 250 * len(shown),
+        shared_xaxes=True,
+        vertical_spacing=0.12,
+    )
+    names = texts(sweep, "mesh")
+    kinds = list(dict.fromkeys(name.split("/")[1] for name in names if "/" in name))
+    several = stage_count(names) > 1
+    rows = [sweep[name].transpose("mesh", "speed").values[:, rank] for name, _ in shown]
+    scales = [float(np.nanmax(np.abs(values), initial=0.0)) or 1.0 for values in rows]
+    # curves are equal where they are so in every panel
+    groups = merged(
+        names, np.hstack([values / scale for values, scale in zip(rows, scales, strict=True)]), branches=True
+    )
+    for row, ((name, _), scale) in enumerate(zip(shown, scales, strict=True), start=1):
+        ratio = name == "dynamic_factor"
+        for one in groups:
+            own = scale * one.values[(row - 1) * len(x) : row * len(x)] / (1.0 if ratio else 1e3)
+            look = _mesh_look(one, kinds, several)
+            drawn.add_trace(_mesh_curve(own, x[rank], look, row == 1, "" if ratio else " kN"), row=row, col=1)
+        drawn.update_yaxes(
+            title_text="K_v [-]" if ratio else "force [kN]", rangemode="normal" if ratio else "tozero", row=row, col=1
+        )
+    drawn.update_xaxes(title_text=unit, row=len(shown), col=1)
+    if len(x):
+        drawn.update_xaxes(range=[float(x.min()), float(x.max())])
+    mark_failed(drawn, sweep, x)
+    mark_modes(drawn, modes, sweep, x)
+    mark_operating(drawn, sweep, x)
+    return drawn
+
+
+def _mesh_look(one: Series, kinds: list[str], several: bool) -> tuple[str, dict[str, object]]:
+    """Name and line of the curves of a mesh, or of equal meshes; several : the train has stages to name."""
+    side = one.note.strip() or one.side[:1].upper()
+    branches = spans(one.equal) if one.branch else ""
+    equal = "alike" if len(one.equal) > 1 else ""
+    name = " ".join(word for word in (one.stage if several else "", one.pair, branches, side, equal) if word)
+    dash = DASHES[kinds.index(one.pair) % len(DASHES)] if one.pair in kinds else "solid"
+    return name, {"color": branch_colour(one.branch), "dash": dash, "width": 1.7}
+
+
+def _mesh_curve(values: Array, x: Array, look: tuple[str, dict[str, object]], legend: bool, unit: str) -> go.Scatter:
+    """One curve (P,) over mesh frequency x (P,) [Hz]."""
+    name, line = look
+    return go.Scatter(
+        x=compact(x),
+        y=compact(values, digits=7),  # a K_v of 1.01 varies in its fourth place
+        mode="lines",
+        name=name,
+        legendgroup=name,
+        showlegend=legend,
+        line=line,
+        hovertemplate=f"{name}: %{{y:.4g}}{unit} at %{{x:.4g}} Hz<extra></extra>",
+    )
+
+
+def bearing_forces(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure:
+    """Radial force of every bearing, support and coupling over speed: largest and dynamic RMS [kN].
+
+    Links whose curves coincide share one; natural frequencies and the operating point are lines.
+
+    Parameters
+    ----------
+    sweep : Dataset of `sweep`: bearing_force_peak, bearing_force_rms (bearing, speed) [N], mesh_frequency (speed) [Hz],
+        status (speed).
+    modes : Dataset of `modes`: frequency, mode_kind, multiplicity (mode).
+    """
+    x, unit = abscissa(sweep)
+    rank = np.argsort(x)
+    bound = str(sweep["bearing_force_peak"].attrs.get("long_name", "")).startswith("bound")
+    drawn = panels(
+        "Bearing and pin forces over speed",
+        [title + bound * (name == "bearing_force_peak") * " (a bound)" for name, title in _BEARING_PANELS],
+        height=640,
+        shared_xaxes=True,
+        vertical_spacing=0.12,
+    )
+    values = (
+        np.stack([sweep[name].transpose("bearing", "speed").values[:, rank] for name, _ in _BEARING_PANELS], axis=1)
+        / 1e3
+    )
+    for place, (name, forces) in enumerate(_merged(texts(sweep, "bearing"), values)):
+        line = {"color": PALETTE[place % len(PALETTE)], "dash": DASHES[place // len(PALETTE) % 4], "width": 1.7}
+        for row, force in enumerate(forces, start=1):
+            curve = go.Scatter(
+                x=compact(x[rank]),
+                y=compact(force),
+                mode="lines",
+                name=name,
+                legendgroup=name,
+                showlegend=row == 1,
+                line=line,
+                hovertemplate=f"{name}: %{{y:.4g}} kN at %{{x:.4g}} Hz<extra></extra>",
+            )
+            drawn.add_trace(curve, row=row, col=1)
+    drawn.update_yaxes(title_text="force [kN]", rangemode="tozero")
+    drawn.update_xaxes(title_text=unit, row=2, col=1)
+    if len(x):
+        drawn.update_xaxes(range=[float(x.min()), float(x.max())])
+    mark_failed(drawn, sweep, x)
+    mark_modes(drawn, modes, sweep, x)
+    mark_operating(drawn, sweep, x)
+    return drawn
+
+
+def _merged(names: list[str], values: Array) -> list[tuple[str, Array]]:
+    """Curves (k, 2, P) of bearings by short name, those that coincide as one; forces that are rounding left out."""
+    largest = float(np.nanmax(values, initial=0.0))
+    several = len({name.split("/")[0] for name in names}) > 1
+    kept: list[tuple[list[str], Array]] = []
+    for name, curves in zip(names, values, strict=True):
+        if not float(np.nanmax(curves, initial=0.0)) > 1e-6 * largest:
+            continue
+        short = name if several else name.split("/", 1)[-1]
+        same = [found for found, other in kept if _coincide(other, curves, values)]
+        if same:
+            same[0].append(short)
+        else:
+            kept.append(([short], curves))
+    return [(_together(found), curves) for found, curves in kept]
+
+
+def _coincide(one: Array, other: Array, values: Array) -> bool:
+    """Whether two pairs of curves (2, P) are closer than a line is wide, in each panel of all curves (k, 2, P)."""
+    return all(
+        np.allclose(a, b, rtol=0, atol=1e-3 * float(np.nanmax(panel, initial=0.0)), equal_nan=True)
+        for a, b, panel in zip(one, other, values.swapaxes(0, 1), strict=True)
+    )
+
+
+def _together(names: list[str]) -> str:
+    """One name of several: ``planet/1/bearing``, ``planet/2/bearing`` read ``planet 1, 2 bearing``."""
+    parts = [tuple(name.split("/")) for name in names]
+    if len({len(part) for part in parts}) == 1:
+        columns = [list(dict.fromkeys(column)) for column in zip(*parts, strict=True)]
+        if len(set(product(*columns))) == len(parts):
+            return " ".join(", ".join(column) for column in columns)
+    more = f" and {len(parts) - 1} more" if len(parts) > 1 else ""
+    return " ".join(parts[0]) + more
+
+
+def contact_sweep(sweep: xr.Dataset, *, mesh: str | None = None) -> go.Figure:
+    """RMS of the dynamic force of one mesh [kN] over mesh frequency [Hz], its branches, and the part of time apart [%].
+
+    Branches are solid where stable and dashed where not, rings are folds; large marks are motions
+    in place of an unstable one.
+
+    Parameters
+    ----------
+    sweep : Dataset of `contact_sweep`: mesh_force_rms (direction, mesh, speed) [N], contact_open (direction, mesh,
+        speed), motion (direction, speed), path_frequency, path_instability, path_part (path), path_force_rms (mesh,
+        path) [N], fold_frequency (fold) [Hz].
+    mesh : name; the one with the largest force where None.
+    """
+    level = np.nan_to_num(sweep["mesh_force_rms"].max(("direction", "speed")).values)
+    name = mesh or str(sweep["mesh"].values[largest(level)])
+    drawn = panels(
+        f"Mesh force with contact loss, {name}",
+        ["RMS of the dynamic mesh force", "teeth apart"],
+        height=640,
+        shared_xaxes=True,
+        vertical_spacing=0.12,
+        row_heights=[0.7, 0.3],
+    )
+    _branches(drawn, sweep, name)
+    rank = np.argsort(sweep["mesh_frequency"].values, kind="stable")
+    x = np.asarray(sweep["mesh_frequency"].values, dtype=np.float64)[rank]
+    for direction in map(str, sweep["direction"].values):
+        part = sweep.sel(direction=direction, mesh=name)
+        _direction(drawn, part, direction, x, rank)
+    _folds(drawn, sweep, name)
+    drawn.update_yaxes(title_text="force [kN]", rangemode="tozero", row=1, col=1)
+    drawn.update_yaxes(title_text="time [%]", rangemode="tozero", row=2, col=1)
+    drawn.update_xaxes(
+        title_text=f"mesh frequency{of_first_stage(sweep)} [Hz]", range=[float(x.min()), float(x.max())], row=2, col=1
+    )
+    return drawn
+
+
+def _branches(drawn: go.Figure, sweep: xr.Dataset, name: str) -> None:
+    """The whole way: a line where it is stable, dashes where not."""
+    x, part = np.asarray(sweep["path_frequency"].values, dtype=np.float64), sweep["path_part"].values
+    y = np.asarray(sweep["path_force_rms"].sel(mesh=name).values, dtype=np.float64) / 1e3
+    kind = np.array(texts(sweep, "path_instability"), dtype=object)
+    unstable = ~np.isin(kind, ("stable", ""))
+    shown: set[bool] = set()
+    for first, last in _runs(unstable, part):
+        dashed = bool(unstable[first])
+        end = min(last + 1, len(x) - 1) if last + 1 < len(x) and part[last + 1] - part[last] in (0, 1) else last
+        label = "unstable branch" if dashed else "branch"
+        drawn.add_trace(
+            go.Scatter(
+                x=compact(x[first : end + 1]),
+                y=compact(y[first : end + 1]),
+                mode="lines",
+                name=label,
+                legendgroup=label,
+                showlegend=dashed not in shown,
+                line={"color": WARNING if dashed else PALE, "dash": "dash" if dashed else "solid", "width": 2},
+                text=[str(text) for text in kind[first : end + 1]],
+                hovertemplate="%{y:.4g} kN at %{x:.6g} Hz, %{text}<extra></extra>",
+            ),
+            row=1,
+            col=1,
+        )
+        shown.add(dashed)
+
+
+def _runs(unstable: NDArray[np.bool_], part: NDArray[np.int64]) -> list[tuple[int, int]]:
+    """First and last places of runs of one kind (P,), not across a break of the branch."""
+    if not len(unstable):
+        return []
+    cut = (unstable[1:] != unstable[:-1]) | (np.abs(np.diff(part)) > 1)
+    edges = [0, *(np.flatnonzero(cut) + 1).tolist(), len(unstable)]
+    return [(first, last - 1) for first, last in pairwise(edges)]
+
+
+def _direction(drawn: go.Figure, part: xr.Dataset, direction: str, x: Array, rank: NDArray[np.int64]) -> None:
+    """The motions of one sweep direction over mesh frequency (P,) [Hz]: force above, part of time apart below."""
+    colour, width, symbol, label = _LOOK[direction]
+    motion = np.array(texts(part, "motion"), dtype=object)[rank]
+    own = np.isin(motion, ("symmetry broken", "period 2", "integrated"))
+    rows = (np.asarray(part["mesh_force_rms"].values) / 1e3, 100 * np.asarray(part["contact_open"].values))
+    for row, values in enumerate(rows, start=1):
+        drawn.add_trace(
+            go.Scatter(
+                x=compact(x),
+                y=compact(values[rank]),
+                mode="lines+markers" if row == 1 else "lines",
+                name=label,
+                legendgroup=label,
+                showlegend=row == 1,
+                line={"color": colour, "width": width},
+                marker={
+                    "symbol": symbol,
+                    "size": np.where(own, 9 if direction == "up" else 6, 0).tolist(),
+                    "color": colour,
+                },
+                text=[str(text) for text in motion],
+                hovertemplate=f"{label}: %{{y:.4g}} at %{{x:.6g}} Hz, %{{text}}<extra></extra>",
+            ),
+            row=row,
+            col=1,
+        )
+
+
+def _folds(drawn: go.Figure, sweep: xr.Dataset, name: str) -> None:
+    """Where a branch turns back or on."""
+    if not sweep.sizes.get("fold"):
+        return
+    x = np.asarray(sweep["path_frequency"].values, dtype=np.float64)
+    at = [int(np.argmin(np.abs(x - fold))) for fold in sweep["fold_frequency"].values]
+    y = np.asarray(sweep["path_force_rms"].sel(mesh=name).values, dtype=np.float64)[at] / 1e3
+    drawn.add_trace(
+        go.Scatter(
+            x=compact(x[at]),
+            y=compact(y),
+            mode="markers",
+            name="fold",
+            marker={"symbol": "circle-open", "size": 11, "color": INK, "line": {"width": 2}},
+            hovertemplate="fold at %{x:.6g} Hz<extra></extra>",
+        ),
+        row=1,
+        col=1,
+    )

@@ -1,0 +1,308 @@
+"""Quantities of every mesh over time or mesh cycle: a panel a pair of gears, a curve a branch.
+
+Of teeth that part the mean over the slow phases stands in the band between least and most.  Over a speed ramp the mesh
+frequency stands below, and the spectrum of a mesh force has the multiples of that frequency.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+
+from ...results.ties import ranked
+from ..series import (
+    Array,
+    Series,
+    compact,
+    label,
+    merged,
+    numbers,
+    of_first_stage,
+    own_tones,
+    pair_title,
+    pairs,
+    ramps,
+    texts,
+    thinned,
+)
+from .style import DASHES, INK, PALE, PALETTE, WARNING, branch_colour, figure, note, panels, translucent
+
+# Meshes drawn: the one of each pair whose force is largest, and at most so many pairs.
+_MOST_PAIRS = 4
+# Samples of a curve: more than pixels across.
+_MOST_SAMPLES = 3000
+# Windows of the spectrogram along the run, how they overlap, and what is shown below the largest amplitude [dB].
+_WINDOWS, _OVERLAP, _RANGE = 100, 0.75, 60.0
+_ORDERS = 5
+
+
+def over_time(result: xr.Dataset, name: str, title: str, unit: str, scale: float) -> go.Figure:
+    """One quantity of every mesh over time, a panel a pair of gears, a curve a branch.
+
+    Parameters
+    ----------
+    result : Dataset with a variable `name` (mesh, time or mesh_phase).
+    title : of the figure.  unit : title of the ordinate, with its unit.  scale : factor from SI to that unit.
+    """
+    along = next(str(dim) for dim in result[name].dims if dim != "mesh")
+    values = scale * result[name].transpose("mesh", along).values
+    time = numbers(result, along, along)
+    series = merged(texts(result, "mesh"), values, branches=True)
+    groups = pairs(series)
+    several = len({stage for stage, _ in groups}) > 1
+    drawn = panels(
+        title,
+        [pair_title(pair, several) for pair in groups],
+        height=120 + 210 * len(groups),
+        shared_xaxes=True,
+        vertical_spacing=0.2 / max(2, len(groups)),
+    )
+    shown: set[str] = set()
+    for row, pair in enumerate(groups, start=1):
+        for one in (one for one in series if (one.stage, one.pair) == pair):
+            drawn.add_trace(_curve_over_time(one, time, one.label not in shown), row=row, col=1)
+            shown.add(one.label)
+        drawn.update_yaxes(title_text=unit, row=row, col=1)
+    unit_of_time = "mesh cycles"
+    if along == "time":
+        unit_of_time = str(result["time"].attrs.get("units", "s")) if "time" in result.variables else "samples"
+    drawn.update_xaxes(title_text=f"time [{unit_of_time}]", row=len(groups), col=1)
+    if len(time) > 1:
+        drawn.update_xaxes(range=[float(time[0]), float(time[-1])])
+    return drawn
+
+
+def _curve_over_time(one: Series, time: Array, legend: bool) -> go.Scatter:
+    """One curve over time (k,) [s or mesh cycles], thinned."""
+    x, y = thinned(time, one.values)
+    return go.Scatter(
+        x=compact(x),
+        y=compact(y),
+        mode="lines",
+        name=one.label,
+        legendgroup=one.label,
+        showlegend=legend,
+        line={"color": branch_colour(one.branch), "width": 1.5, "dash": DASHES[one.side == "right"]},
+        hovertemplate=f"{one.label}: %{{y:.4g}} at %{{x:.4g}}<extra></extra>",
+    )
+
+
+def mesh_forces(result: xr.Dataset) -> go.Figure:
+    """Mesh force of each branch [kN] over time, a panel a pair of gears, a line at 0 where that is near.
+
+    Parameters
+    ----------
+    result : Dataset of `sharing`, `static` or `steady`: mesh_force (mesh, time or mesh_phase) [N], contact_lost (mesh).
+    """
+    drawn = over_time(result, "mesh_force", "Mesh forces over time", "force [kN]", 1e-3)
+    forces = result["mesh_force"].values
+    if forces.size and np.nanmin(forces) < 0.15 * np.nanmax(forces):
+        for row in range(1, len(drawn.layout.annotations) + 1):
+            drawn.add_hline(y=0, line={"color": WARNING, "width": 1.2}, row=row, col=1)
+    lost = [
+        name
+        for name, value in zip(texts(result, "mesh"), numbers(result, "contact_lost", "mesh"), strict=True)
+        if value > 0
+    ]
+    if lost:
+        note(
+            drawn,
+            f"contact lost in {len(lost)} of {result.sizes['mesh']} meshes",
+            xref="paper",
+            yref="paper",
+            x=1,
+            xanchor="right",
+            y=1.0,
+            yanchor="bottom",
+            yshift=24,
+            font={"size": 12, "color": WARNING},
+        )
+    return drawn
+
+
+def force_envelopes(result: xr.Dataset) -> go.Figure:
+    """Force of the most loaded mesh of every pair [kN] over its mesh phase [mesh cycles]: mean and band.
+
+    Parameters
+    ----------
+    result : Dataset of `steady` with contact loss: mesh_force, mesh_force_least, mesh_force_most (mesh, mesh_phase)
+        [N], open_share (mesh) [1].
+    """
+    drawn = figure(
+        "Mesh force, mean and range over all shaft phases", x="mesh phase [mesh cycles]", y="force [kN]", height=440
+    )
+    phase = numbers(result, "mesh_phase", "mesh_phase")
+    mean, least, most = (
+        1e-3 * result[name].transpose("mesh", "mesh_phase").values
+        for name in ("mesh_force", "mesh_force_least", "mesh_force_most")
+    )
+    names, apart = texts(result, "mesh"), result["open_share"].values
+    for place, row in enumerate(_worst(names, most)):
+        colour = PALETTE[place % len(PALETTE)]
+        share = f", apart {apart[row]:.0%} of the time" if apart[row] > 0 else ""
+        look = {"legendgroup": names[row], "hoverinfo": "skip", "mode": "lines", "line": {"width": 0, "color": colour}}
+        drawn.add_trace(go.Scatter(x=compact(phase), y=compact(least[row]), showlegend=False, **look))
+        drawn.add_trace(
+            go.Scatter(
+                x=compact(phase),
+                y=compact(most[row]),
+                fill="tonexty",
+                fillcolor=translucent(colour, 0.22),
+                showlegend=False,
+                **look,
+            )
+        )
+        drawn.add_trace(
+            go.Scatter(
+                x=compact(phase),
+                y=compact(mean[row]),
+                mode="lines",
+                name=f"{names[row]}{share}",
+                legendgroup=names[row],
+                line={"color": colour, "width": 2},
+            )
+        )
+    if np.nanmin(least) < 0.15 * np.nanmax(most):
+        drawn.add_hline(y=0, line={"color": WARNING, "width": 1.2})
+    drawn.update_layout(showlegend=True)
+    return drawn
+
+
+def _worst(names: list[str], most: np.ndarray) -> list[int]:
+    """Row of the largest force (m, phases) of each pair: names without branch and side."""
+    found: dict[str, int] = {}
+    for row in ranked(np.nanmax(most, axis=1)):
+        found.setdefault("/".join(names[int(row)].split("/")[:2]), int(row))
+    return list(found.values())[:_MOST_PAIRS]
+
+
+def transient_forces(result: xr.Dataset) -> go.Figure:
+    """Mesh forces [kN] over time [s], a panel a pair of gears, with the mesh frequency [Hz] below where it changes.
+
+    Parameters
+    ----------
+    result : Dataset of `transient`: mesh_force (mesh, time) [N], mesh_frequency (time) [Hz].
+    """
+    time = np.asarray(result["time"].values, dtype=np.float64)
+    curves = merged(texts(result, "mesh"), result["mesh_force"].transpose("mesh", "time").values / 1e3, branches=True)
+    shown = pairs(curves)
+    several = len({stage for stage, _ in shown}) > 1
+    names = [pair_title(pair, several) for pair in shown] + (
+        [f"mesh frequency{of_first_stage(result)}"] if ramps(result) else []
+    )
+    drawn = panels(
+        "Mesh forces over time", names, height=120 + 240 * len(names), shared_xaxes=True,
+        vertical_spacing=min(0.12, 0.5 / len(names)),
+    )  # fmt: skip
+    for row, pair in enumerate(shown, start=1):
+        for one in curves:
+            if (one.stage, one.pair) == pair:
+                drawn.add_trace(_transient_curve(one, time), row=row, col=1)
+        drawn.add_hline(y=0, line={"color": INK, "width": 1}, row=row, col=1)
+        drawn.update_yaxes(title_text="force [kN]", row=row, col=1)
+    if ramps(result):
+        x, y = thinned(time, np.asarray(result["mesh_frequency"].values, dtype=np.float64), most=_MOST_SAMPLES)
+        line = {"color": INK, "width": 1.6}
+        trace = go.Scatter(x=compact(x, digits=7), y=compact(y), mode="lines", line=line, showlegend=False)
+        drawn.add_trace(trace, row=len(names), col=1)
+        drawn.update_yaxes(title_text="frequency [Hz]", row=len(names), col=1)
+    drawn.update_xaxes(title_text="time [s]", row=len(names), col=1)
+    _once(drawn)
+    return drawn
+
+
+def _transient_curve(one: Series, time: Array) -> go.Scatter:
+    """One curve over time (k,) [s], thinned."""
+    x, y = thinned(time, one.values, most=_MOST_SAMPLES)
+    dash = "solid" if not one.side or one.side.startswith("l") else DASHES[2]
+    return go.Scatter(
+        x=compact(x, digits=7),
+        y=compact(y),
+        mode="lines",
+        name=one.label,
+        legendgroup=one.label,
+        line={"color": branch_colour(one.branch), "dash": dash, "width": 1.1},
+        hovertemplate=f"{one.label}: %{{y:.4g}} kN at %{{x:.5g}} s<extra></extra>",
+    )
+
+
+def _once(drawn: go.Figure) -> None:
+    """Every name once in the legend."""
+    seen: set[str] = set()
+    for trace in drawn.data:
+        if trace.name in seen:
+            trace.showlegend = False
+        seen.add(trace.name)
+
+
+def spectrogram(result: xr.Dataset, mesh: str | None = None) -> go.Figure:
+    """Amplitude of a mesh force [kN, logarithmic] over time [s] and frequency [Hz], with mesh orders.
+
+    Where a horizontal band is crossed by an order and lights up, a natural frequency is passed.
+
+    Parameters
+    ----------
+    result : Dataset of `transient`: mesh_force (mesh, time) [N], mesh_frequency (time) [Hz], mesh_tone (mesh).
+    mesh : its name; that with the largest swing where not said.
+    """
+    from scipy.signal import spectrogram as windows
+
+    names, force = texts(result, "mesh"), result["mesh_force"].transpose("mesh", "time").values
+    place = (
+        names.index(mesh)
+        if mesh is not None
+        else int(np.nanargmax(np.nanmax(force, axis=1) - np.nanmin(force, axis=1)))
+    )
+    time = np.asarray(result["time"].values, dtype=np.float64)
+    signal = np.nan_to_num(force[place] / 1e3)
+    size = max(16, min(len(signal), round(len(signal) / (1 + (_WINDOWS - 1) * (1 - _OVERLAP)))))
+    frequency, middle, power = windows(
+        signal - signal.mean(), fs=1 / (time[1] - time[0]), nperseg=size, noverlap=int(_OVERLAP * size), window="hann",
+        scaling="spectrum",
+    )  # fmt: skip
+    amplitude = np.sqrt(2 * power)
+    tone = np.asarray(result["mesh_frequency"].values, dtype=np.float64) * own_tones(result)[place]
+    top = min(float(frequency[-1]), (_ORDERS + 0.5) * float(tone.max()))
+    level = 20 * np.log10(np.maximum(amplitude[frequency <= top], 1e-30))
+    high = float(level.max())
+    drawn = figure(
+        f"What {label(names[place], stage=False)} carries over time", x="time [s]", y="frequency [Hz]", height=520
+    )
+    bar = {"title": {"text": "amplitude<br>[kN]", "side": "top"}, **_ticks(high)}
+    heat = go.Heatmap(
+        x=compact(middle + time[0], digits=6),
+        y=compact(frequency[frequency <= top]),
+        z=[compact(row, digits=4) for row in np.maximum(level, high - _RANGE)],
+        colorscale="Blues",
+        zmin=high - _RANGE,
+        zmax=high,
+        colorbar=bar,
+        hovertemplate="%{x:.4g} s, %{y:.4g} Hz<extra></extra>",
+    )
+    drawn.add_trace(heat)
+    ends = [0, len(time) - 1] if len(time) < 2 else np.linspace(0, len(time) - 1, 40).astype(int).tolist()
+    for order in range(1, _ORDERS + 1):
+        line = {"color": INK, "width": 0.8, "dash": "dot"}
+        drawn.add_trace(
+            go.Scatter(x=time[ends], y=order * tone[ends], mode="lines", line=line, showlegend=False, hoverinfo="skip")
+        )
+        name = "mesh frequency" if order == 1 else f"× {order}"
+        note(
+            drawn,
+            name,
+            x=float(time[-1]),
+            y=order * float(tone[-1]),
+            xanchor="right",
+            yanchor="bottom",
+            font={"size": 11, "color": PALE},
+        )
+    drawn.update_yaxes(range=[0, top])
+    drawn.update_xaxes(range=[float(time[0]), float(time[-1])])
+    return drawn
+
+
+def _ticks(high: float) -> dict[str, list[float] | list[str]]:
+    """Ticks at powers of ten of the amplitude, of which the colours show the logarithm."""
+    powers = [p for p in range(-9, 10) if high - _RANGE <= 20 * p <= high]
+    return {"tickvals": [20.0 * p for p in powers], "ticktext": [f"{10.0**p:g}" for p in powers]}

@@ -1,0 +1,388 @@
+"""Bodies of a train as a drawing needs them, read from the Dataset of `check`, stages set side by side.  No plotly.
+
+Teeth are to scale: involute flanks of a gear, and the turn of each gear at which the teeth really mesh.  All lengths
+[m], angles [rad]; a tooth is described by the half angle it takes at each radius, seen from the axis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..series import numbers, texts
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ToothForm:
+    """Radii of a gear and half the angle of a tooth at the base circle (of a ring: what it tends to there)."""
+
+    teeth: int
+    internal: bool
+    base_radius: float
+    reference_radius: float
+    tip_radius: float
+    root_radius: float
+    base_half_angle: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mating:
+    """One mesh as the drawing needs it: gears by name, polar angle of the pitch point, working angle, loaded flank."""
+
+    a: str
+    b: str
+    direction: float
+    pressure_angle: float
+    flank: int
+    sigma: float = 0.0
+
+
+def tooth_form(
+    *,
+    teeth: int,
+    internal: bool,
+    base_radius: float,
+    reference_radius: float,
+    tip_radius: float,
+    root_radius: float,
+    profile_shift: float,
+    pressure_angle: float,
+) -> ToothForm:
+    """Tooth form from the data of a gear; tips and roots that are not given are drawn for standard proportions.
+
+    Parameters
+    ----------
+    radii [m], nan where not given; pressure_angle : normal [rad].
+    """
+    normal = pressure_angle if np.isfinite(pressure_angle) else math.radians(20)
+    reference = reference_radius if np.isfinite(reference_radius) else base_radius / math.cos(normal)
+    module, inward = 2 * reference / teeth, -1 if internal else 1
+    transverse = math.acos(min(base_radius / reference, 1.0)) if base_radius < reference else normal
+    half = (math.pi / 2 + 2 * (profile_shift if np.isfinite(profile_shift) else 0.0) * math.tan(normal)) / teeth
+    return ToothForm(
+        teeth=teeth,
+        internal=internal,
+        base_radius=base_radius,
+        reference_radius=reference,
+        tip_radius=tip_radius if np.isfinite(tip_radius) else reference + inward * module,
+        root_radius=root_radius if np.isfinite(root_radius) else reference - inward * 1.25 * module,
+        base_half_angle=half + inward * _involute(transverse),
+    )
+
+
+def half_angle(form: ToothForm, radius: Array | float) -> Array:
+    """Half the angle of a tooth at a radius: psi_b - inv alpha(r), of a ring psi_b + inv alpha(r).
+
+    Below the base circle there is no involute: the flank is drawn radial.
+    """
+    cosine = np.minimum(form.base_radius / np.asarray(radius, dtype=np.float64), 1.0)
+    alpha = np.arccos(cosine)
+    turn = np.tan(alpha) - alpha
+    half = form.base_half_angle + turn if form.internal else form.base_half_angle - turn
+    return np.clip(half, 0.03 * math.pi / form.teeth, 0.97 * math.pi / form.teeth)
+
+
+def outline(form: ToothForm, turn: float, *, points: int = 4) -> tuple[Array, Array]:
+    """Closed outline of a whole gear about its axis, one tooth centred at polar angle `turn`.
+
+    Parameters
+    ----------
+    points : on each flank.
+
+    Returns
+    -------
+    x, y : (k,) [m].
+    """
+    low = form.root_radius if form.internal else max(form.root_radius, min(form.base_radius, form.tip_radius))
+    radii = np.linspace(low, form.tip_radius, points)
+    if not form.internal and form.root_radius < low:
+        radii = np.concatenate([[form.root_radius], radii])
+    half = half_angle(form, radii)
+    angle = np.concatenate([-half, half[::-1]])
+    radius = np.concatenate([radii, radii[::-1]])
+    places = turn + 2 * math.pi * np.arange(form.teeth) / form.teeth
+    theta = (places[:, None] + angle).ravel()
+    r = np.tile(radius, form.teeth)
+    closed = np.append(np.arange(len(r)), 0)
+    return (r * np.cos(theta))[closed], (r * np.sin(theta))[closed]
+
+
+def rotations(forms: Mapping[str, ToothForm], matings: list[Mating]) -> dict[str, float]:
+    """Polar angle of one tooth centre of every gear, such that teeth meet in every mesh that the train can close.
+
+    The first gear of the first mesh is placed by its `sigma` (place of the contact from the pitch point, base
+    pitches); every further gear by the mesh through which it is reached.  Gears in no mesh stand at 0.
+    """
+    placed: dict[str, float] = {}
+    waiting = [mating for mating in matings if mating.a in forms and mating.b in forms]
+    while waiting:
+        mating = next((one for one in waiting if one.a in placed or one.b in placed), waiting[0])
+        waiting.remove(mating)
+        a, b = forms[mating.a], forms[mating.b]
+        if mating.a not in placed and mating.b not in placed:
+            placed[mating.a] = _turn_of_a(a, mating, mating.sigma)
+        if mating.b not in placed:
+            placed[mating.b] = _turn_of_b(b, mating, _sigma_of_a(a, mating, placed[mating.a]))
+        elif mating.a not in placed:
+            placed[mating.a] = _turn_of_a(a, mating, _sigma_of_b(b, mating, placed[mating.b]))
+    return {name: placed.get(name, 0.0) for name in forms}
+
+
+def _involute(angle: float) -> float:
+    return math.tan(angle) - angle
+
+
+def _pitch_half_angle(form: ToothForm, mating: Mating) -> float:
+    inward = -1 if form.internal else 1
+    return form.base_half_angle - inward * _involute(mating.pressure_angle)
+
+
+def _turn_of_a(form: ToothForm, mating: Mating, sigma: float) -> float:
+    turned = 2 * math.pi * mating.flank * sigma / form.teeth
+    return mating.direction - mating.flank * _pitch_half_angle(form, mating) + turned
+
+
+def _sigma_of_a(form: ToothForm, mating: Mating, turn: float) -> float:
+    return mating.flank * form.teeth / (2 * math.pi) * (turn - _turn_of_a(form, mating, 0.0))
+
+
+def _turn_of_b(form: ToothForm, mating: Mating, sigma: float) -> float:
+    half, turned = _pitch_half_angle(form, mating), 2 * math.pi * mating.flank * sigma / form.teeth
+    if form.internal:
+        return mating.direction + mating.flank * half + turned
+    return mating.direction + math.pi - mating.flank * half - turned
+
+
+def _sigma_of_b(form: ToothForm, mating: Mating, turn: float) -> float:
+    inward = 1 if form.internal else -1
+    return inward * mating.flank * form.teeth / (2 * math.pi) * (turn - _turn_of_b(form, mating, 0.0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """One body; lengths [m], angles [rad], speed [rpm], torque [N m]; nan where the model says nothing.
+
+    x, y : centre in frame axes.  offset : what the drawing adds to x so that stages stand side by side.
+    angle : polar angle of its own x axis.  outer : outer radius as drawn.  reach : R of u = R rz.
+    width : of one helix.  hand : of the left helix.
+    """
+
+    name: str
+    member: str
+    kind: str
+    stage: str
+    branch: int
+    side: str
+    carried_by: str
+    x: float
+    y: float
+    station: float
+    angle: float
+    outer: float
+    reach: float
+    speed: float
+    mass: float
+    torque: float = math.nan
+    form: ToothForm | None = None
+    width: float = math.nan
+    gap: float = 0.0
+    herringbone: bool = False
+    helix_angle: float = 0.0
+    hand: int = 0
+    offset: float = 0.0
+
+    @property
+    def short(self) -> str:
+        """``main/planet/2/left`` -> ``planet 2``."""
+        word = self.member.split(".")[-1]
+        return f"{word} {self.branch}" if self.branch else word
+
+    @property
+    def place(self) -> str:
+        """What it is drawn with: its stage; a body without teeth that carries nothing stands by itself."""
+        return self.name if self.kind == "body" and self.form is None else self.stage
+
+    @property
+    def radius(self) -> float:
+        """Distance of its centre from the axis of the stage [m]."""
+        return math.hypot(self.x, self.y)
+
+
+def parts(check: xr.Dataset) -> list[Part]:
+    """Every body of the train, in order, stages side by side."""
+    return _side_by_side(_resolved(_bodies(check)))
+
+
+def stages(found: Sequence[Part]) -> list[str]:
+    """Stages that have gears, in order."""
+    return list(dict.fromkeys(part.stage for part in found if part.form is not None))
+
+
+def one_per_place(found: Sequence[Part]) -> list[Part]:
+    """Bodies without those that lie behind an equal one in a front view (the right half of a split member)."""
+    seen: dict[tuple[str, str, int], Part] = {}
+    for part in found:
+        seen.setdefault((part.stage, part.member, part.branch), part)
+    return list(seen.values())
+
+
+def faces(part: Part) -> list[tuple[float, float, int]]:
+    """Axial extent of each helix of a gear and its hand: (from, to, hand), stations [m]."""
+    half = part.width / 2
+    if not part.herringbone:
+        return [(part.station - half, part.station + half, part.hand)]
+    middle = (part.width + part.gap) / 2
+    left, right = part.station - middle, part.station + middle
+    return [(left - half, left + half, part.hand), (right - half, right + half, -part.hand)]
+
+
+def title_of(check: xr.Dataset) -> str:
+    """Title of the train."""
+    return str(check.attrs.get("title", ""))
+
+
+def matings(check: xr.Dataset) -> list[Mating]:
+    """Every mesh of the train, with the place of its contact at time zero."""
+    if "gear_a" not in check.variables:
+        return []
+    columns = [numbers(check, name, "mesh") for name in ("mesh_direction", "working_pressure_angle", "flank")]
+    leads, senses = np.nan_to_num(numbers(check, "phase_lead", "mesh")), _senses(check)
+    rows = zip(texts(check, "gear_a"), texts(check, "gear_b"), *columns, leads, senses, strict=True)
+    return [
+        Mating(a=a, b=b, direction=float(e), pressure_angle=float(alpha), flank=int(d), sigma=float(sense * lead))
+        for a, b, e, alpha, d, lead, sense in rows
+    ]
+
+
+def turns(check: xr.Dataset, found: Sequence[Part]) -> dict[str, float]:
+    """Polar angle of one tooth centre of every gear at time zero."""
+    return rotations({part.name: part.form for part in found if part.form is not None}, matings(check))
+
+
+def _senses(check: xr.Dataset) -> list[int]:
+    """+1 where the first gear of a mesh drives in its frame, else -1; +1 without speeds."""
+    speed = dict(zip(texts(check, "body"), numbers(check, "speed", "body"), strict=True))
+    frames = zip(texts(check, "body_stage", "body"), texts(check, "kind", "body"), speed.values(), strict=True)
+    carrier = {stage: value for stage, kind, value in frames if kind == "carrier"}
+    flanks = numbers(check, "flank", "mesh")
+    found = []
+    for a, stage, d in zip(texts(check, "gear_a"), texts(check, "mesh_stage", "mesh"), flanks, strict=True):
+        found.append(-1 if d * (speed.get(a, math.nan) - carrier.get(stage, 0.0)) < 0 else 1)
+    return found
+
+
+def _bodies(check: xr.Dataset) -> list[Part]:
+    gears = _gears(check)
+    words = [texts(check, name, "body") for name in ("body", "member", "kind", "body_stage", "side", "carried_by")]
+    asked = ("branch", "centre_x", "centre_y", "station", "axes_angle", "outer_radius", "speed", "mass", "torque")
+    values = [numbers(check, name, "body").tolist() for name in asked]
+    found = []
+    for name, member, kind, stage, side, carrier, *rest in zip(*words, *values, strict=True):
+        branch, x, y, station, angle, outer, speed, mass, torque = rest
+        body = Part(
+            name=name,
+            member=member or name,
+            kind=kind,
+            stage=stage,
+            branch=int(branch) if np.isfinite(branch) else 0,
+            side=side,
+            carried_by=carrier,
+            x=x,
+            y=y,
+            station=station,
+            angle=angle,
+            outer=outer,
+            reach=outer,
+            speed=speed,
+            mass=mass,
+            torque=torque,
+        )
+        found.append(_toothed(body, gears[name]) if name in gears else body)
+    return found
+
+
+def _gears(check: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Values of every gear by variable; plain ones, for `check.sel` takes a millisecond a gear."""
+    if "gear" not in check.dims:
+        return {}
+    columns = {str(name): one.values for name, one in check.variables.items() if one.dims == ("gear",)}
+    return {str(name): {key: own[i] for key, own in columns.items()} for i, name in enumerate(check["gear"].values)}
+
+
+def _toothed(body: Part, row: Mapping[str, Any]) -> Part:
+    def value(name: str, default: float = math.nan) -> float:
+        return float(row[name]) if name in row else default
+
+    form = tooth_form(
+        teeth=int(row["teeth"]),
+        internal=bool(row["internal"]) if "internal" in row else False,
+        base_radius=value("base_radius"),
+        reference_radius=value("reference_radius"),
+        tip_radius=value("tip_radius"),
+        root_radius=value("root_radius"),
+        profile_shift=value("profile_shift", 0.0),
+        pressure_angle=value("pressure_angle"),
+    )
+    hand = value("hand", 0.0)
+    return replace(
+        body,
+        form=form,
+        reach=form.base_radius,
+        outer=_outer(form, body.outer),
+        width=value("face_width"),
+        gap=float(np.nan_to_num(value("gap", 0.0))),
+        herringbone=bool(row["herringbone"]) if "herringbone" in row else False,
+        helix_angle=float(np.nan_to_num(value("helix_angle", 0.0))),
+        hand=int(hand) if np.isfinite(hand) else 0,
+    )
+
+
+def _outer(form: ToothForm, given: float) -> float:
+    if not form.internal:
+        return form.tip_radius
+    rim = form.root_radius + 2 * abs(form.root_radius - form.tip_radius) / 2.25
+    return given if given > 1.01 * form.root_radius else rim
+
+
+def _resolved(found: list[Part]) -> list[Part]:
+    """Carriers get the pin radius as R and a size that holds their pins; widths not given a drawn one."""
+    widths = [part.width for part in found if np.isfinite(part.width)]
+    radii = [part.form.reference_radius for part in found if part.form is not None and not part.form.internal]
+    drawn = max(widths) if widths else 0.5 * min(radii, default=1.0)
+    gears = [part.radius + part.outer for part in found if part.form is not None]
+    largest = max(gears or [part.outer for part in found if np.isfinite(part.outer)], default=1.0)
+    result = []
+    for part in found:
+        pins = [other for other in found if other.carried_by == part.name]
+        reach = pins[0].radius if pins else part.reach
+        sizes = [pin.radius + 0.35 * (pin.form.reference_radius if pin.form else 0.1 * pin.radius) for pin in pins]
+        outer = max(sizes) if sizes else part.outer
+        result.append(
+            replace(
+                part,
+                # the size of a plain body is that of an equal disc, so at most a bystander's
+                outer=min(outer, 0.4 * largest if part.form is None and not pins else outer)
+                if np.isfinite(outer)
+                else 0.2 * largest,
+                reach=reach if np.isfinite(reach) and reach > 0 else 1.0,
+                width=part.width if np.isfinite(part.width) else drawn,
+            )
+        )
+    return result
+
+
+def _side_by_side(found: list[Part]) -> list[Part]:
+    start, offsets = 0.0, dict[str, float]()
+    for place in dict.fromkeys(part.place for part in found):
+        half = max(part.radius + part.outer for part in found if part.place == place)
+        offsets[place] = start + half if offsets else 0.0
+        start = offsets[place] + 1.25 * half
+    return [replace(part, offset=offsets[part.place]) for part in found]

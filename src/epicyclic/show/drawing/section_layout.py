@@ -1,0 +1,407 @@
+"""Where everything of an axial section stands: stages and lone bodies in series, shafts in lanes about the axis."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+
+from ..series import numbers, texts
+from .bodies import Part, faces, matings, parts
+
+WIDE = 800.0  # of the drawing in a figure of 900 px [px]
+TALL = 400.0  # at most, of radii [px]
+SEGMENT = 34.0  # a length of shaft that shows: room for a bearing, and for the end of the shaft around it [px]
+LANE = 11.0  # thickness of a shaft [px]
+PLATE = 9.0  # thickness of a carrier's cheek, of the disc of a ring [px]
+BODY = 34.0  # width of a body without teeth [px]
+AIR = 8.0  # between things that do not touch [px]
+MARGIN = 26.0  # beside the drawing [px]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SectionLink:
+    """A bearing, support, neck, shaft or coupling: bodies by name, axial place [m], stiffness (6,) [N/m, N m/rad]."""
+
+    name: str
+    kind: str
+    first: str
+    second: str
+    station: float
+    stiffness: tuple[float, ...]
+
+    @property
+    def radial(self) -> bool:
+        return max(self.stiffness[:2]) > 0
+
+    @property
+    def axial(self) -> bool:
+        return self.stiffness[2] > 0
+
+    @property
+    def turning(self) -> bool:
+        return self.stiffness[5] > 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group:
+    """Bodies that are one member of one branch; radii from the axis of the stage [m].
+
+    low, high : what it takes of the radius, to the pitch point of a mesh where there is one in the plane.
+    half : 1 drawn above the axis, -1 below it.  held : it does not turn.  power : into the train, of all bodies [W].
+    """
+
+    key: tuple[str, str, int]
+    place: str
+    bodies: tuple[Part, ...]
+    low: float
+    high: float
+    half: int
+    held: bool
+    power: float
+
+    @property
+    def first(self) -> Part:
+        return self.bodies[0]
+
+    @property
+    def kind(self) -> str:
+        return self.first.kind
+
+    @property
+    def internal(self) -> bool:
+        return self.first.form is not None and self.first.form.internal
+
+    @property
+    def word(self) -> str:
+        """Its name on the drawing."""
+        return self.first.short.removesuffix(" 1") if self.first.branch else self.first.short
+
+    @property
+    def faces(self) -> list[tuple[float, float, int]]:
+        """(from, to, hand) of every helix, left to right [m]."""
+        return sorted(face for body in self.bodies for face in faces(body))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Coupling:
+    """Two groups in two columns that a link couples, the left one first; `lane` of a shaft that passes others."""
+
+    name: str
+    left: tuple[str, str, int]
+    right: tuple[str, str, int]
+    lane: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Column:
+    """A stage, or a body without teeth that carries nothing.
+
+    low, high : axial ends of its gears [m].  shift : added to z.  passing : shafts that go through under it.
+    left, right : groups whose shafts leave on that side, from the axis outwards.
+    room_left, room_right : beside the gears [px].
+    """
+
+    place: str
+    groups: tuple[Group, ...]
+    low: float
+    high: float
+    shift: float = 0.0
+    passing: int = 0
+    left: tuple[tuple[str, str, int], ...] = ()
+    right: tuple[tuple[str, str, int], ...] = ()
+    room_left: float = 0.0
+    room_right: float = 0.0
+
+    @property
+    def lone(self) -> bool:
+        return all(group.first.form is None for group in self.groups)
+
+    @property
+    def top(self) -> float:
+        """Largest radius of what has teeth or carries some [m]."""
+        return max(group.high for group in self.groups)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SectionLayout:
+    """The whole section.  scale : [px/m] in a figure of 900 px.  both : drawn above and below the axis."""
+
+    columns: tuple[Column, ...]
+    couplings: tuple[Coupling, ...]
+    links: tuple[SectionLink, ...]
+    scale: float
+    top: float
+    both: bool
+
+    def length(self, pixels: float) -> float:
+        """Pixels as a length [m]."""
+        return pixels / self.scale
+
+
+def text_width(text: str) -> float:
+    """About what a text takes in 12 px [px]."""
+    return 6.9 * max(len(line) for line in text.split("<br>"))
+
+
+def layout_of(check: xr.Dataset) -> SectionLayout:
+    """Stages in the order of the file or of their stations, lone bodies between what they couple.
+
+    Parameters
+    ----------
+    check : Dataset of `check`: what `parts.parts` and `parts.matings` read; link_first, link_second, link_kind,
+        link_station [m] (link), link_stiffness (link, direction) [N/m, N m/rad], power (body) [W].
+    """
+    links = _links(check)
+    groups = _groups(check, links)
+    ends = {body.name: group for group in groups for body in group.bodies}
+    coupled = _coupled(links, ends)
+    columns = _sided(_ordered(groups, coupled), coupled)
+    places = {column.place: place for place, column in enumerate(columns)}
+    found = _lanes(coupled, places)
+    columns = [_passed(column, place, found, places) for place, column in enumerate(columns)]
+    top = max(column.top for column in columns if not column.lone or len(columns) == 1)
+    both = any(group.half < 0 for group in groups)
+    scale = _scale(columns, top, both)
+    return SectionLayout(
+        columns=tuple(_shifted(columns, scale)), couplings=tuple(found), links=links, scale=scale, top=top, both=both
+    )
+
+
+def _links(check: xr.Dataset) -> tuple[SectionLink, ...]:
+    if "link" not in check.dims:
+        return ()
+    stiffness = check["link_stiffness"].transpose("link", "direction").values
+    words = [texts(check, name, "link") for name in ("link", "link_kind", "link_first", "link_second")]
+    rows = zip(*words, numbers(check, "link_station", "link"), stiffness, strict=True)
+    return tuple(
+        SectionLink(
+            name=name,
+            kind=kind or _kind(name),
+            first=first,
+            second=second,
+            station=float(station),
+            stiffness=tuple(map(float, k)),
+        )
+        for name, kind, first, second, station, k in rows
+    )
+
+
+def _kind(name: str) -> str:
+    """Kind of a link whose result file is older than the variable."""
+    return next((kind for kind in ("support", "bearing", "neck", "shaft") if f"/{kind}" in name), "coupling")
+
+
+def _groups(check: xr.Dataset, links: Sequence[SectionLink]) -> list[Group]:
+    members: dict[tuple[str, str, int], list[Part]] = {}
+    for part in parts(check):
+        if part.branch in (0, 1):
+            members.setdefault((part.place, part.member, part.branch), []).append(part)
+    power = dict(zip(texts(check, "body"), np.nan_to_num(numbers(check, "power", "body")), strict=True))
+    still = {link.first for link in links if not link.second and math.isinf(link.stiffness[5])}
+    edges, halves = _edges(check), _halves(members)
+    return [
+        Group(
+            key=key,
+            place=key[0],
+            bodies=tuple(sorted(own, key=lambda part: part.station)),
+            **_reach(own, edges),
+            half=halves.get(key, 1),
+            held=own[0].speed == 0 or any(part.name in still for part in own),
+            power=float(sum(power[part.name] for part in own)),
+        )
+        for key, own in members.items()
+    ]
+
+
+def _halves(members: Mapping[tuple[str, str, int], Sequence[Part]]) -> dict[tuple[str, str, int], int]:
+    """Axes of branch 1 of a stage, the first above, the second below, ... : each plane holds one of them."""
+    found: dict[tuple[str, str, int], int] = {}
+    axes: dict[str, list[tuple[float, float]]] = {}
+    for key, own in members.items():
+        if own[0].branch:
+            at = (round(own[0].x, 6), round(own[0].y, 6))
+            known = axes.setdefault(key[0], [])
+            if at not in known:
+                known.append(at)
+            found[key] = 1 - 2 * (known.index(at) % 2)
+    return found
+
+
+def _edges(check: xr.Dataset) -> dict[str, list[float]]:
+    """Distances of the pitch points of every gear from the axis [m], where both gears stand in one plane."""
+    place = {part.name: part for part in parts(check)}
+    found: dict[str, list[float]] = {}
+    for one in matings(check):
+        a, b = place[one.a], place[one.b]
+        if a.form is None or b.form is None or not _in_plane(a, b):
+            continue
+        cosine = math.cos(one.pressure_angle) if np.isfinite(one.pressure_angle) else math.nan
+        for part, other in ((a, b), (b, a)):
+            form = part.form
+            assert form is not None
+            radius = form.base_radius / cosine if np.isfinite(cosine) else form.reference_radius
+            outwards = other.form is not None and (other.form.internal or other.radius > part.radius)
+            sign = 1 if outwards or form.internal else -1
+            found.setdefault(part.name, []).append(part.radius + sign * radius)
+    return found
+
+
+def _in_plane(a: Part, b: Part) -> bool:
+    """Whether a plane through the axis holds both centres, on one side of it."""
+    across = a.x * b.y - a.y * b.x
+    return min(a.radius, b.radius) < 1e-9 or (abs(across) < 1e-6 * a.radius * b.radius and a.x * b.x + a.y * b.y > 0)
+
+
+def _reach(own: Sequence[Part], edges: Mapping[str, Sequence[float]]) -> dict[str, float]:
+    first = own[0]
+    found = [edge for part in own for edge in edges.get(part.name, ())]
+    if first.form is None:
+        return {"low": 0.0, "high": first.outer}
+    if first.form.internal:
+        return {"low": min(found, default=first.form.reference_radius), "high": max(part.outer for part in own)}
+    tip = first.form.tip_radius
+    high = max((edge for edge in found if edge > first.radius), default=first.radius + tip)
+    low = min((edge for edge in found if edge < first.radius), default=first.radius - tip)
+    return {"low": max(0.0, low if first.radius > 0 else 0.0), "high": high}
+
+
+def _coupled(links: Iterable[SectionLink], ends: Mapping[str, Group]) -> list[tuple[str, Group, Group]]:
+    """Links between members of different places that turn about the axis."""
+    found = []
+    for link in links:
+        one, other = ends.get(link.first), ends.get(link.second)
+        if one and other and one.place != other.place and not one.first.branch and not other.first.branch:
+            found.append((link.name, one, other))
+    return found
+
+
+def _ordered(groups: Sequence[Group], coupled: Sequence[tuple[str, Group, Group]]) -> list[Column]:
+    """Stages by station, else as they are written; lone bodies where couplings become shortest."""
+    columns = {place: _column(place, groups) for place in dict.fromkeys(group.place for group in groups)}
+    order = [place for place, column in columns.items() if not column.lone]
+    waiting = [place for place, column in columns.items() if column.lone]
+    pairs = [(one.place, other.place) for _, one, other in coupled]
+    while waiting:
+        near = (place for place in waiting if any(place in pair and set(pair) & set(order) for pair in pairs))
+        place = next(near, waiting[0])
+        waiting.remove(place)
+        tries = [[*order[:at], place, *order[at:]] for at in range(len(order), -1, -1)]
+        order = min(tries, key=lambda one: _span(one, pairs))
+    middle = {place: round((column.low + column.high) / 2, 6) for place, column in columns.items()}
+    return [columns[place] for place in sorted(order, key=lambda place: middle[place])]
+
+
+def _span(order: Sequence[str], pairs: Iterable[tuple[str, str]]) -> int:
+    at = {place: number for number, place in enumerate(order)}
+    return sum(abs(at[one] - at[other]) for one, other in pairs if one in at and other in at)
+
+
+def _column(place: str, groups: Sequence[Group]) -> Column:
+    own = tuple(group for group in groups if group.place == place)
+    ends = [end for group in own if group.first.form is not None for face in group.faces for end in face[:2]]
+    ends = ends or [group.first.station for group in own]
+    return Column(place=place, groups=own, low=min(ends), high=max(ends))
+
+
+def _sided(columns: Sequence[Column], coupled: Sequence[tuple[str, Group, Group]]) -> list[Column]:
+    """Each shaft to the side of what it is coupled to; else the sun to its loaded end or left, a carrier opposite."""
+    places = {column.place: number for number, column in enumerate(columns)}
+    towards: dict[tuple[str, str, int], set[str]] = {}
+    for _, one, other in coupled:
+        for group, far in ((one, other), (other, one)):
+            side = "right" if places[far.place] > places[group.place] else "left"
+            towards.setdefault(group.key, set()).add(side)
+    return [_sides_of(column, towards) for column in columns]
+
+
+_RANK = {"sun": 0, "gear": 1, "body": 1, "carrier": 2, "ring": 3}
+
+
+def _sides_of(column: Column, towards: Mapping[tuple[str, str, int], set[str]]) -> Column:
+    central = [group for group in column.groups if not group.first.branch and group.first.radius < 1e-9]
+    chosen: dict[tuple[str, str, int], set[str]] = {}
+    for group in sorted(central, key=lambda one: (_RANK.get(one.kind, 1), one.high)):
+        own = towards.get(group.key)
+        if own is None and not column.lone and not (group.internal and (group.held or not group.power)):
+            free = {"left": 0, "right": 0}
+            for sides in chosen.values():
+                for side in sides:
+                    free[side] += 1
+            loaded = [part.side for part in group.bodies if part.side and abs(np.nan_to_num(part.torque)) > 0]
+            prefer = loaded[0] if len(loaded) == 1 else "left" if _RANK.get(group.kind, 1) < 2 else "right"
+            other = "left" if prefer == "right" else "right"
+            own = {other if len(loaded) != 1 and free[prefer] > free[other] else prefer}
+        if own:
+            chosen[group.key] = own
+    stacks = {
+        side: tuple(key for key, sides in chosen.items() if side in sides)  # sorted by rank: from the axis outwards
+        for side in ("left", "right")
+    }
+    return replace(column, left=stacks["left"], right=stacks["right"])
+
+
+def _lanes(coupled: Sequence[tuple[str, Group, Group]], places: Mapping[str, int]) -> list[Coupling]:
+    """Couplings from left to right; those that pass a column get a lane of their own about the axis."""
+    found: list[Coupling] = []
+    taken: list[tuple[int, int, int]] = []
+    for name, one, other in coupled:
+        a, b = sorted((one, other), key=lambda group: places[group.place])
+        first, last = places[a.place], places[b.place]
+        lane = -1
+        if last > first + 1:
+            used = {which for which, start, stop in taken if start < last and stop > first}
+            lane = next(number for number in range(len(taken) + 1) if number not in used)
+            taken.append((lane, first, last))
+        found.append(Coupling(name=name, left=a.key, right=b.key, lane=lane))
+    return found
+
+
+def _passed(column: Column, place: int, found: Sequence[Coupling], places: Mapping[str, int]) -> Column:
+    lanes = [one.lane for one in found if one.lane >= 0 and places[one.left[0]] < place < places[one.right[0]]]
+    column = replace(column, passing=max(lanes, default=-1) + 1)
+    return replace(column, room_left=_room(column, "left"), room_right=_room(column, "right"))
+
+
+def _room(column: Column, side: str) -> float:
+    """What a column needs beside its gears [px]: discs, shafts, names."""
+    if column.lone:
+        half = max(BODY, *(text_width(_said(group)) for group in column.groups)) / 2
+        return half + AIR / 2
+    stack = column.left if side == "left" else column.right
+    shafts = 4 * PLATE + SEGMENT * len(stack)
+    ports = [group for group in column.groups if group.key in stack and group.power]
+    words = max((text_width("9999 kW out") + AIR for _ in ports), default=0.0)
+    names = [group for group in column.groups if not group.first.branch and not group.internal]
+    named = max((text_width(group.word) + 3 * PLATE + AIR for group in names), default=0.0) if side == "right" else 0.0
+    return max(shafts + words, named)
+
+
+def _said(group: Group) -> str:
+    return f"{group.word}<br>{'9999 kW out' if group.power else ''}"
+
+
+def _scale(columns: Sequence[Column], top: float, both: bool) -> float:
+    """Pixels per metre such that the drawing fills the width, or its radii the height."""
+    across = sum(column.high - column.low for column in columns)
+    spent = sum(column.room_left + column.room_right + AIR for column in columns) + 2 * MARGIN
+    tall = TALL / (2 if both else 1) / top
+    least = 0.25 * WIDE / across if across > 0 else tall  # a crowded series is drawn wider than the page is
+    return min(tall, max((WIDE - spent) / across, least)) if across > 0 else tall
+
+
+def _shifted(columns: Sequence[Column], scale: float) -> list[Column]:
+    """Columns one behind the other: where they stand, or further right where they would meet."""
+    result: list[Column] = []
+    for column in columns:
+        start = column.low - column.room_left / scale
+        shift = 0.0
+        if result:
+            last = result[-1]
+            behind = last.high + last.shift + (last.room_right + AIR) / scale
+            shift = max(0.0, behind - start)
+        result.append(replace(column, shift=shift))
+    return result

@@ -1,0 +1,380 @@
+"""Between a Dataset and what is shown of it: what tables, key figures and charts read alike.  No plotly.
+
+Plain arrays, short names, curves that coincide drawn once, long records thinned; members, groups of modes, sums over
+branches, largest values.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..results.ties import EQUAL, largest
+
+Array = NDArray[np.float64]
+# Values whose spread is below this part of them are one level: what differs is rounding of what was computed.
+_LEVEL = 1e-9
+# Definitions of load sharing by the size of a deviation, too much or too little [ren2021, eq. 21-24].
+_BY_SIZE = ("cycle-peak", "worst-case")
+_SIDES = ("left", "right")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Series:
+    """One curve, or several that coincide: its label, what it belongs to, and its values.
+
+    stage, pair, branch (0 = none, of several the first), side ("" = none or both).  note : " L, R" of both sides.
+    equal : branches that the curve is of.  values : (k,).
+    """
+
+    label: str
+    stage: str
+    pair: str
+    branch: int
+    side: str
+    note: str = ""
+    equal: tuple[int, ...] = ()
+    values: Array
+
+
+def numbers(data: xr.Dataset, name: str, dim: str = "") -> Array:
+    """Values of a variable as floats; nan along `dim` where the Dataset has no such variable."""
+    if name in data.variables:
+        return np.asarray(data[name].values, dtype=np.float64)
+    return np.full(data.sizes[dim], np.nan)
+
+
+def texts(data: xr.Dataset, name: str, dim: str = "") -> list[str]:
+    """Values of a variable as strings; empty along `dim` where the Dataset has no such variable."""
+    if name in data.variables:
+        return [str(value) for value in data[name].values]
+    return [""] * data.sizes[dim]
+
+
+def split_name(name: str) -> tuple[str, str, int, str]:
+    """Stage, pair or member, branch (0 = none) and side of ``stage/pair[/branch][/side]``."""
+    parts = name.split("/")
+    side = parts.pop() if parts[-1] in ("left", "right") else ""
+    branch = int(parts.pop()) if parts[-1].isdigit() else 0
+    stage = parts[0] if len(parts) > 1 else ""
+    return stage, "/".join(parts[1:]) if len(parts) > 1 else parts[0], branch, side
+
+
+def label(name: str, *, stage: bool) -> str:
+    """Short name for a legend: ``main/sun-planet/2/left`` -> ``sun-planet 2 L``, behind its stage where asked for."""
+    where, pair, branch, side = split_name(name)
+    parts = [where if stage else "", pair, str(branch) if branch else "", side[:1].upper()]
+    return " ".join(part for part in parts if part)
+
+
+def short_names(names: Sequence[str]) -> list[str]:
+    """Short names; the stage is left out where there is only one."""
+    several = len({split_name(name)[0] for name in names if "/" in name}) > 1
+    return [label(name, stage=several) for name in names]
+
+
+def pairs(series: Iterable[Series]) -> list[tuple[str, str]]:
+    """The different (stage, pair) in order of appearance."""
+    return list(dict.fromkeys((one.stage, one.pair) for one in series))
+
+
+def pair_title(pair: tuple[str, str], several: bool) -> str:
+    """Name of a panel that shows one pair of gears."""
+    return f"{pair[0]}: {pair[1]}" if several and pair[0] else pair[1]
+
+
+def merged(names: Sequence[str], values: Array, *, branches: bool = False) -> list[Series]:
+    """Curves of meshes, where the left and right helix coincide one for both.
+
+    Parameters
+    ----------
+    names : (m,) mesh names.  values : (m, k).  branches : also one for all branches of a pair that coincide, so that
+        no curve lies under another; its label counts them.
+    """
+    kept: dict[tuple[str, str, int], list[Series]] = {}
+    for name, row in zip(names, np.atleast_2d(values), strict=True):
+        stage, pair, branch, side = split_name(name)
+        same = kept.setdefault((stage, pair, branch), [])
+        twin = next((place for place, other in enumerate(same) if _coincide(other.values, row)), None)
+        if twin is None:
+            same.append(_series(stage, pair, (branch,), side, row))
+        else:
+            same[twin] = _series(stage, pair, (branch,), "", row, note=" L, R")
+    found = [one for group in kept.values() for one in group]
+    return _equal_branches(found) if branches else found
+
+
+def _equal_branches(every: list[Series]) -> list[Series]:
+    """Curves of one pair and side that coincide as one."""
+    groups: list[list[Series]] = []
+    for one in every:
+        group = next((group for group in groups if _alike(group[0], one)), None)
+        if group is None:
+            groups.append([one])
+        else:
+            group.append(one)
+    found = []
+    for first, *others in groups:
+        branches = (first.branch, *(other.branch for other in others))
+        several = _series(first.stage, first.pair, branches, first.side, first.values, first.note)
+        found.append(several if others else first)
+    return found
+
+
+def _alike(one: Series, other: Series) -> bool:
+    same = (one.stage, one.pair, one.side, one.note) == (other.stage, other.pair, other.side, other.note)
+    return same and one.branch > 0 and other.branch > 0 and _coincide(one.values, other.values)
+
+
+def _series(stage: str, pair: str, branches: tuple[int, ...], side: str, row: Array, note: str = "") -> Series:
+    """One curve (k,) with its label."""
+    who = pair
+    if branches[0]:
+        who = f"branch{'es' if len(branches) > 1 else ''} {spans(branches)}"
+    suffix = (note or (f" {side[0].upper()}" if side else "")) + (" alike" if len(branches) > 1 else "")
+    return Series(
+        label=who + suffix, stage=stage, pair=pair, branch=branches[0], side=side, note=note, equal=branches, values=row
+    )
+
+
+def spans(branches: Sequence[int]) -> str:
+    """Numbers in short: ``1–3, 5``; two that follow each other stay two."""
+    runs: list[list[int]] = []
+    for one in sorted(branches):
+        if runs and one == runs[-1][-1] + 1:
+            runs[-1].append(one)
+        else:
+            runs.append([one])
+    return ", ".join(f"{run[0]}–{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
+
+
+def _coincide(one: Array, other: Array) -> bool:
+    """Whether two curves (k,) lie closer than a line is wide on any screen."""
+    scale = float(np.nanmax(np.abs(one), initial=0.0))
+    return bool(np.allclose(one, other, rtol=0, atol=1e-4 * scale, equal_nan=True))
+
+
+def thinned(x: Array, y: Array, *, most: int = 1200) -> tuple[Array, Array]:
+    """A long record with fewer samples, highest and lowest of each stretch kept, so that peaks survive.
+
+    Parameters
+    ----------
+    x, y : (k,).  most : samples left at most.
+    """
+    stretch = -(-len(x) // (most // 2))
+    if len(x) <= most or stretch < 2 or bool(np.isnan(y).any()):
+        return x, y
+    count = len(x) // stretch
+    block = y[: count * stretch].reshape(count, stretch)
+    first = np.arange(count) * stretch
+    picks = np.sort(np.stack([first + block.argmin(axis=1), first + block.argmax(axis=1)], axis=1), axis=1)
+    keep = np.concatenate([picks.ravel(), np.arange(count * stretch, len(x))])
+    return x[keep], y[keep]
+
+
+def compact(values: Array, *, digits: int = 5) -> list[float | None]:
+    """Values (k,) rounded to so many significant digits of the largest, as a list (short JSON); nan -> None (a gap).
+
+    Values that lie close together keep three digits of their spread, so that no curve becomes a staircase.
+    """
+    array = np.asarray(values, dtype=np.float64).ravel()
+    finite = array[np.isfinite(array)]
+    top = float(np.abs(finite).max()) if finite.size else 0.0
+    places = digits - 1 - math.floor(math.log10(top)) if top > 1e-200 else 0
+    spread = float(np.ptp(finite)) if finite.size else 0.0
+    if spread > max(_LEVEL * top, 1e-200):
+        places = max(places, 2 - math.floor(math.log10(spread)))
+    rounded = np.round(array, places)
+    return [float(value) + 0.0 if np.isfinite(value) else None for value in rounded]
+
+
+def engineering(value: float, digits: int = 4) -> str:
+    """A number to read: so many significant digits, no exponent between 0.001 and a million, nothing for nan."""
+    if not np.isfinite(value):
+        return "" if np.isnan(value) else ("∞" if value > 0 else "-∞")
+    if value == 0:
+        return "0"
+    if not 1e-3 <= abs(value) < 1e6:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        shown = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+        return f"{shown}e{int(exponent)}"
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    text = f"{value:.{places}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def stage_count(names: Iterable[str]) -> int:
+    """Number of stages of names of meshes, ``stage/gear-gear[/branch][/side]``; other names count for none."""
+    parts = [split_name(name) for name in names]
+    return len({stage for stage, pair, _, _ in parts if stage and "-" in pair and "/" not in pair})
+
+
+def unbroken(mesh: str, *, stages: int = 1) -> str:
+    """Short name of a mesh that does not break over a line; with its stage where the train has several."""
+    return label(mesh, stage=stages > 1).replace(" ", "\u00a0").replace("-", "\u2011")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Member:
+    """One member: all bodies of one name in the model file.
+
+    count : bodies.  speed [rpm]; torque [N m] and power [W] all bodies together; mass [kg] of one body.
+    """
+
+    name: str
+    kind: str
+    count: int
+    speed: float
+    torque: float
+    power: float
+    mass: float
+    inertia: float
+
+
+def members_of(check: xr.Dataset) -> list[Member]:
+    """Members in the order of their first body."""
+    names, kinds = texts(check, "member", "body"), texts(check, "kind", "body")
+    values = {name: numbers(check, name, "body") for name in ("speed", "torque", "power", "mass", "inertia")}
+    found = []
+    for name in dict.fromkeys(names):
+        own = [place for place, other in enumerate(names) if other == name]
+        found.append(
+            Member(
+                name=name,
+                kind=kinds[own[0]],
+                count=len(own),
+                speed=float(values["speed"][own[0]]),
+                torque=float(values["torque"][own].sum()),
+                power=float(values["power"][own].sum()),
+                mass=float(values["mass"][own[0]]),
+                inertia=float(values["inertia"][own[0]]),
+            )
+        )
+    return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModeGroup:
+    """Modes of one frequency: first mode (from 1), frequency [Hz], kind, multiplicity."""
+
+    first: int
+    frequency: float
+    kind: str
+    multiplicity: int
+
+
+def mode_groups(modes: xr.Dataset) -> list[ModeGroup]:
+    """Modes of equal frequency put together, as their multiplicity says."""
+    hertz, kinds = numbers(modes, "frequency"), texts(modes, "mode_kind", "mode")
+    counts = np.nan_to_num(numbers(modes, "multiplicity", "mode"), nan=1.0)
+    found: list[ModeGroup] = []
+    place = 0
+    while place < len(hertz):
+        several = max(1, int(counts[place]))
+        one = ModeGroup(first=place + 1, frequency=float(hertz[place]), kind=kinds[place], multiplicity=several)
+        found.append(one)
+        place += several
+    return found
+
+
+def mesh_tones(check: xr.Dataset | None) -> dict[str, float]:
+    """Mesh frequency of each stage that turns [Hz]."""
+    if check is None or "mesh_frequency" not in check.variables:
+        return {}
+    tones = zip(texts(check, "stage"), numbers(check, "mesh_frequency"), strict=True)
+    return {stage: float(tone) for stage, tone in tones if np.isfinite(tone) and tone > 0}
+
+
+def of_first_stage(result: xr.Dataset) -> str:
+    """Of which stage ``mesh_frequency`` of a result is, `` of one``; "" where there is one stage."""
+    names = texts(result, "mesh") if "mesh" in result.variables else []
+    return f" of {names[0].split('/')[0]}" if stage_count(names) > 1 else ""
+
+
+def own_tones(result: xr.Dataset) -> Array:
+    """Mesh frequency of every mesh per that of the first mesh, (w,) [1]."""
+    return numbers(result, "mesh_tone") if "mesh_tone" in result.variables else np.ones(result.sizes["mesh"])
+
+
+def summed_shares(names: Sequence[str], shares: Array) -> tuple[list[str], Array]:
+    """Shares of all branches and sides of one pair, link or member added up.
+
+    Parameters
+    ----------
+    names : (p,) names such as ``main/sun-planet/2/left``.  shares : (p, modes).
+
+    Returns
+    -------
+    names of the groups (g,), shares (g, modes).
+    """
+    keys = ["/".join(word for word in name.split("/") if not word.isdigit() and word not in _SIDES) for name in names]
+    unique = list(dict.fromkeys(keys))
+    total = np.array([shares[[place for place, key in enumerate(keys) if key == one]].sum(axis=0) for one in unique])
+    return [name.replace("/", " ") for name in short_names(unique)], total.reshape(len(unique), -1)
+
+
+def readable(name: str) -> str:
+    """``cycle-peak`` -> ``cycle peak``."""
+    return name.replace("_", " ").replace("-", " ")
+
+
+def largest_coefficients(sharing: xr.Dataset) -> list[tuple[str, float, str]]:
+    """Largest coefficient by each definition and the mesh that has it.
+
+    Definitions by the size of a deviation count meshes that carry more than their share alone: a mesh that carries too
+    little is no overload.
+    """
+    values = sharing["load_sharing"].transpose("definition", "mesh").values
+    names, definitions = texts(sharing, "mesh"), texts(sharing, "definition")
+    found = []
+    for definition, row in zip(definitions, values, strict=True):
+        if definition in _BY_SIZE and "signed-overload" in definitions:
+            over = values[definitions.index("signed-overload")]
+            row = np.where(~(over < 1 - EQUAL), row, np.nan)
+        if np.isfinite(row).any():
+            place = largest(row, equal=EQUAL)
+            found.append((definition, float(row[place]), names[place]))
+    return found
+
+
+def ramps(result: xr.Dataset) -> bool:
+    """Whether the speed changes in a run."""
+    frequency = result["mesh_frequency"].values
+    return bool(np.ptp(frequency) > 1e-9 * np.max(frequency))
+
+
+def by_pair_and_side(names: list[str]) -> dict[tuple[str, str], list[int]]:
+    """Meshes of each pair and side, by their names ``stage/pair/branch/side``."""
+    found: dict[tuple[str, str], list[int]] = {}
+    for i, name in enumerate(names):
+        stage, pair, *rest = name.split("/")
+        side = rest[-1] if rest and not rest[-1].isdigit() else ""
+        found.setdefault((f"{stage}/{pair}", side), []).append(i)
+    return found
+
+
+def stability_verdict(kind: np.ndarray, points: str) -> str:
+    """Headline of instability (...), "" where nothing is known: what was judged, and what could not be.
+
+    points : what is counted, ``speeds`` or ``points`` of a map.
+    """
+    judged, unstable = int(np.sum(kind != "")), int(np.sum((kind != "") & (kind != "stable")))
+    if not judged:
+        return f"Stability not known at any of {kind.size} {points}"
+    left = f", not known at {kind.size - judged}" if judged < kind.size else ""
+    found = f"Unstable at {unstable} of {judged} {points}" if unstable else f"Stable at {judged} {points}"
+    return (found + " judged" if left else found) + left
+
+
+def losses_of_pairs(names: list[str], loss: Array) -> list[tuple[str, str, float]]:
+    """Stage, pair and loss [W] of all branches and sides, of meshes (w,) by name, in their order."""
+    found: dict[tuple[str, str], float] = {}
+    for name, value in zip(names, loss, strict=True):
+        stage, pair, _, _ = split_name(name)
+        found[stage, pair] = found.get((stage, pair), 0.0) + float(value)
+    return [(stage, pair, value) for (stage, pair), value in found.items()]
