@@ -17,6 +17,7 @@ from .gears import (
     finish_gear,
     given_distances,
     given_radius,
+    half_station,
     profile_shifts,
     teeth_of_stage,
     width_of,
@@ -26,6 +27,7 @@ from .train import NAN, ResolutionLog, same, turns_of
 
 Place = tuple[float, float]
 STEEPEST = math.radians(60)  # working pressure angle, as in the file format
+_TOUCHING = 1e-9  # [m] faces that share less have their ends at one place, by rounding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +35,8 @@ class MeshShape:
     """One pair at its working place: angle [rad], distance [m] of the teeth themselves, contact and overlap ratio.
 
     tooth_angle : angle at which the teeth themselves touch [rad]; the working angle unless base radii are stated.
-    limits : where a tooth pair touches, (sigma_min, sigma_max).  width : the narrower face [m], by side.
+    limits : where a tooth pair touches, (sigma_min, sigma_max).
+    station, width : axial place of the middle of the common face, and its width [m], by side.
     """
 
     working_angle: float
@@ -42,6 +45,7 @@ class MeshShape:
     limits: tuple[float, float]
     contact_ratio: float
     overlap_ratio: float
+    station: Mapping[str | None, float]
     width: Mapping[str | None, float]
 
 
@@ -201,8 +205,8 @@ def _mesh_shape(
         internal=p.internal,
     )
     ratio = geometry.transverse_contact_ratio(limits)
-    widths = _widths(plan, p)
-    width = next(iter(widths.values()))
+    faces = _common_faces(plan, p)
+    width = next(iter(faces.values()))[1]
     overlap = geometry.overlap_ratio(width, a.helix_angle, a.module) if a.helix_angle else 0.0
     log.note(f"{p.path}.pressure_angle", angle, "rad", "given" if p.keys.pressure_angle is not None else "geometry")
     own = "given" if p.keys.centre_distance is not None else "geometry"
@@ -220,12 +224,20 @@ def _mesh_shape(
         limits=limits,
         contact_ratio=ratio,
         overlap_ratio=overlap,
-        width=widths,
+        station={side: station for side, (station, _) in faces.items()},
+        width={side: width for side, (_, width) in faces.items()},
     )
 
 
-def _widths(plan: Plan, p: GearPair) -> dict[str | None, float]:
-    """Common face width of a pair [m] by side; nan where neither gear states one."""
+def _common_faces(plan: Plan, p: GearPair) -> dict[str | None, tuple[float, float]]:
+    """Middle and width of what the faces of a pair have in common [m], by side.
+
+    A face of no stated width covers the other one; where neither has a width, it is nan.
+
+    Raises
+    ------
+    ModelError : halves that mesh with one piece, faces without overlap.
+    """
     if plan.two_sided(p.a) != plan.two_sided(p.b):
         single, double = (p.a, p.b) if plan.two_sided(p.b) else (p.b, p.a)
         raise ModelError(
@@ -235,11 +247,29 @@ def _widths(plan: Plan, p: GearPair) -> dict[str | None, float]:
             allowed="herringbone or split gears mesh with such gears",
         )
     sides: tuple[str | None, ...] = ("left", "right") if plan.two_sided(p.a) else (None,)
-    result: dict[str | None, float] = {}
+    common: dict[str | None, tuple[float, float]] = {}
     for side in sides:
-        known = [w for w in (width_of(plan, p.a, side), width_of(plan, p.b, side)) if w is not None]
-        result[side] = min(known, default=NAN)
-    return result
+        places = {name: half_station(plan, name, side) for name in (p.a, p.b)}
+        middle = (places[p.a] + places[p.b]) / 2
+        widths = {name: width for name in places if (width := width_of(plan, name, side)) is not None}
+        if not widths:
+            common[side] = middle, NAN
+            continue
+        left = max(places[name] - middle - width / 2 for name, width in widths.items())
+        right = min(places[name] - middle + width / 2 for name, width in widths.items())
+        if right - left < _TOUCHING:
+            ends = (
+                f"{name} {(places[name] - width / 2) * 1e3:.6g} .. {(places[name] + width / 2) * 1e3:.6g} mm"
+                for name, width in widths.items()
+            )
+            raise ModelError(
+                f"the {f'{side} ' if side else ''}faces do not overlap along the axis",
+                path=p.path,
+                given=", ".join(ends),
+                allowed="station, gap and face_width with which both gears share a piece of the face",
+            )
+        common[side] = middle + (left + right) / 2, right - left
+    return common
 
 
 # places --------------------------------------------------------------------------------------------------------------

@@ -21,8 +21,7 @@ from ..teeth.mesh_stiffness import ComplexArray, ToothPair
 from ..teeth.outline import GearForm
 from ..warning_codes import coded, placed
 from .centres import StageShape
-from .gears import width_of
-from .stage_bodies import half_station
+from .gears import half_station, width_of
 from .stages import GearPair, Plan, Stated, elastic_constants, member_material, stated, stated_value, subtables
 from .train import ResolutionLog
 
@@ -143,8 +142,7 @@ def tooth_pair(
         return None
     a, b, meshing = shape.teeth[p.a], shape.teeth[p.b], shape.meshes[p.name]
     unnoted = ResolutionLog(assumed={})  # the default body is noted where a stiffness needs it
-    places = half_station(plan, p.a, side), half_station(plan, p.b, side)
-    apart = (places[0] - places[1]) / 2
+    at_a, at_b = (half_station(plan, name, side) - meshing.station[side] for name in (p.a, p.b))
     teeth = ToothPair(
         form_a=tooth_form(shape, p.a, model, unnoted),
         form_b=tooth_form(shape, p.b, model, unnoted),
@@ -153,8 +151,8 @@ def tooth_pair(
         pressure_angle=meshing.tooth_angle,
         base_pitch=geometry.base_pitch(a.module, a.pressure_angle, a.helix_angle),
         limits=meshing.limits,
-        face_a=(apart - widths[0] / 2, apart + widths[0] / 2),
-        face_b=(-apart - widths[1] / 2, -apart + widths[1] / 2),
+        face_a=(at_a - widths[0] / 2, at_a + widths[0] / 2),
+        face_b=(at_b - widths[1] / 2, at_b + widths[1] / 2),
         flank_a=flanks[0],
         flank_b=flanks[1],
         paths=(_path(plan, p.a, side), _path(plan, p.b, side)),

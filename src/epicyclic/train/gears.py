@@ -260,6 +260,21 @@ def gap_of(plan: Plan, name: str) -> float:
     return float(stated_value(plan.levels(name), "gap", 0.0))
 
 
+def half_station(plan: Plan, member: str, side: str | None) -> float:
+    """Axial place of a body or helix [m]: of a half, half a width and half the gap from the member's centre."""
+    table = plan.stage.members[member]
+    centre = table.station or 0.0
+    if side is None:
+        return centre
+    if table.kind == "carrier":
+        planet = next((name for name in plan.gears if not plan.central(name)), None)
+        if planet is None:
+            return centre
+        return centre + half_station(plan, planet, side) - (plan.stage.members[planet].station or 0.0)
+    offset = ((width_of(plan, member, side) or 0.0) + gap_of(plan, member)) / 2
+    return centre + (offset if side == "right" else -offset)
+
+
 def finish_gear(
     plan: Plan, name: str, teeth: Teeth, shift: tuple[float, str], log: ResolutionLog
 ) -> dict[str | None, GearData]:

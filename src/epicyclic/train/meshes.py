@@ -21,7 +21,7 @@ from .flanks import tooth_pair
 from .kinematics import Kinematics
 from .mesh_laws import MeshLaw, mesh_law, overlap_of
 from .phasing import StagePhases, ToothedGear, ToothMesh, chain_flanks, flank_of_torque, stage_leads, staggered
-from .stage_bodies import SLICES, body_name, half_station, member_bodies
+from .stage_bodies import SLICES, body_name, member_bodies
 from .stages import GearPair, Plan, gear_below, stated, stated_value
 from .train import Number, ResolutionLog, per_branch, turns_of
 
@@ -97,7 +97,8 @@ def _mesh(shape: StageShape, p: GearPair, side: str | None, branch: int, law: Me
         base_helix=a.base_helix,
         hand=_hand(shape, p, side),
         flank=signs[0],
-        station=(half_station(plan, p.a, side) + half_station(plan, p.b, side)) / 2,
+        station=meshing.station[side],
+        width=width,
         radius_a=a.base_radius / cosine,
         radius_b=b.base_radius / cosine,
         stiffness=law.stiffness[branch],

@@ -18,7 +18,7 @@ from ..document.units import Quantity
 from ..errors import ModelError
 from .bodies import HOUSING, Body, Frame, GearData, Link
 from .centres import StageShape
-from .gears import gap_of, width_of
+from .gears import half_station
 from .stages import Plan, density_of, member_material, sides_of, stated, stated_value
 from .train import NAN, ResolutionLog
 
@@ -118,24 +118,6 @@ def body_name(stage: str, member: str, branch: int | None = None, side: str | No
 def member_bodies(plan: Plan, member: str, branch: int | None) -> dict[str | None, str]:
     """Names of the bodies of a member (of one branch, counted from 1), by side."""
     return {side: body_name(plan.name, member, branch, side) for side in sides_of(plan, member)}
-
-
-def half_station(plan: Plan, member: str, side: str | None) -> float:
-    """Axial place of a body or helix [m]: of a half, half a width and half the gap from the member's centre."""
-    table = plan.stage.members[member]
-    centre = table.station or 0.0
-    if side is None:
-        return centre
-    if table.kind == "carrier":
-        planet = next((name for name in plan.gears if not plan.central(name)), None)
-        return centre if planet is None else centre + half_station(plan, planet, side) - half_centre(plan, planet)
-    offset = ((width_of(plan, member, side) or 0.0) + gap_of(plan, member)) / 2
-    return centre + (offset if side == "right" else -offset)
-
-
-def half_centre(plan: Plan, member: str) -> float:
-    """Axial place of a member's centre [m]."""
-    return plan.stage.members[member].station or 0.0
 
 
 def member_centre(body: Body) -> float:

@@ -20,10 +20,10 @@ from ..teeth import geometry
 from ..warning_codes import coded
 from .bodies import Body
 from .centres import StageShape
-from .gears import width_of
+from .gears import half_station, width_of
 from .kinematics import Gearing, Kinematics, Tie, solve_kinematics
 from .phasing import disc_gaps
-from .stage_bodies import half_station, member_centre
+from .stage_bodies import member_centre
 from .stages import GearPair, Plan, gear_below
 from .train import Load, ResolutionLog
 

@@ -126,14 +126,14 @@ def check_contact_errors(
 
     Parameters
     ----------
-    misalignment : of the flanks [rad], which counts at the ends of the narrower face.  errors : by keyword [m].
+    misalignment : of the flanks [rad], which counts at the ends of the common face.  errors : by keyword [m].
 
     Raises
     ------
     ModelError : one above a module, by its keyword.
     """
-    mates = _gears_of(mesh, bodies)
-    module, width = min(gear.module for gear in mates), min(gear.face_width or 0.0 for gear in mates)
+    module = min(gear.module for gear in _gears_of(mesh, bodies))
+    width = mesh.width if math.isfinite(mesh.width) else 0.0
     for path, size in {"misalignment": misalignment * width / 2, **errors}.items():
         if abs(size) > _LARGEST * module:
             problem = f"moves teeth by {_millimetres(abs(size))}, more than a module"

@@ -207,7 +207,15 @@ def test_planets_in_two_planes_pass_each_other() -> None:
     crowded = {"stages.main.planets": 4}
     with pytest.raises(ModelError, match=r"short 1 and long 4 overlap by .*: planets collide"):
         load(DOUBLE, crowded)
-    assert overlaps({**crowded, "stages.main.short.station": "20 mm"}) == []
+    behind = {f"stages.main.{name}.station": "20 mm" for name in ("small", "short", "back")}
+    shaft = {
+        "stages.main.back": {"kind": "planet", "teeth": 10, "on": "long"},
+        "stages.main.meshes.short-back": {},
+        "stages.main.meshes.short-long": None,
+    }
+    assert overlaps({**crowded, **shaft, **behind}) == []
+    with pytest.raises(ModelError, match="planets collide"):
+        load(DOUBLE, {**crowded, **shaft})
 
 
 @pytest.mark.parametrize("name", ["yue2014-i", "dong2019", "xu2020", "encased-differential", "lin1999-n3"])
