@@ -21,7 +21,7 @@ from ..errors import ModelError
 from ..teeth.grades import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
 from ..warning_codes import coded
 from .bodies import Body, GearData, Mesh
-from .train import ResolutionLog, Train
+from .train import ResolutionLog, Train, stage_axis
 
 # A gear displaced by its module has left its mates (working depth: two modules).  A tenth of a module is about ten
 # times the run-out that grade 8 of ISO 1328 allows: such gears exist, but it is more often a slip in the unit.
@@ -195,7 +195,7 @@ def _width_of(bodies: Sequence[Body], meshes: Sequence[Mesh]) -> Width:
         if table != "deviations" or (segments[-1] != kind and segments[-1] not in ("amplitude", "x", "y")):
             kind = None
         if grade.standard == "ISO 286-1":
-            return _size(grade, _planet(bodies, segments) if kind == "position" else None)
+            return _size(grade, bodies, _planet(bodies, segments) if kind == "position" else None)
         if kind == "run_out":
             return _flank(grade, run_out_width, [_gear(bodies, segments)])
         if kind == "profile":
@@ -205,9 +205,9 @@ def _width_of(bodies: Sequence[Body], meshes: Sequence[Mesh]) -> Width:
     return width
 
 
-def _size(grade: StandardGrade, planet: Body | None) -> float:
+def _size(grade: StandardGrade, bodies: Sequence[Body], planet: Body | None) -> float:
     """Return the width [m] of a grade of a size: the distance of a planet from the axis. Raises ModelError."""
-    radius = 0.0 if planet is None else math.hypot(*planet.centre)
+    radius = 0.0 if planet is None else math.dist(planet.centre, stage_axis(planet.frame, bodies))
     if planet is None or radius == 0:
         allowed = "position of a planet, from its distance to the axis"
         raise ModelError("a grade of a size has no size here", allowed=allowed)

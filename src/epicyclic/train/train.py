@@ -39,6 +39,12 @@ def driving_member(train: Train) -> str | None:
     return next(iter(kinematics.freedoms), None)
 
 
+def stage_axis(stage: str, bodies: Sequence[Body]) -> tuple[float, float]:
+    """Place (x, y) of the axis of a stage [m]: of sun, ring or carrier; of gears on fixed axes that of the first."""
+    own = [body for body in bodies if body.frame == stage]
+    return next((body.centre for body in own if body.kind in ("sun", "ring", "carrier")), own[0].centre)
+
+
 def train_html(train: Train) -> str:
     """Front views and tables of a train as one well-formed HTML element, without scripts and outside references."""
     return (
@@ -100,7 +106,9 @@ def _front_views(train: Train) -> str:
     radius = _pitch_radii(train)
     stages = {stage: [b for b in train.bodies if b.frame == stage and b.name in radius] for stage in train.planets}
     reach = {
-        stage: max(math.hypot(*b.centre) + radius[b.name] for b in gears) for stage, gears in stages.items() if gears
+        stage: max(math.dist(b.centre, stage_axis(stage, train.bodies)) + radius[b.name] for b in gears)
+        for stage, gears in stages.items()
+        if gears
     }
     if not reach:
         return ""
@@ -135,11 +143,13 @@ def _stage(
 ) -> str:
     """Pitch circles of a stage about its axis at `middle` [px], largest first; scale [px/m]."""
     parts, texts, seen, labels = list[str](), list[str](), set[tuple[str, int | None]](), dict[tuple[int, int], int]()
+    axis = stage_axis(stage, train.bodies)
     for body in sorted(gears, key=lambda one: -radius[one.name]):
         if (body.member, body.branch) in seen:  # the halves of a herringbone gear stand behind each other
             continue
         seen.add((body.member, body.branch))
-        x, y, r = middle[0] + scale * body.centre[0], middle[1] - scale * body.centre[1], scale * radius[body.name]
+        x, y = middle[0] + scale * (body.centre[0] - axis[0]), middle[1] - scale * (body.centre[1] - axis[1])
+        r = scale * radius[body.name]
         internal = body.gear is not None and body.gear.internal
         parts.append(
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{r:.1f}" fill="{_FILL.get(body.kind, "#9bc49b")}" '
@@ -149,14 +159,14 @@ def _stage(
         if not internal:
             labels[round(x), round(y)] = below + 1
         texts.append(_text(_label(body, r), x, y - r - 3 if internal else y + 4 + below * (_LABEL + 1)))
-    pins = {math.hypot(*body.centre) for body in gears if body.branch is not None}
+    pins = {math.dist(body.centre, axis) for body in gears if body.branch is not None}
     parts += [
         f'<circle cx="{middle[0]:.1f}" cy="{middle[1]:.1f}" r="{scale * pin:.1f}" stroke-dasharray="4 3" '
         f'stroke-opacity="0.5"><title>pin circle, radius {pin * 1e3:.5g} mm</title></circle>'
         for pin in sorted(pins)
         if pin > 0
     ]
-    bottom = middle[1] + scale * max(math.hypot(*b.centre) + radius[b.name] for b in gears) + 1.5 * _LABEL
+    bottom = middle[1] + scale * max(math.dist(b.centre, axis) + radius[b.name] for b in gears) + 1.5 * _LABEL
     return "".join([*parts, *texts, _text(stage, middle[0], bottom)])
 
 
