@@ -307,8 +307,7 @@ def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Bod
             names = member_bodies(plan, name, number)
             for side, body in names.items():
                 if member.on is None or (member.bearing if planet else member.support) is not None:
-                    held = f"{plan.name}.{name}" in model.operation.held
-                    found += _support(shape, name, side, bodies[body], branch, bodies, held, log)
+                    found += _support(shape, name, side, bodies[body], branch, bodies, model.operation.held, log)
             found += _joints(shape, name, branch, bodies, model, log)
         if plan.split(name) and member.neck is None:
             _check_halves(plan, name, model)
@@ -337,13 +336,28 @@ def _support(
     body: Body,
     branch: int | None,
     bodies: Mapping[str, Body],
-    held: bool,
+    held: Sequence[str],
     log: ResolutionLog,
 ) -> list[Link]:
-    """Support of a central body or bearing of a planet, every named bearing a link."""
+    """Support of a central body or bearing of a planet, every named bearing a link.
+
+    held : members that do not turn.
+
+    Raises
+    ------
+    ModelError : a body held on itself, a planet borne in the housing that its carrier turns against.
+    """
     plan = shape.plan
     key = "support" if branch is None else "bearing"
     table, path = overlaid(plan.member_levels(name, side), key)
+    turning = plan.carrier is not None and f"{plan.name}.{plan.carrier}" not in held
+    if branch is not None and turning and table is not None and table.to == "housing":
+        raise ModelError(
+            f"{name} goes round with {plan.carrier}, and the carrier turns in the housing",
+            path=f"{path}.to",
+            given="housing",
+            allowed=f"the carrier, which is the default; the housing where {plan.carrier} is held",
+        )
     carriers = _carriers(plan, side) if branch is not None and (table is None or table.to is None) else ()
     seconds: Sequence[str | None] = carriers or (_carrying(table, bodies, side, path),)
     if body.name in seconds and table is not None:
@@ -366,7 +380,7 @@ def _support(
             to_housing=second is None and branch is None and plan.carrier is not None,
             plate=plate,
         )
-        found += _bearings(site, table, STIFF if held else 0.0, log)
+        found += _bearings(site, table, STIFF if f"{plan.name}.{name}" in held else 0.0, log)
     return found
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from epicyclic.errors import ModelError
 from epicyclic.train.bodies import Link
 from epicyclic.train.links import shaft_stiffness, shear_coefficient
 from epicyclic.train.resolution import load
@@ -154,3 +155,16 @@ def test_one_gear_speaks_for_its_chain() -> None:
     origin = {value.path: value.origin for value in train.values}
     assert origin["stages.main.star1.module"] == "as sun"
     assert origin["stages.main.ring.helix_angle"] == "as star2"
+
+
+def test_the_bearing_of_a_planet_stands_in_the_housing_only_where_its_carrier_does() -> None:
+    to_housing = {"stages.main.planet.bearing.to": "housing"}
+    with pytest.raises(ModelError, match="the carrier turns") as caught:
+        load("ren2021", to_housing)
+    assert caught.value.path == "stages.main.planet.bearing.to"
+    still = {"operation.held": ["carrier"], "operation.speed": {"sun": "100 rpm"}, "operation.torque": None}
+    bearing = link(load("ren2021", {**to_housing, **still}), "main/planet/1/bearing")
+    assert (bearing.first, bearing.second) == ("main/planet/1", None)
+    assert link(
+        load(MODELS / "encased.toml", {"stages.encased.planet.bearing.to": "housing"}), "encased/planet/1/bearing"
+    )
