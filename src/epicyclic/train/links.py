@@ -503,10 +503,10 @@ def _joint(
 
     Raises
     ------
-    ModelError : a diameter without length.
+    ModelError : a diameter or a torsional rigidity without length.
     """
     path, name, kind = where
-    if table.diameter is not None and length <= 0:
+    if (table.diameter is not None or table.torsional_rigidity is not None) and length <= 0:
         raise ModelError("is missing", path=f"{path}.length", allowed="length of the shaft [m]")
     rest: dict[str, float] = {d: STIFF for d in DIRECTIONS} | solid_stiffness(table, length, material)
     site = LinkSite(

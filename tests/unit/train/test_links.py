@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -168,3 +169,21 @@ def test_the_bearing_of_a_planet_stands_in_the_housing_only_where_its_carrier_do
     assert link(
         load(MODELS / "encased.toml", {"stages.encased.planet.bearing.to": "housing"}), "encased/planet/1/bearing"
     )
+
+
+def two_steps(gears: Sequence[str], on: dict[str, str], **shaft: object) -> dict[str, object]:
+    """g1 - g2 and g3 - g4, g2 and g3 on one shaft; gears in the order of the file."""
+    teeth = {"g1": 20, "g2": 40, "g3": 25, "g4": 50}
+    sitting = {name: {"on": below, "shaft": shaft} for name, below in on.items()}
+    members = {name: {"kind": "gear", "teeth": teeth[name], **sitting.get(name, {})} for name in gears}
+    main = {"module": 0.002, "face_width": 0.02, **members, "meshes": {"g1-g2": {}, "g3-g4": {}}}
+    return {"format": 1, "title": "two steps", "stages": {"s": main}}
+
+
+@pytest.mark.parametrize("shape", [{"torsional_rigidity": 5e5}, {"diameter": 0.03}])
+def test_a_shaft_without_length_has_no_stiffness_by_its_shape(shape: dict[str, object]) -> None:
+    with pytest.raises(ModelError, match="is missing") as caught:
+        load(two_steps(("g1", "g2", "g3", "g4"), {"g3": "g2"}, **shape))
+    assert caught.value.path == "stages.s.g3.shaft.length"
+    train = load(two_steps(("g1", "g2", "g3", "g4"), {"g3": "g2"}, **shape, length=0.06))
+    assert math.isfinite(link(train, "s/g3/shaft").stiffness[5])
