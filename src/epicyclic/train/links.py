@@ -569,10 +569,11 @@ def _check_halves(plan: Plan, name: str, model: ModelFile) -> None:
         table, _ = overlaid(plan.member_levels(name, side), "support")
         links = [] if table is None else [table, *table.bearings.values()]
         sprung = any(link.rz is not None and link.rz.value != 0.0 for link in links)
-        if not sprung and f"{key}.{side}" not in ends:
+        bolted_on = any(link.bolts is not None and link.bolts.tangential != 0.0 for link in links)
+        if not sprung and not bolted_on and f"{key}.{side}" not in ends:
             raise ModelError(
                 f"nothing holds the {side} half: neither neck nor hold",
                 path=plan.member_path(name),
                 given="split = true",
-                allowed="a neck, a held member, support.rz, or a coupling at each half",
+                allowed="a neck, a held member, support.rz, bolts, or a coupling at each half",
             )

@@ -187,3 +187,35 @@ def test_a_shaft_without_length_has_no_stiffness_by_its_shape(shape: dict[str, o
     assert caught.value.path == "stages.s.g3.shaft.length"
     train = load(two_steps(("g1", "g2", "g3", "g4"), {"g3": "g2"}, **shape, length=0.06))
     assert math.isfinite(link(train, "s/g3/shaft").stiffness[5])
+
+
+def halves_of_a_carrier(support: dict[str, object]) -> Train:
+    """A split carrier without a neck, both halves on a hub, planets in one piece."""
+    main = {
+        "planets": 3, "module": 0.004, "face_width": 0.04, "gap": 0.02, "herringbone": True, "helix_angle": 0.3,
+        "sun": {"teeth": 24}, "planet": {"teeth": 24, "bearing": {"radial": 1e8}}, "ring": {"teeth": 72, "rim": 0.03},
+        "carrier": {"mass": 20.0, "inertia": 0.2, "split": True, "support": support},
+    }  # fmt: skip
+    hub = {"hub": {"frame": "main", "mass": 1.0, "inertia": 1.0}}
+    return load({"format": 1, "title": "halves", "stages": {"main": main}, "bodies": hub})
+
+
+@pytest.mark.parametrize(
+    ("support", "holds"),
+    [
+        ({"bolts": {"count": 4, "radius": 0.1}}, True),
+        ({"bolts": {"count": 4, "radius": 0.1, "tangential": 1e8}}, True),
+        ({"bolts": {"count": 4, "radius": 0.1, "tangential": 0}}, False),
+        ({"front": {"radial": 1e8, "bolts": {"count": 4, "radius": 0.1}}}, True),
+        ({"rz": 1e6}, True),
+        ({"rz": {"deflection": [0, 1e-3], "force": [0, 1e3]}}, True),
+        ({"radial": 1e8}, False),
+    ],
+)
+def test_what_holds_the_halves_of_a_carrier(support: dict[str, object], holds: bool) -> None:
+    if not holds:
+        with pytest.raises(ModelError, match="nothing holds the left half"):
+            halves_of_a_carrier({"to": "hub", **support})
+        return
+    links = halves_of_a_carrier({"to": "hub", **support}).links
+    assert {entry.second for entry in links if entry.name.startswith("main/carrier/right/support")} == {"hub"}
