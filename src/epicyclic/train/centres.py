@@ -334,30 +334,28 @@ def _turn(plan: Plan, p: GearPair, known: float, new: float, between: float) -> 
 def _centres(plan: Plan, distance: Mapping[str, float]) -> dict[str, Place]:
     """Centre of every central gear [m]: the stage's, or for gears on fixed axes seen from their first partner."""
     fixed = [name for name, member in plan.gears.items() if member.kind == "gear"]
-    centre = {name: (0.0, 0.0) for name in plan.gears if plan.central(name) and name not in fixed}
-    if fixed and not centre and len(fixed) == len(plan.gears):
-        centre[fixed[0]] = (0.0, 0.0)
+    # of every axis, by the gear at its root: whichever gear of a shaft has a partner in place puts all of them there
+    place = {plan.axis[name]: (0.0, 0.0) for name in plan.gears if plan.central(name) and name not in fixed}
+    if fixed and not place and len(fixed) == len(plan.gears):
+        place[plan.axis[fixed[0]]] = (0.0, 0.0)
     for _ in plan.gears:
-        for name in (n for n in fixed if n not in centre):
-            base = plan.axis[name]
-            if base in centre:
-                centre[name] = centre[base]
-            else:
-                _place_beside(plan, name, centre, distance)
+        for name in fixed:
+            if plan.axis[name] not in place:
+                _place_beside(plan, name, place, distance)
     for name in fixed:
-        if name not in centre:
+        if plan.axis[name] not in place:
             raise ModelError("cannot be placed: it meshes with no central gear", path=plan.member_path(name))
-    return centre
+    return {name: place[plan.axis[name]] for name in plan.gears if plan.central(name)}
 
 
-def _place_beside(plan: Plan, name: str, centre: dict[str, Place], distance: Mapping[str, float]) -> None:
-    """Put the centre of one gear on a fixed axis [m] at its distance from the first partner that has a place."""
+def _place_beside(plan: Plan, name: str, place: dict[str, Place], distance: Mapping[str, float]) -> None:
+    """Put the axis of one gear [m] at its distance from the first partner whose axis has a place."""
     for p in plan.pairs:
         partner = p.b if p.a == name else p.a if p.b == name else None
-        if partner in centre and partner is not None:
+        if partner is not None and plan.axis[partner] in place:
             angle = plan.gears[name].direction or 0.0
-            x, y = centre[partner]
-            centre[name] = (x + distance[p.name] * math.cos(angle), y + distance[p.name] * math.sin(angle))
+            x, y = place[plan.axis[partner]]
+            place[plan.axis[name]] = (x + distance[p.name] * math.cos(angle), y + distance[p.name] * math.sin(angle))
             return
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -219,3 +220,13 @@ def test_what_holds_the_halves_of_a_carrier(support: dict[str, object], holds: b
         return
     links = halves_of_a_carrier({"to": "hub", **support}).links
     assert {entry.second for entry in links if entry.name.startswith("main/carrier/right/support")} == {"hub"}
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(["g1", "g2", "g3", "g4"])))
+@pytest.mark.parametrize("on", [{"g2": "g3"}, {"g3": "g2"}])
+def test_places_of_gears_on_one_shaft_know_no_order(order: tuple[str, ...], on: dict[str, str]) -> None:
+    """Axes 2 (20 + 40)/2 = 60 and 2 (25 + 50)/2 = 75 mm apart, whichever gear carries the other."""
+    places = {body.member: body.centre for body in load(two_steps(order, on)).bodies}
+    assert places["s.g2"] == places["s.g3"]
+    assert math.dist(places["s.g1"], places["s.g2"]) == pytest.approx(0.060)
+    assert math.dist(places["s.g3"], places["s.g4"]) == pytest.approx(0.075)
