@@ -88,7 +88,8 @@ STIFF = math.inf
 class LinkSite:
     """Where a link sits: path in the file, name in results, bodies, branch (0 ..) of `count`, radius of rz in N/m.
 
-    plate : side of the carrier plate it sits in, where there are two.
+    plate : side of the carrier plate it sits in, where there are two.  centre : of a support or bearing: axial place of
+        the centre of the member [m], from which `at` counts.
     """
 
     path: str
@@ -97,6 +98,7 @@ class LinkSite:
     first: Body
     second: str | None
     turn: float
+    centre: float = 0.0
     branch: int = 0
     count: int = 1
     radius: float = 1.0
@@ -118,7 +120,7 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
     carried = site.kind == "bearing" and site.second is not None
     station = site.first.station
     if table.at is not None:
-        station = member_centre(site.first) + table.at
+        station = site.centre + table.at
     curves = _curves(site, table, path)
     return Link(
         name=f"{site.name}/{name}" if name else site.name,
@@ -307,7 +309,7 @@ def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Bod
             names = member_bodies(plan, name, number)
             for side, body in names.items():
                 if member.on is None or (member.bearing if planet else member.support) is not None:
-                    found += _support(shape, name, side, bodies[body], branch, bodies, model.operation.held, log)
+                    found += _support(shape, name, side, bodies[body], branch, bodies, model, log)
             found += _joints(shape, name, branch, bodies, model, log)
         if plan.split(name) and member.neck is None:
             _check_halves(plan, name, model)
@@ -321,7 +323,15 @@ def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], log: Resolutio
         path = f"bodies.{name}.support"
         held = name in model.operation.held
         second = _carrying(body.support, bodies, None, path)
-        site = LinkSite(path=path, name=f"{name}/support", kind="support", first=bodies[name], second=second, turn=0.0)
+        site = LinkSite(
+            path=path,
+            name=f"{name}/support",
+            kind="support",
+            first=bodies[name],
+            second=second,
+            turn=0.0,
+            centre=bodies[name].station,
+        )
         found += _bearings(site, body.support, STIFF if held else 0.0, log)
     return found
 
@@ -336,18 +346,16 @@ def _support(
     body: Body,
     branch: int | None,
     bodies: Mapping[str, Body],
-    held: Sequence[str],
+    model: ModelFile,
     log: ResolutionLog,
 ) -> list[Link]:
     """Support of a central body or bearing of a planet, every named bearing a link.
-
-    held : members that do not turn.
 
     Raises
     ------
     ModelError : a body held on itself, a planet borne in the housing that its carrier turns against.
     """
-    plan = shape.plan
+    plan, held = shape.plan, model.operation.held
     key = "support" if branch is None else "bearing"
     table, path = overlaid(plan.member_levels(name, side), key)
     turning = plan.carrier is not None and f"{plan.name}.{plan.carrier}" not in held
@@ -374,6 +382,7 @@ def _support(
             first=body,
             second=second,
             turn=body.angle,
+            centre=member_centre(body, model),
             branch=branch or 0,
             count=plan.branches if branch is not None else 1,
             radius=body.reference_radius,

@@ -120,12 +120,12 @@ def member_bodies(plan: Plan, member: str, branch: int | None) -> dict[str | Non
     return {side: body_name(plan.name, member, branch, side) for side in sides_of(plan, member)}
 
 
-def member_centre(body: Body) -> float:
-    """Axial place of the centre of a body's member [m]: of a half, the middle of the gap."""
-    if body.gear is None or body.side is None:
+def member_centre(body: Body, model: ModelFile) -> float:
+    """Axial place of the centre of a body's member [m], from which places in the file count: of halves the middle."""
+    if body.side is None:
         return body.station
-    offset = ((body.gear.face_width or 0.0) + body.gear.gap) / 2
-    return body.station + (offset if body.side == "left" else -offset)
+    stage, name = body.member.split(".")
+    return model.stages[stage].members[name].station or 0.0
 
 
 def frames_of(plans: tuple[Plan, ...]) -> tuple[Frame, ...]:

@@ -356,7 +356,7 @@ def external_loads(model: ModelFile, bodies: Sequence[Body]) -> list[Load]:
                     body=body.name,
                     force=force,
                     moment=moment,
-                    station=member_centre(body) + table.at,
+                    station=member_centre(body, model) + table.at,
                     turns=table.frame == "member",
                 )
             )

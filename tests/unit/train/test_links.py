@@ -222,6 +222,26 @@ def test_what_holds_the_halves_of_a_carrier(support: dict[str, object], holds: b
     assert {entry.second for entry in links if entry.name.startswith("main/carrier/right/support")} == {"hub"}
 
 
+@pytest.mark.parametrize("member", ["carrier", "sun"])
+def test_places_on_halves_count_from_the_centre_of_the_member(member: str) -> None:
+    """Bearings at -150 and 150 mm of a member at 10 mm; halves 40 mm wide beside a gap of 20 mm stand 30 mm off it."""
+    main = {
+        "planets": 3, "module": 0.004, "face_width": 0.04, "gap": 0.02, "split": True, "helix_angle": 0.3,
+        "sun": {"teeth": 24}, "planet": {"teeth": 24}, "ring": {"teeth": 72, "rim": 0.03},
+        "carrier": {"mass": 20.0, "inertia": 0.2},
+    }  # fmt: skip
+    main |= {name: main[name] | {"neck": {}, "station": 0.01} for name in ("sun", "planet", "ring", "carrier")}
+    front, rear = {"at": -0.15, "radial": 1e8}, {"at": 0.15, "radial": 1e8}
+    main[member]["support"] = {"front": front, "rear": rear}
+    push = {"on": member, "force": {"x": 1.0}, "at": 0.2}
+    train = load({"format": 1, "title": "places", "stages": {"main": main}, "loads": {"push": push}})
+    stations = {body.name: body.station for body in train.bodies}
+    assert stations[f"main/{member}/left"] == pytest.approx(-0.02)
+    ends = {entry.name: entry.station for entry in train.links if entry.path == f"stages.main.{member}.support.rear"}
+    assert ends == {f"main/{member}/{side}/support/rear": pytest.approx(0.16) for side in ("left", "right")}
+    assert [load.station for load in train.loads] == pytest.approx([0.21, 0.21])
+
+
 @pytest.mark.parametrize("order", list(itertools.permutations(["g1", "g2", "g3", "g4"])))
 @pytest.mark.parametrize("on", [{"g2": "g3"}, {"g3": "g2"}])
 def test_places_of_gears_on_one_shaft_know_no_order(order: tuple[str, ...], on: dict[str, str]) -> None:
