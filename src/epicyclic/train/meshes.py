@@ -209,20 +209,20 @@ def _sun_sense(plan: Plan, kinematics: Kinematics) -> int:
 def _leads(
     plan: Plan, p: GearPair, side: str | None, phases: StagePhases, sense: int, log: ResolutionLog
 ) -> tuple[Number, ...]:
-    """Lead of every branch: given as `phase`, else from teeth and angles, staggered on the right."""
-    found = stated(p.levels(side), "phase")
+    """Lead of every branch: given as `phase`, else from teeth and angles; staggered on the right unless given there."""
     path = f"{p.path}.{side}.phase" if side else f"{p.path}.phase"
-    if found is not None:
-        values = per_branch(found.value, len(plan.angles), path)
+    given = stated(p.levels(side), "phase")
+    leads = phases.lead[p.name]
+    if given is not None:
+        values = per_branch(given.value, len(plan.angles), path)
         leads = tuple(_fraction(value) % 1 for value in values)
-        log.note(found.path, [float(lead) for lead in leads], "cycles")
-        if found.level == "mesh":
+        log.note(given.path, [float(lead) for lead in leads], "cycles")
+        if given.level == "side":
             return leads
-    else:
-        leads = phases.lead[p.name]
-        stagger = stated_value(plan.levels(p.a), "stagger", 0.0)
-        if side == "right" and stagger:
-            leads = tuple(staggered(lead, _fraction(stagger), sense) for lead in leads)
+    stagger = stated_value(plan.levels(p.a), "stagger", 0.0)
+    if side == "right" and stagger:
+        leads = tuple(staggered(lead, _fraction(stagger), sense) for lead in leads)
+    if given is None:
         log.note(path, [float(lead) for lead in leads], "cycles", "geometry")
     return leads
 
