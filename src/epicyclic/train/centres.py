@@ -12,6 +12,7 @@ from ..teeth.phasing import Angle, Phase
 from ..warning_codes import coded
 from .bodies import GearData
 from .gears import (
+    GivenLength,
     Teeth,
     distance_from_shifts,
     finish_gear,
@@ -95,7 +96,7 @@ def shape_stage(plan: Plan, log: ResolutionLog) -> StageShape:
     shifts = profile_shifts(plan, teeth, given)
     gears = {name: finish_gear(plan, name, teeth[name], shifts[name], log) for name in plan.gears}
     worked = {p.name: _working(plan, p, teeth, given.get(p.name), shifts) for p in plan.pairs}
-    pin = _pin_radii(plan, given, {name: distance for name, (_, distance) in worked.items()}, log)
+    pin = _pin_radii(plan, {name: distance for name, (_, distance) in worked.items()}, log)
     meshes = {p.name: _mesh_shape(plan, p, teeth, gears, worked[p.name], log) for p in plan.pairs}
     ahead = _ahead(plan, pin, {name: distance for name, (_, distance) in worked.items()})
     centre = _centres(plan, {name: distance for name, (_, distance) in worked.items()})
@@ -120,7 +121,7 @@ def _working(
     plan: Plan,
     p: GearPair,
     teeth: Mapping[str, Teeth],
-    given: float | None,
+    given: GivenLength | None,
     shifts: Mapping[str, tuple[float, str]],
 ) -> tuple[float, float]:
     """Working transverse pressure angle [rad] of a pair and the distance of its axes [m].
@@ -140,30 +141,30 @@ def _working(
         own = (b.base_radius - a.base_radius if p.internal else b.base_radius + a.base_radius) / math.cos(
             p.keys.pressure_angle
         )
-        return p.keys.pressure_angle, given if given is not None else own
+        return p.keys.pressure_angle, own if given is None else given.value
     angle, distance = distance_from_shifts(p, teeth, shifts[p.a][0], shifts[p.b][0])
-    if given is None or same(given, distance, 1e-12):
+    if given is None or same(given.value, distance, 1e-12):
         if math.isnan(angle):
             raise ModelError("no working angle: these shifts close the teeth", path=f"{p.path}.pressure_angle")
         own = angle if _nominal(a, b) else _angle_at(p, distance, teeth)
         return angle if math.isnan(own) else own, distance
-    angle = _angle_at(p, given, teeth)
+    angle = _angle_at(p, given.value, teeth)
     if angle > STEEPEST:
         raise ModelError(
             f"the centre distance is too large, the working pressure angle would be {math.degrees(angle):.3g} deg",
-            path=f"{p.path}.centre_distance",
-            given=f"{given * 1e3:.6g} mm",
+            path=given.path,
+            given=f"{given.value * 1e3:.6g} mm",
             allowed=f"about {distance * 1e3:.6g} mm, the distance of teeth and module",
         )
     if math.isnan(angle):
         least = abs(b.base_radius - a.base_radius) if p.internal else b.base_radius + a.base_radius
         raise ModelError(
             "the centre distance is below the base circles",
-            path=f"{p.path}.centre_distance",
-            given=f"{given * 1e3:.6g} mm",
+            path=given.path,
+            given=f"{given.value * 1e3:.6g} mm",
             allowed=f"at least {least * 1e3:.6g} mm, or {p.path}.pressure_angle",
         )
-    return angle, given
+    return angle, given.value
 
 
 def _angle_at(p: GearPair, distance: float, teeth: Mapping[str, Teeth]) -> float:
@@ -275,9 +276,7 @@ def _common_faces(plan: Plan, p: GearPair) -> dict[str | None, tuple[float, floa
 # places --------------------------------------------------------------------------------------------------------------
 
 
-def _pin_radii(
-    plan: Plan, given: Mapping[str, float], distance: Mapping[str, float], log: ResolutionLog
-) -> dict[str, float]:
+def _pin_radii(plan: Plan, distance: Mapping[str, float], log: ResolutionLog) -> dict[str, float]:
     """Radius of the axes of every planet gear [m]: given, else the distance of its mesh nearest the sun."""
     radii: dict[str, float] = {}
     for p in plan.pairs:
@@ -289,7 +288,7 @@ def _pin_radii(
         if plan.central(name):
             continue
         own = given_radius(plan, plan.axis[name], log)
-        radius = own if own is not None else radii.get(plan.axis[name])
+        radius = own.value if own is not None else radii.get(plan.axis[name])
         if radius is None:
             raise ModelError(
                 "is missing: no mesh with a central gear says it",

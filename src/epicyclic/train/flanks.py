@@ -158,11 +158,14 @@ def tooth_pair(
         paths=(_path(plan, p.a, side), _path(plan, p.b, side)),
     )
     _check(teeth, p.internal)
-    for flank, path in zip(flanks, teeth.paths, strict=True):
+    for gear, flank in zip((p.a, p.b), flanks, strict=True):
         for name, size in amounts(flank):
             if abs(size) > _DOUBTFUL * a.module:
+                key, *within = name.split(".")
+                stating = stated(subtables(plan.levels(gear, side), "flank"), key)
+                path = ".".join([stating.path if stating else key, *within])
                 words = f"more than a tenth of a module ({a.module * 1e3:.4g} mm); is the unit right?"
-                log.warn(coded("modification-large", f"{path}.{name} = {size * 1e3:.4g} mm is {words}"))
+                log.warn(coded("modification-large", f"{path} = {size * 1e3:.4g} mm is {words}"))
     return teeth
 
 
@@ -224,8 +227,8 @@ def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank
 
 
 def _path(plan: Plan, name: str, side: str | None) -> str:
-    """Path of the flank of a gear in the file, of a side where it has its own."""
-    found = stated(plan.member_levels(name, side), "flank")
+    """Path of the flank of a gear in the file: of the side, else the gear, else the stage that has one."""
+    found = stated(plan.levels(name, side), "flank")
     return f"{plan.member_path(name)}.flank" if found is None else found.path
 
 

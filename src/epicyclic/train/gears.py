@@ -6,9 +6,11 @@ Centre distances that are given, and the profile shifts that follow from them.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
+from ..document.writer import quantity_text
 from ..errors import ModelError
 from ..teeth import geometry
 from ..warning_codes import coded
@@ -72,9 +74,10 @@ def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict
     """Teeth of the gears of one chain, which share module, pressure angle and helix angle. Raises ModelError."""
     helix = _shared(plan, chain, "helix_angle", log)
     if 0 < helix < _HELIX:
+        stating = (plan.member_path(name) for name in chain if plan.gears[name].helix_angle is not None)
         raise ModelError(
             "is no helix",
-            path=f"{plan.path}.helix_angle",
+            path=f"{next(stating, plan.path)}.helix_angle",
             given=f"{math.degrees(helix):.3g} deg",
             allowed=f"0, or from {math.degrees(_HELIX):g} deg on",
         )
@@ -116,7 +119,7 @@ def _scaled_to_teeth(plan: Plan, by_teeth: Mapping[str, float], from_module: boo
     share = {name: abs(radius / by_teeth[name] - 1) for name, radius in missed.items()}
     rounded = all(value <= ROUNDED_RADIUS for value in share.values())
     for name, radius in missed.items():
-        if (from_module and share[name] > FAR_RADIUS) or (plan.loaded and not rounded):
+        if (from_module and share[name] > FAR_RADIUS) or (plan.loaded and share[name] > ROUNDED_RADIUS):
             log.warn(
                 coded(
                     "base-radius-far",
@@ -140,13 +143,13 @@ def _scaled_to_teeth(plan: Plan, by_teeth: Mapping[str, float], from_module: boo
 def _stated_in_chain(plan: Plan, chain: tuple[str, ...], key: str) -> dict[str, float]:
     """Values that the gears of a chain state themselves, by gear. Raises ModelError where two differ."""
     given: dict[str, float] = {name: value for name in chain if (value := getattr(plan.gears[name], key)) is not None}
-    first = next(iter(given), "")
+    first, kind = next(iter(given), ""), "angle" if key.endswith("angle") else "length"
     for name, value in given.items():
         if not same(value, given[first]):
             raise ModelError(
-                f"contradicts its chain: {first} meshes with it and has {given[first]:g}",
+                f"contradicts its chain: {first} has {quantity_text(given[first], kind)}",
                 path=f"{plan.member_path(name)}.{key}",
-                given=value,
+                given=quantity_text(value, kind),
                 allowed="one value along a chain of meshing gears",
             )
     return given
@@ -182,8 +185,12 @@ def _module(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float], log
         first = next(iter(both))
         for name, value in both.items():
             if not same(value, both[first]):
+                key = "module" if name in given else "transverse_module"
                 raise ModelError(
-                    f"contradicts its chain: {first}", path=f"{plan.member_path(name)}.module", given=value
+                    f"contradicts its chain: {first} has a normal module of {quantity_text(both[first], 'length')}",
+                    path=f"{plan.member_path(name)}.{key}",
+                    given=quantity_text(getattr(plan.gears[name], key), "length"),
+                    allowed="one module along a chain of meshing gears",
                 )
         value, origin = both[first], f"as {first}"
     elif stage.module is not None or stage.transverse_module is not None:
@@ -356,15 +363,23 @@ def _gear_data(plan: Plan, name: str, teeth: Teeth, shift: float, side: str | No
 LARGEST_SHIFT = 5.0  # as in the file format; far beyond any tooth
 
 
-def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, float]:
-    """Given centre distance of every pair that has one [m]; two that differ are a warning, the nearest one counts."""
+class GivenLength(NamedTuple):
+    """A centre distance or pin radius that the file states: where, and its value [m]."""
+
+    path: str
+    value: float
+
+
+def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, GivenLength]:
+    """Given centre distance of every pair that has one; two that differ are a warning, the nearest one counts."""
     radii = {axis: given_radius(plan, axis, log) for axis in dict.fromkeys(plan.axis.values())}
-    found: dict[str, float] = {}
+    found: dict[str, GivenLength] = {}
     for p in plan.pairs:
         stated = [(f"{p.path}.centre_distance", p.keys.centre_distance)]
         planets = [name for name in (p.a, p.b) if not plan.central(name)]
         if len(planets) == 1:
-            stated.append(("the pin radius", radii[plan.axis[planets[0]]]))
+            radius = radii[plan.axis[planets[0]]]
+            stated += [] if radius is None else [radius]
         elif not planets:
             stated.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
         value = _first(stated, log)
@@ -373,8 +388,8 @@ def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, float]:
     return found
 
 
-def given_radius(plan: Plan, axis: str, log: ResolutionLog) -> float | None:
-    """Given radius of one planet axis [m]."""
+def given_radius(plan: Plan, axis: str, log: ResolutionLog) -> GivenLength | None:
+    """Given radius of one planet axis."""
     if plan.central(axis):
         return None
     on_axis = [name for name in plan.gears if plan.axis[name] == axis]
@@ -389,22 +404,24 @@ def given_radius(plan: Plan, axis: str, log: ResolutionLog) -> float | None:
     return _first(stated, log)
 
 
-def _first(stated: list[tuple[str, float | None]], log: ResolutionLog) -> float | None:
-    """First stated centre distance [m], with a warning for each one that differs."""
-    given = [(path, value) for path, value in stated if value is not None]
+def _first(stated: Sequence[tuple[str, float | None]], log: ResolutionLog) -> GivenLength | None:
+    """First stated centre distance, with a warning for each one that differs."""
+    given = [GivenLength(path, value) for path, value in stated if value is not None]
     for path, value in given[1:]:
-        if not same(value, given[0][1], 1e-6):
+        if not same(value, given[0].value, 1e-6):
             log.warn(
                 coded(
                     "centre-distances-differ",
-                    f"centre distances differ: {given[0][0]} {given[0][1] * 1e3:.6g} mm, {path} {value * 1e3:.6g} mm; "
-                    "the first one counts",
+                    f"centre distances differ: {given[0].path} {given[0].value * 1e3:.6g} mm, "
+                    f"{path} {value * 1e3:.6g} mm; the first one counts",
                 )
             )
-    return given[0][1] if given else None
+    return given[0] if given else None
 
 
-def profile_shifts(plan: Plan, teeth: Mapping[str, Teeth], given: dict[str, float]) -> dict[str, tuple[float, str]]:
+def profile_shifts(
+    plan: Plan, teeth: Mapping[str, Teeth], given: Mapping[str, GivenLength]
+) -> dict[str, tuple[float, str]]:
     """Profile shift of every gear and where it comes from; what a centre distance fixes follows, the rest is 0.
 
     Raises
@@ -412,7 +429,8 @@ def profile_shifts(plan: Plan, teeth: Mapping[str, Teeth], given: dict[str, floa
     ModelError : a centre distance that no shift of a tooth can serve.
     """
     known = {n: (float(x), "given") for n, m in plan.gears.items() if (x := m.profile_shift) is not None}
-    distance = given | _distances_from_shifts(plan, teeth, known, given)
+    distance = {pair: length.value for pair, length in given.items()}
+    distance |= _distances_from_shifts(plan, teeth, known, given)
     for p in plan.pairs:
         if p.name not in distance or (p.a in known and p.b in known):
             continue
@@ -436,9 +454,12 @@ def profile_shifts(plan: Plan, teeth: Mapping[str, Teeth], given: dict[str, floa
 
 
 def _distances_from_shifts(
-    plan: Plan, teeth: Mapping[str, Teeth], known: Mapping[str, tuple[float, str]], given: Mapping[str, float]
+    plan: Plan, teeth: Mapping[str, Teeth], known: Mapping[str, tuple[float, str]], given: Collection[str]
 ) -> dict[str, float]:
-    """Centre distance [m] of pairs on an axis that has a central mesh with two stated shifts."""
+    """Centre distance [m] of pairs on an axis that has a central mesh with two stated shifts.
+
+    given : pairs whose distance the file states.
+    """
     found: dict[str, float] = {}
     for p in plan.pairs:
         planet = next((n for n in (p.a, p.b) if not plan.central(n)), None)

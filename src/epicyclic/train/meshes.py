@@ -214,7 +214,7 @@ def _leads(
     given = stated(p.levels(side), "phase")
     leads = phases.lead[p.name]
     if given is not None:
-        values = per_branch(given.value, len(plan.angles), path)
+        values = per_branch(given.value, len(plan.angles), given.path)
         leads = tuple(_fraction(value) % 1 for value in values)
         log.note(given.path, [float(lead) for lead in leads], "cycles")
         if given.level == "side":

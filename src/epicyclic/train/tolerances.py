@@ -48,7 +48,7 @@ def check_sizes(document: Document, bodies: Sequence[Body], meshes: Sequence[Mes
         for path, size in _of_mesh(mesh_table, f"deviations.{name}"):
             _check(path, size, module, document.data, log)
     for mesh in meshes:
-        _check_backlash(mesh, bodies)
+        _check_backlash(mesh, bodies, document.data)
 
 
 def _of_member(table: MemberDeviationsTable, path: str, reach: float) -> Iterator[tuple[str, float]]:
@@ -147,13 +147,14 @@ def _gears_of(mesh: Mesh, bodies: Sequence[Body]) -> list[GearData]:
     return [b.gear for b in bodies if b.name in (mesh.a, mesh.b) and b.gear is not None]
 
 
-def _check_backlash(mesh: Mesh, bodies: Sequence[Body]) -> None:
+def _check_backlash(mesh: Mesh, bodies: Sequence[Body], data: Mapping[str, Any]) -> None:
     """Raise ModelError for a backlash in which a tooth is lost."""
     module = min(gear.module for gear in _gears_of(mesh, bodies))
     if math.isfinite(mesh.backlash) and mesh.backlash > _LARGEST * module:
+        sided = f"{mesh.pair}.{mesh.side}.backlash"
         raise ModelError(
             "larger than a module: no backlash of teeth",
-            path=f"{mesh.pair}.backlash",
+            path=f"{mesh.pair}.backlash" if _stated(data, sided) is None else sided,
             given=_millimetres(mesh.backlash),
             allowed=f"at most a module, {_millimetres(module)}; leave it out where the far flank never touches",
         )
@@ -161,10 +162,16 @@ def _check_backlash(mesh: Mesh, bodies: Sequence[Body]) -> None:
 
 def _written(data: Mapping[str, Any], path: str, size: float) -> object:
     """Value as it stands in the document, else its size."""
-    here: object = data
-    for part in path.split("."):
-        here = here.get(part) if isinstance(here, Mapping) else None
-    return _millimetres(size) if here is None or isinstance(here, float) else here
+    value = _stated(data, path)
+    return _millimetres(size) if value is None or isinstance(value, float) else value
+
+
+def _stated(data: Mapping[str, Any], path: str) -> object:
+    """What the document has at a path, None without."""
+    value: object = data
+    for name in path.split("."):
+        value = value.get(name) if isinstance(value, Mapping) else None
+    return value
 
 
 def _millimetres(length: float) -> str:
