@@ -184,7 +184,8 @@ def _check_counts(wishes: Wishes) -> None:
     counts, planets = wishes.counts, wishes.planets
     if min(counts.sun, counts.planet) < _UNDERCUT:
         raise ModelError("too few teeth", path="teeth", given=str(counts), allowed=f"{_UNDERCUT} or more on each gear")
-    if neighbour_gap(counts, planets, wishes.helix_angle) < least_gap(wishes.module):
+    least = least_gap(wishes.module)
+    if neighbour_gap(counts, planets, wishes.helix_angle) < least:
         most = most_planets(counts, wishes.helix_angle, wishes.module)
         raise ModelError(
             f"the tips of neighbouring planets of {counts} come nearer than one module",
@@ -193,9 +194,9 @@ def _check_counts(wishes: Wishes) -> None:
             allowed=f"at most {most} with these teeth",
         )
     if not assembles(counts, planets):
-        near = nearest_counts(counts, planets, helix_angle=wishes.helix_angle)
+        near = nearest_counts(counts, planets, helix_angle=wishes.helix_angle, module=wishes.module)
         fitting = [n for n in range(2, planets + 4) if assembles(counts, n) and n != planets]
-        fitting = [n for n in fitting if neighbour_gap(counts, n, wishes.helix_angle) >= 1]
+        fitting = [n for n in fitting if neighbour_gap(counts, n, wishes.helix_angle) >= least]
         ways = [" or ".join(map(str, near))] if near else []
         ways += [f"these teeth with {' or '.join(map(str, fitting))} planets"] if fitting else []
         raise ModelError(

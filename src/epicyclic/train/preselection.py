@@ -135,8 +135,13 @@ def counts_of_ratio(
     return best
 
 
-def nearest_counts(counts: ToothCounts, planets: int, *, helix_angle: float, several: int = 3) -> list[ToothCounts]:
-    """Tooth counts nearest to given ones that assemble and fit, by the change of their ratio; may be empty."""
+def nearest_counts(
+    counts: ToothCounts, planets: int, *, helix_angle: float, module: float | None, several: int = 3
+) -> list[ToothCounts]:
+    """Tooth counts nearest to given ones that assemble and fit, by the change of their ratio; may be empty.
+
+    helix_angle : [rad].  module : normal [m], None where it is to be chosen.
+    """
     span = range(-_NEAR, _NEAR + 1)
     near = [
         ToothCounts(sun=z_s, planet=z_p, ring=z_s + 2 * z_p)
@@ -149,7 +154,7 @@ def nearest_counts(counts: ToothCounts, planets: int, *, helix_angle: float, sev
         teeth = abs(other.sun - counts.sun) + abs(other.planet - counts.planet) + abs(other.ring - counts.ring)
         return teeth, abs(other.ring / other.sun - counts.ring / counts.sun)
 
-    fitting = (c for c in sorted(near, key=change) if neighbour_gap(c, planets, helix_angle) >= 1)
+    fitting = (c for c in sorted(near, key=change) if neighbour_gap(c, planets, helix_angle) >= least_gap(module))
     return list(islice((c for c in fitting if assembles(c, planets)), several))
 
 

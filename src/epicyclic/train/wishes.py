@@ -166,10 +166,13 @@ def _counts(
     if ratio is not None and (isinstance(ratio, bool) or not isinstance(ratio, (int, float)) or not abs(ratio) < 1e3):
         raise ModelError("not a ratio", path="ratio", given=ratio, allowed="a number below 1000 in size, 5.7")
     if teeth is not None:
-        counts = _given_counts(teeth, planets, helix_angle)
+        counts = _given_counts(teeth, planets, helix_angle, module)
+        if ratio is not None and held is None:
+            raise ModelError("says nothing of a differential", path="ratio", given=ratio, allowed="leave it out")
         if ratio is not None and held is not None:
             own = ratio_of(counts, held)
-            if not abs(abs(ratio / own) - 1) <= RATIO_LIMIT:
+            asked = -abs(ratio) if held == "carrier" else ratio  # of a star of either sign
+            if not abs(asked / own - 1) <= RATIO_LIMIT:
                 raise ModelError(
                     f"the teeth {counts} have {own:.5g} with the {held} held",
                     path="ratio",
@@ -188,7 +191,7 @@ def _counts(
     return counts_of_ratio(ratio, planets, held, helix_angle=helix_angle, module=module)
 
 
-def _given_counts(teeth: str | Sequence[int], planets: int, helix_angle: float) -> ToothCounts:
+def _given_counts(teeth: str | Sequence[int], planets: int, helix_angle: float, module: float | None) -> ToothCounts:
     """Tooth counts as typed, sun/planet/ring or sun/planet. Raises ModelError."""
     allowed = "sun/planet/ring, 21/39/99"
     parts = teeth.split("/") if isinstance(teeth, str) else list(teeth)
@@ -204,7 +207,7 @@ def _given_counts(teeth: str | Sequence[int], planets: int, helix_angle: float) 
     ring = numbers[2] if len(numbers) == 3 else sun + 2 * planet
     counts = ToothCounts(sun=sun, planet=planet, ring=ring)
     if ring != sun + 2 * planet:
-        near = nearest_counts(counts, planets, helix_angle=helix_angle)
+        near = nearest_counts(counts, planets, helix_angle=helix_angle, module=module)
         raise ModelError(
             f"{sun} + 2 x {planet} teeth make a ring of {sun + 2 * planet} without profile shift",
             path="teeth",
