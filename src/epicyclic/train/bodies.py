@@ -210,7 +210,6 @@ class Link:
     clearance [m], exponent [1], friction (coefficient or force) : laws, see docs/reference/model-file.md.
     load : force at which `stiffness` is the tangent, where the exponent is not 1 [N].
     curves : (direction 0 .. 5, force over deflection) of those that follow a table; `stiffness` is its nominal one.
-    to_housing : second is the housing itself although the frame turns (a damper then acts on the absolute velocity).
     """
 
     name: str
@@ -228,7 +227,6 @@ class Link:
     load: float = 0.0
     friction: tuple[tuple[str, float | str], ...] = ()
     curves: tuple[tuple[int, ForceCurve], ...] = ()
-    to_housing: bool = False
 
     def __repr__(self) -> str:
         """One line: name, kind, bodies and the six stiffnesses."""

@@ -33,7 +33,7 @@ _TOUCHING = 1e-9  # [m] faces that share less have their ends at one place, by r
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeshShape:
-    """One pair at its working place: angle [rad], distance [m] of the teeth themselves, contact and overlap ratio.
+    """One pair at its working place: angle [rad], contact and overlap ratio.
 
     tooth_angle : angle at which the teeth themselves touch [rad]; the working angle unless base radii are stated.
     limits : where a tooth pair touches, (sigma_min, sigma_max).
@@ -42,7 +42,6 @@ class MeshShape:
 
     working_angle: float
     tooth_angle: float
-    centre_distance: float
     limits: tuple[float, float]
     contact_ratio: float
     overlap_ratio: float
@@ -221,7 +220,6 @@ def _mesh_shape(
     return MeshShape(
         working_angle=angle,
         tooth_angle=tooth_angle,
-        centre_distance=distance,
         limits=limits,
         contact_ratio=ratio,
         overlap_ratio=overlap,

@@ -32,7 +32,6 @@ class Teeth:
 
     module : normal.  pressure_angle : normal.  hand : +1 right, -1 left (left helix of a herringbone gear), 0 spur.
     nominal_base : base radius by teeth and module; base_radius : the one used, given or nominal.
-    from_module : module stated (False: it follows from stated base radii).
     """
 
     teeth: int
@@ -43,7 +42,6 @@ class Teeth:
     hand: int
     nominal_base: float
     base_radius: float
-    from_module: bool
 
     @property
     def transverse_angle(self) -> float:
@@ -101,7 +99,6 @@ def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict
             hand=hands[name],
             nominal_base=nominal,
             base_radius=base,
-            from_module=from_module,
         )
     return result
 

@@ -103,7 +103,6 @@ class LinkSite:
     count: int = 1
     radius: float = 1.0
     share: float = 1.0
-    to_housing: bool = False
     plate: str | None = None
 
 
@@ -138,7 +137,6 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
         load=(table.load or 0.0) * site.share,
         friction=_friction(table, site.share),
         curves=tuple(curves.items()),
-        to_housing=site.to_housing,
     )
 
 
@@ -278,7 +276,6 @@ def _plain(site: Link) -> Link:
         centre=site.centre,
         station=site.station,
         stiffness=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        to_housing=site.to_housing,
     )
 
 
@@ -386,7 +383,6 @@ def _support(
             branch=branch or 0,
             count=plan.branches if branch is not None else 1,
             radius=body.reference_radius,
-            to_housing=second is None and branch is None and plan.carrier is not None,
             plate=plate,
         )
         found += _bearings(site, table, STIFF if f"{plan.name}.{name}" in held else 0.0, log)

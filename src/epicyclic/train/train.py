@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from html import escape
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,6 @@ from ..warning_codes import CodedText
 from .bodies import Body, Frame, Link, Mesh
 from .kinematics import Kinematics
 from .power import PowerPath
-
-if TYPE_CHECKING:
-    pass
 
 _WIDTH, _HEIGHT, _LABEL = 680.0, 300.0, 11  # of the drawing and of its letters [px]
 _FILL = {"sun": "#f2b134", "planet": "#6ea8d8", "ring": "none"}
