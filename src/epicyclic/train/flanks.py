@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Literal
 
-from ..document.schema import ModelFile, ProfileTable, ReliefTable, WaveTable
+from ..document.schema import ModelFile, ProfileTable, ReliefTable
 from ..errors import ModelError
 from ..teeth import geometry
 from ..teeth.contact_lines import PlaneOfAction
@@ -222,7 +222,11 @@ def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank
         crown=crown,
         slope=slope,
         profile=() if profile is None else _profile(profile.value, profile.path),
-        waves=() if wave is None else (_wave(wave.value),),
+        waves=(
+            ()
+            if wave is None
+            else (Wave(amplitude=wave.value.amplitude, order=wave.value.order, phase=wave.value.phase),)
+        ),
     )
 
 
@@ -251,8 +255,3 @@ def _profile(table: ProfileTable, path: str) -> tuple[tuple[float, float], ...]:
             given=f"{len(table.below_tip)}, {len(table.missing)}",
         )
     return tuple(zip(table.below_tip, table.missing, strict=True))
-
-
-def _wave(table: WaveTable) -> Wave:
-    """Wave along the profile: amplitude [m], order [1], phase [rad]."""
-    return Wave(amplitude=table.amplitude, order=table.order, phase=table.phase)

@@ -8,7 +8,7 @@ Tolerances of a resolved train: grades with the sizes that they apply to.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from ..document.correlation import Correlations, read_correlations
@@ -62,7 +62,7 @@ def _of_member(table: MemberDeviationsTable, path: str, reach: float) -> Iterato
             if vector is not None and (value := getattr(vector, name)) is not None:
                 yield f"{path}.{key}.{name}", _largest(value) * lever
     if table.pitch is not None:
-        yield f"{path}.pitch", max(max(one) - min(one) for one in table.pitch)
+        yield f"{path}.pitch", max(max(teeth) - min(teeth) for teeth in table.pitch)
 
 
 def _of_mesh(table: MeshDeviationsTable, path: str) -> Iterator[tuple[str, float]]:
@@ -102,21 +102,17 @@ def _reach(member: str, bodies: Sequence[Body]) -> float:
 
 def _check(path: str, size: float, module: float, data: Mapping[str, Any], log: ResolutionLog) -> None:
     """Raise ModelError, or warn, of one deviation [m] of a gear of a module [m]."""
+    words = "moves the ends of the teeth by" if ".tilt." in path else "is"
     if size > _LARGEST * module:
         raise ModelError(
-            f"{_words(path)} more than a module: no deviation of a gear",
+            f"{words} more than a module: no deviation of a gear",
             path=path,
             given=_written(data, path, size),
             allowed=f"at most a module, {_millimetres(module)}",
         )
     if size > _DOUBTFUL * module:
-        more = f"{_words(path)} more than a tenth of a module ({_millimetres(module)}); is the unit right?"
+        more = f"{words} more than a tenth of a module ({_millimetres(module)}); is the unit right?"
         log.warn(coded("deviation-large", f"{path} = {_written(data, path, size)}: {more}"))
-
-
-def _words(path: str) -> str:
-    """What is compared with the module."""
-    return "moves the ends of the teeth by" if ".tilt." in path else "is"
 
 
 def check_contact_errors(
@@ -202,20 +198,22 @@ def _width_of(bodies: Sequence[Body], meshes: Sequence[Mesh]) -> Width:
         if table != "deviations" or (segments[-1] != kind and segments[-1] not in ("amplitude", "x", "y")):
             kind = None
         if grade.standard == "ISO 286-1":
-            return _size(grade, bodies, _planet(bodies, segments) if kind == "position" else None)
+            return _size(grade, bodies, _gear(bodies, segments) if kind == "position" else None)
         if kind == "run_out":
             return _flank(grade, run_out_width, [_gear(bodies, segments)])
-        if kind == "profile":
-            return _flank(grade, profile_width, _pair(bodies, meshes, segments))
-        return _flank(grade, profile_width, [])
+        pair = f"stages.{'.'.join(segments[:3])}"
+        mesh = next((mesh for mesh in meshes if mesh.pair == pair), None) if kind == "profile" else None
+        mates = [] if mesh is None else [body for body in bodies if body.name in (mesh.a, mesh.b)]
+        return _flank(grade, profile_width, mates)
 
     return width
 
 
-def _size(grade: StandardGrade, bodies: Sequence[Body], planet: Body | None) -> float:
+def _size(grade: StandardGrade, bodies: Sequence[Body], gear: Body | None) -> float:
     """Return the width [m] of a grade of a size: the distance of a planet from the axis. Raises ModelError."""
-    radius = 0.0 if planet is None else math.dist(planet.centre, stage_axis(planet.frame, bodies))
-    if planet is None or radius == 0:
+    carried = gear is not None and gear.branch is not None
+    radius = math.dist(gear.centre, stage_axis(gear.frame, bodies)) if gear is not None and carried else 0.0
+    if radius == 0:
         allowed = "position of a planet, from its distance to the axis"
         raise ModelError("a grade of a size has no size here", allowed=allowed)
     try:
@@ -225,40 +223,26 @@ def _size(grade: StandardGrade, bodies: Sequence[Body], planet: Body | None) -> 
         raise ModelError(str(error), allowed=allowed) from None
 
 
-def _flank(grade: StandardGrade, formula: object, gears: Iterable[Body | None]) -> float:
+def _flank(grade: StandardGrade, formula: Callable[[float, float, int], float], bodies: Iterable[Body | None]) -> float:
     """Return the width [m] of a grade of teeth, of a pair that of both. Raises ModelError."""
-    assert callable(formula)
-    found = [body.gear for body in gears if body is not None and body.gear is not None]
-    if not found:
+    gears = [body.gear for body in bodies if body is not None and body.gear is not None]
+    if not gears:
         allowed = "run_out of a gear, profile of a mesh"
         raise ModelError("a grade of teeth has no formula here", allowed=allowed)
     if grade.grade not in FLANK_GRADES:
         raise ModelError(f"no grade {grade.grade}", allowed="grades 1 to 11 of ISO 1328-1:2013")
-    for gear in found:
+    for gear in gears:
         if not in_flank_range(2 * gear.reference_radius, gear.module):
             size = f"d = {2e3 * gear.reference_radius:.5g} mm, m_n = {1e3 * gear.module:.5g} mm"
             allowed = "d of 5 to 15000 mm, m_n of 0.5 to 70 mm"
             raise ModelError(f"{size} is beyond ISO 1328-1:2013", allowed=allowed)
-    return math.hypot(*(formula(2 * gear.reference_radius, gear.module, grade.grade) for gear in found))
+    return math.hypot(*(formula(2 * gear.reference_radius, gear.module, grade.grade) for gear in gears))
 
 
 def _gear(bodies: Sequence[Body], segments: Sequence[str]) -> Body | None:
     """Return the first body of the member that a path of deviations names, None where it has no teeth."""
     member = ".".join(segments[:2])
     return next((body for body in bodies if body.member == member and body.gear is not None), None)
-
-
-def _planet(bodies: Sequence[Body], segments: Sequence[str]) -> Body | None:
-    """Return the first planet of the member that a path of deviations names."""
-    found = _gear(bodies, segments)
-    return None if found is None or found.branch is None else found
-
-
-def _pair(bodies: Sequence[Body], meshes: Sequence[Mesh], segments: Sequence[str]) -> list[Body]:
-    """Return the two gears of the first mesh of the pair that a path of deviations names."""
-    pair = f"stages.{'.'.join(segments[:3])}"
-    mesh = next((mesh for mesh in meshes if mesh.pair == pair), None)
-    return [body for body in bodies if mesh is not None and body.name in (mesh.a, mesh.b)]
 
 
 def correlations_of(train: Train) -> tuple[Correlations, ...]:

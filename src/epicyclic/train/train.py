@@ -44,18 +44,17 @@ def stage_axis(stage: str, bodies: Sequence[Body]) -> tuple[float, float]:
 
 def train_html(train: Train) -> str:
     """Front views and tables of a train as one well-formed HTML element, without scripts and outside references."""
+    kinematics = train.kinematics
+    rate, order = kinematics.mesh_frequency or {}, kinematics.mesh_order
+    frequencies = [[tone, _number(rate.get(tone)), _number(order.get(tone))] for tone in dict.fromkeys([*rate, *order])]
+    slices = sum(len(mesh.slices) for mesh in train.meshes)
+    cut = f" ({slices} slices)" if slices else ""
     return (
         f"<div><p><b>{escape(train.title)}</b></p>{_front_views(train)}"
         f"{_table(['member', 'teeth', 'speed [rpm]', 'torque [N m]', 'power [kW]'], _members(train))}"
-        f"{_table(['mesh frequency', '[Hz]', 'per turn of ' + _first(train)], _frequencies(train))}"
-        f"<p>{escape(_counts(train))}</p></div>"
+        f"{_table(['mesh frequency', '[Hz]', 'per turn of ' + next(iter(kinematics.freedoms), '')], frequencies)}"
+        f"<p>{len(train.bodies)} bodies, {len(train.meshes)} meshes{cut}, {len(train.links)} links</p></div>"
     )
-
-
-def _counts(train: Train) -> str:
-    slices = sum(len(mesh.slices) for mesh in train.meshes)
-    cut = f" ({slices} slices)" if slices else ""
-    return f"{len(train.bodies)} bodies, {len(train.meshes)} meshes{cut}, {len(train.links)} links"
 
 
 def _members(train: Train) -> list[list[str]]:
@@ -72,15 +71,6 @@ def _members(train: Train) -> list[list[str]]:
         ]
         for member in dict.fromkeys(body.member for body in train.bodies)
     ]
-
-
-def _frequencies(train: Train) -> list[list[str]]:
-    rate, order = train.kinematics.mesh_frequency or {}, train.kinematics.mesh_order
-    return [[tone, _number(rate.get(tone)), _number(order.get(tone))] for tone in dict.fromkeys([*rate, *order])]
-
-
-def _first(train: Train) -> str:
-    return next(iter(train.kinematics.freedoms), "")
 
 
 def _number(value: float | Fraction | None) -> str:
@@ -125,14 +115,14 @@ def _front_views(train: Train) -> str:
 
 def _pitch_radii(train: Train) -> dict[str, float]:
     """Working pitch radius of every gear in its first mesh, else its reference radius [m]."""
-    found: dict[str, float] = {}
+    radii: dict[str, float] = {}
     for mesh in train.meshes:
-        found.setdefault(mesh.a, mesh.radius_a)
-        found.setdefault(mesh.b, mesh.radius_b)
+        radii.setdefault(mesh.a, mesh.radius_a)
+        radii.setdefault(mesh.b, mesh.radius_b)
     for body in train.bodies:
         if body.gear is not None:
-            found.setdefault(body.name, body.gear.reference_radius)
-    return {name: radius for name, radius in found.items() if math.isfinite(radius)}
+            radii.setdefault(body.name, body.gear.reference_radius)
+    return {name: radius for name, radius in radii.items() if math.isfinite(radius)}
 
 
 def _stage(
@@ -141,7 +131,7 @@ def _stage(
     """Pitch circles of a stage about its axis at `middle` [px], largest first; scale [px/m]."""
     parts, texts, seen, labels = list[str](), list[str](), set[tuple[str, int | None]](), dict[tuple[int, int], int]()
     axis = stage_axis(stage, train.bodies)
-    for body in sorted(gears, key=lambda one: -radius[one.name]):
+    for body in sorted(gears, key=lambda gear: -radius[gear.name]):
         if (body.member, body.branch) in seen:  # the halves of a herringbone gear stand behind each other
             continue
         seen.add((body.member, body.branch))
