@@ -95,10 +95,11 @@ def shape_stage(plan: Plan, log: ResolutionLog) -> StageShape:
     shifts = profile_shifts(plan, teeth, given)
     gears = {name: finish_gear(plan, name, teeth[name], shifts[name], log) for name in plan.gears}
     worked = {p.name: _working(plan, p, teeth, given.get(p.name), shifts) for p in plan.pairs}
-    pin = _pin_radii(plan, {name: distance for name, (_, distance) in worked.items()}, log)
+    distance = {name: between for name, (_, between) in worked.items()}
+    pin = _pin_radii(plan, distance, log)
     meshes = {p.name: _mesh_shape(plan, p, teeth, gears, worked[p.name], log) for p in plan.pairs}
-    ahead = _ahead(plan, pin, {name: distance for name, (_, distance) in worked.items()})
-    centre = _centres(plan, {name: distance for name, (_, distance) in worked.items()})
+    ahead = _ahead(plan, pin, distance)
+    centre = _centres(plan, distance)
     meeting = [p.b for p in plan.pairs if plan.gears[p.a].kind == "sun" and p.b in pin] or list(pin)
     return StageShape(
         plan=plan,
@@ -137,16 +138,15 @@ def _working(
             allowed=f"more teeth than {a.teeth}",
         )
     if p.keys.pressure_angle is not None:
-        own = (b.base_radius - a.base_radius if p.internal else b.base_radius + a.base_radius) / math.cos(
-            p.keys.pressure_angle
-        )
-        return p.keys.pressure_angle, own if given is None else given.value
+        radii = b.base_radius - a.base_radius if p.internal else b.base_radius + a.base_radius
+        by_angle = radii / math.cos(p.keys.pressure_angle)
+        return p.keys.pressure_angle, by_angle if given is None else given.value
     angle, distance = distance_from_shifts(p, teeth, shifts[p.a][0], shifts[p.b][0])
     if given is None or same(given.value, distance, 1e-12):
         if math.isnan(angle):
             raise ModelError("no working angle: these shifts close the teeth", path=f"{p.path}.pressure_angle")
-        own = angle if _nominal(a, b) else _angle_at(p, distance, teeth)
-        return angle if math.isnan(own) else own, distance
+        fitting = angle if _nominal(a, b) else _angle_at(p, distance, teeth)
+        return angle if math.isnan(fitting) else fitting, distance
     angle = _angle_at(p, given.value, teeth)
     if angle > STEEPEST:
         raise ModelError(
@@ -209,8 +209,7 @@ def _mesh_shape(
     width = next(iter(faces.values()))[1]
     overlap = geometry.overlap_ratio(width, a.helix_angle, a.module) if a.helix_angle else 0.0
     log.note(f"{p.path}.pressure_angle", angle, "rad", "given" if p.keys.pressure_angle is not None else "geometry")
-    own = "given" if p.keys.centre_distance is not None else "geometry"
-    log.note(f"{p.path}.centre_distance", distance, "m", own)
+    log.note(f"{p.path}.centre_distance", distance, "m", "geometry" if p.keys.centre_distance is None else "given")
     log.note(f"{p.path}.contact_ratio", ratio, "", "geometry")
     log.note(f"{p.path}.overlap_ratio", overlap, "", "geometry")
     if ratio < 1.0:
@@ -285,8 +284,8 @@ def _pin_radii(plan: Plan, distance: Mapping[str, float], log: ResolutionLog) ->
     for name, member in plan.gears.items():
         if plan.central(name):
             continue
-        own = given_radius(plan, plan.axis[name], log)
-        radius = own.value if own is not None else radii.get(plan.axis[name])
+        given = given_radius(plan, plan.axis[name], log)
+        radius = given.value if given is not None else radii.get(plan.axis[name])
         if radius is None:
             raise ModelError(
                 "is missing: no mesh with a central gear says it",

@@ -203,15 +203,15 @@ def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank
 
     def length(key: str) -> float:
         """Crown or slope [m], 0 where it is not stated."""
-        found = entry(key)
-        if found is not None:
-            log.note(found.path, found.value, "m")
-        return 0.0 if found is None else float(found.value)
+        statement = entry(key)
+        if statement is not None:
+            log.note(statement.path, statement.value, "m")
+        return 0.0 if statement is None else float(statement.value)
 
     def relief(key: str) -> Relief | None:
         """One relief, None where it is not stated."""
-        found = entry(key)
-        return None if found is None else _relief(found.value, found.path, log)
+        statement = entry(key)
+        return None if statement is None else _relief(statement.value, statement.path, log)
 
     crown, slope = length("crown"), length("slope")
     profile, wave = entry("profile"), entry("wave")
@@ -232,8 +232,8 @@ def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank
 
 def _path(plan: Plan, name: str, side: str | None) -> str:
     """Path of the flank of a gear in the file: of the side, else the gear, else the stage that has one."""
-    found = stated(plan.levels(name, side), "flank")
-    return f"{plan.member_path(name)}.flank" if found is None else found.path
+    statement = stated(plan.levels(name, side), "flank")
+    return f"{plan.member_path(name)}.flank" if statement is None else statement.path
 
 
 def _relief(table: ReliefTable, path: str, log: ResolutionLog) -> Relief:

@@ -15,7 +15,7 @@ from ..errors import ModelError
 from ..teeth import geometry
 from ..warning_codes import coded
 from .bodies import GearData
-from .stages import GearPair, Plan, origin_of, stated, stated_value
+from .stages import GearPair, Plan, origin_of, sides_of, stated, stated_value
 from .train import ResolutionLog, same
 
 DEFAULTS = {"pressure_angle": math.radians(20.0), "helix_angle": 0.0}
@@ -61,11 +61,11 @@ def teeth_of_stage(plan: Plan, log: ResolutionLog) -> dict[str, Teeth]:
     ------
     ModelError : a module, angle or hand that contradicts its chain, no module and no base radius.
     """
-    found: dict[str, Teeth] = {}
+    teeth: dict[str, Teeth] = {}
     for name in plan.gears:
-        if name not in found:
-            found |= _chain_teeth(plan, plan.chain(name), log)
-    return {name: found[name] for name in plan.gears}
+        if name not in teeth:
+            teeth |= _chain_teeth(plan, plan.chain(name), log)
+    return {name: teeth[name] for name in plan.gears}
 
 
 def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict[str, Teeth]:
@@ -226,7 +226,9 @@ def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog)
                 relative.setdefault(p.b, sign * relative[p.a])
             elif p.b in relative:
                 relative[p.a] = sign * relative[p.b]
-    _check_loops(plan, pairs, relative, helix)
+    for p in pairs:
+        if helix and relative[p.b] != relative[p.a] * (1 if p.internal else -1):
+            raise ModelError("these hands cannot mesh all the way round", path=p.path, given=f"{p.a}, {p.b}")
     given = {n: HANDS[word] for n in chain if (word := plan.gears[n].hand) is not None}
     first = next(iter(given), chain[0])
     base = given.get(first, 1) * relative[first]
@@ -244,13 +246,6 @@ def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog)
         origin = "given" if name in given else f"as {first}" if given or name != first else "default"
         log.note(f"{plan.member_path(name)}.hand", "right" if base * relative[name] > 0 else "left", "", origin)
     return {name: base * relative[name] for name in chain}
-
-
-def _check_loops(plan: Plan, pairs: list[GearPair], relative: Mapping[str, int], helix: float) -> None:
-    """Raise ModelError where the hands of a closed loop of helical meshes contradict each other."""
-    for p in pairs:
-        if helix and relative[p.b] != relative[p.a] * (1 if p.internal else -1):
-            raise ModelError("these hands cannot mesh all the way round", path=p.path, given=f"{p.a}, {p.b}")
 
 
 def width_of(plan: Plan, name: str, side: str | None = None) -> float | None:
@@ -296,9 +291,8 @@ def finish_gear(
     log.note(f"{path}.herringbone", plan.herringbone(name), "", origin_of(stated(levels, "herringbone")))
     log.note(f"{path}.split", plan.split(name), "", origin_of(stated(levels, "split")))
     log.note(f"{path}.gap", gap_of(plan, name), "m", origin_of(stated(levels, "gap")))
-    halves: tuple[str | None, ...] = ("left", "right") if plan.split(name) else (None,)
-    found = {side: _gear_data(plan, name, teeth, shift[0], side) for side in halves}
-    first = found[halves[0]]
+    toothed = {side: _gear_data(plan, name, teeth, shift[0], side) for side in sides_of(plan, name)}
+    first = next(iter(toothed.values()))
     width = width_of(plan, name)
     if width is not None:
         log.note(f"{path}.face_width", width, "m", origin_of(stated(levels, "face_width")))
@@ -313,7 +307,7 @@ def finish_gear(
             path=f"{path}.{key}_diameter",
             given=f"{2e3 * radius:.4g} mm",
         )
-    return found
+    return toothed
 
 
 def _gear_data(plan: Plan, name: str, teeth: Teeth, shift: float, side: str | None) -> GearData:
@@ -370,7 +364,7 @@ class GivenLength(NamedTuple):
 def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, GivenLength]:
     """Given centre distance of every pair that has one; two that differ are a warning, the nearest one counts."""
     radii = {axis: given_radius(plan, axis, log) for axis in dict.fromkeys(plan.axis.values())}
-    found: dict[str, GivenLength] = {}
+    distances: dict[str, GivenLength] = {}
     for p in plan.pairs:
         stated = [(f"{p.path}.centre_distance", p.keys.centre_distance)]
         planets = [name for name in (p.a, p.b) if not plan.central(name)]
@@ -381,8 +375,8 @@ def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, GivenLength]:
             stated.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
         value = _first(stated, log)
         if value is not None:
-            found[p.name] = value
-    return found
+            distances[p.name] = value
+    return distances
 
 
 def given_radius(plan: Plan, axis: str, log: ResolutionLog) -> GivenLength | None:
@@ -457,7 +451,7 @@ def _distances_from_shifts(
 
     given : pairs whose distance the file states.
     """
-    found: dict[str, float] = {}
+    distances: dict[str, float] = {}
     for p in plan.pairs:
         planet = next((n for n in (p.a, p.b) if not plan.central(n)), None)
         if planet is None or plan.central(p.a) == plan.central(p.b) or not (p.a in known and p.b in known):
@@ -465,8 +459,8 @@ def _distances_from_shifts(
         for q in plan.pairs:
             on_axis = any(plan.axis[n] == plan.axis[planet] for n in (q.a, q.b) if not plan.central(n))
             if on_axis and plan.central(q.a) != plan.central(q.b) and q.name not in given:
-                found.setdefault(q.name, distance_from_shifts(p, teeth, known[p.a][0], known[p.b][0])[1])
-    return found
+                distances.setdefault(q.name, distance_from_shifts(p, teeth, known[p.a][0], known[p.b][0])[1])
+    return distances
 
 
 def _shift_sum(p: GearPair, teeth: Mapping[str, Teeth], distance: float) -> float | None:

@@ -338,15 +338,15 @@ def _slices_of(mesh: Mesh, count: int, narrow: NDArray[np.complex128] | None) ->
     """
     if count == 1:
         return ()
-    place = (np.arange(count) + 0.5) / count - 0.5
+    middles = (np.arange(count) + 0.5) / count - 0.5
     shift = np.zeros(count)
     variation: NDArray[np.complex128] = mesh.variation
     if narrow is not None and mesh.hand:
-        shift = mesh.sense * mesh.flank * mesh.hand * mesh.overlap_ratio * place
+        shift = mesh.sense * mesh.flank * mesh.hand * mesh.overlap_ratio * middles
         variation = face_average(narrow, mesh.overlap_ratio / count)
     return tuple(
         MeshSlice(
             station=mesh.station + mesh.width * z, lead=mesh.lead + turn if turn else mesh.lead, variation=variation
         )
-        for z, turn in zip(place.tolist(), shift.tolist(), strict=True)
+        for z, turn in zip(middles.tolist(), shift.tolist(), strict=True)
     )

@@ -257,11 +257,17 @@ def _comments(wishes: Wishes, train: Train) -> dict[str, str]:
     gears = {b.member.rpartition(".")[2]: b.gear for b in train.bodies if b.gear is not None}
     first = mesh["sun-planet"]
     centre = first.radius_a + first.radius_b
+    of_stage = [f"centre distance {_mm(centre)}"]
+    if wishes.held is not None:
+        a, b = {"ring": ("sun", "carrier"), "sun": ("ring", "carrier"), "carrier": ("sun", "ring")}[wishes.held]
+        of_stage.insert(0, f"ratio {ratio_of(wishes.counts, wishes.held):.5g}, {a} to {b}")
+    if (rate := (train.kinematics.mesh_frequency or {}).get("main")) is not None:
+        of_stage.append(f"mesh frequency {float(rate):.6g} Hz")
     overlap = ""
-    if wishes.helix_angle and first.overlap_ratio == first.overlap_ratio:
+    if wishes.helix_angle and not math.isnan(first.overlap_ratio):
         overlap = f", overlap {first.overlap_ratio:.2f}"
     comments = {
-        "stages.main": _stage_comment(wishes, train, centre),
+        "stages.main": "; ".join(of_stage),
         "stages.main.carrier": f"pins on a circle of {_mm(centre)} radius",
         # "contact" takes seconds of computing, and a train without relief does not need it
         "stages.main.face_width": 'of each gear; tip relief would count with meshes.*.stiffness = "contact"',
@@ -278,18 +284,6 @@ def _comments(wishes: Wishes, train: Train) -> dict[str, str]:
         said = f"reference diameter {_mm(2 * gear.reference_radius)}"
         comments[f"stages.main.{member}"] = "; ".join(filter(None, (said, contact.get(member, ""))))
     return comments | _operation_comments(wishes, train)
-
-
-def _stage_comment(wishes: Wishes, train: Train, centre: float) -> str:
-    """Ratio, centre distance and mesh frequency of the stage."""
-    parts = []
-    if wishes.held is not None:
-        a, b = {"ring": ("sun", "carrier"), "sun": ("ring", "carrier"), "carrier": ("sun", "ring")}[wishes.held]
-        parts.append(f"ratio {ratio_of(wishes.counts, wishes.held):.5g}, {a} to {b}")
-    parts.append(f"centre distance {_mm(centre)}")
-    rate = (train.kinematics.mesh_frequency or {}).get("main")
-    parts += [f"mesh frequency {float(rate):.6g} Hz"] if rate is not None else []
-    return "; ".join(parts)
 
 
 def _operation_comments(wishes: Wishes, train: Train) -> dict[str, str]:

@@ -103,9 +103,9 @@ def _set_directions(data: Mapping[str, Any]) -> None:
     """Stiffnesses are written along the tooth normal, tables of force as they are given."""
     for stage in data["stages"].values():
         for mesh in stage.get("meshes", {}).values():
-            own = mesh.get("direction")
+            direction = mesh.get("direction")
             for table in (mesh, mesh.get("left", {}), mesh.get("right", {})):
-                stated = table.get("direction", own)
+                stated = table.get("direction", direction)
                 if stated is not None and (table is mesh or "stiffness" in table or "direction" in table):
                     tabulated = isinstance(table.get("stiffness", mesh.get("stiffness")), dict)
                     table["direction"] = stated if tabulated else "normal"

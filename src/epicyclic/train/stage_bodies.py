@@ -175,13 +175,13 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
         origin = "geometry" if member.pin_radius is None else "given"
         log.note(f"{plan.member_path(name)}.pin_radius", shape.pin_radius, "m", origin)
     radius = shape.teeth[name].base_radius if name in plan.gears else shape.pin_radius
-    found = []
+    bodies = []
     for side in sides:
         gear = shape.gears[name][side] if name in plan.gears else None
         masses = _masses(plan, name, side, gear, radius, model)
         if not branch:
             _log_masses(plan, name, side, masses, log)
-        found.append(
+        bodies.append(
             Body(
                 name=body_name(plan.name, name, branch + 1 if branch is not None else None, side),
                 member=f"{plan.name}.{name}",
@@ -201,7 +201,7 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
                 gear=gear,
             )
         )
-    return found
+    return bodies
 
 
 def _carrier_body(plan: Plan, side: str | None) -> str | None:

@@ -197,10 +197,10 @@ def _check_distances(shape: StageShape, log: ResolutionLog) -> None:
     plan, differs, texts = shape.plan, False, []
     for p in plan.pairs:
         a, b = shape.teeth[p.a].base_radius, shape.teeth[p.b].base_radius
-        own = (b - a if p.internal else b + a) / math.cos(shape.meshes[p.name].working_angle)
+        by_teeth = (b - a if p.internal else b + a) / math.cos(shape.meshes[p.name].working_angle)
         between = _axes(shape, p)
-        differs |= abs(own - between) > ONE_DISTANCE * between
-        texts.append(f"{p.name} {own * 1e3:.6g} mm (axes {between * 1e3:.6g} mm)")
+        differs |= abs(by_teeth - between) > ONE_DISTANCE * between
+        texts.append(f"{p.name} {by_teeth * 1e3:.6g} mm (axes {between * 1e3:.6g} mm)")
     if differs:
         log.warn(
             coded(

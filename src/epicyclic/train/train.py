@@ -38,8 +38,8 @@ def driving_member(train: Train) -> str | None:
 
 def stage_axis(stage: str, bodies: Sequence[Body]) -> tuple[float, float]:
     """Place (x, y) of the axis of a stage [m]: of sun, ring or carrier; of gears on fixed axes that of the first."""
-    own = [body for body in bodies if body.frame == stage]
-    return next((body.centre for body in own if body.kind in ("sun", "ring", "carrier")), own[0].centre)
+    members = [body for body in bodies if body.frame == stage]
+    return next((body.centre for body in members if body.kind in ("sun", "ring", "carrier")), members[0].centre)
 
 
 def train_html(train: Train) -> str:
