@@ -282,11 +282,9 @@ def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Bod
     for name, member in plan.stage.members.items():
         planet = not plan.central(name)
         for branch in range(plan.branches) if planet else (None,):
-            number = None if branch is None else branch + 1
-            names = member_bodies(plan, name, number)
-            for side, body in names.items():
-                if member.on is None or (member.bearing if planet else member.support) is not None:
-                    links += _seat(shape, name, side, bodies[body], branch, bodies, model, log)
+            if member.on is None or (member.bearing if planet else member.support) is not None:
+                for body in member_bodies(plan, name, None if branch is None else branch + 1).values():
+                    links += _seat(plan, name, bodies[body], bodies, model, log)
             links += _joints(shape, name, branch, bodies, model, log)
         if plan.split(name) and member.neck is None:
             _check_halves(plan, name, model)
@@ -317,14 +315,7 @@ def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], log: Resolutio
 
 
 def _seat(
-    shape: StageShape,
-    name: str,
-    side: str | None,
-    body: Body,
-    branch: int | None,
-    bodies: Mapping[str, Body],
-    model: ModelFile,
-    log: ResolutionLog,
+    plan: Plan, name: str, body: Body, bodies: Mapping[str, Body], model: ModelFile, log: ResolutionLog
 ) -> list[Link]:
     """What a body is carried by, its seat: the support of a central body, the bearing of a planet on its carrier.
 
@@ -332,11 +323,11 @@ def _seat(
     ------
     ModelError : a body held on itself, a planet borne in the housing that its carrier turns against.
     """
-    plan, held = shape.plan, model.operation.held
-    key = "support" if branch is None else "bearing"
+    held, side, carried = model.operation.held, body.side, body.branch is not None
+    key = "bearing" if carried else "support"
     table, path = overlaid(plan.member_levels(name, side), key)
     turning = plan.carrier is not None and f"{plan.name}.{plan.carrier}" not in held
-    if branch is not None and turning and table is not None and table.to == "housing":
+    if carried and turning and table is not None and table.to == "housing":
         raise ModelError(
             f"{name} goes round with {plan.carrier}, and the carrier turns in the housing",
             path=f"{path}.to",
@@ -344,7 +335,7 @@ def _seat(
             allowed=f"the carrier, which is the default; the housing where {plan.carrier} is held",
         )
     seconds: list[str | None] = [_carrying(table, bodies, side, path)]
-    if branch is not None and plan.carrier is not None and (table is None or table.to is None):
+    if carried and plan.carrier is not None and (table is None or table.to is None):
         # of a split carrier the half of this side, both for a planet in one piece
         halves = sides_of(plan, plan.carrier)
         carrying = (side,) if side is not None and side in halves else halves
@@ -364,8 +355,8 @@ def _seat(
             second=second,
             turn=body.angle,
             centre=member_centre(body, model),
-            branch=branch or 0,
-            count=plan.branches if branch is not None else 1,
+            branch=(body.branch or 1) - 1,
+            count=plan.branches if carried else 1,
             radius=body.reference_radius,
             plate=plate,
         )
