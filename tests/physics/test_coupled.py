@@ -378,7 +378,8 @@ def test_a_fixed_shaft_joins_all_six_directions_of_two_standing_frames() -> None
     """Its springs at mid-length do not feel the two stages move as one piece, and feel everything else."""
     data = chain(["star", "parallel"], ["shaft", "torsional"])
     data["couplings"]["c0"]["ends"] = "fixed"
-    data["stages"]["s1"]["wheel"]["station"] = 0.5
+    for gear in ("wheel", "pinion"):
+        data["stages"]["s1"][gear]["station"] = 0.5
     train = load(data)
     system = epicyclic.assemble(train)
     assert free_motions(system) == 1

@@ -247,14 +247,12 @@ def _attributes(draft: Draft, mesh: Mesh, a: Body, b: Body, factors: Mapping[str
         attributes = {**attributes, "transverse_contact_ratio": (mesh.contact_ratio, "none")}
     if math.isfinite(mesh.overlap_ratio):
         attributes = {**attributes, "overlap_ratio": (mesh.overlap_ratio, "none")}
-    widths = [body.gear.face_width for body in (a, b) if body.gear is not None and body.gear.face_width is not None]
-    if widths:
-        common = min(widths)
+    if math.isfinite(mesh.width):
         # along the normal -> in the transverse plane (docs/conventions.md), per width
-        per_width = mesh.stiffness * math.cos(mesh.base_helix) ** 2 / common
+        per_width = mesh.stiffness * math.cos(mesh.base_helix) ** 2 / mesh.width
         attributes = {
             **attributes,
-            "common_face_width": (in_unit(common, 1e-3), "mm"),
+            "common_face_width": (in_unit(mesh.width, 1e-3), "mm"),
             _STIFFNESS: (in_unit(per_width, 1e9), "N / (mm mum)"),
         }
         if mesh.table is not None:

@@ -133,7 +133,9 @@ class Mesh:
     pressure_angle : working transverse [rad].  base_helix : beta_b, magnitude [rad].
     hand : hand of gear a on this side, +1 right, -1 left, 0 spur.
     flank : d of docs/conventions.md, +1 where the teeth of a push b along z cross e, else -1.
-    station : axial place of mid-face in the train [m].  along : place of the row on the line of action, from the pitch
+    station : axial place of the middle of the common face in the train [m].  width : of the common face [m], nan where
+        no gear states one.
+    along : place of the row on the line of action, from the pitch
         point in the sense of n_t [m].
     radius_a, radius_b : working pitch radii r_b / cos(pressure_angle) [m].
     stiffness : mean, along the tooth normal [N/m].
@@ -175,6 +177,7 @@ class Mesh:
     tooth_shift: float = 0.0
     contact_ratio: float = float("nan")
     overlap_ratio: float = float("nan")
+    width: float = float("nan")
     limits: tuple[float, float] = (float("nan"), float("nan"))
     slices: tuple[MeshSlice, ...] = ()
     teeth: ToothPair | None = None
@@ -207,7 +210,6 @@ class Link:
     clearance [m], exponent [1], friction (coefficient or force) : laws, see docs/reference/model-file.md.
     load : force at which `stiffness` is the tangent, where the exponent is not 1 [N].
     curves : (direction 0 .. 5, force over deflection) of those that follow a table; `stiffness` is its nominal one.
-    to_housing : second is the housing itself although the frame turns (a damper then acts on the absolute velocity).
     """
 
     name: str
@@ -225,7 +227,6 @@ class Link:
     load: float = 0.0
     friction: tuple[tuple[str, float | str], ...] = ()
     curves: tuple[tuple[int, ForceCurve], ...] = ()
-    to_housing: bool = False
 
     def __repr__(self) -> str:
         """One line: name, kind, bodies and the six stiffnesses."""

@@ -12,11 +12,13 @@ from ..teeth.phasing import Angle, Phase
 from ..warning_codes import coded
 from .bodies import GearData
 from .gears import (
+    GivenLength,
     Teeth,
     distance_from_shifts,
     finish_gear,
     given_distances,
     given_radius,
+    half_station,
     profile_shifts,
     teeth_of_stage,
     width_of,
@@ -26,22 +28,24 @@ from .train import NAN, ResolutionLog, same, turns_of
 
 Place = tuple[float, float]
 STEEPEST = math.radians(60)  # working pressure angle, as in the file format
+_TOUCHING = 1e-9  # [m] faces that share less have their ends at one place, by rounding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeshShape:
-    """One pair at its working place: angle [rad], distance [m] of the teeth themselves, contact and overlap ratio.
+    """One pair at its working place: angle [rad], contact and overlap ratio.
 
     tooth_angle : angle at which the teeth themselves touch [rad]; the working angle unless base radii are stated.
-    limits : where a tooth pair touches, (sigma_min, sigma_max).  width : the narrower face [m], by side.
+    limits : where a tooth pair touches, (sigma_min, sigma_max).
+    station, width : axial place of the middle of the common face, and its width [m], by side.
     """
 
     working_angle: float
     tooth_angle: float
-    centre_distance: float
     limits: tuple[float, float]
     contact_ratio: float
     overlap_ratio: float
+    station: Mapping[str | None, float]
     width: Mapping[str | None, float]
 
 
@@ -91,10 +95,11 @@ def shape_stage(plan: Plan, log: ResolutionLog) -> StageShape:
     shifts = profile_shifts(plan, teeth, given)
     gears = {name: finish_gear(plan, name, teeth[name], shifts[name], log) for name in plan.gears}
     worked = {p.name: _working(plan, p, teeth, given.get(p.name), shifts) for p in plan.pairs}
-    pin = _pin_radii(plan, given, {name: distance for name, (_, distance) in worked.items()}, log)
+    distance = {name: between for name, (_, between) in worked.items()}
+    pin = _pin_radii(plan, distance, log)
     meshes = {p.name: _mesh_shape(plan, p, teeth, gears, worked[p.name], log) for p in plan.pairs}
-    ahead = _ahead(plan, pin, {name: distance for name, (_, distance) in worked.items()})
-    centre = _centres(plan, {name: distance for name, (_, distance) in worked.items()})
+    ahead = _ahead(plan, pin, distance)
+    centre = _centres(plan, distance)
     meeting = [p.b for p in plan.pairs if plan.gears[p.a].kind == "sun" and p.b in pin] or list(pin)
     return StageShape(
         plan=plan,
@@ -116,7 +121,7 @@ def _working(
     plan: Plan,
     p: GearPair,
     teeth: Mapping[str, Teeth],
-    given: float | None,
+    given: GivenLength | None,
     shifts: Mapping[str, tuple[float, str]],
 ) -> tuple[float, float]:
     """Working transverse pressure angle [rad] of a pair and the distance of its axes [m].
@@ -133,33 +138,32 @@ def _working(
             allowed=f"more teeth than {a.teeth}",
         )
     if p.keys.pressure_angle is not None:
-        own = (b.base_radius - a.base_radius if p.internal else b.base_radius + a.base_radius) / math.cos(
-            p.keys.pressure_angle
-        )
-        return p.keys.pressure_angle, given if given is not None else own
+        radii = b.base_radius - a.base_radius if p.internal else b.base_radius + a.base_radius
+        by_angle = radii / math.cos(p.keys.pressure_angle)
+        return p.keys.pressure_angle, by_angle if given is None else given.value
     angle, distance = distance_from_shifts(p, teeth, shifts[p.a][0], shifts[p.b][0])
-    if given is None or same(given, distance, 1e-12):
+    if given is None or same(given.value, distance, 1e-12):
         if math.isnan(angle):
             raise ModelError("no working angle: these shifts close the teeth", path=f"{p.path}.pressure_angle")
-        own = angle if _nominal(a, b) else _angle_at(p, distance, teeth)
-        return angle if math.isnan(own) else own, distance
-    angle = _angle_at(p, given, teeth)
+        fitting = angle if _nominal(a, b) else _angle_at(p, distance, teeth)
+        return angle if math.isnan(fitting) else fitting, distance
+    angle = _angle_at(p, given.value, teeth)
     if angle > STEEPEST:
         raise ModelError(
             f"the centre distance is too large, the working pressure angle would be {math.degrees(angle):.3g} deg",
-            path=f"{p.path}.centre_distance",
-            given=f"{given * 1e3:.6g} mm",
+            path=given.path,
+            given=f"{given.value * 1e3:.6g} mm",
             allowed=f"about {distance * 1e3:.6g} mm, the distance of teeth and module",
         )
     if math.isnan(angle):
         least = abs(b.base_radius - a.base_radius) if p.internal else b.base_radius + a.base_radius
         raise ModelError(
             "the centre distance is below the base circles",
-            path=f"{p.path}.centre_distance",
-            given=f"{given * 1e3:.6g} mm",
+            path=given.path,
+            given=f"{given.value * 1e3:.6g} mm",
             allowed=f"at least {least * 1e3:.6g} mm, or {p.path}.pressure_angle",
         )
-    return angle, given
+    return angle, given.value
 
 
 def _angle_at(p: GearPair, distance: float, teeth: Mapping[str, Teeth]) -> float:
@@ -201,12 +205,11 @@ def _mesh_shape(
         internal=p.internal,
     )
     ratio = geometry.transverse_contact_ratio(limits)
-    widths = _widths(plan, p)
-    width = next(iter(widths.values()))
+    faces = _common_faces(plan, p)
+    width = next(iter(faces.values()))[1]
     overlap = geometry.overlap_ratio(width, a.helix_angle, a.module) if a.helix_angle else 0.0
     log.note(f"{p.path}.pressure_angle", angle, "rad", "given" if p.keys.pressure_angle is not None else "geometry")
-    own = "given" if p.keys.centre_distance is not None else "geometry"
-    log.note(f"{p.path}.centre_distance", distance, "m", own)
+    log.note(f"{p.path}.centre_distance", distance, "m", "geometry" if p.keys.centre_distance is None else "given")
     log.note(f"{p.path}.contact_ratio", ratio, "", "geometry")
     log.note(f"{p.path}.overlap_ratio", overlap, "", "geometry")
     if ratio < 1.0:
@@ -216,16 +219,23 @@ def _mesh_shape(
     return MeshShape(
         working_angle=angle,
         tooth_angle=tooth_angle,
-        centre_distance=distance,
         limits=limits,
         contact_ratio=ratio,
         overlap_ratio=overlap,
-        width=widths,
+        station={side: station for side, (station, _) in faces.items()},
+        width={side: width for side, (_, width) in faces.items()},
     )
 
 
-def _widths(plan: Plan, p: GearPair) -> dict[str | None, float]:
-    """Common face width of a pair [m] by side; nan where neither gear states one."""
+def _common_faces(plan: Plan, p: GearPair) -> dict[str | None, tuple[float, float]]:
+    """Middle and width of what the faces of a pair have in common [m], by side.
+
+    A face of no stated width covers the other one; where neither has a width, it is nan.
+
+    Raises
+    ------
+    ModelError : halves that mesh with one piece, faces without overlap.
+    """
     if plan.two_sided(p.a) != plan.two_sided(p.b):
         single, double = (p.a, p.b) if plan.two_sided(p.b) else (p.b, p.a)
         raise ModelError(
@@ -235,19 +245,35 @@ def _widths(plan: Plan, p: GearPair) -> dict[str | None, float]:
             allowed="herringbone or split gears mesh with such gears",
         )
     sides: tuple[str | None, ...] = ("left", "right") if plan.two_sided(p.a) else (None,)
-    result: dict[str | None, float] = {}
+    common: dict[str | None, tuple[float, float]] = {}
     for side in sides:
-        known = [w for w in (width_of(plan, p.a, side), width_of(plan, p.b, side)) if w is not None]
-        result[side] = min(known, default=NAN)
-    return result
+        places = {name: half_station(plan, name, side) for name in (p.a, p.b)}
+        middle = (places[p.a] + places[p.b]) / 2
+        widths = {name: width for name in places if (width := width_of(plan, name, side)) is not None}
+        if not widths:
+            common[side] = middle, NAN
+            continue
+        left = max(places[name] - middle - width / 2 for name, width in widths.items())
+        right = min(places[name] - middle + width / 2 for name, width in widths.items())
+        if right - left < _TOUCHING:
+            ends = (
+                f"{name} {(places[name] - width / 2) * 1e3:.6g} .. {(places[name] + width / 2) * 1e3:.6g} mm"
+                for name, width in widths.items()
+            )
+            raise ModelError(
+                f"the {f'{side} ' if side else ''}faces do not overlap along the axis",
+                path=p.path,
+                given=", ".join(ends),
+                allowed="station, gap and face_width with which both gears share a piece of the face",
+            )
+        common[side] = middle + (left + right) / 2, right - left
+    return common
 
 
 # places --------------------------------------------------------------------------------------------------------------
 
 
-def _pin_radii(
-    plan: Plan, given: Mapping[str, float], distance: Mapping[str, float], log: ResolutionLog
-) -> dict[str, float]:
+def _pin_radii(plan: Plan, distance: Mapping[str, float], log: ResolutionLog) -> dict[str, float]:
     """Radius of the axes of every planet gear [m]: given, else the distance of its mesh nearest the sun."""
     radii: dict[str, float] = {}
     for p in plan.pairs:
@@ -258,8 +284,8 @@ def _pin_radii(
     for name, member in plan.gears.items():
         if plan.central(name):
             continue
-        own = given_radius(plan, plan.axis[name], log)
-        radius = own if own is not None else radii.get(plan.axis[name])
+        given = given_radius(plan, plan.axis[name], log)
+        radius = given.value if given is not None else radii.get(plan.axis[name])
         if radius is None:
             raise ModelError(
                 "is missing: no mesh with a central gear says it",
@@ -304,30 +330,28 @@ def _turn(plan: Plan, p: GearPair, known: float, new: float, between: float) -> 
 def _centres(plan: Plan, distance: Mapping[str, float]) -> dict[str, Place]:
     """Centre of every central gear [m]: the stage's, or for gears on fixed axes seen from their first partner."""
     fixed = [name for name, member in plan.gears.items() if member.kind == "gear"]
-    centre = {name: (0.0, 0.0) for name in plan.gears if plan.central(name) and name not in fixed}
-    if fixed and not centre and len(fixed) == len(plan.gears):
-        centre[fixed[0]] = (0.0, 0.0)
+    # of every axis, by the gear at its root: whichever gear of a shaft has a partner in place puts all of them there
+    place = {plan.axis[name]: (0.0, 0.0) for name in plan.gears if plan.central(name) and name not in fixed}
+    if fixed and not place and len(fixed) == len(plan.gears):
+        place[plan.axis[fixed[0]]] = (0.0, 0.0)
     for _ in plan.gears:
-        for name in (n for n in fixed if n not in centre):
-            base = plan.axis[name]
-            if base in centre:
-                centre[name] = centre[base]
-            else:
-                _place_beside(plan, name, centre, distance)
+        for name in fixed:
+            if plan.axis[name] not in place:
+                _place_beside(plan, name, place, distance)
     for name in fixed:
-        if name not in centre:
+        if plan.axis[name] not in place:
             raise ModelError("cannot be placed: it meshes with no central gear", path=plan.member_path(name))
-    return centre
+    return {name: place[plan.axis[name]] for name in plan.gears if plan.central(name)}
 
 
-def _place_beside(plan: Plan, name: str, centre: dict[str, Place], distance: Mapping[str, float]) -> None:
-    """Put the centre of one gear on a fixed axis [m] at its distance from the first partner that has a place."""
+def _place_beside(plan: Plan, name: str, place: dict[str, Place], distance: Mapping[str, float]) -> None:
+    """Put the axis of one gear [m] at its distance from the first partner whose axis has a place."""
     for p in plan.pairs:
         partner = p.b if p.a == name else p.a if p.b == name else None
-        if partner in centre and partner is not None:
+        if partner is not None and plan.axis[partner] in place:
             angle = plan.gears[name].direction or 0.0
-            x, y = centre[partner]
-            centre[name] = (x + distance[p.name] * math.cos(angle), y + distance[p.name] * math.sin(angle))
+            x, y = place[plan.axis[partner]]
+            place[plan.axis[name]] = (x + distance[p.name] * math.cos(angle), y + distance[p.name] * math.sin(angle))
             return
 
 

@@ -201,8 +201,8 @@ def misaligned_bodies(model: ModelFile, bodies: Sequence[Body]) -> frozenset[str
 
 def _levels(tables: Mapping[str, object], name: str, side: str | None) -> Levels:
     """The tables that may state a deviation of a member or mesh, nearest first."""
-    own = (Level("side", f"deviations.{name}.{side}", tables.get(f"{name}.{side}")),) if side else ()
-    return (*own, Level("member", f"deviations.{name}", tables.get(name)))
+    of_side = (Level("side", f"deviations.{name}.{side}", tables.get(f"{name}.{side}")),) if side else ()
+    return (*of_side, Level("member", f"deviations.{name}", tables.get(name)))
 
 
 def _statements(levels: Levels, key: str) -> Iterable[tuple[str, Any]]:
@@ -300,8 +300,8 @@ def _warn_unheld(
 ) -> None:
     """Warn where nothing holds a member (or the half that `path` names) in the direction its seat is displaced in."""
     whole = f".{body.side}." not in path
-    own = [b for b in scope.bodies if b is body or (whole and (b.member, b.branch) == (body.member, body.branch))]
-    rows = [_held_rows(link, b) for b in own for link in scope.seats(b)]
+    halves = [b for b in scope.bodies if b is body or (whole and (b.member, b.branch) == (body.member, body.branch))]
+    rows = [_held_rows(link, b) for b in halves for link in scope.seats(b)]
     first = 3 if tilt else 0
     components = _components(scope, body, path, table)
     for value, directions in zip(components, ((first, first + 1), (first + 2,)), strict=True):
@@ -317,8 +317,8 @@ def _warn_unheld(
 
 def _held_rows(link: Link, body: Body) -> NDArray[np.bool_]:
     """Which of the six motions of a body about its centre a link resists, (6,): off its centre also tilt."""
-    place = (*body.centre, body.station)
-    rows = [link_row(link, direction, place) for direction in range(6) if link.stiffness[direction]]
+    origin = (*body.centre, body.station)
+    rows = [link_row(link, direction, origin) for direction in range(6) if link.stiffness[direction]]
     # rounding of cosines is no lever; a lever is in m, or 1 of an angle
     held: NDArray[np.bool_] = np.any(np.abs(np.array(rows).reshape(-1, 6)) > 1e-12, axis=0)
     return held

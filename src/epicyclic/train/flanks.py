@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Literal
 
-from ..document.schema import ModelFile, ProfileTable, ReliefTable, WaveTable
+from ..document.schema import ModelFile, ProfileTable, ReliefTable
 from ..errors import ModelError
 from ..teeth import geometry
 from ..teeth.contact_lines import PlaneOfAction
@@ -21,8 +21,7 @@ from ..teeth.mesh_stiffness import ComplexArray, ToothPair
 from ..teeth.outline import GearForm
 from ..warning_codes import coded, placed
 from .centres import StageShape
-from .gears import width_of
-from .stage_bodies import half_station
+from .gears import half_station, width_of
 from .stages import GearPair, Plan, Stated, elastic_constants, member_material, stated, stated_value, subtables
 from .train import ResolutionLog
 
@@ -143,8 +142,7 @@ def tooth_pair(
         return None
     a, b, meshing = shape.teeth[p.a], shape.teeth[p.b], shape.meshes[p.name]
     unnoted = ResolutionLog(assumed={})  # the default body is noted where a stiffness needs it
-    places = half_station(plan, p.a, side), half_station(plan, p.b, side)
-    apart = (places[0] - places[1]) / 2
+    at_a, at_b = (half_station(plan, name, side) - meshing.station[side] for name in (p.a, p.b))
     teeth = ToothPair(
         form_a=tooth_form(shape, p.a, model, unnoted),
         form_b=tooth_form(shape, p.b, model, unnoted),
@@ -153,18 +151,21 @@ def tooth_pair(
         pressure_angle=meshing.tooth_angle,
         base_pitch=geometry.base_pitch(a.module, a.pressure_angle, a.helix_angle),
         limits=meshing.limits,
-        face_a=(apart - widths[0] / 2, apart + widths[0] / 2),
-        face_b=(-apart - widths[1] / 2, -apart + widths[1] / 2),
+        face_a=(at_a - widths[0] / 2, at_a + widths[0] / 2),
+        face_b=(at_b - widths[1] / 2, at_b + widths[1] / 2),
         flank_a=flanks[0],
         flank_b=flanks[1],
         paths=(_path(plan, p.a, side), _path(plan, p.b, side)),
     )
     _check(teeth, p.internal)
-    for flank, path in zip(flanks, teeth.paths, strict=True):
+    for gear, flank in zip((p.a, p.b), flanks, strict=True):
         for name, size in amounts(flank):
             if abs(size) > _DOUBTFUL * a.module:
+                key, *within = name.split(".")
+                stating = stated(subtables(plan.levels(gear, side), "flank"), key)
+                path = ".".join([stating.path if stating else key, *within])
                 words = f"more than a tenth of a module ({a.module * 1e3:.4g} mm); is the unit right?"
-                log.warn(coded("modification-large", f"{path}.{name} = {size * 1e3:.4g} mm is {words}"))
+                log.warn(coded("modification-large", f"{path} = {size * 1e3:.4g} mm is {words}"))
     return teeth
 
 
@@ -202,15 +203,15 @@ def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank
 
     def length(key: str) -> float:
         """Crown or slope [m], 0 where it is not stated."""
-        found = entry(key)
-        if found is not None:
-            log.note(found.path, found.value, "m")
-        return 0.0 if found is None else float(found.value)
+        statement = entry(key)
+        if statement is not None:
+            log.note(statement.path, statement.value, "m")
+        return 0.0 if statement is None else float(statement.value)
 
     def relief(key: str) -> Relief | None:
         """One relief, None where it is not stated."""
-        found = entry(key)
-        return None if found is None else _relief(found.value, found.path, log)
+        statement = entry(key)
+        return None if statement is None else _relief(statement.value, statement.path, log)
 
     crown, slope = length("crown"), length("slope")
     profile, wave = entry("profile"), entry("wave")
@@ -221,14 +222,18 @@ def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank
         crown=crown,
         slope=slope,
         profile=() if profile is None else _profile(profile.value, profile.path),
-        waves=() if wave is None else (_wave(wave.value),),
+        waves=(
+            ()
+            if wave is None
+            else (Wave(amplitude=wave.value.amplitude, order=wave.value.order, phase=wave.value.phase),)
+        ),
     )
 
 
 def _path(plan: Plan, name: str, side: str | None) -> str:
-    """Path of the flank of a gear in the file, of a side where it has its own."""
-    found = stated(plan.member_levels(name, side), "flank")
-    return f"{plan.member_path(name)}.flank" if found is None else found.path
+    """Path of the flank of a gear in the file: of the side, else the gear, else the stage that has one."""
+    statement = stated(plan.levels(name, side), "flank")
+    return f"{plan.member_path(name)}.flank" if statement is None else statement.path
 
 
 def _relief(table: ReliefTable, path: str, log: ResolutionLog) -> Relief:
@@ -250,8 +255,3 @@ def _profile(table: ProfileTable, path: str) -> tuple[tuple[float, float], ...]:
             given=f"{len(table.below_tip)}, {len(table.missing)}",
         )
     return tuple(zip(table.below_tip, table.missing, strict=True))
-
-
-def _wave(table: WaveTable) -> Wave:
-    """Wave along the profile: amplitude [m], order [1], phase [rad]."""
-    return Wave(amplitude=table.amplitude, order=table.order, phase=table.phase)

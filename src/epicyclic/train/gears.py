@@ -6,14 +6,16 @@ Centre distances that are given, and the profile shifts that follow from them.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
+from ..document.writer import quantity_text
 from ..errors import ModelError
 from ..teeth import geometry
 from ..warning_codes import coded
 from .bodies import GearData
-from .stages import GearPair, Plan, origin_of, stated, stated_value
+from .stages import GearPair, Plan, origin_of, sides_of, stated, stated_value
 from .train import ResolutionLog, same
 
 DEFAULTS = {"pressure_angle": math.radians(20.0), "helix_angle": 0.0}
@@ -30,7 +32,6 @@ class Teeth:
 
     module : normal.  pressure_angle : normal.  hand : +1 right, -1 left (left helix of a herringbone gear), 0 spur.
     nominal_base : base radius by teeth and module; base_radius : the one used, given or nominal.
-    from_module : module stated (False: it follows from stated base radii).
     """
 
     teeth: int
@@ -41,7 +42,6 @@ class Teeth:
     hand: int
     nominal_base: float
     base_radius: float
-    from_module: bool
 
     @property
     def transverse_angle(self) -> float:
@@ -61,20 +61,21 @@ def teeth_of_stage(plan: Plan, log: ResolutionLog) -> dict[str, Teeth]:
     ------
     ModelError : a module, angle or hand that contradicts its chain, no module and no base radius.
     """
-    found: dict[str, Teeth] = {}
+    teeth: dict[str, Teeth] = {}
     for name in plan.gears:
-        if name not in found:
-            found |= _chain_teeth(plan, plan.chain(name), log)
-    return {name: found[name] for name in plan.gears}
+        if name not in teeth:
+            teeth |= _chain_teeth(plan, plan.chain(name), log)
+    return {name: teeth[name] for name in plan.gears}
 
 
 def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict[str, Teeth]:
     """Teeth of the gears of one chain, which share module, pressure angle and helix angle. Raises ModelError."""
     helix = _shared(plan, chain, "helix_angle", log)
     if 0 < helix < _HELIX:
+        stating = (plan.member_path(name) for name in chain if plan.gears[name].helix_angle is not None)
         raise ModelError(
             "is no helix",
-            path=f"{plan.path}.helix_angle",
+            path=f"{next(stating, plan.path)}.helix_angle",
             given=f"{math.degrees(helix):.3g} deg",
             allowed=f"0, or from {math.degrees(_HELIX):g} deg on",
         )
@@ -98,7 +99,6 @@ def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict
             hand=hands[name],
             nominal_base=nominal,
             base_radius=base,
-            from_module=from_module,
         )
     return result
 
@@ -116,7 +116,7 @@ def _scaled_to_teeth(plan: Plan, by_teeth: Mapping[str, float], from_module: boo
     share = {name: abs(radius / by_teeth[name] - 1) for name, radius in missed.items()}
     rounded = all(value <= ROUNDED_RADIUS for value in share.values())
     for name, radius in missed.items():
-        if (from_module and share[name] > FAR_RADIUS) or (plan.loaded and not rounded):
+        if (from_module and share[name] > FAR_RADIUS) or (plan.loaded and share[name] > ROUNDED_RADIUS):
             log.warn(
                 coded(
                     "base-radius-far",
@@ -140,13 +140,13 @@ def _scaled_to_teeth(plan: Plan, by_teeth: Mapping[str, float], from_module: boo
 def _stated_in_chain(plan: Plan, chain: tuple[str, ...], key: str) -> dict[str, float]:
     """Values that the gears of a chain state themselves, by gear. Raises ModelError where two differ."""
     given: dict[str, float] = {name: value for name in chain if (value := getattr(plan.gears[name], key)) is not None}
-    first = next(iter(given), "")
+    first, kind = next(iter(given), ""), "angle" if key.endswith("angle") else "length"
     for name, value in given.items():
         if not same(value, given[first]):
             raise ModelError(
-                f"contradicts its chain: {first} meshes with it and has {given[first]:g}",
+                f"contradicts its chain: {first} has {quantity_text(given[first], kind)}",
                 path=f"{plan.member_path(name)}.{key}",
-                given=value,
+                given=quantity_text(value, kind),
                 allowed="one value along a chain of meshing gears",
             )
     return given
@@ -182,8 +182,12 @@ def _module(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float], log
         first = next(iter(both))
         for name, value in both.items():
             if not same(value, both[first]):
+                key = "module" if name in given else "transverse_module"
                 raise ModelError(
-                    f"contradicts its chain: {first}", path=f"{plan.member_path(name)}.module", given=value
+                    f"contradicts its chain: {first} has a normal module of {quantity_text(both[first], 'length')}",
+                    path=f"{plan.member_path(name)}.{key}",
+                    given=quantity_text(getattr(plan.gears[name], key), "length"),
+                    allowed="one module along a chain of meshing gears",
                 )
         value, origin = both[first], f"as {first}"
     elif stage.module is not None or stage.transverse_module is not None:
@@ -222,7 +226,9 @@ def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog)
                 relative.setdefault(p.b, sign * relative[p.a])
             elif p.b in relative:
                 relative[p.a] = sign * relative[p.b]
-    _check_loops(plan, pairs, relative, helix)
+    for p in pairs:
+        if helix and relative[p.b] != relative[p.a] * (1 if p.internal else -1):
+            raise ModelError("these hands cannot mesh all the way round", path=p.path, given=f"{p.a}, {p.b}")
     given = {n: HANDS[word] for n in chain if (word := plan.gears[n].hand) is not None}
     first = next(iter(given), chain[0])
     base = given.get(first, 1) * relative[first]
@@ -242,13 +248,6 @@ def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog)
     return {name: base * relative[name] for name in chain}
 
 
-def _check_loops(plan: Plan, pairs: list[GearPair], relative: Mapping[str, int], helix: float) -> None:
-    """Raise ModelError where the hands of a closed loop of helical meshes contradict each other."""
-    for p in pairs:
-        if helix and relative[p.b] != relative[p.a] * (1 if p.internal else -1):
-            raise ModelError("these hands cannot mesh all the way round", path=p.path, given=f"{p.a}, {p.b}")
-
-
 def width_of(plan: Plan, name: str, side: str | None = None) -> float | None:
     """Face width of one helix [m]: of the side, the gear, the stage; None where none states it."""
     width: float | None = stated_value(plan.levels(name, side), "face_width", None)
@@ -258,6 +257,21 @@ def width_of(plan: Plan, name: str, side: str | None = None) -> float | None:
 def gap_of(plan: Plan, name: str) -> float:
     """Gap between the two helices [m]."""
     return float(stated_value(plan.levels(name), "gap", 0.0))
+
+
+def half_station(plan: Plan, member: str, side: str | None) -> float:
+    """Axial place of a body or helix [m]: of a half, half a width and half the gap from the member's centre."""
+    table = plan.stage.members[member]
+    centre = table.station or 0.0
+    if side is None:
+        return centre
+    if table.kind == "carrier":
+        planet = next((name for name in plan.gears if not plan.central(name)), None)
+        if planet is None:
+            return centre
+        return centre + half_station(plan, planet, side) - (plan.stage.members[planet].station or 0.0)
+    offset = ((width_of(plan, member, side) or 0.0) + gap_of(plan, member)) / 2
+    return centre + (offset if side == "right" else -offset)
 
 
 def finish_gear(
@@ -277,9 +291,8 @@ def finish_gear(
     log.note(f"{path}.herringbone", plan.herringbone(name), "", origin_of(stated(levels, "herringbone")))
     log.note(f"{path}.split", plan.split(name), "", origin_of(stated(levels, "split")))
     log.note(f"{path}.gap", gap_of(plan, name), "m", origin_of(stated(levels, "gap")))
-    halves: tuple[str | None, ...] = ("left", "right") if plan.split(name) else (None,)
-    found = {side: _gear_data(plan, name, teeth, shift[0], side) for side in halves}
-    first = found[halves[0]]
+    toothed = {side: _gear_data(plan, name, teeth, shift[0], side) for side in sides_of(plan, name)}
+    first = next(iter(toothed.values()))
     width = width_of(plan, name)
     if width is not None:
         log.note(f"{path}.face_width", width, "m", origin_of(stated(levels, "face_width")))
@@ -294,7 +307,7 @@ def finish_gear(
             path=f"{path}.{key}_diameter",
             given=f"{2e3 * radius:.4g} mm",
         )
-    return found
+    return toothed
 
 
 def _gear_data(plan: Plan, name: str, teeth: Teeth, shift: float, side: str | None) -> GearData:
@@ -341,25 +354,33 @@ def _gear_data(plan: Plan, name: str, teeth: Teeth, shift: float, side: str | No
 LARGEST_SHIFT = 5.0  # as in the file format; far beyond any tooth
 
 
-def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, float]:
-    """Given centre distance of every pair that has one [m]; two that differ are a warning, the nearest one counts."""
+class GivenLength(NamedTuple):
+    """A centre distance or pin radius that the file states: where, and its value [m]."""
+
+    path: str
+    value: float
+
+
+def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, GivenLength]:
+    """Given centre distance of every pair that has one; two that differ are a warning, the nearest one counts."""
     radii = {axis: given_radius(plan, axis, log) for axis in dict.fromkeys(plan.axis.values())}
-    found: dict[str, float] = {}
+    distances: dict[str, GivenLength] = {}
     for p in plan.pairs:
         stated = [(f"{p.path}.centre_distance", p.keys.centre_distance)]
         planets = [name for name in (p.a, p.b) if not plan.central(name)]
         if len(planets) == 1:
-            stated.append(("the pin radius", radii[plan.axis[planets[0]]]))
+            radius = radii[plan.axis[planets[0]]]
+            stated += [] if radius is None else [radius]
         elif not planets:
             stated.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
         value = _first(stated, log)
         if value is not None:
-            found[p.name] = value
-    return found
+            distances[p.name] = value
+    return distances
 
 
-def given_radius(plan: Plan, axis: str, log: ResolutionLog) -> float | None:
-    """Given radius of one planet axis [m]."""
+def given_radius(plan: Plan, axis: str, log: ResolutionLog) -> GivenLength | None:
+    """Given radius of one planet axis."""
     if plan.central(axis):
         return None
     on_axis = [name for name in plan.gears if plan.axis[name] == axis]
@@ -374,22 +395,24 @@ def given_radius(plan: Plan, axis: str, log: ResolutionLog) -> float | None:
     return _first(stated, log)
 
 
-def _first(stated: list[tuple[str, float | None]], log: ResolutionLog) -> float | None:
-    """First stated centre distance [m], with a warning for each one that differs."""
-    given = [(path, value) for path, value in stated if value is not None]
+def _first(stated: Sequence[tuple[str, float | None]], log: ResolutionLog) -> GivenLength | None:
+    """First stated centre distance, with a warning for each one that differs."""
+    given = [GivenLength(path, value) for path, value in stated if value is not None]
     for path, value in given[1:]:
-        if not same(value, given[0][1], 1e-6):
+        if not same(value, given[0].value, 1e-6):
             log.warn(
                 coded(
                     "centre-distances-differ",
-                    f"centre distances differ: {given[0][0]} {given[0][1] * 1e3:.6g} mm, {path} {value * 1e3:.6g} mm; "
-                    "the first one counts",
+                    f"centre distances differ: {given[0].path} {given[0].value * 1e3:.6g} mm, "
+                    f"{path} {value * 1e3:.6g} mm; the first one counts",
                 )
             )
-    return given[0][1] if given else None
+    return given[0] if given else None
 
 
-def profile_shifts(plan: Plan, teeth: Mapping[str, Teeth], given: dict[str, float]) -> dict[str, tuple[float, str]]:
+def profile_shifts(
+    plan: Plan, teeth: Mapping[str, Teeth], given: Mapping[str, GivenLength]
+) -> dict[str, tuple[float, str]]:
     """Profile shift of every gear and where it comes from; what a centre distance fixes follows, the rest is 0.
 
     Raises
@@ -397,7 +420,8 @@ def profile_shifts(plan: Plan, teeth: Mapping[str, Teeth], given: dict[str, floa
     ModelError : a centre distance that no shift of a tooth can serve.
     """
     known = {n: (float(x), "given") for n, m in plan.gears.items() if (x := m.profile_shift) is not None}
-    distance = given | _distances_from_shifts(plan, teeth, known, given)
+    distance = {pair: length.value for pair, length in given.items()}
+    distance |= _distances_from_shifts(plan, teeth, known, given)
     for p in plan.pairs:
         if p.name not in distance or (p.a in known and p.b in known):
             continue
@@ -421,10 +445,13 @@ def profile_shifts(plan: Plan, teeth: Mapping[str, Teeth], given: dict[str, floa
 
 
 def _distances_from_shifts(
-    plan: Plan, teeth: Mapping[str, Teeth], known: Mapping[str, tuple[float, str]], given: Mapping[str, float]
+    plan: Plan, teeth: Mapping[str, Teeth], known: Mapping[str, tuple[float, str]], given: Collection[str]
 ) -> dict[str, float]:
-    """Centre distance [m] of pairs on an axis that has a central mesh with two stated shifts."""
-    found: dict[str, float] = {}
+    """Centre distance [m] of pairs on an axis that has a central mesh with two stated shifts.
+
+    given : pairs whose distance the file states.
+    """
+    distances: dict[str, float] = {}
     for p in plan.pairs:
         planet = next((n for n in (p.a, p.b) if not plan.central(n)), None)
         if planet is None or plan.central(p.a) == plan.central(p.b) or not (p.a in known and p.b in known):
@@ -432,8 +459,8 @@ def _distances_from_shifts(
         for q in plan.pairs:
             on_axis = any(plan.axis[n] == plan.axis[planet] for n in (q.a, q.b) if not plan.central(n))
             if on_axis and plan.central(q.a) != plan.central(q.b) and q.name not in given:
-                found.setdefault(q.name, distance_from_shifts(p, teeth, known[p.a][0], known[p.b][0])[1])
-    return found
+                distances.setdefault(q.name, distance_from_shifts(p, teeth, known[p.a][0], known[p.b][0])[1])
+    return distances
 
 
 def _shift_sum(p: GearPair, teeth: Mapping[str, Teeth], distance: float) -> float | None:

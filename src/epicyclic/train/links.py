@@ -8,12 +8,11 @@ One link of a model file at its site, and bolts on a pitch circle, each of which
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from ..document import schema_fields as tables
 from ..document.schema import ModelFile
-from ..document.schema_fields import BoltsTable, ForceTableOf, LinkTable, SolidTable
+from ..document.schema_fields import BoltsTable, ForceTableOf, LinkTable, SolidTable, SupportTable
 from ..document.units import Quantity
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import ForceCurve, force_curve
@@ -71,12 +70,12 @@ def solid_stiffness(table: SolidTable, length: float, material: tuple[float, flo
     """
     if length <= 0:
         return {}
-    found: dict[str, float] = {}
+    stiffness: dict[str, float] = {}
     if table.diameter is not None:
-        found = shaft_stiffness(table.diameter, table.bore or 0.0, length, *material)
+        stiffness = shaft_stiffness(table.diameter, table.bore or 0.0, length, *material)
     if table.torsional_rigidity is not None:
-        found["rz"] = table.torsional_rigidity / length
-    return found
+        stiffness["rz"] = table.torsional_rigidity / length
+    return stiffness
 
 
 Six = tuple[float, float, float, float, float, float]
@@ -88,7 +87,8 @@ STIFF = math.inf
 class LinkSite:
     """Where a link sits: path in the file, name in results, bodies, branch (0 ..) of `count`, radius of rz in N/m.
 
-    plate : side of the carrier plate it sits in, where there are two.
+    plate : side of the carrier plate it sits in, where there are two.  centre : of a support or bearing: axial place of
+        the centre of the member [m], from which `at` counts.
     """
 
     path: str
@@ -97,11 +97,11 @@ class LinkSite:
     first: Body
     second: str | None
     turn: float
+    centre: float = 0.0
     branch: int = 0
     count: int = 1
     radius: float = 1.0
     share: float = 1.0
-    to_housing: bool = False
     plate: str | None = None
 
 
@@ -115,19 +115,18 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
     ModelError : a list that does not fit the planets, an rz in N/m without radius.
     """
     path = f"{site.path}.{name}" if name else site.path
-    carried = site.kind == "bearing" and site.second is not None
-    station = site.first.station
-    if table.at is not None:
-        station = member_centre(site.first) + table.at
+    first, second = site.first.name, site.second
+    if site.kind == "bearing" and second is not None:
+        first, second = second, first  # of a bearing the carrier stands first
     curves = _curves(site, table, path)
     return Link(
         name=f"{site.name}/{name}" if name else site.name,
         path=path,
         kind=site.kind,
-        first=site.second if carried and site.second is not None else site.first.name,
-        second=site.first.name if carried else site.second,
+        first=first,
+        second=second,
         centre=site.first.centre,
-        station=station,
+        station=site.first.station if table.at is None else site.centre + table.at,
         angle=site.turn,
         stiffness=_six(site, path, table, rest, curves, log),
         damping=_dampers(table, site.share),
@@ -136,13 +135,12 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
         load=(table.load or 0.0) * site.share,
         friction=_friction(table, site.share),
         curves=tuple(curves.items()),
-        to_housing=site.to_housing,
     )
 
 
 def _curves(site: LinkSite, table: LinkTable, path: str) -> dict[int, ForceCurve]:
     """Force over deflection of the directions that state a table; at a shared site the share of the force."""
-    found = {}
+    curves = {}
     for number, direction in enumerate(DIRECTIONS):
         stated = getattr(table, direction)
         if isinstance(stated, ForceTableOf):
@@ -150,8 +148,8 @@ def _curves(site: LinkSite, table: LinkTable, path: str) -> dict[int, ForceCurve
             if direction == "rz" and stated.deflection is not None and stated.deflection.unit == "m":
                 radius = _known(site.radius, f"{path}.{direction}", "a table in m and N")
             curve = force_curve(*stated.curves[0])
-            found[number] = curve.scaled(deflection=1 / radius, force=radius * site.share)
-    return found
+            curves[number] = curve.scaled(deflection=1 / radius, force=radius * site.share)
+    return curves
 
 
 def _six(
@@ -174,10 +172,8 @@ def _six(
             log.note(f"{path}.{direction}.tangent", values[-1] / site.share, UNITS[direction], "half of its last force")
             continue
         if stated is None:
-            value, origin = (
-                rest[direction],
-                "default" if math.isinf(rest[direction]) or not rest[direction] else "geometry",
-            )
+            value = rest[direction]
+            origin = "default" if math.isinf(value) or not value else "geometry"
             log.note(f"{path}.{direction}", value, UNITS[direction], origin)
         else:
             whole = _torsional(stated, site.radius, f"{path}.{direction}") if isinstance(stated, Quantity) else stated
@@ -239,45 +235,28 @@ def bolted(site: Link, table: LinkTable, log: ResolutionLog) -> list[Link]:
     log.note(f"{path}.radius", bolts.radius, "m")
     keys = ("radial", "tangential", "z")
     radial, tangential, z = (_stiffness(bolts, key, path, log) for key in keys)
-    tables = [(number, getattr(bolts, key)) for number, key in enumerate(keys)]
-    curves = tuple((i, force_curve(*one.curves[0])) for i, one in tables if isinstance(one, ForceTableOf))
+    stated = [(direction, getattr(bolts, key)) for direction, key in enumerate(keys)]
+    curves = tuple((i, force_curve(*table.curves[0])) for i, table in stated if isinstance(table, ForceTableOf))
     angles = bolts.angles
     if angles is None:
         angles = tuple(math.tau * i / (bolts.count or 1) for i in range(bolts.count or 1))
-    found = [site] if any(site.stiffness) or any(site.damping) else []
-    for number, angle in enumerate(angles, start=1):
-        centre = (
-            site.centre[0] + bolts.radius * math.cos(angle),
-            site.centre[1] + bolts.radius * math.sin(angle),
+    links = [site] if any(site.stiffness) or any(site.damping) else []
+    links += [
+        Link(
+            name=f"{site.name}/bolts/{number}",
+            path=path,
+            kind=site.kind,
+            first=site.first,
+            second=site.second,
+            centre=(site.centre[0] + bolts.radius * math.cos(angle), site.centre[1] + bolts.radius * math.sin(angle)),
+            station=site.station,
+            angle=angle,
+            stiffness=(radial, tangential, z, 0.0, 0.0, 0.0),
+            curves=curves,
         )
-        name = f"{site.name}/bolts/{number}"
-        found.append(
-            replace(
-                _plain(site),
-                name=name,
-                path=path,
-                centre=centre,
-                angle=angle,
-                stiffness=(radial, tangential, z, 0.0, 0.0, 0.0),
-                curves=curves,
-            )
-        )
-    return found
-
-
-def _plain(site: Link) -> Link:
-    """The place of a link without dampers and laws, which are the site's own."""
-    return Link(
-        name=site.name,
-        path=site.path,
-        kind=site.kind,
-        first=site.first,
-        second=site.second,
-        centre=site.centre,
-        station=site.station,
-        stiffness=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        to_housing=site.to_housing,
-    )
+        for number, angle in enumerate(angles, start=1)
+    ]
+    return links
 
 
 def _stiffness(bolts: BoltsTable, key: str, path: str, log: ResolutionLog) -> float:
@@ -299,58 +278,73 @@ def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Bod
     ModelError : halves that nothing holds together, a member that carries nothing it could carry.
     """
     plan = shape.plan
-    found: list[Link] = []
+    links: list[Link] = []
     for name, member in plan.stage.members.items():
         planet = not plan.central(name)
         for branch in range(plan.branches) if planet else (None,):
-            number = None if branch is None else branch + 1
-            names = member_bodies(plan, name, number)
-            for side, body in names.items():
-                if member.on is None or (member.bearing if planet else member.support) is not None:
-                    held = f"{plan.name}.{name}" in model.operation.held
-                    found += _support(shape, name, side, bodies[body], branch, bodies, held, log)
-            found += _joints(shape, name, branch, bodies, model, log)
+            if member.on is None or (member.bearing if planet else member.support) is not None:
+                for body in member_bodies(plan, name, None if branch is None else branch + 1).values():
+                    links += _seat(plan, name, bodies[body], bodies, model, log)
+            links += _joints(shape, name, branch, bodies, model, log)
         if plan.split(name) and member.neck is None:
             _check_halves(plan, name, model)
-    return found
+    return links
 
 
 def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> list[Link]:
     """Supports of the file's `[bodies]`."""
-    found: list[Link] = []
+    links: list[Link] = []
     for name, body in model.bodies.items():
         path = f"bodies.{name}.support"
         held = name in model.operation.held
         second = _carrying(body.support, bodies, None, path)
-        site = LinkSite(path=path, name=f"{name}/support", kind="support", first=bodies[name], second=second, turn=0.0)
-        found += _bearings(site, body.support, STIFF if held else 0.0, log)
-    return found
+        site = LinkSite(
+            path=path,
+            name=f"{name}/support",
+            kind="support",
+            first=bodies[name],
+            second=second,
+            turn=0.0,
+            centre=bodies[name].station,
+        )
+        links += _bearings_of_seat(site, body.support, STIFF if held else 0.0, log)
+    return links
 
 
 # supports and bearings -----------------------------------------------------------------------------------------------
 
 
-def _support(
-    shape: StageShape,
-    name: str,
-    side: str | None,
-    body: Body,
-    branch: int | None,
-    bodies: Mapping[str, Body],
-    held: bool,
-    log: ResolutionLog,
+def _seat(
+    plan: Plan, name: str, body: Body, bodies: Mapping[str, Body], model: ModelFile, log: ResolutionLog
 ) -> list[Link]:
-    """Support of a central body or bearing of a planet, every named bearing a link."""
-    plan = shape.plan
-    key = "support" if branch is None else "bearing"
+    """What a body is carried by, its seat: the support of a central body, the bearing of a planet on its carrier.
+
+    Raises
+    ------
+    ModelError : a body held on itself, a planet borne in the housing that its carrier turns against.
+    """
+    held, side, carried = model.operation.held, body.side, body.branch is not None
+    key = "bearing" if carried else "support"
     table, path = overlaid(plan.member_levels(name, side), key)
-    carriers = _carriers(plan, side) if branch is not None and (table is None or table.to is None) else ()
-    seconds: Sequence[str | None] = carriers or (_carrying(table, bodies, side, path),)
+    turning = plan.carrier is not None and f"{plan.name}.{plan.carrier}" not in held
+    if carried and turning and table is not None and table.to == "housing":
+        raise ModelError(
+            f"{name} goes round with {plan.carrier}, and the carrier turns in the housing",
+            path=f"{path}.to",
+            given="housing",
+            allowed=f"the carrier, which is the default; the housing where {plan.carrier} is held",
+        )
+    seconds: list[str | None] = [_carrying(table, bodies, side, path)]
+    if carried and plan.carrier is not None and (table is None or table.to is None):
+        # of a split carrier the half of this side, both for a planet in one piece
+        halves = sides_of(plan, plan.carrier)
+        carrying = (side,) if side is not None and side in halves else halves
+        seconds = [body_name(plan.name, plan.carrier, None, half) for half in carrying]
     if body.name in seconds and table is not None:
         raise ModelError(
             "holds a body on itself", path=f"{path}.to", given=table.to, allowed="housing, or another body"
         )
-    found: list[Link] = []
+    links: list[Link] = []
     for second in seconds:
         plate = second.rsplit("/", 1)[-1] if second is not None and len(seconds) > 1 else None
         site = LinkSite(
@@ -360,27 +354,17 @@ def _support(
             first=body,
             second=second,
             turn=body.angle,
-            branch=branch or 0,
-            count=plan.branches if branch is not None else 1,
+            centre=member_centre(body, model),
+            branch=(body.branch or 1) - 1,
+            count=plan.branches if carried else 1,
             radius=body.reference_radius,
-            to_housing=second is None and branch is None and plan.carrier is not None,
             plate=plate,
         )
-        found += _bearings(site, table, STIFF if held else 0.0, log)
-    return found
+        links += _bearings_of_seat(site, table, STIFF if f"{plan.name}.{name}" in held else 0.0, log)
+    return links
 
 
-def _carriers(plan: Plan, side: str | None) -> tuple[str, ...]:
-    """Bodies that carry a planet: the carrier, of a split one the half of this side, both for a planet in one piece."""
-    if plan.carrier is None:
-        return ()
-    sides = sides_of(plan, plan.carrier)
-    if side is not None and side in sides:
-        sides = (side,)
-    return tuple(body_name(plan.name, plan.carrier, None, s) for s in sides)
-
-
-def _carrying(table: tables.SupportTable | None, bodies: Mapping[str, Body], side: str | None, path: str) -> str | None:
+def _carrying(table: SupportTable | None, bodies: Mapping[str, Body], side: str | None, path: str) -> str | None:
     """Body that `to` names, None = the frame."""
     if table is None or table.to is None or table.to == "housing":
         return None
@@ -395,14 +379,14 @@ def body_of(reference: str, bodies: Mapping[str, Body], path: str, side: str | N
     ModelError : a planet, which there is several of, or a split member without a side.
     """
     parts = reference.split(".")
-    found = [
+    named = [
         body.name
         for body in bodies.values()
         if body.member == ".".join(parts[:2]) and (len(parts) < 3 or body.side == parts[2]) and body.branch is None
     ]
-    same_side = [name for name in found if bodies[name].side == side] if len(found) > 1 else found
+    same_side = [name for name in named if bodies[name].side == side] if len(named) > 1 else named
     if len(same_side) != 1:
-        split = len(found) > 1
+        split = len(named) > 1
         raise ModelError(
             "names a split member" if split else "names no single body",
             path=path,
@@ -412,31 +396,31 @@ def body_of(reference: str, bodies: Mapping[str, Body], path: str, side: str | N
     return same_side[0]
 
 
-def _bearings(site: LinkSite, support: tables.SupportTable | None, rz: float, log: ResolutionLog) -> list[Link]:
-    """One link for every bearing; a direction that none names is rigid (rz: `rz` [N m/rad]), in the first one.
+def _bearings_of_seat(site: LinkSite, support: SupportTable | None, rz: float, log: ResolutionLog) -> list[Link]:
+    """One link for every bearing of a seat; a direction that none names is rigid (rz: `rz` [N m/rad]) in the first one.
 
     Tilt that none names is rigid too, but where two bearings at a distance hold it by their own stiffness.
     Bolts hold in every direction, so that beside them no other direction is rigid unless named.  Of two carrier plates
     a bearing sits in the one on its side of the planet's centre, in the middle half in each.
     """
-    listed: list[tuple[str, tables.LinkTable]] = []
+    listed: list[tuple[str, LinkTable]] = []
     if support is None or not support.bearings or support.directions():
-        listed.append(("", support if support is not None else tables.LinkTable()))
+        listed.append(("", support if support is not None else LinkTable()))
     if support is not None:
         listed += list(support.bearings.items())
     named = {d for _, link in listed for d in link.directions()}
     if any(link.bolts is not None for _, link in listed):
         named = set(DIRECTIONS)
     named |= held_by_distance([link for _, link in listed], site.branch)
-    found: list[Link] = []
+    links: list[Link] = []
     for i, (name, link) in enumerate(listed):
         rest: dict[str, float] = {d: 0.0 if d in named or i else (rz if d == "rz" else STIFF) for d in DIRECTIONS}
         if site.plate is None or not link.at:
             half = site if site.plate is None else replace(site, name=f"{site.name}/{site.plate}", share=0.5)
-            found += bolted(link_at(half, name, link, rest, log), link, log)
+            links += bolted(link_at(half, name, link, rest, log), link, log)
         elif (site.plate == "left") == (link.at < 0):
-            found += bolted(link_at(site, name, link, rest, log), link, log)
-    return found
+            links += bolted(link_at(site, name, link, rest, log), link, log)
+    return links
 
 
 # necks, shafts, couplings --------------------------------------------------------------------------------------------
@@ -453,23 +437,23 @@ def _joints(
     """Neck between the halves of a member, and shaft to the member it sits on."""
     plan, member = shape.plan, shape.plan.stage.members[name]
     number = None if branch is None else branch + 1
-    own = member_bodies(plan, name, number)
+    pieces = member_bodies(plan, name, number)
     material = elastic_constants(member_material(plan, name, model))
-    found = []
+    links: list[Link] = []
     if member.neck is not None:
         length = member.neck.length or (width_of(plan, name) or 0.0) + gap_of(plan, name)
-        left, right = bodies[own["left"]], bodies[own["right"]]
+        left, right = bodies[pieces["left"]], bodies[pieces["right"]]
         where = f"{plan.member_path(name)}.neck", f"{body_name(plan.name, name, number)}/neck", "neck"
-        found.append(_joint(plan, where, left, right, member.neck, branch, length, material, log))
+        links.append(_joint(plan, where, left, right, member.neck, branch, length, material, log))
     if (below := gear_below(member)) is not None:
         base = member_bodies(plan, below, number)
-        for side, body in own.items():
+        for side, body in pieces.items():
             first, second = bodies[base.get(side, next(iter(base.values())))], bodies[body]
             where = f"{plan.member_path(name)}.shaft", f"{body}/shaft", "shaft"
-            table = member.shaft or tables.SolidTable()
+            table = member.shaft or SolidTable()
             length = table.length or abs(second.station - first.station)
-            found.append(_joint(plan, where, first, second, table, branch, length, material, log))
-    return found
+            links.append(_joint(plan, where, first, second, table, branch, length, material, log))
+    return links
 
 
 def _joint(
@@ -477,7 +461,7 @@ def _joint(
     where: tuple[str, str, str],
     first: Body,
     second: Body,
-    table: tables.SolidTable,
+    table: SolidTable,
     branch: int | None,
     length: float,
     material: tuple[float, float],
@@ -489,10 +473,10 @@ def _joint(
 
     Raises
     ------
-    ModelError : a diameter without length.
+    ModelError : a diameter or a torsional rigidity without length.
     """
     path, name, kind = where
-    if table.diameter is not None and length <= 0:
+    if (table.diameter is not None or table.torsional_rigidity is not None) and length <= 0:
         raise ModelError("is missing", path=f"{path}.length", allowed="length of the shaft [m]")
     rest: dict[str, float] = {d: STIFF for d in DIRECTIONS} | solid_stiffness(table, length, material)
     site = LinkSite(
@@ -519,7 +503,7 @@ def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) 
     ModelError : an end that is no single body, an rz in N/m without radius, a fixed shaft without its shape.
     """
     material = elastic_constants(file_material(model))
-    found: list[Link] = []
+    links: list[Link] = []
     for name, table in model.couplings.items():
         path = f"couplings.{name}"
         first, second = (bodies[body_of(end, bodies, f"{path}.between")] for end in table.between)
@@ -539,8 +523,8 @@ def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) 
         )
         middle = (first.station + second.station) / 2
         link = replace(link_at(site, "", table, rest, log), station=middle + (table.at or 0.0))
-        found += bolted(link, table, log)
-    return found
+        links += bolted(link, table, log)
+    return links
 
 
 def _check_halves(plan: Plan, name: str, model: ModelFile) -> None:
@@ -555,10 +539,11 @@ def _check_halves(plan: Plan, name: str, model: ModelFile) -> None:
         table, _ = overlaid(plan.member_levels(name, side), "support")
         links = [] if table is None else [table, *table.bearings.values()]
         sprung = any(link.rz is not None and link.rz.value != 0.0 for link in links)
-        if not sprung and f"{key}.{side}" not in ends:
+        bolted_on = any(link.bolts is not None and link.bolts.tangential != 0.0 for link in links)
+        if not sprung and not bolted_on and f"{key}.{side}" not in ends:
             raise ModelError(
                 f"nothing holds the {side} half: neither neck nor hold",
                 path=plan.member_path(name),
                 given="split = true",
-                allowed="a neck, a held member, support.rz, or a coupling at each half",
+                allowed="a neck, a held member, support.rz, bolts, or a coupling at each half",
             )

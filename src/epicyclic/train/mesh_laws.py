@@ -78,14 +78,14 @@ def mesh_law(
     ModelError : a stiffness that needs a face width without one, teeth that cannot touch.
     """
     plan, width = shape.plan, shape.meshes[p.name].width[side]
-    own_stiffness = stated(p.levels(side), "stiffness")
-    if own_stiffness is not None and isinstance(own_stiffness.value, MeshForceTable):
-        return _given_law(shape, p, side, own_stiffness, torque, model, log)
-    value = "iso6336" if own_stiffness is None else own_stiffness.value
-    path = f"{p.path}.stiffness" if own_stiffness is None else own_stiffness.path
+    statement = stated(p.levels(side), "stiffness")
+    if statement is not None and isinstance(statement.value, MeshForceTable):
+        return _given_law(shape, p, side, statement, torque, model, log)
+    value = "iso6336" if statement is None else statement.value
+    path = f"{p.path}.stiffness" if statement is None else statement.path
     count, computed = len(plan.angles), not isinstance(value, Quantity)
     form = _form(p, side, str(value) if computed else "")
-    own, shaped, loaded = None, None, None
+    narrow_series, shaped, loaded = None, None, None
     if value == "contact":
         _needed_width(shape, p, side, path)
         if teeth is None:
@@ -99,9 +99,9 @@ def mesh_law(
         # where mean and variation are of two methods, the series is that of the variation
         if method in (value, form):
             _needed_width(shape, p, side, path)
-            found = tooth_law(shape, p, side, model, torque, log, method=method)
-            shaped = found[0] if value == method else shaped
-            own = found[1] if form == method else own
+            mean, series = tooth_law(shape, p, side, model, torque, log, method=method)
+            shaped = mean if value == method else shaped
+            narrow_series = series if form == method else narrow_series
     if isinstance(value, Quantity):
         stiffness = per_branch(_normal(shape, p, side, value, path), count, path)
     elif shaped is not None:
@@ -111,9 +111,7 @@ def mesh_law(
     else:
         stiffness = (_standard(shape, p, width, path, model, log),) * count
     note = stiffness[0] if len(set(stiffness)) == 1 else list(stiffness)
-    by_side = len(set(shape.meshes[p.name].width.values())) > 1 or (
-        own_stiffness is not None and own_stiffness.level == "side"
-    )
+    by_side = len(set(shape.meshes[p.name].width.values())) > 1 or (statement is not None and statement.level == "side")
     where = f"{p.path}.{side}.stiffness" if side and by_side else f"{p.path}.stiffness"
     log.note(where, note, "N/m", f"{value or 'iso6336'}" if computed else "given")
     _check_range(shape, p, width, stiffness, model, log)
@@ -122,7 +120,7 @@ def mesh_law(
         log.note(f"{p.path}.variation", form, "", "default")
         variation, narrow = loaded.variation, None
     else:
-        variation, narrow = _variation(shape, p, side, form, own, log)
+        variation, narrow = _variation(shape, p, side, form, narrow_series, log)
     return MeshLaw(
         stiffness=stiffness,
         variation=variation,
@@ -224,11 +222,11 @@ def _form(p: GearPair, side: str | None, method: str) -> str:
 
 
 def _variation(
-    shape: StageShape, p: GearPair, side: str | None, form: str, own: Series | None, log: ResolutionLog
+    shape: StageShape, p: GearPair, side: str | None, form: str, by_shape: Series | None, log: ResolutionLog
 ) -> tuple[Series, Series | None]:
     """Relative Fourier coefficients (L,) over sigma [1], and those of a narrow slice where the helix shifts slices.
 
-    own : series (L,) of a narrow slice by the shape of the teeth.
+    by_shape : series (L,) of a narrow slice by the shape of the teeth.
     """
     meshing = shape.meshes[p.name]
     series: VariationTable | None = stated_value(p.levels(side), "variation", None)
@@ -241,13 +239,13 @@ def _variation(
         if meshing.contact_ratio <= 0:
             raise ModelError("the teeth do not touch: contact ratio below 0", path=p.path)
         lines = teeth_stiffness.contact_line_series(meshing.limits, 0.0)
-        narrow = lines if own is None or form == "contact-lines" else own
+        narrow = lines if by_shape is None or form == "contact-lines" else by_shape
         return teeth_stiffness.face_average(narrow, overlap), narrow
     if series is None or form == "none":
         return np.zeros(0, complex), None
     values = table_series(series.values)[1] if form == "values" else fourier_series(series.cosine, series.sine)
-    found = stated(p.levels(side), "variation")
-    _check_positive(values, f"{p.path}.variation" if found is None else found.path)
+    statement = stated(p.levels(side), "variation")
+    _check_positive(values, f"{p.path}.variation" if statement is None else statement.path)
     return values, None
 
 
@@ -271,11 +269,9 @@ def _check_positive(series: Series, path: str) -> None:
 def overlap_of(meshing: MeshShape, shape: StageShape, p: GearPair, width: float) -> float:
     """Overlap ratio [1] of one helix of face width [m]."""
     first = next(iter(meshing.width.values()))
-    return (
-        meshing.overlap_ratio
-        if width == first or not shape.teeth[p.a].helix_angle
-        else (meshing.overlap_ratio * width / first)
-    )
+    if width == first or not shape.teeth[p.a].helix_angle:
+        return meshing.overlap_ratio
+    return meshing.overlap_ratio * width / first
 
 
 # given tables ---------------------------------------------------------------------------------------------------------
@@ -285,7 +281,7 @@ def _given_law(
     shape: StageShape,
     p: GearPair,
     side: str | None,
-    found: Stated,
+    statement: Stated,
     torque: Mapping[str, float] | None,
     model: ModelFile,
     log: ResolutionLog,
@@ -296,9 +292,9 @@ def _given_law(
     ------
     ModelError : a variation beside the table.
     """
-    given: MeshForceTable = found.value
+    given: MeshForceTable = statement.value
     if (beside := stated(p.levels(side), "variation")) is not None:
-        problem = f"stands beside a table of force in {found.path}, which holds it"
+        problem = f"stands beside a table of force in {statement.path}, which holds it"
         allowed = "forces of several phases of the mesh cycle, or no variation"
         raise ModelError(problem, path=beside.path, given=beside.value.form, allowed=allowed)
     cosine = _transverse_cosine(shape, p, side)
@@ -313,16 +309,16 @@ def _given_law(
         log.warn(_assumed_load(p, load, "half of the last force of its table"))
     table = given_table(curves, load)
     transverse = cosine != 1.0
-    log.note(f"{found.path}.load", load * cosine, "N", f"{origin}, transverse" if transverse else origin)
+    log.note(f"{statement.path}.load", load * cosine, "N", f"{origin}, transverse" if transverse else origin)
     if transverse:
-        log.note(f"{found.path}.normal_load", load, "N", "along the tooth normal")
+        log.note(f"{statement.path}.normal_load", load, "N", "along the tooth normal")
     tangent = "table, along the tooth normal" if transverse else "table"
-    log.note(f"{found.path}.tangent", table.stiffness, "N/m", tangent)
+    log.note(f"{statement.path}.tangent", table.stiffness, "N/m", tangent)
     if load > table.last:
         log.warn(
             coded(
                 "table-exceeded",
-                f"{found.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N "
+                f"{statement.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N "
                 "along the normal; there the law goes on along its last tangent",
             )
         )
@@ -408,7 +404,7 @@ def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> list[MeshE
 
     Without speeds the mean alone.
     """
-    found = []
+    errors = []
     for mesh in meshes:
         if mesh.table is None:
             continue
@@ -421,8 +417,8 @@ def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> list[MeshE
             amplitude=complex(mesh.table.error[0].real),
             frequency=Fraction(0),
         )
-        found.append(error)
+        errors.append(error)
         if frequency:
             orders = enumerate(series.tolist(), start=1)
-            found += [replace(error, amplitude=value, frequency=order * frequency) for order, value in orders]
-    return [error for error in found if error.amplitude]
+            errors += [replace(error, amplitude=value, frequency=order * frequency) for order, value in orders]
+    return [error for error in errors if error.amplitude]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..document.schema import ModelFile
 from ..errors import ModelError
-from ..teeth.mesh_stiffness import face_average
+from ..teeth.mesh_stiffness import ToothPair, face_average
 from ..teeth.phasing import shift_term
 from ..warning_codes import coded
 from .bodies import Mesh, MeshSlice
@@ -21,7 +21,7 @@ from .flanks import tooth_pair
 from .kinematics import Kinematics
 from .mesh_laws import MeshLaw, mesh_law, overlap_of
 from .phasing import StagePhases, ToothedGear, ToothMesh, chain_flanks, flank_of_torque, stage_leads, staggered
-from .stage_bodies import SLICES, body_name, half_station, member_bodies
+from .stage_bodies import SLICES, body_name, member_bodies
 from .stages import GearPair, Plan, gear_below, stated, stated_value
 from .train import Number, ResolutionLog, per_branch, turns_of
 
@@ -45,9 +45,10 @@ def meshes_of_stage(
     ModelError : a stiffness that cannot be computed from what is given.
     """
     plan = shape.plan
-    flanks = _flanks(plan, kinematics)
+    gears = _toothed(plan, shape)
+    flanks = _flanks(plan, gears, kinematics)
     sense = _sun_sense(plan, kinematics)
-    gears, toothed = _toothed(plan, shape), _tooth_meshes(shape, flanks)
+    toothed = _tooth_meshes(shape, flanks)
     phases = stage_leads(gears, toothed, sense=sense)
     _check_assembly(plan, phases, log)
     _check_shafts(plan, gears, toothed, log)
@@ -55,7 +56,7 @@ def meshes_of_stage(
         origin = "given" if isinstance(plan.gears[name].clocking, tuple) else "geometry"
         angles = [math.tau * float(turn) for turn in turns]
         log.note(f"{plan.member_path(name)}.clocking", angles, "rad", origin)
-    found: list[Mesh] = []
+    meshes: list[Mesh] = []
     for p in plan.pairs:
         count = _slice_count(plan, p, shape.meshes[p.name].width, tilting, log)
         for side in shape.meshes[p.name].width:
@@ -63,18 +64,28 @@ def meshes_of_stage(
             lean = flanks[p.name] * _hand(shape, p, side)
             law = mesh_law(shape, p, side, model, kinematics.mesh_torque, log, teeth=teeth, lean=lean)
             leads = _leads(plan, p, side, phases, sense, log)
-            width = shape.meshes[p.name].width[side]
             for branch in range(plan.branches_of(p)):
-                mesh = _mesh(shape, p, side, branch, law, (flanks[p.name], phases.sense[p.name]))
-                mesh = replace(mesh, lead=leads[branch], stage=tones[p.path], teeth=teeth, table=law.table)
-                found.append(replace(mesh, slices=_slices_of(mesh, count, width, law.narrow)))
-    return sorted(found, key=lambda mesh: ([p.path for p in plan.pairs].index(mesh.pair), mesh.branch or 0))
+                signs = flanks[p.name], phases.sense[p.name]
+                mesh = _mesh(shape, p, side, branch, law, signs, lead=leads[branch], tone=tones[p.path], teeth=teeth)
+                meshes.append(replace(mesh, slices=_slices_of(mesh, count, law.narrow)))
+    return sorted(meshes, key=lambda mesh: ([p.path for p in plan.pairs].index(mesh.pair), mesh.branch or 0))
 
 
-def _mesh(shape: StageShape, p: GearPair, side: str | None, branch: int, law: MeshLaw, signs: tuple[int, int]) -> Mesh:
-    """Mesh of one branch (0 ..) and side, without lead, slices and teeth.
+def _mesh(
+    shape: StageShape,
+    p: GearPair,
+    side: str | None,
+    branch: int,
+    law: MeshLaw,
+    signs: tuple[int, int],
+    *,
+    lead: Number,
+    tone: str,
+    teeth: ToothPair | None,
+) -> Mesh:
+    """Mesh of one branch (0 ..) and side, without slices.
 
-    signs : flank d and sense D (docs/conventions.md, rows and phases).
+    signs : flank d and sense D (docs/conventions.md, rows and phases).  tone : stage whose mesh frequency it follows.
     """
     plan, meshing = shape.plan, shape.meshes[p.name]
     a, b = shape.teeth[p.a], shape.teeth[p.b]
@@ -86,7 +97,7 @@ def _mesh(shape: StageShape, p: GearPair, side: str | None, branch: int, law: Me
     return Mesh(
         name=body_name(plan.name, p.name, number, side),
         pair=p.path,
-        stage=plan.name,
+        stage=tone,
         branch=number,
         side=side,
         a=_body(plan, p.a, number, side),
@@ -97,17 +108,21 @@ def _mesh(shape: StageShape, p: GearPair, side: str | None, branch: int, law: Me
         base_helix=a.base_helix,
         hand=_hand(shape, p, side),
         flank=signs[0],
-        station=(half_station(plan, p.a, side) + half_station(plan, p.b, side)) / 2,
+        station=meshing.station[side],
+        width=width,
         radius_a=a.base_radius / cosine,
         radius_b=b.base_radius / cosine,
         stiffness=law.stiffness[branch],
         variation=law.variation,
+        lead=lead,
         sense=signs[1],
         damping=law.damping,
         backlash=law.backlash,
         tooth_shift=2 * _shift(shape, p),
         contact_ratio=meshing.contact_ratio,
         limits=meshing.limits,
+        teeth=teeth,
+        table=law.table,
         overlap_ratio=overlap_of(meshing, shape, p, width),
     )
 
@@ -131,8 +146,8 @@ def _shift(shape: StageShape, p: GearPair) -> float:
 
 def _body(plan: Plan, member: str, number: int | None, side: str | None) -> str:
     """Name of the body that carries a gear of one branch (1 ..) on one side."""
-    own = member_bodies(plan, member, None if plan.central(member) else number)
-    return own[side] if side in own else own[None]
+    bodies = member_bodies(plan, member, None if plan.central(member) else number)
+    return bodies[side] if side in bodies else bodies[None]
 
 
 # flanks, senses, leads -----------------------------------------------------------------------------------------------
@@ -140,11 +155,11 @@ def _body(plan: Plan, member: str, number: int | None, side: str | None) -> str:
 
 def _toothed(plan: Plan, shape: StageShape) -> list[ToothedGear]:
     """The gears of a stage as the phasing of the train takes them."""
-    found = []
+    gears = []
     for name, member in plan.gears.items():
         fit = member.clocking is None or isinstance(member.clocking, str)
         angles = () if fit else per_branch(member.clocking, len(plan.angles), f"{plan.member_path(name)}.clocking")  # type: ignore[arg-type]
-        found.append(
+        gears.append(
             ToothedGear(
                 name=name,
                 teeth=member.teeth or 0,
@@ -155,7 +170,7 @@ def _toothed(plan: Plan, shape: StageShape) -> list[ToothedGear]:
                 clocking=None if fit else tuple(turns_of(angle) for angle in angles),
             )
         )
-    return found
+    return gears
 
 
 def _tooth_meshes(shape: StageShape, flanks: Mapping[str, int]) -> list[ToothMesh]:
@@ -175,17 +190,11 @@ def _tooth_meshes(shape: StageShape, flanks: Mapping[str, int]) -> list[ToothMes
     ]
 
 
-def _flanks(plan: Plan, kinematics: Kinematics) -> dict[str, int]:
+def _flanks(plan: Plan, gears: Sequence[ToothedGear], kinematics: Kinematics) -> dict[str, int]:
     """Flank d of every pair: from the torque it passes; without torques +1 at the first central gear."""
     torques = {p.name: (kinematics.mesh_torque or {}).get(p.path, 0.0) for p in plan.pairs}
     largest = max(abs(torque) for torque in torques.values())
     if largest == 0.0:
-        gears = [
-            ToothedGear(
-                name=n, teeth=m.teeth or 0, internal=m.kind == "ring", central=plan.central(n), on=gear_below(m)
-            )
-            for n, m in plan.gears.items()
-        ]
         signs = chain_flanks(gears, [(p.a, p.b) for p in plan.pairs], 1)
         return {p.name: sign for p, sign in zip(plan.pairs, signs, strict=True)}
     return {p.name: flank_of_torque(torques[p.name], internal=p.internal) for p in plan.pairs}
@@ -208,20 +217,20 @@ def _sun_sense(plan: Plan, kinematics: Kinematics) -> int:
 def _leads(
     plan: Plan, p: GearPair, side: str | None, phases: StagePhases, sense: int, log: ResolutionLog
 ) -> tuple[Number, ...]:
-    """Lead of every branch: given as `phase`, else from teeth and angles, staggered on the right."""
-    found = stated(p.levels(side), "phase")
+    """Lead of every branch: given as `phase`, else from teeth and angles; staggered on the right unless given there."""
     path = f"{p.path}.{side}.phase" if side else f"{p.path}.phase"
-    if found is not None:
-        values = per_branch(found.value, len(plan.angles), path)
+    given = stated(p.levels(side), "phase")
+    leads = phases.lead[p.name]
+    if given is not None:
+        values = per_branch(given.value, len(plan.angles), given.path)
         leads = tuple(_fraction(value) % 1 for value in values)
-        log.note(found.path, [float(lead) for lead in leads], "cycles")
-        if found.level == "mesh":
+        log.note(given.path, [float(lead) for lead in leads], "cycles")
+        if given.level == "side":
             return leads
-    else:
-        leads = phases.lead[p.name]
-        stagger = stated_value(plan.levels(p.a), "stagger", 0.0)
-        if side == "right" and stagger:
-            leads = tuple(staggered(lead, _fraction(stagger), sense) for lead in leads)
+    stagger = stated_value(plan.levels(p.a), "stagger", 0.0)
+    if side == "right" and stagger:
+        leads = tuple(staggered(lead, _fraction(stagger), sense) for lead in leads)
+    if given is None:
         log.note(path, [float(lead) for lead in leads], "cycles", "geometry")
     return leads
 
@@ -317,7 +326,7 @@ def _slice_count(
     return SLICES
 
 
-def _slices_of(mesh: Mesh, count: int, width: float, narrow: NDArray[np.complex128] | None) -> tuple[MeshSlice, ...]:
+def _slices_of(mesh: Mesh, count: int, narrow: NDArray[np.complex128] | None) -> tuple[MeshSlice, ...]:
     """The slices of a mesh, left to right; none for a count of 1.
 
     The helix brings a slice at zeta from mid-face into contact at sigma + d h zeta/p_x, and zeta/p_x is zeta times the
@@ -325,17 +334,19 @@ def _slices_of(mesh: Mesh, count: int, width: float, narrow: NDArray[np.complex1
     sinc(l eps/n) times the sum of their phases is n sinc(l eps).  A series that the file gives is that of the whole
     mesh: every slice follows it in step, since shifted it would no longer add up to what is given.
 
-    width : of the helix [m].  narrow : the series of a slice without width, as computed; None: a given one.
+    narrow : the series of a slice without width, as computed; None: a given one.
     """
     if count == 1:
         return ()
-    place = (np.arange(count) + 0.5) / count - 0.5
+    middles = (np.arange(count) + 0.5) / count - 0.5
     shift = np.zeros(count)
     variation: NDArray[np.complex128] = mesh.variation
     if narrow is not None and mesh.hand:
-        shift = mesh.sense * mesh.flank * mesh.hand * mesh.overlap_ratio * place
+        shift = mesh.sense * mesh.flank * mesh.hand * mesh.overlap_ratio * middles
         variation = face_average(narrow, mesh.overlap_ratio / count)
     return tuple(
-        MeshSlice(station=mesh.station + width * z, lead=mesh.lead + turn if turn else mesh.lead, variation=variation)
-        for z, turn in zip(place.tolist(), shift.tolist(), strict=True)
+        MeshSlice(
+            station=mesh.station + mesh.width * z, lead=mesh.lead + turn if turn else mesh.lead, variation=variation
+        )
+        for z, turn in zip(middles.tolist(), shift.tolist(), strict=True)
     )

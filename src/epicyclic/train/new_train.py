@@ -184,7 +184,8 @@ def _check_counts(wishes: Wishes) -> None:
     counts, planets = wishes.counts, wishes.planets
     if min(counts.sun, counts.planet) < _UNDERCUT:
         raise ModelError("too few teeth", path="teeth", given=str(counts), allowed=f"{_UNDERCUT} or more on each gear")
-    if neighbour_gap(counts, planets, wishes.helix_angle) < least_gap(wishes.module):
+    least = least_gap(wishes.module)
+    if neighbour_gap(counts, planets, wishes.helix_angle) < least:
         most = most_planets(counts, wishes.helix_angle, wishes.module)
         raise ModelError(
             f"the tips of neighbouring planets of {counts} come nearer than one module",
@@ -193,9 +194,9 @@ def _check_counts(wishes: Wishes) -> None:
             allowed=f"at most {most} with these teeth",
         )
     if not assembles(counts, planets):
-        near = nearest_counts(counts, planets, helix_angle=wishes.helix_angle)
+        near = nearest_counts(counts, planets, helix_angle=wishes.helix_angle, module=wishes.module)
         fitting = [n for n in range(2, planets + 4) if assembles(counts, n) and n != planets]
-        fitting = [n for n in fitting if neighbour_gap(counts, n, wishes.helix_angle) >= 1]
+        fitting = [n for n in fitting if neighbour_gap(counts, n, wishes.helix_angle) >= least]
         ways = [" or ".join(map(str, near))] if near else []
         ways += [f"these teeth with {' or '.join(map(str, fitting))} planets"] if fitting else []
         raise ModelError(
@@ -256,11 +257,17 @@ def _comments(wishes: Wishes, train: Train) -> dict[str, str]:
     gears = {b.member.rpartition(".")[2]: b.gear for b in train.bodies if b.gear is not None}
     first = mesh["sun-planet"]
     centre = first.radius_a + first.radius_b
+    of_stage = [f"centre distance {_mm(centre)}"]
+    if wishes.held is not None:
+        a, b = {"ring": ("sun", "carrier"), "sun": ("ring", "carrier"), "carrier": ("sun", "ring")}[wishes.held]
+        of_stage.insert(0, f"ratio {ratio_of(wishes.counts, wishes.held):.5g}, {a} to {b}")
+    if (rate := (train.kinematics.mesh_frequency or {}).get("main")) is not None:
+        of_stage.append(f"mesh frequency {float(rate):.6g} Hz")
     overlap = ""
-    if wishes.helix_angle and first.overlap_ratio == first.overlap_ratio:
+    if wishes.helix_angle and not math.isnan(first.overlap_ratio):
         overlap = f", overlap {first.overlap_ratio:.2f}"
     comments = {
-        "stages.main": _stage_comment(wishes, train, centre),
+        "stages.main": "; ".join(of_stage),
         "stages.main.carrier": f"pins on a circle of {_mm(centre)} radius",
         # "contact" takes seconds of computing, and a train without relief does not need it
         "stages.main.face_width": 'of each gear; tip relief would count with meshes.*.stiffness = "contact"',
@@ -277,18 +284,6 @@ def _comments(wishes: Wishes, train: Train) -> dict[str, str]:
         said = f"reference diameter {_mm(2 * gear.reference_radius)}"
         comments[f"stages.main.{member}"] = "; ".join(filter(None, (said, contact.get(member, ""))))
     return comments | _operation_comments(wishes, train)
-
-
-def _stage_comment(wishes: Wishes, train: Train, centre: float) -> str:
-    """Ratio, centre distance and mesh frequency of the stage."""
-    parts = []
-    if wishes.held is not None:
-        a, b = {"ring": ("sun", "carrier"), "sun": ("ring", "carrier"), "carrier": ("sun", "ring")}[wishes.held]
-        parts.append(f"ratio {ratio_of(wishes.counts, wishes.held):.5g}, {a} to {b}")
-    parts.append(f"centre distance {_mm(centre)}")
-    rate = (train.kinematics.mesh_frequency or {}).get("main")
-    parts += [f"mesh frequency {float(rate):.6g} Hz"] if rate is not None else []
-    return "; ".join(parts)
 
 
 def _operation_comments(wishes: Wishes, train: Train) -> dict[str, str]:

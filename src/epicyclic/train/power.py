@@ -136,7 +136,7 @@ def _watts(torque: float, speed: Fraction) -> float:
 
 def _on_a(g: Gearing, on_b: float) -> float:
     """Torque of a pair on its member a [N m] from that on b: the forces are opposite, the pitch velocities equal."""
-    return on_b * g.teeth_a / (-g.teeth_b if g.internal else g.teeth_b)
+    return on_b * g.teeth_a / _teeth_b(g)
 
 
 def _central_moments(
@@ -157,23 +157,23 @@ def _pin_moments(
     gearings: Iterable[Gearing], mesh: Mapping[str, float], planets: Collection[str], central: Mapping[str, float]
 ) -> dict[str, float]:
     """Moment about the stage axis of the tooth forces on each planet, moved to its centre [N m]."""
-    found: dict[str, float] = {}
+    moments: dict[str, float] = {}
     for g in gearings:
         on_b = mesh[g.pair]
         for member, moment in ((g.a, -central[g.pair] - _on_a(g, on_b)), (g.b, central[g.pair] - on_b)):
             if member in planets:
-                found[member] = found.get(member, 0.0) + moment
-    return found
+                moments[member] = moments.get(member, 0.0) + moment
+    return moments
 
 
 def _carriers(gearings: Iterable[Gearing], ties: Iterable[Tie], planets: Collection[str]) -> dict[str, str]:
     """Carrier of every planet that has one, those on a shaft without an own mesh included."""
-    found = {m: g.carrier for g in gearings if g.carrier is not None for m in (g.a, g.b) if m in planets}
+    carriers = {m: g.carrier for g in gearings if g.carrier is not None for m in (g.a, g.b) if m in planets}
     for tie in ties:
         for member, other in ((tie.a, tie.b), (tie.b, tie.a)):
-            if member in planets and other in found:
-                found.setdefault(member, found[other])
-    return found
+            if member in planets and other in carriers:
+                carriers.setdefault(member, carriers[other])
+    return carriers
 
 
 def _above(planet: str, below: Mapping[str, str]) -> list[str]:
@@ -470,7 +470,7 @@ def _columns(
 
     directions, share : of the power of every pair.
     """
-    place = {name: i for i, name in enumerate(members)}
+    index = {name: i for i, name in enumerate(members)}
     columns: list[dict[str, float]] = [{name: 1.0} for name in ends]
     for g, sign, lost in zip(kinematics.gearings, directions, share, strict=True):
         on_a, on_b = g.teeth_a * (1 - lost) ** -sign, float(_teeth_b(g))
@@ -482,7 +482,7 @@ def _columns(
     matrix = np.zeros((len(members), len(columns)))
     for at, column in enumerate(columns):
         for name, value in column.items():
-            matrix[place[name], at] = value
+            matrix[index[name], at] = value
     return matrix
 
 

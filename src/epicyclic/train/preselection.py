@@ -118,11 +118,12 @@ def counts_of_ratio(
     ------
     ModelError : nothing within 2 %.
     """
-    found = [counts for counts in _candidates(abs(ratio), held)]
-    fitting = [c for c in found if neighbour_gap(c, planets, helix_angle) >= least_gap(module)]
+    least = least_gap(module)
+    fitting = [c for c in _candidates(abs(ratio), held) if neighbour_gap(c, planets, helix_angle) >= least]
     bands: dict[int, list[ToothCounts]] = {}
     for counts in sorted(fitting, key=lambda counts: counts.ring):
-        bands.setdefault(_band(counts, abs(ratio), held), []).append(counts)
+        error = abs(abs(ratio_of(counts, held)) / abs(ratio) - 1)
+        bands.setdefault(int(error / RATIO_BAND), []).append(counts)
     # every band in its order is asked only as far as sets are wanted
     best = tuple(islice((c for _, band in sorted(bands.items()) for c in _ordered(band, planets)), several))
     if not best:
@@ -135,8 +136,13 @@ def counts_of_ratio(
     return best
 
 
-def nearest_counts(counts: ToothCounts, planets: int, *, helix_angle: float, several: int = 3) -> list[ToothCounts]:
-    """Tooth counts nearest to given ones that assemble and fit, by the change of their ratio; may be empty."""
+def nearest_counts(
+    counts: ToothCounts, planets: int, *, helix_angle: float, module: float | None, several: int = 3
+) -> list[ToothCounts]:
+    """Tooth counts nearest to given ones that assemble and fit, by the change of their ratio; may be empty.
+
+    helix_angle : [rad].  module : normal [m], None where it is to be chosen.
+    """
     span = range(-_NEAR, _NEAR + 1)
     near = [
         ToothCounts(sun=z_s, planet=z_p, ring=z_s + 2 * z_p)
@@ -149,7 +155,7 @@ def nearest_counts(counts: ToothCounts, planets: int, *, helix_angle: float, sev
         teeth = abs(other.sun - counts.sun) + abs(other.planet - counts.planet) + abs(other.ring - counts.ring)
         return teeth, abs(other.ring / other.sun - counts.ring / counts.sun)
 
-    fitting = (c for c in sorted(near, key=change) if neighbour_gap(c, planets, helix_angle) >= 1)
+    fitting = (c for c in sorted(near, key=change) if neighbour_gap(c, planets, helix_angle) >= least_gap(module))
     return list(islice((c for c in fitting if assembles(c, planets)), several))
 
 
@@ -160,11 +166,6 @@ def _candidates(ratio: float, held: Held) -> Iterable[ToothCounts]:
             counts = ToothCounts(sun=z_s, planet=(z_r - z_s) // 2, ring=z_r)
             if abs(abs(ratio_of(counts, held)) / ratio - 1) <= RATIO_LIMIT:
                 yield counts
-
-
-def _band(counts: ToothCounts, ratio: float, held: Held) -> int:
-    """Error of the ratio in steps of `RATIO_BAND`."""
-    return int(abs(abs(ratio_of(counts, held)) / ratio - 1) / RATIO_BAND)
 
 
 def _ordered(band: list[ToothCounts], planets: int) -> Iterable[ToothCounts]:
@@ -319,7 +320,8 @@ def beside(blank: Blank) -> tuple[dict[str, Any], dict[str, str]]:
     put("ring", "rim", quantity_text(_RIM * blank.module, "length"), f"{_RIM} modules beyond the roots")
     put("ring", "addendum", _ADDENDUM, "its tips stay on the involute of the planets")
     for member, key, share, reason in _supports(blank.held):
-        put(member, key, _stiffness(share, blank.face_width), reason)
+        stiffness = float(f"{share * _MESH * blank.face_width:.2g}")  # of a share of a mesh, to two digits
+        put(member, key, quantity_text(stiffness, "stiffness"), reason)
     mass, inertia = _cheeks(blank, bore)
     put("carrier", "mass", quantity_text(mass, "mass"), "two steel cheeks, 0.3 face widths thick, without the pins")
     put("carrier", "inertia", quantity_text(inertia, "inertia"), "of these cheeks")
@@ -363,25 +365,16 @@ def _planet_bore(blank: Blank) -> float:
 
 def _supports(held: Held | None) -> list[tuple[str, str, float, str]]:
     """Member, key, stiffness per mesh, and its rule."""
-    bearing, bolted = (
-        "half a mesh of this face width, 20 N/(mm um)",
-        "2.5 meshes of this face width: bolted to the housing",
-    )
+    bearing = "half a mesh of this face width, 20 N/(mm um)"
+    bolted = _BOLTED, "2.5 meshes of this face width: bolted to the housing"
+    ring = bolted if held == "ring" else (_BEARING, bearing)
+    carrier = bolted if held == "carrier" else (_BEARING, f"its bearings, {bearing}")
     return [
         ("sun", "support.radial", _FLOATING, "a hundredth of a mesh: the sun floats on a toothed coupling"),
         ("planet", "bearing.radial", _BEARING, f"pin and bearing in series, {bearing}"),
-        ("ring", "support.radial", _BOLTED if held == "ring" else _BEARING, bolted if held == "ring" else bearing),
-        (
-            *("carrier", "support.radial"),
-            _BOLTED if held == "carrier" else _BEARING,
-            bolted if held == "carrier" else f"its bearings, {bearing}",
-        ),
+        ("ring", "support.radial", *ring),
+        ("carrier", "support.radial", *carrier),
     ]
-
-
-def _stiffness(share: float, face_width: float) -> str:
-    """Stiffness of a share of a mesh, to two digits, as a text."""
-    return quantity_text(float(f"{share * _MESH * face_width:.2g}"), "stiffness")
 
 
 def _cheeks(blank: Blank, bore: float) -> tuple[float, float]:

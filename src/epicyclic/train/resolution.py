@@ -15,8 +15,8 @@ from ..arguments import checked
 from ..document.document import Document, read
 from ..document.schema import ModelFile
 from ..errors import ModelError
-from .bodies import DIRECTIONS, Body, Link
-from .centres import StageShape, shape_stage
+from .bodies import DIRECTIONS
+from .centres import shape_stage
 from .deviations import deviations_of, misaligned_bodies
 from .kinematics import tones
 from .links import couplings, links_of_bodies, links_of_stage
@@ -33,7 +33,7 @@ _GEAR = (
     *("teeth", "base_radius", "module", "pressure_angle", "helix_angle", "hand", "profile_shift", "herringbone"),
     *("split", "gap", "face_width", "tip_diameter", "root_diameter", "mass", "inertia", "tilt_inertia", "pin_radius"),
 )
-_MESH = ("pressure_angle", "centre_distance", "stiffness", "phase", "variation", "slices")
+_MESH = ("pressure_angle", "stiffness", "phase", "variation", "slices")
 _BODY = ("mass", "inertia", "tilt_inertia", "station")
 
 
@@ -45,7 +45,10 @@ def resolved_document(train: Train) -> dict[str, Any]:
     data: dict[str, Any] = copy.deepcopy(dict(train.document))
     for value in train.values:
         if _is_key(value, train, data):
-            _put(data, value.path.split("."), _plain(value.value))
+            table, path = data, value.path.split(".")
+            for name in path[:-1]:
+                table = table.setdefault(name, {})
+            table[path[-1]] = _plain(value.value)
     _set_directions(data)
     _keep_contact(data)
     return data
@@ -65,25 +68,15 @@ def _is_key(value: Derived, train: Train, data: Mapping[str, Any]) -> bool:
     if parts[2] == "meshes":
         if parts[-2:] == ["stiffness", "load"]:  # of a table of force
             return True
-        return parts[-1] in _MESH and (parts[-1] != "centre_distance" or _free_distance(parts, train))
+        if parts[-1] != "centre_distance":
+            return parts[-1] in _MESH
+        # a distance that follows from no pin radius: of two planet gears, or of two gears on fixed axes
+        kinds = {b.member.split(".")[-1]: b.kind for b in train.bodies if b.member.startswith(f"{parts[1]}.")}
+        return len({kinds[name] == "planet" for name in parts[3].split("-")}) == 1
     if parts[-1] == "module":
         table = data["stages"][parts[1]].get(parts[2], {})
         return value.origin != "base radii" and "transverse_module" not in table
     return parts[-1] in DIRECTIONS or parts[-1] in _GEAR
-
-
-def _free_distance(parts: list[str], train: Train) -> bool:
-    """Whether the distance of a pair follows from no pin radius: two planet gears, or two gears on fixed axes."""
-    kinds = {b.member.split(".")[-1]: b.kind for b in train.bodies if b.member.startswith(f"{parts[1]}.")}
-    return len({kinds[name] == "planet" for name in parts[3].split("-")}) == 1
-
-
-def _put(data: dict[str, Any], path: list[str], value: object) -> None:
-    """Set the value at a path of nested tables, which are made where they are missing."""
-    here = data
-    for name in path[:-1]:
-        here = here.setdefault(name, {})
-    here[path[-1]] = value
 
 
 def _plain(value: object) -> object:
@@ -110,9 +103,9 @@ def _set_directions(data: Mapping[str, Any]) -> None:
     """Stiffnesses are written along the tooth normal, tables of force as they are given."""
     for stage in data["stages"].values():
         for mesh in stage.get("meshes", {}).values():
-            own = mesh.get("direction")
+            direction = mesh.get("direction")
             for table in (mesh, mesh.get("left", {}), mesh.get("right", {})):
-                stated = table.get("direction", own)
+                stated = table.get("direction", direction)
                 if stated is not None and (table is mesh or "stiffness" in table or "direction" in table):
                     tabulated = isinstance(table.get("stiffness", mesh.get("stiffness")), dict)
                     table["direction"] = stated if tabulated else "normal"
@@ -155,8 +148,11 @@ def resolve(document: Document) -> Train:
     shapes = tuple(shape_stage(plan, log) for plan in plans)
     for shape in shapes:
         check_stage(shape, log)
-    bodies = _bodies(shapes, model, log)
-    links = _links(shapes, model, bodies, log)
+    of_stages = [body for shape in shapes for body in bodies_of_stage(shape, model, log)]
+    bodies = coaxial([*of_stages, *free_bodies(model, log)], model)
+    by_name = {body.name: body for body in bodies}
+    links = [link for shape in shapes for link in links_of_stage(shape, model, by_name, log)]
+    links += [*links_of_bodies(model, by_name, log), *couplings(model, by_name, log)]
     kinematics = kinematics_of(model, plans, log)
     named = tones(gearings_of(plans), kinematics.ratio)
     tilting = tilt_groups(bodies, links, misaligned_bodies(model, bodies))
@@ -195,19 +191,6 @@ def resolve(document: Document) -> Train:
         doi=model.doi,
         notes=model.notes,
     )
-
-
-def _bodies(shapes: tuple[StageShape, ...], model: ModelFile, log: ResolutionLog) -> list[Body]:
-    """Bodies of the stages and of the file, coupled ones on one axis."""
-    bodies = [body for shape in shapes for body in bodies_of_stage(shape, model, log)]
-    return coaxial([*bodies, *free_bodies(model, log)], model)
-
-
-def _links(shapes: tuple[StageShape, ...], model: ModelFile, bodies: list[Body], log: ResolutionLog) -> list[Link]:
-    """Links of stages, bodies and couplings."""
-    by_name = {body.name: body for body in bodies}
-    links = [link for shape in shapes for link in links_of_stage(shape, model, by_name, log)]
-    return [*links, *links_of_bodies(model, by_name, log), *couplings(model, by_name, log)]
 
 
 def _damping(model: ModelFile, log: ResolutionLog) -> Damping:

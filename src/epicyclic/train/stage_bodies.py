@@ -6,8 +6,8 @@ Tilt of bodies: which are joined rigidly in tilt, what two bearings at a distanc
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from ..document.units import Quantity
 from ..errors import ModelError
 from .bodies import HOUSING, Body, Frame, GearData, Link
 from .centres import StageShape
-from .gears import gap_of, width_of
+from .gears import half_station
 from .stages import Plan, density_of, member_material, sides_of, stated, stated_value
 from .train import NAN, ResolutionLog
 
@@ -100,14 +100,7 @@ def link_row(link: Link, direction: int, origin: tuple[float, float, float]) -> 
 _BORE = 1e-3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _MassProperties:
-    """Mass [kg], inertia about the axis and about a diameter [kg m^2], with the origin of mass and inertia."""
-
-    mass: float
-    inertia: float
-    tilt: float
-    origins: tuple[str, str, str]
+_MASS_UNITS = {"mass": "kg", "inertia": "kg m^2", "tilt_inertia": "kg m^2"}
 
 
 def body_name(stage: str, member: str, branch: int | None = None, side: str | None = None) -> str:
@@ -120,30 +113,12 @@ def member_bodies(plan: Plan, member: str, branch: int | None) -> dict[str | Non
     return {side: body_name(plan.name, member, branch, side) for side in sides_of(plan, member)}
 
 
-def half_station(plan: Plan, member: str, side: str | None) -> float:
-    """Axial place of a body or helix [m]: of a half, half a width and half the gap from the member's centre."""
-    table = plan.stage.members[member]
-    centre = table.station or 0.0
-    if side is None:
-        return centre
-    if table.kind == "carrier":
-        planet = next((name for name in plan.gears if not plan.central(name)), None)
-        return centre if planet is None else centre + half_station(plan, planet, side) - half_centre(plan, planet)
-    offset = ((width_of(plan, member, side) or 0.0) + gap_of(plan, member)) / 2
-    return centre + (offset if side == "right" else -offset)
-
-
-def half_centre(plan: Plan, member: str) -> float:
-    """Axial place of a member's centre [m]."""
-    return plan.stage.members[member].station or 0.0
-
-
-def member_centre(body: Body) -> float:
-    """Axial place of the centre of a body's member [m]: of a half, the middle of the gap."""
-    if body.gear is None or body.side is None:
+def member_centre(body: Body, model: ModelFile) -> float:
+    """Axial place of the centre of a body's member [m], from which places in the file count: of halves the middle."""
+    if body.side is None:
         return body.station
-    offset = ((body.gear.face_width or 0.0) + body.gear.gap) / 2
-    return body.station + (offset if body.side == "left" else -offset)
+    stage, name = body.member.split(".")
+    return model.stages[stage].members[name].station or 0.0
 
 
 def frames_of(plans: tuple[Plan, ...]) -> tuple[Frame, ...]:
@@ -155,24 +130,24 @@ def frames_of(plans: tuple[Plan, ...]) -> tuple[Frame, ...]:
 def bodies_of_stage(shape: StageShape, model: ModelFile, log: ResolutionLog) -> list[Body]:
     """All bodies of a stage: central members in file order, then the planets branch by branch."""
     plan = shape.plan
-    found: list[Body] = []
+    bodies: list[Body] = []
     for name in plan.stage.members:
         if plan.central(name):
-            found += _member(shape, name, None, model, log)
+            bodies += _member(shape, name, None, model, log)
     for branch in range(plan.branches):
         for name in shape.pin:
-            found += _member(shape, name, branch, model, log)
-    return found
+            bodies += _member(shape, name, branch, model, log)
+    return bodies
 
 
 def free_bodies(model: ModelFile, log: ResolutionLog) -> list[Body]:
     """Bodies of the file's `[bodies]`; keys that are not stated are 0."""
-    found = []
+    bodies = []
     for name, body in model.bodies.items():
         for key, unit in (("mass", "kg"), ("inertia", "kg m^2"), ("tilt_inertia", "kg m^2"), ("station", "m")):
             value = getattr(body, key)
             log.note(f"bodies.{name}.{key}", value or 0.0, unit, "default" if value is None else "given")
-        found.append(
+        bodies.append(
             Body(
                 name=name,
                 member=name,
@@ -184,7 +159,7 @@ def free_bodies(model: ModelFile, log: ResolutionLog) -> list[Body]:
                 tilt_inertia=body.tilt_inertia or 0.0,
             )
         )
-    return found
+    return bodies
 
 
 def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, log: ResolutionLog) -> list[Body]:
@@ -200,13 +175,13 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
         origin = "geometry" if member.pin_radius is None else "given"
         log.note(f"{plan.member_path(name)}.pin_radius", shape.pin_radius, "m", origin)
     radius = shape.teeth[name].base_radius if name in plan.gears else shape.pin_radius
-    found = []
+    bodies = []
     for side in sides:
         gear = shape.gears[name][side] if name in plan.gears else None
-        solid = _mass_properties(plan, name, side, gear, radius, model)
+        masses = _masses(plan, name, side, gear, radius, model)
         if not branch:
-            _log_mass(plan, name, side, solid, log)
-        found.append(
+            _log_masses(plan, name, side, masses, log)
+        bodies.append(
             Body(
                 name=body_name(plan.name, name, branch + 1 if branch is not None else None, side),
                 member=f"{plan.name}.{name}",
@@ -218,15 +193,15 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
                 centre=shape.place(name, branch or 0) if name in plan.gears else (0.0, 0.0),
                 station=half_station(plan, name, side),
                 angle=shape.polar(name, branch or 0) if name in plan.gears else 0.0,
-                mass=solid.mass,
-                inertia=solid.inertia,
-                tilt_inertia=solid.tilt,
+                mass=masses["mass"],
+                inertia=masses["inertia"],
+                tilt_inertia=masses["tilt_inertia"],
                 reference_radius=radius if math.isfinite(radius) else 1.0,
                 outer_radius=_ring_radius(member, gear),
                 gear=gear,
             )
         )
-    return found
+    return bodies
 
 
 def _carrier_body(plan: Plan, side: str | None) -> str | None:
@@ -239,10 +214,10 @@ def _carrier_body(plan: Plan, side: str | None) -> str | None:
 # mass and inertia ---------------------------------------------------------------------------------------------------
 
 
-def _mass_properties(
+def _masses(
     plan: Plan, name: str, side: str | None, gear: GearData | None, radius: float, model: ModelFile
-) -> _MassProperties:
-    """Mass [kg] and inertias [kg m^2] of one body: stated, else of the solid of the gear; nan where neither is known.
+) -> dict[str, float]:
+    """Mass [kg] and inertias [kg m^2] of one body by key: stated, else of the solid of the gear; nan where not known.
 
     A hollow cylinder: m = rho pi (r_o^2 - r_i^2) l, J_p = m (r_o^2 + r_i^2)/2, J_d = J_p/2 + m l^2/12.
 
@@ -251,33 +226,29 @@ def _mass_properties(
     ModelError : a bore or outer diameter that leaves no solid beside the pitch circle.
     """
     member = plan.stage.members[name]
-    mass, inertia, tilt = (
-        _stated_inertia(plan, name, side, key, radius) for key in ("mass", "inertia", "tilt_inertia")
-    )
-    origins = [_stated_origin(plan, name, side, key) for key in ("mass", "inertia", "tilt_inertia")]
-    radii, width = _radii(member, gear), _width(gear, side)
-    if radii[1] >= radii[0]:
+    mass, inertia, tilt = (_stated_inertia(plan, name, side, key, radius) for key in _MASS_UNITS)
+    (outer, inner), width = _radii(member, gear), _width(gear, side)
+    if inner >= outer:
         key = "outer_diameter" if gear is not None and gear.internal else "bore"
         limit = f"{'above' if key != 'bore' else 'below'} {(gear.reference_radius if gear else NAN) * 2e3:.6g} mm"
         path = f"{plan.member_path(name)}.{key}"
         raise ModelError(
             "leaves no solid beside the pitch circle", path=path, given=_in_mm(getattr(member, key)), allowed=limit
         )
-    if 0 < radii[1] < _BORE * radii[0] and not (gear is not None and gear.internal):
+    if 0 < inner < _BORE * outer and not (gear is not None and gear.internal):
         raise ModelError(
             "is no bore of a gear",
             path=f"{plan.member_path(name)}.bore",
             given=_in_mm(member.bore),
-            allowed=f"0, or from {2e3 * _BORE * radii[0]:.2g} mm, a thousandth of the pitch circle",
+            allowed=f"0, or from {2e3 * _BORE * outer:.2g} mm, a thousandth of the pitch circle",
         )
-    squares = radii[0] ** 2 + radii[1] ** 2
     if mass is None:
-        mass = density_of(member_material(plan, name, model)) * math.pi * (radii[0] ** 2 - radii[1] ** 2) * width
+        mass = density_of(member_material(plan, name, model)) * math.pi * (outer**2 - inner**2) * width
     if inertia is None:
-        inertia = 0.5 * mass * squares
+        inertia = 0.5 * mass * (outer**2 + inner**2)
     if tilt is None:
         tilt = inertia / 2 + mass * width**2 / 12
-    return _MassProperties(mass=mass, inertia=inertia, tilt=tilt, origins=(origins[0], origins[1], origins[2]))
+    return {"mass": mass, "inertia": inertia, "tilt_inertia": tilt}
 
 
 def _in_mm(length: float | None) -> str:
@@ -292,12 +263,6 @@ def _stated_inertia(plan: Plan, name: str, side: str | None, key: str, radius: f
         assert isinstance(value.value, float)  # the schema takes no list here
         value = value.value * (radius**2 if value.unit == "kg" else 1.0)
     return None if value is None else float(value)
-
-
-def _stated_origin(plan: Plan, name: str, side: str | None, key: str) -> str:
-    """Key that states a mass or inertia, from the table of the member on; `geometry` where none does."""
-    found = stated(plan.member_levels(name, side), key)
-    return "geometry" if found is None else found.path.removeprefix(f"{plan.member_path(name)}.")
 
 
 def _radii(member: MemberTable, gear: GearData | None) -> tuple[float, float]:
@@ -326,27 +291,18 @@ def _width(gear: GearData | None, side: str | None) -> float:
     return 2 * gear.face_width + gear.gap if gear.herringbone else gear.face_width
 
 
-def _log_mass(plan: Plan, name: str, side: str | None, solid: _MassProperties, log: ResolutionLog) -> None:
+def _log_masses(plan: Plan, name: str, side: str | None, masses: Mapping[str, float], log: ResolutionLog) -> None:
     """Log mass and inertias; of a half at the path of the member, or of the side where that states its own."""
-    path = plan.member_path(name)
-    member = plan.stage.members[name]
+    member, path = plan.stage.members[name], plan.member_path(name)
+    tables = [table for table in (member.left, member.right) if table is not None]
     by_side = side is not None and any(
-        getattr(member, s) is not None and getattr(getattr(member, s), k) is not None
-        for s in ("left", "right")
-        for k in ("mass", "inertia", "tilt_inertia", "face_width")
+        getattr(table, key) is not None for table in tables for key in (*_MASS_UNITS, "face_width")
     )
-    for key, value, key_origin, unit in zip(
-        ("mass", "inertia", "tilt_inertia"),
-        (solid.mass, solid.inertia, solid.tilt),
-        solid.origins,
-        ("kg", "kg m^2", "kg m^2"),
-        strict=True,
-    ):
+    for key, value in masses.items():
         where = f"{path}.{side}.{key}" if by_side else f"{path}.{key}"
-        origin = (
-            key_origin if key_origin == "geometry" else "given" if where == f"{path}.{key_origin}" else f"as {name}"
-        )
-        log.note(where, value, unit, origin if math.isfinite(value) else "missing")
+        source = stated(plan.member_levels(name, side), key)
+        origin = "geometry" if source is None else "given" if source.path == where else f"as {name}"
+        log.note(where, value, _MASS_UNITS[key], origin if math.isfinite(value) else "missing")
 
 
 # places ---------------------------------------------------------------------------------------------------------------
@@ -368,15 +324,16 @@ def coaxial(bodies: Sequence[Body], model: ModelFile) -> list[Body]:
         for a, b in joints:
             if group[a.name] in offset and group[b.name] not in offset:
                 offset[group[b.name]] = offset[group[a.name]] + complex(*a.centre) - complex(*b.centre)
-    return [_moved(body, offset.get(group[body.name], 0j)) for body in bodies]
+    by = {name: offset.get(start, 0j) for name, start in group.items()}
+    return [
+        replace(body, centre=(body.centre[0] + by[body.name].real, body.centre[1] + by[body.name].imag))
+        if by[body.name]
+        else body
+        for body in bodies
+    ]
 
 
 def _end(reference: str, bodies: Sequence[Body]) -> Body | None:
     """First body of the member that a coupling names; None for an unknown reference."""
     member = ".".join(reference.split(".")[:2])
     return next((body for body in bodies if body.member == member), None)
-
-
-def _moved(body: Body, by: complex) -> Body:
-    """A body with its centre moved by x + i y [m]."""
-    return body if by == 0 else replace(body, centre=(body.centre[0] + by.real, body.centre[1] + by.imag))

@@ -20,10 +20,10 @@ from ..teeth import geometry
 from ..warning_codes import coded
 from .bodies import Body
 from .centres import StageShape
-from .gears import width_of
+from .gears import half_station, width_of
 from .kinematics import Gearing, Kinematics, Tie, solve_kinematics
 from .phasing import disc_gaps
-from .stage_bodies import half_station, member_centre
+from .stage_bodies import member_centre
 from .stages import GearPair, Plan, gear_below
 from .train import Load, ResolutionLog
 
@@ -197,10 +197,10 @@ def _check_distances(shape: StageShape, log: ResolutionLog) -> None:
     plan, differs, texts = shape.plan, False, []
     for p in plan.pairs:
         a, b = shape.teeth[p.a].base_radius, shape.teeth[p.b].base_radius
-        own = (b - a if p.internal else b + a) / math.cos(shape.meshes[p.name].working_angle)
+        by_teeth = (b - a if p.internal else b + a) / math.cos(shape.meshes[p.name].working_angle)
         between = _axes(shape, p)
-        differs |= abs(own - between) > ONE_DISTANCE * between
-        texts.append(f"{p.name} {own * 1e3:.6g} mm (axes {between * 1e3:.6g} mm)")
+        differs |= abs(by_teeth - between) > ONE_DISTANCE * between
+        texts.append(f"{p.name} {by_teeth * 1e3:.6g} mm (axes {between * 1e3:.6g} mm)")
     if differs:
         log.warn(
             coded(
@@ -255,16 +255,19 @@ def kinematics_of(model: ModelFile, plans: Sequence[Plan], log: ResolutionLog) -
             torques[member] = torques.get(member, 0.0) + value
     powers: dict[str, float] = {}
     for name, power in operation.power.items():
-        powers[member_of(name, model)] = powers.get(member_of(name, model), 0.0) + power
+        member = member_of(name, model)
+        powers[member] = powers.get(member, 0.0) + power
         log.note(f"operation.power.{name}", power, "W")
+    speeds: dict[str, Fraction] = {}  # exact, in revolutions per minute
     for name, speed in operation.speed.items():
+        speeds[member_of(name, model)] = Fraction(speed * 30 / math.pi).limit_denominator(10**6)
         log.note(f"operation.speed.{name}", speed, "rad/s")
     return solve_kinematics(
         members=members,
         gearings=gearings_of(plans),
         ties=ties_of(model, plans),
         held=list(dict.fromkeys(member_of(name, model) for name in operation.held)),
-        speeds={member_of(name, model): _rpm(speed) for name, speed in operation.speed.items()},
+        speeds=speeds,
         torques=torques,
         powers=powers,
         balance=balance,
@@ -276,11 +279,6 @@ def kinematics_of(model: ModelFile, plans: Sequence[Plan], log: ResolutionLog) -
 def _carrier(plan: Plan) -> str | None:
     """Full path of the carrier of a stage, None where the axes stand in the housing."""
     return None if plan.carrier is None else f"{plan.name}.{plan.carrier}"
-
-
-def _rpm(speed: float) -> Fraction:
-    """An angular speed [rad/s] as an exact number of revolutions per minute."""
-    return Fraction(speed * 30 / math.pi).limit_denominator(10**6)
 
 
 def ties_of(model: ModelFile, plans: Sequence[Plan]) -> tuple[Tie, ...]:
@@ -303,24 +301,24 @@ def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body
     """External torque on each body that carries one [N m]: on a split member half each, unless a side is named."""
     if kinematics.torque is None:
         return {}
-    found: dict[str, float] = {}
+    torques: dict[str, float] = {}
     for member, torque in kinematics.torque.items():
-        own = [body for body in bodies if body.member == member]
-        if member in kinematics.held or not own:
+        pieces = [body for body in bodies if body.member == member]
+        if member in kinematics.held or not pieces:
             continue
         shares = _sided_torques(member, model, kinematics)
-        if shares and own[0].side is None:
+        if shares and pieces[0].side is None:
             key = "torque" if any(f"{member}.{side}" in model.operation.torque for side in SIDES) else "power"
             raise ModelError(
                 "names a side of a member in one piece",
                 path=f"operation.{key}.{member}",
                 allowed="the member, or split",
             )
-        for body in own:
-            value = shares.get(body.side, 0.0) if shares else torque / len(own)
+        for body in pieces:
+            value = shares.get(body.side, 0.0) if shares else torque / len(pieces)
             if value:
-                found[body.name] = value
-    return found
+                torques[body.name] = value
+    return torques
 
 
 def _sided_torques(member: str, model: ModelFile, kinematics: Kinematics) -> dict[str | None, float]:
@@ -330,37 +328,37 @@ def _sided_torques(member: str, model: ModelFile, kinematics: Kinematics) -> dic
     powers = {s: operation.power[f"{member}.{s}"] for s in SIDES if f"{member}.{s}" in operation.power}
     if not torques and not powers:
         return {}
-    found: dict[str | None, float] = {s: v for s, v in torques.items() if isinstance(v, float)}
+    halves: dict[str | None, float] = {s: v for s, v in torques.items() if isinstance(v, float)}
     omega = float((kinematics.speed or {}).get(member, 0)) * math.pi / 30
-    found |= {s: power / omega for s, power in powers.items() if omega}
-    takers = [s for s in torques if s not in found]
-    rest = (kinematics.torque or {})[member] - sum(found.values())
+    halves |= {s: power / omega for s, power in powers.items() if omega}
+    takers = [s for s in torques if s not in halves]
+    rest = (kinematics.torque or {})[member] - sum(halves.values())
     takers = takers or (["left", "right"] if member in operation.torque else [])
     for side in takers:
-        found[side] = found.get(side, 0.0) + rest / len(takers)
-    return found
+        halves[side] = halves.get(side, 0.0) + rest / len(takers)
+    return halves
 
 
 def external_loads(model: ModelFile, bodies: Sequence[Body]) -> list[Load]:
     """The file's loads: on a split member half on each half, on a planet gear the same on every planet."""
-    found = []
+    loads = []
     for name, table in model.loads.items():
         parts = table.on.split(".")
-        own = [b for b in bodies if b.member == ".".join(parts[:2]) and (len(parts) < 3 or b.side == parts[2])]
-        share = 0.5 if len(parts) < 3 and any(b.side for b in own) else 1.0
+        pieces = [b for b in bodies if b.member == ".".join(parts[:2]) and (len(parts) < 3 or b.side == parts[2])]
+        share = 0.5 if len(parts) < 3 and any(b.side for b in pieces) else 1.0
         force, moment = ((v.x * share, v.y * share, v.z * share) for v in (table.force, table.moment))
-        for body in own:
-            found.append(
+        for body in pieces:
+            loads.append(
                 Load(
                     path=f"loads.{name}",
                     body=body.name,
                     force=force,
                     moment=moment,
-                    station=member_centre(body) + table.at,
+                    station=member_centre(body, model) + table.at,
                     turns=table.frame == "member",
                 )
             )
-    return found
+    return loads
 
 
 def gravity_of(model: ModelFile, log: ResolutionLog) -> tuple[float, float, float]:

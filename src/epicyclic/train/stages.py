@@ -55,8 +55,8 @@ def stated(levels: Levels, key: str) -> Stated | None:
 
 def stated_value(levels: Levels, key: str, default: Any) -> Any:
     """Value of a key in the nearest table that states it, else `default`."""
-    found = stated(levels, key)
-    return default if found is None else found.value
+    statement = stated(levels, key)
+    return default if statement is None else statement.value
 
 
 def subtables(levels: Levels, key: str) -> Levels:
@@ -79,11 +79,11 @@ def overlaid(levels: Levels, key: str) -> tuple[Any, str]:
     return table, present[0].path
 
 
-def origin_of(found: Stated | None) -> str:
+def origin_of(statement: Stated | None) -> str:
     """Origin of an inherited value as `Derived.origin` names it: given, stage or default."""
-    if found is None:
+    if statement is None:
         return "default"
-    return "stage" if found.level == "stage" else "given"
+    return "stage" if statement.level == "stage" else "given"
 
 
 def _below(path: str, key: str) -> str:
@@ -292,19 +292,19 @@ def _pairs(stage_name: str, stage: StageTable, gears: Mapping[str, MemberTable])
     """The pairs that mesh: named ones, and those that a single planet gear or two fixed gears leave no doubt about."""
     implied = _implied(gears)
     named = {frozenset(key.split("-")): (key, keys) for key, keys in stage.meshes.items()}
-    found = []
+    meshing = []
     for a, b in implied:
         key, keys = named.pop(frozenset((a, b)), (f"{a}-{b}", MeshTable()))
-        found.append(_pair(stage_name, key, keys, gears))
-    found += [_pair(stage_name, key, keys, gears) for key, keys in named.values()]
-    if not found:
+        meshing.append(_pair(stage_name, key, keys, gears))
+    meshing += [_pair(stage_name, key, keys, gears) for key, keys in named.values()]
+    if not meshing:
         raise ModelError(
             "these gears do not say which of them mesh",
             path=f"stages.{stage_name}.meshes",
             given=list(gears),
             allowed="a table with every mesh, e.g. meshes.sun-p, meshes.p-d, meshes.d-ring",
         )
-    return found
+    return meshing
 
 
 def _implied(gears: Mapping[str, MemberTable]) -> list[tuple[str, str]]:

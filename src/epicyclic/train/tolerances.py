@@ -8,7 +8,7 @@ Tolerances of a resolved train: grades with the sizes that they apply to.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from ..document.correlation import Correlations, read_correlations
@@ -21,7 +21,7 @@ from ..errors import ModelError
 from ..teeth.grades import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
 from ..warning_codes import coded
 from .bodies import Body, GearData, Mesh
-from .train import ResolutionLog, Train
+from .train import ResolutionLog, Train, stage_axis
 
 # A gear displaced by its module has left its mates (working depth: two modules).  A tenth of a module is about ten
 # times the run-out that grade 8 of ISO 1328 allows: such gears exist, but it is more often a slip in the unit.
@@ -48,7 +48,7 @@ def check_sizes(document: Document, bodies: Sequence[Body], meshes: Sequence[Mes
         for path, size in _of_mesh(mesh_table, f"deviations.{name}"):
             _check(path, size, module, document.data, log)
     for mesh in meshes:
-        _check_backlash(mesh, bodies)
+        _check_backlash(mesh, bodies, document.data)
 
 
 def _of_member(table: MemberDeviationsTable, path: str, reach: float) -> Iterator[tuple[str, float]]:
@@ -62,7 +62,7 @@ def _of_member(table: MemberDeviationsTable, path: str, reach: float) -> Iterato
             if vector is not None and (value := getattr(vector, name)) is not None:
                 yield f"{path}.{key}.{name}", _largest(value) * lever
     if table.pitch is not None:
-        yield f"{path}.pitch", max(max(one) - min(one) for one in table.pitch)
+        yield f"{path}.pitch", max(max(teeth) - min(teeth) for teeth in table.pitch)
 
 
 def _of_mesh(table: MeshDeviationsTable, path: str) -> Iterator[tuple[str, float]]:
@@ -82,8 +82,8 @@ def _largest(value: float | tuple[float, ...]) -> float:
 def module_of(member: str, bodies: Sequence[Body]) -> float:
     """Smallest module [m] of a member, of its stage where it has no teeth, of the train where it is in none."""
     stage, _, name = member.partition(".")
-    own = [b for b in bodies if b.member == f"{stage}.{name.partition('.')[0]}"]
-    for group in (own, [b for b in bodies if b.frame == stage], bodies):
+    pieces = [b for b in bodies if b.member == f"{stage}.{name.partition('.')[0]}"]
+    for group in (pieces, [b for b in bodies if b.frame == stage], bodies):
         if modules := [b.gear.module for b in group if b.gear is not None]:
             return min(modules)
     return math.nan
@@ -102,21 +102,17 @@ def _reach(member: str, bodies: Sequence[Body]) -> float:
 
 def _check(path: str, size: float, module: float, data: Mapping[str, Any], log: ResolutionLog) -> None:
     """Raise ModelError, or warn, of one deviation [m] of a gear of a module [m]."""
+    words = "moves the ends of the teeth by" if ".tilt." in path else "is"
     if size > _LARGEST * module:
         raise ModelError(
-            f"{_words(path)} more than a module: no deviation of a gear",
+            f"{words} more than a module: no deviation of a gear",
             path=path,
             given=_written(data, path, size),
             allowed=f"at most a module, {_millimetres(module)}",
         )
     if size > _DOUBTFUL * module:
-        more = f"{_words(path)} more than a tenth of a module ({_millimetres(module)}); is the unit right?"
+        more = f"{words} more than a tenth of a module ({_millimetres(module)}); is the unit right?"
         log.warn(coded("deviation-large", f"{path} = {_written(data, path, size)}: {more}"))
-
-
-def _words(path: str) -> str:
-    """What is compared with the module."""
-    return "moves the ends of the teeth by" if ".tilt." in path else "is"
 
 
 def check_contact_errors(
@@ -126,14 +122,14 @@ def check_contact_errors(
 
     Parameters
     ----------
-    misalignment : of the flanks [rad], which counts at the ends of the narrower face.  errors : by keyword [m].
+    misalignment : of the flanks [rad], which counts at the ends of the common face.  errors : by keyword [m].
 
     Raises
     ------
     ModelError : one above a module, by its keyword.
     """
-    mates = _gears_of(mesh, bodies)
-    module, width = min(gear.module for gear in mates), min(gear.face_width or 0.0 for gear in mates)
+    module = min(gear.module for gear in _gears_of(mesh, bodies))
+    width = mesh.width if math.isfinite(mesh.width) else 0.0
     for path, size in {"misalignment": misalignment * width / 2, **errors}.items():
         if abs(size) > _LARGEST * module:
             problem = f"moves teeth by {_millimetres(abs(size))}, more than a module"
@@ -147,13 +143,14 @@ def _gears_of(mesh: Mesh, bodies: Sequence[Body]) -> list[GearData]:
     return [b.gear for b in bodies if b.name in (mesh.a, mesh.b) and b.gear is not None]
 
 
-def _check_backlash(mesh: Mesh, bodies: Sequence[Body]) -> None:
+def _check_backlash(mesh: Mesh, bodies: Sequence[Body], data: Mapping[str, Any]) -> None:
     """Raise ModelError for a backlash in which a tooth is lost."""
     module = min(gear.module for gear in _gears_of(mesh, bodies))
     if math.isfinite(mesh.backlash) and mesh.backlash > _LARGEST * module:
+        sided = f"{mesh.pair}.{mesh.side}.backlash"
         raise ModelError(
             "larger than a module: no backlash of teeth",
-            path=f"{mesh.pair}.backlash",
+            path=f"{mesh.pair}.backlash" if _stated(data, sided) is None else sided,
             given=_millimetres(mesh.backlash),
             allowed=f"at most a module, {_millimetres(module)}; leave it out where the far flank never touches",
         )
@@ -161,10 +158,16 @@ def _check_backlash(mesh: Mesh, bodies: Sequence[Body]) -> None:
 
 def _written(data: Mapping[str, Any], path: str, size: float) -> object:
     """Value as it stands in the document, else its size."""
-    here: object = data
-    for part in path.split("."):
-        here = here.get(part) if isinstance(here, Mapping) else None
-    return _millimetres(size) if here is None or isinstance(here, float) else here
+    value = _stated(data, path)
+    return _millimetres(size) if value is None or isinstance(value, float) else value
+
+
+def _stated(data: Mapping[str, Any], path: str) -> object:
+    """What the document has at a path, None without."""
+    value: object = data
+    for name in path.split("."):
+        value = value.get(name) if isinstance(value, Mapping) else None
+    return value
 
 
 def _millimetres(length: float) -> str:
@@ -195,20 +198,22 @@ def _width_of(bodies: Sequence[Body], meshes: Sequence[Mesh]) -> Width:
         if table != "deviations" or (segments[-1] != kind and segments[-1] not in ("amplitude", "x", "y")):
             kind = None
         if grade.standard == "ISO 286-1":
-            return _size(grade, _planet(bodies, segments) if kind == "position" else None)
+            return _size(grade, bodies, _gear(bodies, segments) if kind == "position" else None)
         if kind == "run_out":
             return _flank(grade, run_out_width, [_gear(bodies, segments)])
-        if kind == "profile":
-            return _flank(grade, profile_width, _pair(bodies, meshes, segments))
-        return _flank(grade, profile_width, [])
+        pair = f"stages.{'.'.join(segments[:3])}"
+        mesh = next((mesh for mesh in meshes if mesh.pair == pair), None) if kind == "profile" else None
+        mates = [] if mesh is None else [body for body in bodies if body.name in (mesh.a, mesh.b)]
+        return _flank(grade, profile_width, mates)
 
     return width
 
 
-def _size(grade: StandardGrade, planet: Body | None) -> float:
+def _size(grade: StandardGrade, bodies: Sequence[Body], gear: Body | None) -> float:
     """Return the width [m] of a grade of a size: the distance of a planet from the axis. Raises ModelError."""
-    radius = 0.0 if planet is None else math.hypot(*planet.centre)
-    if planet is None or radius == 0:
+    carried = gear is not None and gear.branch is not None
+    radius = math.dist(gear.centre, stage_axis(gear.frame, bodies)) if gear is not None and carried else 0.0
+    if radius == 0:
         allowed = "position of a planet, from its distance to the axis"
         raise ModelError("a grade of a size has no size here", allowed=allowed)
     try:
@@ -218,40 +223,26 @@ def _size(grade: StandardGrade, planet: Body | None) -> float:
         raise ModelError(str(error), allowed=allowed) from None
 
 
-def _flank(grade: StandardGrade, formula: object, gears: Iterable[Body | None]) -> float:
+def _flank(grade: StandardGrade, formula: Callable[[float, float, int], float], bodies: Iterable[Body | None]) -> float:
     """Return the width [m] of a grade of teeth, of a pair that of both. Raises ModelError."""
-    assert callable(formula)
-    found = [body.gear for body in gears if body is not None and body.gear is not None]
-    if not found:
+    gears = [body.gear for body in bodies if body is not None and body.gear is not None]
+    if not gears:
         allowed = "run_out of a gear, profile of a mesh"
         raise ModelError("a grade of teeth has no formula here", allowed=allowed)
     if grade.grade not in FLANK_GRADES:
         raise ModelError(f"no grade {grade.grade}", allowed="grades 1 to 11 of ISO 1328-1:2013")
-    for gear in found:
+    for gear in gears:
         if not in_flank_range(2 * gear.reference_radius, gear.module):
             size = f"d = {2e3 * gear.reference_radius:.5g} mm, m_n = {1e3 * gear.module:.5g} mm"
             allowed = "d of 5 to 15000 mm, m_n of 0.5 to 70 mm"
             raise ModelError(f"{size} is beyond ISO 1328-1:2013", allowed=allowed)
-    return math.hypot(*(formula(2 * gear.reference_radius, gear.module, grade.grade) for gear in found))
+    return math.hypot(*(formula(2 * gear.reference_radius, gear.module, grade.grade) for gear in gears))
 
 
 def _gear(bodies: Sequence[Body], segments: Sequence[str]) -> Body | None:
     """Return the first body of the member that a path of deviations names, None where it has no teeth."""
     member = ".".join(segments[:2])
     return next((body for body in bodies if body.member == member and body.gear is not None), None)
-
-
-def _planet(bodies: Sequence[Body], segments: Sequence[str]) -> Body | None:
-    """Return the first planet of the member that a path of deviations names."""
-    found = _gear(bodies, segments)
-    return None if found is None or found.branch is None else found
-
-
-def _pair(bodies: Sequence[Body], meshes: Sequence[Mesh], segments: Sequence[str]) -> list[Body]:
-    """Return the two gears of the first mesh of the pair that a path of deviations names."""
-    pair = f"stages.{'.'.join(segments[:3])}"
-    mesh = next((mesh for mesh in meshes if mesh.pair == pair), None)
-    return [body for body in bodies if mesh is not None and body.name in (mesh.a, mesh.b)]
 
 
 def correlations_of(train: Train) -> tuple[Correlations, ...]:

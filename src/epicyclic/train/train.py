@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from html import escape
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,6 @@ from ..warning_codes import CodedText
 from .bodies import Body, Frame, Link, Mesh
 from .kinematics import Kinematics
 from .power import PowerPath
-
-if TYPE_CHECKING:
-    pass
 
 _WIDTH, _HEIGHT, _LABEL = 680.0, 300.0, 11  # of the drawing and of its letters [px]
 _FILL = {"sun": "#f2b134", "planet": "#6ea8d8", "ring": "none"}
@@ -39,20 +36,25 @@ def driving_member(train: Train) -> str | None:
     return next(iter(kinematics.freedoms), None)
 
 
+def stage_axis(stage: str, bodies: Sequence[Body]) -> tuple[float, float]:
+    """Place (x, y) of the axis of a stage [m]: of sun, ring or carrier; of gears on fixed axes that of the first."""
+    members = [body for body in bodies if body.frame == stage]
+    return next((body.centre for body in members if body.kind in ("sun", "ring", "carrier")), members[0].centre)
+
+
 def train_html(train: Train) -> str:
     """Front views and tables of a train as one well-formed HTML element, without scripts and outside references."""
+    kinematics = train.kinematics
+    rate, order = kinematics.mesh_frequency or {}, kinematics.mesh_order
+    frequencies = [[tone, _number(rate.get(tone)), _number(order.get(tone))] for tone in dict.fromkeys([*rate, *order])]
+    slices = sum(len(mesh.slices) for mesh in train.meshes)
+    cut = f" ({slices} slices)" if slices else ""
     return (
         f"<div><p><b>{escape(train.title)}</b></p>{_front_views(train)}"
         f"{_table(['member', 'teeth', 'speed [rpm]', 'torque [N m]', 'power [kW]'], _members(train))}"
-        f"{_table(['mesh frequency', '[Hz]', 'per turn of ' + _first(train)], _frequencies(train))}"
-        f"<p>{escape(_counts(train))}</p></div>"
+        f"{_table(['mesh frequency', '[Hz]', 'per turn of ' + next(iter(kinematics.freedoms), '')], frequencies)}"
+        f"<p>{len(train.bodies)} bodies, {len(train.meshes)} meshes{cut}, {len(train.links)} links</p></div>"
     )
-
-
-def _counts(train: Train) -> str:
-    slices = sum(len(mesh.slices) for mesh in train.meshes)
-    cut = f" ({slices} slices)" if slices else ""
-    return f"{len(train.bodies)} bodies, {len(train.meshes)} meshes{cut}, {len(train.links)} links"
 
 
 def _members(train: Train) -> list[list[str]]:
@@ -69,15 +71,6 @@ def _members(train: Train) -> list[list[str]]:
         ]
         for member in dict.fromkeys(body.member for body in train.bodies)
     ]
-
-
-def _frequencies(train: Train) -> list[list[str]]:
-    rate, order = train.kinematics.mesh_frequency or {}, train.kinematics.mesh_order
-    return [[tone, _number(rate.get(tone)), _number(order.get(tone))] for tone in dict.fromkeys([*rate, *order])]
-
-
-def _first(train: Train) -> str:
-    return next(iter(train.kinematics.freedoms), "")
 
 
 def _number(value: float | Fraction | None) -> str:
@@ -100,7 +93,9 @@ def _front_views(train: Train) -> str:
     radius = _pitch_radii(train)
     stages = {stage: [b for b in train.bodies if b.frame == stage and b.name in radius] for stage in train.planets}
     reach = {
-        stage: max(math.hypot(*b.centre) + radius[b.name] for b in gears) for stage, gears in stages.items() if gears
+        stage: max(math.dist(b.centre, stage_axis(stage, train.bodies)) + radius[b.name] for b in gears)
+        for stage, gears in stages.items()
+        if gears
     }
     if not reach:
         return ""
@@ -120,14 +115,14 @@ def _front_views(train: Train) -> str:
 
 def _pitch_radii(train: Train) -> dict[str, float]:
     """Working pitch radius of every gear in its first mesh, else its reference radius [m]."""
-    found: dict[str, float] = {}
+    radii: dict[str, float] = {}
     for mesh in train.meshes:
-        found.setdefault(mesh.a, mesh.radius_a)
-        found.setdefault(mesh.b, mesh.radius_b)
+        radii.setdefault(mesh.a, mesh.radius_a)
+        radii.setdefault(mesh.b, mesh.radius_b)
     for body in train.bodies:
         if body.gear is not None:
-            found.setdefault(body.name, body.gear.reference_radius)
-    return {name: radius for name, radius in found.items() if math.isfinite(radius)}
+            radii.setdefault(body.name, body.gear.reference_radius)
+    return {name: radius for name, radius in radii.items() if math.isfinite(radius)}
 
 
 def _stage(
@@ -135,11 +130,13 @@ def _stage(
 ) -> str:
     """Pitch circles of a stage about its axis at `middle` [px], largest first; scale [px/m]."""
     parts, texts, seen, labels = list[str](), list[str](), set[tuple[str, int | None]](), dict[tuple[int, int], int]()
-    for body in sorted(gears, key=lambda one: -radius[one.name]):
+    axis = stage_axis(stage, train.bodies)
+    for body in sorted(gears, key=lambda gear: -radius[gear.name]):
         if (body.member, body.branch) in seen:  # the halves of a herringbone gear stand behind each other
             continue
         seen.add((body.member, body.branch))
-        x, y, r = middle[0] + scale * body.centre[0], middle[1] - scale * body.centre[1], scale * radius[body.name]
+        x, y = middle[0] + scale * (body.centre[0] - axis[0]), middle[1] - scale * (body.centre[1] - axis[1])
+        r = scale * radius[body.name]
         internal = body.gear is not None and body.gear.internal
         parts.append(
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{r:.1f}" fill="{_FILL.get(body.kind, "#9bc49b")}" '
@@ -149,14 +146,14 @@ def _stage(
         if not internal:
             labels[round(x), round(y)] = below + 1
         texts.append(_text(_label(body, r), x, y - r - 3 if internal else y + 4 + below * (_LABEL + 1)))
-    pins = {math.hypot(*body.centre) for body in gears if body.branch is not None}
+    pins = {math.dist(body.centre, axis) for body in gears if body.branch is not None}
     parts += [
         f'<circle cx="{middle[0]:.1f}" cy="{middle[1]:.1f}" r="{scale * pin:.1f}" stroke-dasharray="4 3" '
         f'stroke-opacity="0.5"><title>pin circle, radius {pin * 1e3:.5g} mm</title></circle>'
         for pin in sorted(pins)
         if pin > 0
     ]
-    bottom = middle[1] + scale * max(math.hypot(*b.centre) + radius[b.name] for b in gears) + 1.5 * _LABEL
+    bottom = middle[1] + scale * max(math.dist(b.centre, axis) + radius[b.name] for b in gears) + 1.5 * _LABEL
     return "".join([*parts, *texts, _text(stage, middle[0], bottom)])
 
 

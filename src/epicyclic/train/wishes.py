@@ -133,21 +133,20 @@ def _held(kind: Kind, held: str | None) -> Held | None:
     if held not in allowed:
         hint = "; with the carrier held it is a star" if kind == "planetary" and held == "carrier" else ""
         raise ModelError(f"cannot be held in a {kind} set{hint}", path="held", given=held, allowed=" or ".join(allowed))
-    found: Held = next(name for name in allowed if name == held)
-    return found
+    return next(name for name in allowed if name == held)
 
 
 def _read(value: Number | None, kind: str, path: str, bounds: Bounds, texts: dict[str, str]) -> float | None:
     """Value of a keyword in SI; its text goes into `texts`. Raises ModelError."""
     if value is None:
         return None
-    found = stated(value, kind, path, bounds=bounds)
+    number = stated(value, kind, path, bounds=bounds)
     low, high = bounds.low, bounds.high
-    if (low is not None and (found < low or (bounds.above and found == low))) or (high is not None and found > high):
+    if (low is not None and (number < low or (bounds.above and number == low))) or (high is not None and number > high):
         words = " to ".join(quantity_text(end, kind) for end in (low, high) if end is not None)
         raise ModelError("out of range", path=path, given=value, allowed=f"{'above ' * (high is None)}{words}")
     texts[path] = value.strip() if isinstance(value, str) else quantity_text(float(value), kind)
-    return found
+    return number
 
 
 # teeth ----------------------------------------------------------------------------------------------------------------
@@ -166,12 +165,15 @@ def _counts(
     if ratio is not None and (isinstance(ratio, bool) or not isinstance(ratio, (int, float)) or not abs(ratio) < 1e3):
         raise ModelError("not a ratio", path="ratio", given=ratio, allowed="a number below 1000 in size, 5.7")
     if teeth is not None:
-        counts = _given_counts(teeth, planets, helix_angle)
+        counts = _given_counts(teeth, planets, helix_angle, module)
+        if ratio is not None and held is None:
+            raise ModelError("says nothing of a differential", path="ratio", given=ratio, allowed="leave it out")
         if ratio is not None and held is not None:
-            own = ratio_of(counts, held)
-            if not abs(abs(ratio / own) - 1) <= RATIO_LIMIT:
+            of_teeth = ratio_of(counts, held)
+            asked = -abs(ratio) if held == "carrier" else ratio  # of a star of either sign
+            if not abs(asked / of_teeth - 1) <= RATIO_LIMIT:
                 raise ModelError(
-                    f"the teeth {counts} have {own:.5g} with the {held} held",
+                    f"the teeth {counts} have {of_teeth:.5g} with the {held} held",
                     path="ratio",
                     given=ratio,
                     allowed="one of teeth and ratio, or both within 2 %",
@@ -188,7 +190,7 @@ def _counts(
     return counts_of_ratio(ratio, planets, held, helix_angle=helix_angle, module=module)
 
 
-def _given_counts(teeth: str | Sequence[int], planets: int, helix_angle: float) -> ToothCounts:
+def _given_counts(teeth: str | Sequence[int], planets: int, helix_angle: float, module: float | None) -> ToothCounts:
     """Tooth counts as typed, sun/planet/ring or sun/planet. Raises ModelError."""
     allowed = "sun/planet/ring, 21/39/99"
     parts = teeth.split("/") if isinstance(teeth, str) else list(teeth)
@@ -204,7 +206,7 @@ def _given_counts(teeth: str | Sequence[int], planets: int, helix_angle: float) 
     ring = numbers[2] if len(numbers) == 3 else sun + 2 * planet
     counts = ToothCounts(sun=sun, planet=planet, ring=ring)
     if ring != sun + 2 * planet:
-        near = nearest_counts(counts, planets, helix_angle=helix_angle)
+        near = nearest_counts(counts, planets, helix_angle=helix_angle, module=module)
         raise ModelError(
             f"{sun} + 2 x {planet} teeth make a ring of {sun + 2 * planet} without profile shift",
             path="teeth",
@@ -236,7 +238,7 @@ def _load(
         _one_of(driver, ends, "driver")
     first: Member = next(m for m in ends if m == (driver or _DRIVER[held]))
     texts: dict[str, str] = {}
-    found: dict[str, float | None] = {}
+    driven: dict[str, float | None] = {}
     for path, value in (("speed", speed), ("torque", torque), ("power", power)):
         if isinstance(value, Mapping):
             raise ModelError(
@@ -245,8 +247,8 @@ def _load(
                 given=dict(value),
                 allowed=f'a text such as "{_EXAMPLE[path]}", and driver = {" or ".join(ends)}',
             )
-        found[path] = _read(value, path, path, _ABOVE_ZERO, texts)
-    omega, moment, watts = found["speed"], found["torque"], found["power"]
+        driven[path] = _read(value, path, path, _ABOVE_ZERO, texts)
+    omega, moment, watts = driven["speed"], driven["torque"], driven["power"]
     derived: dict[str, str] = {}
     if watts is not None and moment is not None and omega is not None:
         if abs(moment * omega / watts - 1) > _POWER_GAP:
@@ -325,14 +327,14 @@ def _by_member(value: object, path: str, count: int) -> dict[str, tuple[float, s
     if not isinstance(value, Mapping) or len(value) != count:
         given = dict(value) if isinstance(value, Mapping) else value
         raise ModelError(f"a differential needs that of {count}", path=path, given=given, allowed=allowed)
-    found = {}
+    numbers = {}
     for member, number in value.items():
         _one_of(member, MEMBERS, path)
         texts: dict[str, str] = {}
         read = _read(number, path, path, Bounds(), texts)
         assert read is not None
-        found[str(member)] = (read, texts[path])
-    return found
+        numbers[str(member)] = (read, texts[path])
+    return numbers
 
 
 def _share_of_sun(counts: ToothCounts, member: str) -> float:

@@ -87,3 +87,18 @@ def test_unknown_values_leave_their_cells_empty() -> None:
     bodies = tuple(replace(body, mass=math.nan) for body in train.bodies)
     assert "nan" not in repr(bodies[0])
     assert "nan" not in replace(train, bodies=bodies, title="<a & b>")._repr_html_()
+
+
+def test_a_stage_beside_the_first_axis_is_drawn_about_its_own() -> None:
+    gears = {"g1": {"kind": "gear", "teeth": 50}, "g2": {"kind": "gear", "teeth": 75}}
+    star = {"sun": {"teeth": 24}, "planet": {"teeth": 24}, "ring": {"teeth": 72, "rim": 0.02}, "planets": 3}
+    document = {
+        "format": 2,
+        "title": "star behind a pair",
+        "stages": {
+            "pair": {"module": 0.004, "face_width": 0.02, **gears},
+            "star": {"module": 0.002, "face_width": 0.02, **star},
+        },
+        "couplings": {"c": {"between": ["pair.g2", "star.sun"]}},
+    }
+    assert "pin circle, radius 48 mm" in epicyclic.load(document)._repr_html_()

@@ -39,6 +39,12 @@ REFUSED = [
     ({"stages.main.ring.teeth": 18}, "stages.main.ring.teeth", "smaller than planet"),
     (
         {"stages.main.centre_distance": "30 mm"},
+        "stages.main.centre_distance",
+        "below the base circles",
+    ),
+    ({"stages.main.carrier.pin_radius": "30 mm"}, "stages.main.carrier.pin_radius", "below the base circles"),
+    (
+        {"stages.main.meshes.sun-planet.centre_distance": "30 mm"},
         "stages.main.meshes.sun-planet.centre_distance",
         "below the base circles",
     ),
@@ -47,7 +53,7 @@ REFUSED = [
             "stages.main.centre_distance": "120 mm",
             **{f"stages.main.{g}.profile_shift": 0 for g in ("sun", "planet", "ring")},
         },
-        "stages.main.meshes.sun-planet.centre_distance",
+        "stages.main.centre_distance",
         "too large",
     ),
     ({"stages.main.centre_distance": "50 mm"}, "stages.main.planet.profile_shift", "no tooth is left"),
@@ -97,6 +103,55 @@ def test_refused_with_its_path(changes: dict[str, Any], path: str, problem: str)
         load(source, changes)
     assert path in caught.value.path
     assert problem in str(caught.value)
+
+
+def test_angles_and_modules_that_contradict_are_told_with_their_units() -> None:
+    """Sun and ring mesh with the planet, not with each other."""
+    angles = {"stages.main.sun.helix_angle": "9 deg", "stages.main.ring.helix_angle": "11 deg"}
+    with pytest.raises(ModelError) as caught:
+        load(BASE, angles)
+    assert str(caught.value).startswith(
+        "stages.main.ring.helix_angle = 11 deg: contradicts its chain: sun has 9 deg; allowed: one value along a chain"
+    )
+    modules = {"stages.main.sun.module": "2 mm", "stages.main.ring.transverse_module": "3 mm"}
+    with pytest.raises(ModelError) as caught:
+        load(BASE, modules)
+    assert str(caught.value).startswith(
+        "stages.main.ring.transverse_module = 3 mm: contradicts its chain: sun has a normal module of 2 mm"
+    )
+
+
+def test_a_helix_angle_that_is_none_is_told_where_it_stands() -> None:
+    with pytest.raises(ModelError, match="is no helix") as caught:
+        load(BASE, {"stages.main.planet.helix_angle": "1e-6 deg"})
+    assert caught.value.path == "stages.main.planet.helix_angle"
+
+
+def test_a_backlash_and_phases_are_refused_where_they_stand() -> None:
+    double = {"stages.main.herringbone": True, "stages.main.helix_angle": "20 deg", "stages.main.gap": "10 mm"}
+    with pytest.raises(ModelError, match="no backlash of teeth") as caught:
+        load(BASE, {**double, "stages.main.meshes.sun-planet.left.backlash": "3 mm"})
+    assert caught.value.path == "stages.main.meshes.sun-planet.left.backlash"
+    with pytest.raises(ModelError, match="one per planet") as caught:
+        load(BASE, {**double, "stages.main.meshes.sun-planet.phase": [0.0, 0.5]})
+    assert caught.value.path == "stages.main.meshes.sun-planet.phase"
+
+
+def test_the_flank_of_a_stage_is_told_there() -> None:
+    relief = {"amount": "20 um", "length": "30 mm"}
+    with pytest.raises(ModelError, match="does not fit the flank") as caught:
+        load(BASE, {"stages.main.flank.tip_relief": relief})
+    assert caught.value.path == "stages.main.flank.tip_relief.length"
+    large = {"stages.main.flank.crown": "1 mm", "stages.main.sun.flank.slope": "5 um"}
+    told = [text for text in load(BASE, large).warnings if code_of(text) == "modification-large"]
+    assert [text.partition(" = ")[0] for text in told] == ["stages.main.flank.crown"]
+
+
+def test_only_radii_that_are_far_are_told_so() -> None:
+    """24 mm of 22.55 mm is far; 17.0 mm of 16.91 mm is within the rounding of three digits."""
+    radii = {"stages.main.sun.base_radius": "24 mm", "stages.main.planet.base_radius": "16.95 mm"}
+    told = [text for text in load(BASE, radii).warnings if code_of(text) == "base-radius-far"]
+    assert [text.partition(" = ")[0] for text in told] == ["stages.main.sun.base_radius"]
 
 
 WARNED = [
@@ -207,7 +262,15 @@ def test_planets_in_two_planes_pass_each_other() -> None:
     crowded = {"stages.main.planets": 4}
     with pytest.raises(ModelError, match=r"short 1 and long 4 overlap by .*: planets collide"):
         load(DOUBLE, crowded)
-    assert overlaps({**crowded, "stages.main.short.station": "20 mm"}) == []
+    behind = {f"stages.main.{name}.station": "20 mm" for name in ("small", "short", "back")}
+    shaft = {
+        "stages.main.back": {"kind": "planet", "teeth": 10, "on": "long"},
+        "stages.main.meshes.short-back": {},
+        "stages.main.meshes.short-long": None,
+    }
+    assert overlaps({**crowded, **shaft, **behind}) == []
+    with pytest.raises(ModelError, match="planets collide"):
+        load(DOUBLE, {**crowded, **shaft})
 
 
 @pytest.mark.parametrize("name", ["yue2014-i", "dong2019", "xu2020", "encased-differential", "lin1999-n3"])

@@ -8,7 +8,7 @@ import pytest
 
 from epicyclic.document.schema import FlankTable, MemberTable, SideTable, StageTable
 from epicyclic.document.schema_fields import SupportTable
-from epicyclic.train.resolution import load
+from epicyclic.train.resolution import load, resolved_document
 from epicyclic.train.stages import Level, Levels, origin_of, overlaid, stated, stated_value, subtables
 
 
@@ -77,3 +77,21 @@ def test_the_material_of_a_gear(overrides: dict[str, float], density: float) -> 
     }  # fmt: skip
     mass = {b.name: b.mass for b in load(model, {"stages.main.carrier": {"mass": 1, "inertia": 1}, **overrides}).bodies}
     assert mass["main/sun"] == pytest.approx(density * 3.141592653589793 * 0.048**2 * 0.04, rel=1e-12)
+
+
+def test_a_stated_phase_of_a_mesh_is_that_of_the_left_half_where_the_right_one_is_staggered() -> None:
+    """By hand: the sun of xu2020 turns positive, so the right half leads by the stagger; a side states its own."""
+    phase = {"stages.main.meshes.sun-planet.phase": [0.0, 0.7, 0.5, 0.2], "stages.main.stagger": 0.125}
+
+    def leads(side: str, changes: dict[str, object]) -> list[float]:
+        found = {mesh.name: float(mesh.lead) for mesh in load("xu2020", changes).meshes}
+        return [found[f"main/sun-planet/{i}/{side}"] for i in (1, 2, 3, 4)]
+
+    assert leads("left", phase) == pytest.approx([0.0, 0.7, 0.5, 0.2])
+    assert leads("right", phase) == pytest.approx([0.125, 0.825, 0.625, 0.325])
+    own = {**phase, "stages.main.meshes.sun-planet.right.phase": 0.4}
+    assert leads("right", own) == [0.4] * 4
+    again = resolved_document(load("xu2020", phase))
+    assert [float(mesh.lead) for mesh in load(again).meshes] == [
+        float(mesh.lead) for mesh in load("xu2020", phase).meshes
+    ]

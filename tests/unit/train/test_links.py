@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from epicyclic.errors import ModelError
 from epicyclic.train.bodies import Link
 from epicyclic.train.links import shaft_stiffness, shear_coefficient
 from epicyclic.train.resolution import load
@@ -51,9 +54,7 @@ def test_overrides_of_one_direction_and_per_planet() -> None:
 def test_planets_without_carrier_stand_in_the_housing() -> None:
     train = load(MODELS / "encased.toml")
     bearing = link(train, "encased/planet/3/bearing")
-    assert (bearing.first, bearing.second, bearing.to_housing) == ("encased/planet/3", None, False)
-    assert link(train, "differential/sun/support").to_housing
-    assert not link(train, "encased/sun/support").to_housing
+    assert (bearing.first, bearing.second) == ("encased/planet/3", None)
 
 
 def test_a_planet_in_one_piece_hangs_on_both_halves_of_a_split_carrier() -> None:
@@ -154,3 +155,96 @@ def test_one_gear_speaks_for_its_chain() -> None:
     origin = {value.path: value.origin for value in train.values}
     assert origin["stages.main.star1.module"] == "as sun"
     assert origin["stages.main.ring.helix_angle"] == "as star2"
+
+
+def test_the_bearing_of_a_planet_stands_in_the_housing_only_where_its_carrier_does() -> None:
+    to_housing = {"stages.main.planet.bearing.to": "housing"}
+    with pytest.raises(ModelError, match="the carrier turns") as caught:
+        load("ren2021", to_housing)
+    assert caught.value.path == "stages.main.planet.bearing.to"
+    still = {"operation.held": ["carrier"], "operation.speed": {"sun": "100 rpm"}, "operation.torque": None}
+    bearing = link(load("ren2021", {**to_housing, **still}), "main/planet/1/bearing")
+    assert (bearing.first, bearing.second) == ("main/planet/1", None)
+    assert link(
+        load(MODELS / "encased.toml", {"stages.encased.planet.bearing.to": "housing"}), "encased/planet/1/bearing"
+    )
+
+
+def two_steps(gears: Sequence[str], on: dict[str, str], **shaft: object) -> dict[str, object]:
+    """g1 - g2 and g3 - g4, g2 and g3 on one shaft; gears in the order of the file."""
+    teeth = {"g1": 20, "g2": 40, "g3": 25, "g4": 50}
+    sitting = {name: {"on": below, "shaft": shaft} for name, below in on.items()}
+    members = {name: {"kind": "gear", "teeth": teeth[name], **sitting.get(name, {})} for name in gears}
+    main = {"module": 0.002, "face_width": 0.02, **members, "meshes": {"g1-g2": {}, "g3-g4": {}}}
+    return {"format": 1, "title": "two steps", "stages": {"s": main}}
+
+
+@pytest.mark.parametrize("shape", [{"torsional_rigidity": 5e5}, {"diameter": 0.03}])
+def test_a_shaft_without_length_has_no_stiffness_by_its_shape(shape: dict[str, object]) -> None:
+    with pytest.raises(ModelError, match="is missing") as caught:
+        load(two_steps(("g1", "g2", "g3", "g4"), {"g3": "g2"}, **shape))
+    assert caught.value.path == "stages.s.g3.shaft.length"
+    train = load(two_steps(("g1", "g2", "g3", "g4"), {"g3": "g2"}, **shape, length=0.06))
+    assert math.isfinite(link(train, "s/g3/shaft").stiffness[5])
+
+
+def halves_of_a_carrier(support: dict[str, object]) -> Train:
+    """A split carrier without a neck, both halves on a hub, planets in one piece."""
+    main = {
+        "planets": 3, "module": 0.004, "face_width": 0.04, "gap": 0.02, "herringbone": True, "helix_angle": 0.3,
+        "sun": {"teeth": 24}, "planet": {"teeth": 24, "bearing": {"radial": 1e8}}, "ring": {"teeth": 72, "rim": 0.03},
+        "carrier": {"mass": 20.0, "inertia": 0.2, "split": True, "support": support},
+    }  # fmt: skip
+    hub = {"hub": {"frame": "main", "mass": 1.0, "inertia": 1.0}}
+    return load({"format": 1, "title": "halves", "stages": {"main": main}, "bodies": hub})
+
+
+@pytest.mark.parametrize(
+    ("support", "holds"),
+    [
+        ({"bolts": {"count": 4, "radius": 0.1}}, True),
+        ({"bolts": {"count": 4, "radius": 0.1, "tangential": 1e8}}, True),
+        ({"bolts": {"count": 4, "radius": 0.1, "tangential": 0}}, False),
+        ({"front": {"radial": 1e8, "bolts": {"count": 4, "radius": 0.1}}}, True),
+        ({"rz": 1e6}, True),
+        ({"rz": {"deflection": [0, 1e-3], "force": [0, 1e3]}}, True),
+        ({"radial": 1e8}, False),
+    ],
+)
+def test_what_holds_the_halves_of_a_carrier(support: dict[str, object], holds: bool) -> None:
+    if not holds:
+        with pytest.raises(ModelError, match="nothing holds the left half"):
+            halves_of_a_carrier({"to": "hub", **support})
+        return
+    links = halves_of_a_carrier({"to": "hub", **support}).links
+    assert {entry.second for entry in links if entry.name.startswith("main/carrier/right/support")} == {"hub"}
+
+
+@pytest.mark.parametrize("member", ["carrier", "sun"])
+def test_places_on_halves_count_from_the_centre_of_the_member(member: str) -> None:
+    """Bearings at -150 and 150 mm of a member at 10 mm; halves 40 mm wide beside a gap of 20 mm stand 30 mm off it."""
+    main: dict[str, Any] = {
+        "planets": 3, "module": 0.004, "face_width": 0.04, "gap": 0.02, "split": True, "helix_angle": 0.3,
+        "sun": {"teeth": 24}, "planet": {"teeth": 24}, "ring": {"teeth": 72, "rim": 0.03},
+        "carrier": {"mass": 20.0, "inertia": 0.2},
+    }  # fmt: skip
+    main |= {name: main[name] | {"neck": {}, "station": 0.01} for name in ("sun", "planet", "ring", "carrier")}
+    front, rear = {"at": -0.15, "radial": 1e8}, {"at": 0.15, "radial": 1e8}
+    main[member]["support"] = {"front": front, "rear": rear}
+    push = {"on": member, "force": {"x": 1.0}, "at": 0.2}
+    train = load({"format": 1, "title": "places", "stages": {"main": main}, "loads": {"push": push}})
+    stations = {body.name: body.station for body in train.bodies}
+    assert stations[f"main/{member}/left"] == pytest.approx(-0.02)
+    ends = {entry.name: entry.station for entry in train.links if entry.path == f"stages.main.{member}.support.rear"}
+    assert ends == {f"main/{member}/{side}/support/rear": pytest.approx(0.16) for side in ("left", "right")}
+    assert [load.station for load in train.loads] == pytest.approx([0.21, 0.21])
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(["g1", "g2", "g3", "g4"])))
+@pytest.mark.parametrize("on", [{"g2": "g3"}, {"g3": "g2"}])
+def test_places_of_gears_on_one_shaft_know_no_order(order: tuple[str, ...], on: dict[str, str]) -> None:
+    """Axes 2 (20 + 40)/2 = 60 and 2 (25 + 50)/2 = 75 mm apart, whichever gear carries the other."""
+    places = {body.member: body.centre for body in load(two_steps(order, on)).bodies}
+    assert places["s.g2"] == places["s.g3"]
+    assert math.dist(places["s.g1"], places["s.g2"]) == pytest.approx(0.060)
+    assert math.dist(places["s.g3"], places["s.g4"]) == pytest.approx(0.075)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
 import tomllib
 from typing import Any
 
@@ -27,6 +28,7 @@ from epicyclic.train.preselection import (
 )
 
 LOAD: dict[str, Any] = {"speed": "1000 rpm", "power": "750 kW"}
+DIFFERENTIAL_LOAD: dict[str, Any] = {"speed": {"sun": "1000 rpm", "carrier": "9 rpm"}, "torque": {"sun": "5 N m"}}
 BOX: dict[str, Any] = {"teeth": "21/39/99", "module": "10 mm", "helix_angle": "7.5 deg", "face_width": "200 mm"}
 
 
@@ -160,6 +162,8 @@ def test_a_train_of_few_words_runs() -> None:
         ({"teeth": "22/39/100", **LOAD}, "teeth", "21/39/99"),
         ({"teeth": "22/39/99", **LOAD}, "teeth", "ring of 100"),
         ({"teeth": "21/39/99", "ratio": 6.0, **LOAD}, "ratio", "5.7143"),
+        ({"teeth": "21/39/99", "ratio": -5.714, **LOAD}, "ratio", "5.7143"),
+        ({"teeth": "21/39/99", "kind": "differential", "ratio": 5.714, **DIFFERENTIAL_LOAD}, "ratio", "leave it out"),
         ({"teeth": "21/39/99", "planets": 5, **LOAD}, "planets", "at most 4"),
         ({"teeth": "9/39/87", **LOAD}, "teeth", "12 or more"),
         ({"teeth": "a/b", **LOAD}, "teeth", "21/39/99"),
@@ -182,6 +186,27 @@ def test_contradictions_name_the_keyword(keywords: dict[str, Any], path: str, wo
         new_train(**({"kind": "planetary"} | keywords))
     assert raised.value.path == path
     assert words in str(raised.value)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_ratio_of_a_star_has_either_sign_beside_its_teeth(sign: int) -> None:
+    assert new_train(kind="star", teeth="21/39/99", ratio=sign * 99 / 21, **LOAD).document["title"]
+
+
+@pytest.mark.parametrize(("teeth", "planets"), [("18/29/76", 4), ("19/17/53", 5), ("18/29/77", 4), ("20/17/54", 5)])
+def test_what_is_proposed_for_a_small_module_is_accepted(teeth: str, planets: int) -> None:
+    """Of a module of 0.5 mm tips must stand 1 mm apart, which is two modules."""
+    keywords: dict[str, Any] = {"kind": "planetary", "module": "0.5 mm", **LOAD}
+    with pytest.raises(ModelError) as raised:
+        new_train(teeth=teeth, planets=planets, **keywords)
+    assert raised.value.path == "teeth"
+    counts = re.findall(r"\d+/\d+/\d+", str(raised.value.allowed))
+    numbers = re.search(r"these teeth with (.*) planets", str(raised.value.allowed))
+    for proposal in counts:
+        new_train(teeth=proposal, planets=planets, **keywords)
+    for number in re.findall(r"\d+", numbers[1] if numbers else ""):
+        new_train(teeth=teeth, planets=int(number), **keywords)
+    assert counts or numbers
 
 
 def test_shifts_against_undercut_keep_the_centre_distance() -> None:

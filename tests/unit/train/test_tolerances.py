@@ -134,3 +134,27 @@ def test_ready_drives_have_tolerances_that_are_assumed(name: str) -> None:
     plain = load(name, {"tolerance": None})
     assert plain.displacements == () or len(plain.displacements) == len(train.displacements)
     assert train.torques == plain.torques
+
+
+def star_behind_a_pair(coupled: bool) -> dict[str, object]:
+    """A star set, pins at 2 (24 + 24)/2 = 48 mm from its axis, which a coupling puts 250 mm beside the first gear."""
+    gears = {"g1": {"kind": "gear", "teeth": 50}, "g2": {"kind": "gear", "teeth": 75}}
+    star = {"sun": {"teeth": 24}, "planet": {"teeth": 24}, "ring": {"teeth": 72, "rim": 0.02}, "planets": 3}
+    stages = {"pair": {"module": 0.004, **gears}, "star": {"module": 0.002, **star}}
+    return {
+        "format": 2,
+        "title": "star behind a pair",
+        "stages": {name: stage | {"face_width": 0.02} for name, stage in stages.items() if coupled or name == "star"},
+        "couplings": {"c": {"between": ["pair.g2", "star.sun"]}} if coupled else {},
+        "tolerance": {"deviations.star.planet.position": "grade(IT6, 3 sigma)"},
+    }
+
+
+def test_the_size_of_a_pin_is_its_distance_from_the_axis_of_its_stage() -> None:
+    train = load(star_behind_a_pair(coupled=True))
+    planet = next(body for body in train.bodies if body.kind == "planet")
+    assert math.hypot(*planet.centre) > 0.2
+    (entry,) = tolerances_of(train)
+    assert entry.own is not None
+    assert entry.own.std == pytest.approx(16 / 6 * UM)  # ISO 286-1, 30 to 50 mm: IT6 = 16 um
+    assert tolerances_of(load(star_behind_a_pair(coupled=False))) == (entry,)

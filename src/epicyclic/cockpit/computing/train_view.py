@@ -11,7 +11,7 @@ from typing import Any
 from ...questions.check.check import drawing
 from ...show.drawing.bodies import Part, faces, parts, turns
 from ...show.drawing.section_layout import BODY, PLATE, SectionLayout, layout_of
-from ...train.bodies import Body
+from ...train.bodies import Body, Mesh
 from ...train.train import Train
 
 # Torques below this part of the largest are rounding of a member that carries none.
@@ -89,7 +89,7 @@ def train_head(
                 "label": mesh_labels[mesh.name],
                 "bodies": [place[mesh.a], place[mesh.b]],
                 **_contact(drawn, mesh.a, mesh.direction, mesh.radius_a),
-                "z": _mesh_width(drawn, mesh.a, mesh.b, mesh.station),
+                "z": _mesh_width(drawn, mesh),
                 "pair": mesh.pair.rpartition(".")[2],
                 "branch": (mesh.branch or 1) - 1,
                 "side": mesh.side or "",
@@ -273,7 +273,8 @@ def _contact(drawn: _Drawing, gear: str, direction: float, radius: float) -> dic
     }
 
 
-def _mesh_width(drawn: _Drawing, a: str, b: str, station: float) -> list[float]:
-    """Axial extent of a mesh [mm]: the narrower face about its station."""
-    half, shift = min(drawn.part[a].width, drawn.part[b].width) / 2, drawn.shift[a]
-    return [_mm(station - half + shift), _mm(station + half + shift)]
+def _mesh_width(drawn: _Drawing, mesh: Mesh) -> list[float]:
+    """Axial extent of a mesh [mm]: the common face, where none is known the narrower one drawn."""
+    drawn_width = min(drawn.part[mesh.a].width, drawn.part[mesh.b].width)
+    half, shift = (mesh.width if math.isfinite(mesh.width) else drawn_width) / 2, drawn.shift[mesh.a]
+    return [_mm(mesh.station - half + shift), _mm(mesh.station + half + shift)]

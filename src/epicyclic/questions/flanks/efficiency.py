@@ -56,7 +56,7 @@ class Oil:
 class _Teeth:
     """Friction of one pair: helices of one branch, distance <|sigma|> of each and load along the path of the first.
 
-    a, b : gears.  base_speed : of the base circles in the frame of the carrier [m/s].  width : least face width [m].
+    a, b : gears.  base_speed : of the base circles in the frame of the carrier [m/s].  width : of the common face [m].
     """
 
     helices: tuple[Mesh, ...]
@@ -209,7 +209,7 @@ def _teeth(train: Train, gearing: Gearing, sharing: str, said: list[CodedText]) 
         a=a,
         b=b,
         base_speed=relative * helices[0].radius_a * math.cos(helices[0].pressure_angle),
-        width=min((gear.face_width for gear in (a, b) if gear.face_width is not None), default=math.nan),
+        width=helices[0].width,
         distance=distance,
         sigma=sigma,
         load=load,
