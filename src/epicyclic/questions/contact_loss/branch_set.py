@@ -474,6 +474,7 @@ def _between(trace: _Trace, before: PathPoint, after: PathPoint, speed: float, h
     far = _BETWEEN * max(float(np.linalg.norm(a.y - b.y)), _LEAST_DISTANCE * dynamic_size(a.y))
     if at is not None and float(np.linalg.norm(at.state.y - prolonged(path.given, at.given, guess))) <= far:
         return at
+    # lengths about this point, not about the start of the branch
     before = replace(before, path=replace(path, unit=_unit(a)))
     near = located(before, after, lambda point: point.state.speed - speed, tolerance=_AT_SPEED * speed, tries=_SECANTS)
     return None if near is None else solved(near.state.y, fixed=True)
