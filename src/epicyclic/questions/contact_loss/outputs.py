@@ -174,7 +174,8 @@ class TorusOutputs:
     reach : (N, w) by how much these change it at most [N].
     rms : (w,) of the part that varies, over all time [N].
     peak, minimum : (w,), row_peak : (m,) largest and least over all relative phases [N].
-    open : (w,) share of time in which no slice of the mesh touches, row_open : (m,) of each.
+    open : (w,) share of time in which no flank of the mesh touches, loaded or far, of any slice.
+    row_open : (m,) in which the loaded flank of a row does not.
     far : (w,) share of time in which a far flank touches.
     flank : (F,) largest force of every flank [N].
     """
@@ -206,10 +207,11 @@ def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
     mesh_lines = [face.total(amplitude, axis=1) for amplitude in row_lines]
     counts, touching = balance.grid.counts, point.state.touching
     loaded, far = touching[:, :rows], touching[:, rows:]
-    # share of time in which a far flank of each whole mesh touches
-    owner, far_share = face.row[balance.rows.flanks.mesh[rows:]], np.zeros(len(face.name))
-    for mesh in np.unique(owner[far.any(axis=0)]):
-        far_share[mesh] = far[:, owner == mesh].any(axis=1).mean()
+    # the whole mesh of every flank: in which share of time a far one of it touches, and in which none at all
+    owner, far_share = face.row[balance.rows.flanks.mesh], np.zeros(len(face.name))
+    for mesh in np.unique(owner[rows:][far.any(axis=0)]):
+        far_share[mesh] = far[:, owner[rows:] == mesh].any(axis=1).mean()
+    apart = [1.0 - touching[:, owner == mesh].any(axis=1).mean() for mesh in range(len(face.name))]
     least = np.where(far_share == 0, np.minimum(force.min(axis=0), 0.0), -np.inf)
     return TorusOutputs(
         force=force,
@@ -219,7 +221,7 @@ def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
         peak=_with_lines(force, mesh_lines, counts),
         minimum=np.maximum(-_with_lines(-force, mesh_lines, counts), least),
         row_peak=_with_lines(of_rows, row_lines, counts),
-        open=1.0 - np.logical_or.reduceat(loaded, face.first, axis=1).mean(axis=0),
+        open=np.array(apart),
         row_open=1.0 - loaded.mean(axis=0),
         far=far_share,
         flank=_with_lines(flank, [line.force for line in lines], counts),

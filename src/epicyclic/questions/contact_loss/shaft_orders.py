@@ -282,7 +282,7 @@ def _torus_response(given: Torus, point: TorusPoint, lines: list[SuperposedLine]
             rms=outputs.rms,
             highest=outputs.peak,
             lowest=outputs.minimum,
-            open=np.maximum(outputs.open - outputs.far, 0.0),
+            open=outputs.open,
             amplitude=torus_amplitudes(given, point, lines),
             flank=outputs.flank,
         ),

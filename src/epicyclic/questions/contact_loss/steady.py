@@ -200,9 +200,6 @@ def _labelled(
     opens = face.any(outputs.row_open > 0)
     # a superposed line pulls where teeth would part
     pulled = ((force < reach) & (reach > 0)).any(axis=0) & ~opens
-    # no flank of a whole mesh touches, loaded or far, of no slice
-    touching, owner = point.state.touching, face.row[point.problem.rows.flanks.mesh]
-    apart = [1.0 - touching[:, owner == mesh].any(axis=1).mean() for mesh in range(len(face.name))]
     past = past_the_end(system, point.problem.rows.flanks, outputs.flank)
     if ready.lawful is not None and ready.lawful.groups:
         forces = gap_forces(point.problem, point.state)
@@ -217,7 +214,7 @@ def _labelled(
             "mesh_force_rms": ("mesh", outputs.rms if rms is None else rms),
             "mesh_force_bound": ("mesh", outputs.peak),
             "mesh_force_minimum": ("mesh", outputs.minimum),
-            "open_share": ("mesh", np.array(apart)),
+            "open_share": ("mesh", outputs.open),
             "far_share": ("mesh", outputs.far),
             "contact_lost": ("mesh", opens | pulled),
             "amplitude": ("dof", torus_amplitudes(given, point, lines)),
