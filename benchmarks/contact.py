@@ -151,7 +151,9 @@ def _points(system: System, quick: bool) -> list[table.Row]:
     spent = []
     for point in points[:: 8 if quick else 2]:
         started = time.process_time()
-        floquet_stability(refinement, point.path.given, HARMONICS, point.state, residual=3e-4)
+        floquet_stability(
+            refinement, Solution(given=point.path.given, harmonics=HARMONICS, state=point.state, residual=3e-4)
+        )
         spent.append(1e3 * (time.process_time() - started))
     median = statistics.median(spent)
     return [

@@ -372,6 +372,9 @@ def linearised_residual(given: Problem, at: State, other: Problem) -> Array:
     return at.residual + _times(at.inverse, _pull(given, back) - pushed)
 
 
+# --- forces of a motion -----------------------------------------------------------------------------------------------
+
+
 class _Forces(NamedTuple):
     """Forces of the rows (N, R) [N] with contact, tangents and damper shares as of `State`."""
 
@@ -452,6 +455,9 @@ def _assumed(given: Problem, opened: Array, speed: float, pattern: NDArray[np.bo
     acting = touching.astype(float)
     force[:, :F] += np.where(touching, rows.damping * rate, 0.0)
     return _Forces(force, tangent, touching, True, acting, np.zeros_like(acting), None)
+
+
+# --- rows and products ------------------------------------------------------------------------------------------------
 
 
 def _excess_rows(given: Problem, force: Array, gap: Array, opened: Array, w: Array) -> Array:

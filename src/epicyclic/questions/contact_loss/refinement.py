@@ -156,9 +156,7 @@ def with_stability(refinement: Refinement, at: Solution) -> Solution:
         return at
     key, tones = (at.state, at.backward), refinement.ready.lines.tones
     if key not in refinement.stability and len(tones) == 1:
-        refinement.stability[key] = floquet_stability(
-            refinement, at.given, at.harmonics, at.state, residual=at.residual, backward=at.backward
-        )
+        refinement.stability[key] = floquet_stability(refinement, at)
     elif key not in refinement.stability:
         growth = quasi_periodic_growth(at.given, at.state, tones)
         kind = GROWTH if growth.rate > 1 + CIRCLE else ""
@@ -213,6 +211,9 @@ def load_continuation(refinement: Refinement, speed: float, *, harmonics: int) -
         if not solved.converged:
             break
     return solved
+
+
+# --- symmetry ---------------------------------------------------------------------------------------------------------
 
 
 def with_kind(refinement: Refinement, at: Solution) -> Solution:

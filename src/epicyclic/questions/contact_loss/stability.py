@@ -42,7 +42,7 @@ from .problem import Problem, State, evaluate, gap_rows, prolonged
 
 if TYPE_CHECKING:
     from ..response.response import Response
-    from .refinement import Refinement
+    from .refinement import Refinement, Solution
 
 # Steps of a mesh cycle in which contact changes; so many times as many, as often, while the circle is within the error.
 _STEPS, _TIMES, _FINER = 48, 3, 3
@@ -122,77 +122,69 @@ def require_fast_enough(ready: Response, speed: float, path: str) -> None:
         )
 
 
-def floquet_stability(
-    refinement: Refinement, given: Problem, harmonics: int, state: State, *, residual: float, backward: bool = False
-) -> Stability:
+def floquet_stability(refinement: Refinement, at: Solution) -> Stability:
     """Largest Floquet multiplier of a motion with the tangents of the contact, and its kind.
 
     Near 1 the steps are made three times finer up to thrice, until the circle is further away than the error: the last
     change, of which methods of first order leave half and those of second order an eighth, and the residual of the
     motion where its contact changes, by which its tangents are late.
 
-    Parameters
-    ----------
-    harmonics : of the problem.  residual : of the motion.
-    backward : whether the branch goes back in speed there, between two folds: a real multiplier above 1 is the fold's.
-        Elsewhere another branch with less symmetry leaves this one.
+    Where the branch goes back in speed, between two folds, a real multiplier above 1 is the fold's.  Elsewhere another
+    branch with less symmetry leaves this one.
 
     Raises
     ------
     numpy.linalg.LinAlgError : numbers that are not finite.
     """
-    steps = _steps(given, state)
-    largest = _largest(_floquet(refinement, given, harmonics, state, steps))
-    error = _NEAR_CLOSED if state.unchanging else _NEAR
+    steps, unchanging = _steps(at.given, at.state), at.state.unchanging
+    largest = _largest(_floquet(refinement, at, steps))
+    error = _NEAR_CLOSED if unchanging else _NEAR
     for _ in range(_FINER):
         if abs(abs(largest) - 1) > error:
             break
         coarse, steps = largest, _TIMES * steps
-        largest = _largest(_floquet(refinement, given, harmonics, state, steps))
-        error = abs(abs(largest) - abs(coarse)) + (CIRCLE if state.unchanging else residual)
+        largest = _largest(_floquet(refinement, at, steps))
+        error = abs(abs(largest) - abs(coarse)) + (CIRCLE if unchanging else at.residual)
     kind = multiplier_kind(largest, real=_REAL)
     if kind == DIVERGENCE:
-        kind = FOLD if backward else BREAKING
+        kind = FOLD if at.backward else BREAKING
     return Stability(multiplier=largest, kind="" if kind == STABLE else kind, steps=steps, error=error)
 
 
-def floquet_multipliers(
-    refinement: Refinement, given: Problem, harmonics: int, state: State, *, steps: int | None = None
-) -> ComplexArray:
+def floquet_multipliers(refinement: Refinement, at: Solution, *, steps: int | None = None) -> ComplexArray:
     """All Floquet multipliers (2 n,) of a motion, those of free motions among them.
 
     Parameters
     ----------
     steps : of a period; None: as many as its stability takes.
     """
-    return _floquet(refinement, given, harmonics, state, steps or _steps(given, state)).multipliers
+    return _floquet(refinement, at, steps or _steps(at.given, at.state)).multipliers
 
 
-def floquet_vector(refinement: Refinement, given: Problem, harmonics: int, state: State) -> tuple[Array, Array]:
+def floquet_vector(refinement: Refinement, at: Solution) -> tuple[Array, Array]:
     """The most unstable disturbance of a motion at the first instant: position y and rate y' (n,), of unit energy.
 
     Raises
     ------
     ValueError : the multipliers came without vectors.
     """
-    solved = _floquet(refinement, given, harmonics, state, _steps(given, state), vectors=True)
+    solved = _floquet(refinement, at, _steps(at.given, at.state), vectors=True)
     if solved.position is None or solved.rate is None:
         raise ValueError("no vectors were asked for")
     return solved.position[:, 0].real, solved.rate[:, 0].real
 
 
-def contact_tangents(
-    refinement: Refinement, given: Problem, harmonics: int, state: State, steps: int
-) -> tuple[Array, Array | None, Array]:
+def contact_tangents(refinement: Refinement, at: Solution, steps: int) -> tuple[Array, Array | None, Array]:
     """Changes of stiffness and damping of rows over a period (r, steps) [N/m, N s/m], and their gaps (r, n).
 
     Each is the mean of its step.  A link row with the tangent k and the lag a of its damper has the force
     (1 + a d/dt) k x: the stiffness k + a k' and the damper a k.  Rows that never change their contact or stiffness are
     left out, and the damping altogether where it stays.
     """
+    given, state = at.given, at.state
     if state.unchanging:
         return _unchanged(given, state, steps)
-    fine = refinement.problem(harmonics, cycles=given.cycles, samples=_SAMPLES * steps // given.cycles)
+    fine = refinement.problem(at.harmonics, cycles=given.cycles, samples=_SAMPLES * steps // given.cycles)
     seen = evaluate(fine, prolonged(given, fine, state.y), state.speed)
     rows = fine.rows
     stiffness = seen.tangent - rows.linear
@@ -233,11 +225,10 @@ def _unchanged(given: Problem, state: State, steps: int) -> tuple[Array, Array, 
     return change[used], np.repeat(damping[used][:, None], steps, axis=1), rows.gaps[used]
 
 
-def _floquet(
-    refinement: Refinement, given: Problem, harmonics: int, state: State, steps: int, *, vectors: bool = False
-) -> Floquet:
+def _floquet(refinement: Refinement, at: Solution, steps: int, *, vectors: bool = False) -> Floquet:
     """Multipliers of a motion with so many steps of its period."""
-    stiffness, damping, gaps = contact_tangents(refinement, given, harmonics, state, steps)
+    given, state = at.given, at.state
+    stiffness, damping, gaps = contact_tangents(refinement, at, steps)
     if not len(stiffness):
         stiffness, gaps = np.zeros((1, steps)), np.zeros((1, given.modal.squared.size))
         damping = None

@@ -177,6 +177,9 @@ def _from_branch_set(given: Torus, speed: float) -> tuple[NDArray[np.int64], Arr
     return at.given.grid.points, at.state.y
 
 
+# --- the Dataset and its warnings -------------------------------------------------------------------------------------
+
+
 def _labelled(
     given: Torus,
     point: TorusPoint,

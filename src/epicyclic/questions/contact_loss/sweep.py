@@ -143,6 +143,9 @@ def contact_sweep(
     return _labelled(ready, speed, spread, path, options, warnings)
 
 
+# --- the branch set, and what both directions reach -------------------------------------------------------------------
+
+
 def _branch_set(refinement: Refinement, rising: Array, harmonics: int | None, kept: RunFolder | None) -> BranchSet:
     """The branch set of rising speeds (P,), kept once it is whole."""
     if kept is None:
@@ -301,6 +304,9 @@ def _direction(
         yield _Point(place=place, values=values, flank=flank, motion=motion, begin=begin)
 
 
+# --- curves -----------------------------------------------------------------------------------------------------------
+
+
 def _empty_curves(system: System, count: int, shaft: bool) -> _Curves:
     """Curves (.., P) of one direction before anything is reached.
 
@@ -412,6 +418,9 @@ def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> _C
         "path_harmonics": np.array([at.harmonics for at in path], dtype=np.int64),
         "fold_frequency": tone * np.array(folds, dtype=float),
     }
+
+
+# --- the Dataset and its warnings -------------------------------------------------------------------------------------
 
 
 def _labelled(

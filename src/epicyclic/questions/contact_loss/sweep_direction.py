@@ -334,7 +334,7 @@ def period_doubled_motions(refinement: Refinement, at: Solution) -> Iterator[Sol
 
 def _kick(refinement: Refinement, at: Solution, given: Problem) -> Array:
     """The growing disturbance as a motion (2, J, n) at the lowest order of a problem, as large as the motion."""
-    position, rate = floquet_vector(refinement, at.given, at.harmonics, at.state)
+    position, rate = floquet_vector(refinement, at)
     kick = np.zeros((2, len(given.omega), position.size))
     kick[0, 1], kick[1, 1] = position, -rate / (at.state.speed * float(given.omega[1]))
     result: Array = kick * float(np.linalg.norm(at.state.y) / np.linalg.norm(kick))

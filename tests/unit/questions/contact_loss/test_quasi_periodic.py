@@ -46,7 +46,8 @@ def growth(system: System, speed: float, *, harmonics: int = 12) -> tuple[Growth
 def multiplier(system: System, speed: float, *, harmonics: int) -> tuple[float, State]:
     """Size of the largest Floquet multiplier of a motion of one tone."""
     refinement, state = moved(system, speed, harmonics=harmonics)
-    found = floquet_stability(refinement, refinement.problem(harmonics), harmonics, state, residual=3e-4)
+    given = refinement.problem(harmonics)
+    found = floquet_stability(refinement, Solution(given=given, harmonics=harmonics, state=state, residual=3e-4))
     return abs(found.multiplier), state
 
 
