@@ -89,7 +89,7 @@ def _branches(system: System, quick: bool) -> list[table.Row]:
     each = [1e3 * took / len(points) for points, took in guarded]
     kept, lost = (sum(_kept(system, points) for points, _ in some) for some in (guarded, free))
     without = sum(not folds(points) for points, _ in free)
-    peaks = [_level(system)(points[_top(system, points)].state, points[0].given) for points, _ in guarded]
+    peaks = [_level(system)(points[_top(system, points)].state, points[0].path.given) for points, _ in guarded]
     turns = np.array([[1e3 * points[i].state.speed for i in folds(points)][:2] for points, _ in guarded])
     middle, count = statistics.median(each), len(settings)
     say = f"{turns[:, 0].min():.2f}..{turns[:, 0].max():.2f} and {turns[:, 1].min():.2f}..{turns[:, 1].max():.2f} Hz"
@@ -136,7 +136,7 @@ def _kept(system: System, points: list[PathPoint]) -> bool:
     turns = [1e3 * points[i].state.speed for i in folds(points)]
     top = points[_top(system, points)]
     near = len(turns) == 2 and all(abs(a - b) < 0.2 for a, b in zip(turns, FOLDS, strict=True))
-    return near and points[-1].state.speed > 2.4 and abs(_level(system)(top.state, top.given) / PEAK - 1) < 2e-3
+    return near and points[-1].state.speed > 2.4 and abs(_level(system)(top.state, top.path.given) / PEAK - 1) < 2e-3
 
 
 def _points(system: System, quick: bool) -> list[table.Row]:
@@ -151,7 +151,9 @@ def _points(system: System, quick: bool) -> list[table.Row]:
     spent = []
     for point in points[:: 8 if quick else 2]:
         started = time.process_time()
-        floquet_stability(refinement, point.given, HARMONICS, point.state, residual=3e-4)
+        floquet_stability(
+            refinement, Solution(given=point.path.given, harmonics=HARMONICS, state=point.state, residual=3e-4)
+        )
         spent.append(1e3 * (time.process_time() - started))
     median = statistics.median(spent)
     return [

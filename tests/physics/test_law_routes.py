@@ -207,10 +207,10 @@ def test_multipliers_are_those_of_the_variational_equation(name: str, frequency:
     found, system = tabulated(name, frequency), drive(name)
     reference = _integrated_multipliers(found, system)
     refinement = Refinement(ready=found.ready)
-    ours = floquet_multipliers(refinement, found.at.given, found.at.harmonics, found.at.state, steps=384)
+    ours = floquet_multipliers(refinement, found.at, steps=384)
     assert _apart(ours, reference) < 1e-3
     other = by_tangents(name, frequency)
-    wrong = floquet_multipliers(Refinement(ready=other.ready), other.at.given, other.at.harmonics, other.at.state)
+    wrong = floquet_multipliers(Refinement(ready=other.ready), other.at)
     assert _apart(wrong, reference) > 1e-2
 
 
@@ -315,11 +315,9 @@ def test_links_by_their_law(name: str) -> None:
     assert np.abs(plain.force.std(axis=0) / reference - 1).max() > 1e-2
     multipliers = _integrated_multipliers(found, system)
     refinement = Refinement(ready=found.ready)
-    ours = floquet_multipliers(refinement, found.at.given, found.at.harmonics, found.at.state, steps=384)
+    ours = floquet_multipliers(refinement, found.at, steps=384)
     assert _apart(ours, multipliers) < 1e-3
-    wrong = floquet_multipliers(
-        Refinement(ready=plain.ready), plain.at.given, plain.at.harmonics, plain.at.state, steps=384
-    )
+    wrong = floquet_multipliers(Refinement(ready=plain.ready), plain.at, steps=384)
     assert _apart(wrong, multipliers) > 1e-2
 
 

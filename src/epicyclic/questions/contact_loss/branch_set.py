@@ -1,9 +1,8 @@
-"""Closed teeth: speeds at which a linear response is the solution, every flank pressed all the time or never.
+"""The branch set of a sweep: closed teeth where they stay closed, continued branches where they part.
 
+Teeth are closed at speeds at which a linear response is the solution, every flank pressed all the time or never.
 Mostly all loaded flanks are pressed and no far one.  Where the mean load leaves some open for good, as a slide of a
 herringbone sun does, the motion is linear without these.
-
-The branch set of a sweep: closed teeth where they stay closed, continued branches where they part.
 
 From the last speed before teeth part, the branch is followed through its folds until it is back on closed teeth and
 going up.  There the next segment of closed teeth begins.  Where a branch ends before that, the set begins anew at the
@@ -16,6 +15,7 @@ the next branch begins at a stable motion; in between stands one motion at every
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 from typing import Literal
 
@@ -41,6 +41,24 @@ _MOST, _LEAST_RATIO = 600, 1e-4
 NEAR = 0.3
 # Times flanks are opened and closed until those that touch in the mean are those that press; least harmonics then.
 _ROUNDS, _LEAST_OF_CLOSED_TEETH = 8, 16
+# A branch has at least so many harmonics, of one mesh frequency and of each of two.
+_LEAST = {1: 16, 2: 8}
+# A solution at a speed belongs between two points of the branch when it is this near to their interpolation, per their
+# distance, which counts as at least such a part of the dynamic size.
+_BETWEEN, _LEAST_DISTANCE = 1.0, 1e-3
+# Steps along the branch to a speed between two points, and the part of the speed at which it is reached: its rounding.
+_SECANTS, _AT_SPEED = 6, 1e-9
+# Parts between folds, one after the other, without a stable motion after which a branch is cut: resonances have two to
+# four, and what is stable again later is found anew.
+_UNSTABLE_PARTS = 16
+# Rise of the speed with the length of a branch below which a point is on a fold, or between two.
+_FLAT = 0.01
+
+_End = Literal["through", "cut", "lost"]
+"""How a branch ends: on closed teeth or behind the range, cut where it winds unstably, or where no step succeeds."""
+
+
+# --- closed teeth -----------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -66,30 +84,24 @@ def scan_closed_teeth(refinement: Refinement, speeds: Array) -> Scan:
     """
     low = float(speeds.min())
     between = np.setdiff1d(_speeds_between(refinement.ready, low, float(speeds.max())), speeds)
-    found = _looked(refinement, np.union1d(speeds, between))
-    if found.solutions[0] is None:
-        below = _looked(refinement, _speeds_between(refinement.ready, REACH * low, low))
-        last = next((i for i in reversed(range(below.speeds.size)) if below.solutions[i] is not None), None)
-        found = found if last is None else _joined(below, last, found)
-    places = np.searchsorted(found.speeds, speeds)
-    asked = np.full(found.speeds.size, -1, np.int64)
-    asked[places] = np.arange(speeds.size)
-    return replace(found, asked=asked)
+    scanned = np.union1d(speeds, between)
+    solutions, harmonics = _linear_solutions(refinement, scanned)
+    if solutions[0] is None:
+        below = _speeds_between(refinement.ready, REACH * low, low)
+        solutions_below, harmonics_below = _linear_solutions(refinement, below)
+        last = next((i for i in reversed(range(below.size)) if solutions_below[i] is not None), None)
+        if last is not None:
+            scanned = np.concatenate([below[last:], scanned])
+            solutions = [*solutions_below[last:], *solutions]
+            harmonics = np.concatenate([harmonics_below[last:], harmonics])
+    asked = np.full(scanned.size, -1, np.int64)
+    asked[np.searchsorted(scanned, speeds)] = np.arange(speeds.size)
+    return Scan(speeds=scanned, asked=asked, solutions=solutions, harmonics=harmonics)
 
 
-def _joined(below: Scan, first: int, above: Scan) -> Scan:
-    """Two scans as one, the lower one from a place on."""
-    return Scan(
-        speeds=np.concatenate([below.speeds[first:], above.speeds]),
-        asked=np.concatenate([below.asked[first:], above.asked]),
-        solutions=[*below.solutions[first:], *above.solutions],
-        harmonics=np.concatenate([below.harmonics[first:], above.harmonics]),
-    )
-
-
-def _looked(refinement: Refinement, speeds: Array) -> Scan:
-    """The linear response at rising relative speeds (Q,), none of them asked for."""
-    found = list[Solution | None]([None] * speeds.size)
+def _linear_solutions(refinement: Refinement, speeds: Array) -> tuple[list[Solution | None], NDArray[np.int64]]:
+    """Solutions and harmonics (Q,), as of `Scan`, at rising relative speeds (Q,)."""
+    solutions = list[Solution | None]([None] * speeds.size)
     harmonics = np.zeros(speeds.size, np.int64)
     if speeds.size:
         for block in respond(refinement.ready, speeds, tolerance=_LINEAR, shaft_orders=False):
@@ -97,10 +109,10 @@ def _looked(refinement: Refinement, speeds: Array) -> Scan:
                 harmonics[place] = block.harmonics
                 if block.residual[at] <= _ACCEPTED:
                     speed, residual = float(block.speed[at]), float(block.residual[at])
-                    found[place] = _closed(refinement, block.mesh.y[at], speed, block.truncation, residual)
+                    solutions[place] = _closed(refinement, block.mesh.y[at], speed, block.truncation, residual)
         if len(refinement.ready.lines.tones) == 1:
-            _without_open_flanks(refinement, speeds, found, harmonics)
-    return Scan(speeds=speeds, asked=np.full(speeds.size, -1), solutions=found, harmonics=harmonics)
+            _without_open_flanks(refinement, speeds, solutions, harmonics)
+    return solutions, harmonics
 
 
 def _speeds_between(ready: Response, low: float, high: float) -> Array:
@@ -142,10 +154,10 @@ def _closed_by_law(refinement: Refinement, given: Problem, y: Array, speed: floa
 
 
 def _without_open_flanks(
-    refinement: Refinement, speeds: Array, found: list[Solution | None], harmonics: NDArray[np.int64]
+    refinement: Refinement, speeds: Array, solutions: list[Solution | None], harmonics: NDArray[np.int64]
 ) -> None:
     """Enter linear solutions at speeds (Q,) in which flanks left open by the mean load never touch."""
-    missing = [place for place, at in enumerate(found) if at is None]
+    missing = [place for place, at in enumerate(solutions) if at is None]
     if not missing:
         return
     pressed = _pressed(refinement, float(speeds[missing[0]]), int(harmonics[missing[0]]))
@@ -157,7 +169,7 @@ def _without_open_flanks(
         start = linear_start(given, speed, pressed)
         if np.all(evaluate(given, start, speed).touching == pressed):
             at = solution(refinement, start, speed, given=given, harmonics=H)
-            found[place] = at if at is not None and np.all(at.state.touching == pressed) else None
+            solutions[place] = at if at is not None and np.all(at.state.touching == pressed) else None
 
 
 def _pressed(refinement: Refinement, speed: float, harmonics: int) -> NDArray[np.bool_] | None:
@@ -173,21 +185,7 @@ def _pressed(refinement: Refinement, speed: float, harmonics: int) -> NDArray[np
     return None
 
 
-_End = Literal["through", "cut", "lost"]
-"""How a branch ends: on closed teeth or behind the range, cut where it winds unstably, or where no step succeeds."""
-
-# A branch has at least so many harmonics, of one mesh frequency and of each of two.
-_LEAST = {1: 16, 2: 8}
-# A solution at a speed belongs between two points of the branch when it is this near to their interpolation, per their
-# distance, which counts as at least such a part of the dynamic size.
-_BETWEEN, _LEAST_DISTANCE = 1.0, 1e-3
-# Steps along the branch to a speed between two points, and the part of the speed at which it is reached: its rounding.
-_SECANTS, _AT_SPEED = 6, 1e-9
-# Parts between folds, one after the other, without a stable motion after which a branch is cut: resonances have two to
-# four, and what is stable again later is found anew.
-_UNSTABLE_PARTS = 16
-# Rise of the speed with the length of a branch below which a point is on a fold, or between two.
-_FLAT = 0.01
+# --- branches ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -276,17 +274,17 @@ def branch_set(
 
 def _closed_segment(trace: _Trace, place: int) -> int:
     """Enter the linear solutions from a scanned speed on; returns the place where teeth part."""
-    found = list[Solution]()
+    closed = list[Solution]()
     while place < trace.scan.speeds.size:
         at, asked = trace.scan.solutions[place], int(trace.scan.asked[place])
         if at is None:
             break
         if asked >= 0:
             trace.crossings[asked].append(Crossing(solution=at, part=trace.part))
-            found.append(at)
+            closed.append(at)
         place += 1
-    if found:
-        trace.segments.append(Segment(solutions=found, parts=[trace.part] * len(found), branch=False))
+    if closed:
+        trace.segments.append(Segment(solutions=closed, parts=[trace.part] * len(closed), branch=False))
     return place
 
 
@@ -312,12 +310,8 @@ def _branch_segment(trace: _Trace, place: int) -> int:
             trace.ended += [] if trace.winding else [speed]
             return place + 1
         if trace.winding:
-            alone = Solution(
-                given=given,
-                harmonics=H,
-                state=start.state,
-                residual=trace.refinement.residual(given, start.state, H),
-            )
+            residual = trace.refinement.residual(given, start.state, H)
+            alone = Solution(given=given, harmonics=H, state=start.state, residual=residual)
             alone = with_stability(trace.refinement, alone)
             if not alone.stable:
                 trace.crossings[asked].append(Crossing(solution=alone, part=trace.part))
@@ -333,9 +327,9 @@ def _begun_anew(trace: _Trace, given: Problem, harmonics: int, speed: float, pla
     asked = int(trace.scan.asked[place])
     if trace.winding and asked > 0 and trace.crossings[asked - 1]:
         last = trace.crossings[asked - 1][-1].solution
-        found = solve(given, prolonged(last.given, given, last.state.y), speed)
-        if found.converged:
-            return found
+        solved = solve(given, prolonged(last.given, given, last.state.y), speed)
+        if solved.converged:
+            return solved
     return load_continuation(trace.refinement, speed, harmonics=harmonics)
 
 
@@ -352,20 +346,20 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tu
         linear = scan.solutions[ahead] if ahead < scan.speeds.size else None
         if (
             linear is None
-            or point.tangent_speed <= 0
+            or point.tangent.speed <= 0
             or point.length <= 0
             or point.state.speed <= start.speed * (1 + _AT_SPEED)
         ):
             return False
         return bool(np.all(point.state.touching == linear.state.touching[0])) and (
-            point.given.rows.parametric or _beside(point, linear)
+            point.path.given.rows.parametric or _beside(point, linear)
         )
 
     system = trace.refinement.ready.system
 
     def returned(point: PathPoint) -> bool:
         """Whether the branch goes down on closed teeth: it came from there."""
-        return point.state.unchanging and point.tangent_speed < 0 and point.length > 0
+        return point.state.unchanging and point.tangent.speed < 0 and point.length > 0
 
     points = branch(
         given,
@@ -378,7 +372,7 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tu
         stop=lambda point: back(point) or returned(point) or winding.unstable(point),
     )
     last = points[-1]
-    if last.state.unchanging or back(last) or (last.tangent_speed > 0 and last.state.speed > scan.speeds[-1]):
+    if last.state.unchanging or back(last) or (last.tangent.speed > 0 and last.state.speed > scan.speeds[-1]):
         return points, "through"
     return points, "cut" if winding.count >= _UNSTABLE_PARTS else "lost"
 
@@ -397,23 +391,19 @@ class _Winding:
 
     def unstable(self, point: PathPoint) -> bool:
         """Whether the branch is cut at its next point."""
-        if self.part and np.sign(point.tangent_speed) != np.sign(self.part[-1].tangent_speed):
-            middle = self.part[len(self.part) // 2]
-            self.count = self.count + 1 if self._is_unstable(middle) else 0
+        if self.part and np.sign(point.tangent.speed) != np.sign(self.part[-1].tangent.speed):
+            refinement, middle = self.trace.refinement, self.part[len(self.part) // 2]
+            stable = with_stability(refinement, _as_solution(refinement, middle, self.harmonics)).stable
+            self.count = 0 if stable else self.count + 1
             self.part = []
         if not self.part or point is not self.part[-1]:
             self.part.append(point)
         return self.count >= _UNSTABLE_PARTS
 
-    def _is_unstable(self, point: PathPoint) -> bool:
-        """Whether the motion of a point is not stable."""
-        refinement = self.trace.refinement
-        return not with_stability(refinement, _as_solution(refinement, point, self.harmonics)).stable
-
 
 def _beside(point: PathPoint, closed: Solution) -> bool:
     """Whether a point of a branch is on the motions of closed teeth at the next scanned speed."""
-    y = prolonged(closed.given, point.given, closed.state.y)
+    y = prolonged(closed.given, point.path.given, closed.state.y)
     return float(np.linalg.norm((point.state.y - y)[:, 1:])) <= NEAR * dynamic_size(y)
 
 
@@ -426,24 +416,19 @@ def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _
     """Enter the solutions of a branch at every speed asked for; returns the first scanned place behind it."""
     scan, parts = trace.scan, [trace.part]
     for before, after in pairwise(points):
-        if np.sign(before.tangent_speed) != np.sign(after.tangent_speed):
+        if np.sign(before.tangent.speed) != np.sign(after.tangent.speed):
             trace.part += 1
         parts.append(trace.part)
-        _enter_crossings(
-            trace,
-            before,
-            after,
-            parts[-2] if abs(before.tangent_speed) > abs(after.tangent_speed) else parts[-1],
-            harmonics,
-        )
-    found = [_as_solution(trace.refinement, point, harmonics) for point in points]
-    _enter_start(trace, found[0], parts[0])
-    trace.segments.append(Segment(solutions=found, parts=parts, branch=True))
+        part = parts[-2] if abs(before.tangent.speed) > abs(after.tangent.speed) else parts[-1]
+        _enter_crossings(trace, before, after, part, harmonics)
+    solutions = [_as_solution(trace.refinement, point, harmonics) for point in points]
+    _enter_start(trace, solutions[0], parts[0])
+    trace.segments.append(Segment(solutions=solutions, parts=parts, branch=True))
     last = points[-1].state.speed
     behind = int(np.searchsorted(scan.speeds, last, side="right"))
     if end != "through":
         (trace.cut if end == "cut" else trace.ended).append(last)
-    if end != "through" or points[-1].tangent_speed < 0:
+    if end != "through" or points[-1].tangent.speed < 0:
         trace.part += 1
         behind = int(np.searchsorted(scan.speeds, max(point.state.speed for point in points), side="right"))
     _enter_other_closed(trace, behind)
@@ -465,9 +450,9 @@ def _enter_crossings(trace: _Trace, before: PathPoint, after: PathPoint, part: i
     for place in range(int(np.searchsorted(speeds, low)), int(np.searchsorted(speeds, high, side="right"))):
         asked = int(trace.scan.asked[place])
         if asked >= 0 and speeds[place] != before.state.speed:
-            found = _between(trace, before, after, float(speeds[place]), harmonics)
-            if found is not None:
-                trace.crossings[asked].append(Crossing(solution=found, part=part))
+            at = _between(trace, before, after, float(speeds[place]), harmonics)
+            if at is not None:
+                trace.crossings[asked].append(Crossing(solution=at, part=part))
 
 
 def _between(trace: _Trace, before: PathPoint, after: PathPoint, speed: float, harmonics: int) -> Solution | None:
@@ -475,45 +460,31 @@ def _between(trace: _Trace, before: PathPoint, after: PathPoint, speed: float, h
 
     A solution far from their interpolation belongs to another branch: the speed is then approached along this one.
     """
-    a, b = before.state, after.state
+    a, b, path = before.state, after.state, before.path
     guess = a.y + (speed - a.speed) / (b.speed - a.speed) * (b.y - a.y)
-    backward = before.tangent_speed + after.tangent_speed < 0
-    fixed = trace.fixed is not None
-    given = before.given
-    found = solution(trace.refinement, guess, speed, given=given, harmonics=harmonics, fixed=fixed, backward=backward)
+    solved = partial(
+        solution,
+        trace.refinement,
+        speed=speed,
+        given=path.given,
+        harmonics=harmonics,
+        backward=before.tangent.speed + after.tangent.speed < 0,
+    )
+    at = solved(guess, fixed=trace.fixed is not None)
     far = _BETWEEN * max(float(np.linalg.norm(a.y - b.y)), _LEAST_DISTANCE * dynamic_size(a.y))
-    if found is not None and _distance(found, given, guess) <= far:
-        return found
-    near = located(
-        before,
-        after,
-        lambda point: point.state.speed - speed,
-        unit=_unit(a),
-        tolerance=_AT_SPEED * speed,
-        tries=_SECANTS,
-    )
-    if near is None:
-        return None
-    return solution(
-        trace.refinement, near.state.y, speed, given=given, harmonics=harmonics, fixed=True, backward=backward
-    )
-
-
-def _distance(found: Solution, given: Problem, y: Array) -> float:
-    """Distance of a solution from a motion (2, J, n) of another problem [root of energy]."""
-    return float(np.linalg.norm(found.state.y - prolonged(given, found.given, y)))
+    if at is not None and float(np.linalg.norm(at.state.y - prolonged(path.given, at.given, guess))) <= far:
+        return at
+    # lengths about this point, not about the start of the branch
+    before = replace(before, path=replace(path, unit=_unit(a)))
+    near = located(before, after, lambda point: point.state.speed - speed, tolerance=_AT_SPEED * speed, tries=_SECANTS)
+    return None if near is None else solved(near.state.y, fixed=True)
 
 
 def _as_solution(refinement: Refinement, point: PathPoint, harmonics: int) -> Solution:
     """A point of a branch as a solution, with its residual at twice the harmonics."""
-    residual = refinement.residual(point.given, point.state, harmonics)
-    return Solution(
-        given=point.given,
-        harmonics=harmonics,
-        state=point.state,
-        residual=residual,
-        backward=point.tangent_speed < _FLAT,
-    )
+    given, state = point.path.given, point.state
+    residual, backward = refinement.residual(given, state, harmonics), point.tangent.speed < _FLAT
+    return Solution(given=given, harmonics=harmonics, state=state, residual=residual, backward=backward)
 
 
 def _enter_other_closed(trace: _Trace, behind: int) -> None:
@@ -523,5 +494,5 @@ def _enter_other_closed(trace: _Trace, behind: int) -> None:
         if at is None or asked < 0:
             continue
         known = trace.crossings[asked]
-        if not any(not distinct(each.solution, at) for each in known):
+        if all(distinct(each.solution, at) for each in known):
             known.append(Crossing(solution=at, part=-1 - asked))

@@ -1,6 +1,6 @@
 """Branches of periodic motions over speed: pseudo-arclength continuation through folds [keller1977; seydel2010].
 
-Lengths are measured in (|dy| / motion, ds / speed); both units are given with the path.  A step is taken along the
+Lengths are measured in (|dy| / motion, ds / speed); both units belong to the path.  A step is taken along the
 tangent and corrected at right angles to it, the pair (y, s) by one bordered GMRES.  Newton's method may converge to
 another branch with a residual as clean as ever.  Therefore a step also fails where the corrector moves far or the
 tangent turns much (derived here).
@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -62,24 +63,36 @@ class Stepping:
     points: int = 4000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PathPoint:
-    """A point of a branch of solutions of `given`.
-
-    state : the motion.  tangent : (2, J, n) and tangent_speed : d(y / motion) and d(s / speed) per length, together of
-        norm 1.
-    length : of the path up to here.  steps, calls : Newton steps and Jacobian-vector products it took.
-    kept : the preconditioner that points of one path share.
-    """
+@dataclass(frozen=True, slots=True, eq=False)
+class Path:
+    """What the points of a path share: the balance that they solve, units of length, and the preconditioner."""
 
     given: Problem
+    unit: ArclengthUnit
+    kept: KeptPreconditioner
+
+
+class Tangent(NamedTuple):
+    """d(y / motion) (2, J, n) and d(s / speed) per length of a path, together of norm 1."""
+
+    motion: Array
+    speed: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PathPoint:
+    """A point of a branch of solutions.
+
+    state : the motion.  length : of the path up to here.
+    steps, calls : Newton steps and Jacobian-vector products it took.
+    """
+
+    path: Path
     state: State
-    tangent: Array
-    tangent_speed: float
+    tangent: Tangent
     length: float
     steps: int
     calls: int
-    kept: KeptPreconditioner
 
 
 def arclength_unit(low: float, high: float, motion: Array) -> ArclengthUnit:
@@ -93,40 +106,29 @@ def arclength_unit(low: float, high: float, motion: Array) -> ArclengthUnit:
 
 def start_of_path(given: Problem, state: State, unit: ArclengthUnit, *, upward: bool = True) -> PathPoint:
     """The first point of a path: a solved state and its tangent, up or down in speed."""
-    kept = KeptPreconditioner()
-    tangent, tangent_speed, calls = _tangent(given, state, np.zeros_like(state.y), 1.0 if upward else -1.0, unit, kept)
-    return PathPoint(
-        given=given,
-        state=state,
-        tangent=tangent,
-        tangent_speed=tangent_speed,
-        length=0.0,
-        steps=0,
-        calls=calls,
-        kept=kept,
-    )
+    path = Path(given, unit, KeptPreconditioner())
+    tangent, calls = _tangent(path, state, Tangent(np.zeros_like(state.y), 1.0 if upward else -1.0))
+    return PathPoint(path=path, state=state, tangent=tangent, length=0.0, steps=0, calls=calls)
 
 
-def follow(
-    start: PathPoint, low: float, high: float, *, unit: ArclengthUnit, stepping: Stepping
-) -> Iterator[PathPoint]:
+def follow(start: PathPoint, low: float, high: float, *, stepping: Stepping) -> Iterator[PathPoint]:
     """Points of a branch from its start until it leaves [low, high] (the last may lie outside) or no step succeeds."""
     at, size = start, stepping.first
     yield at
     for _ in range(stepping.points):
-        found, size = _advance(at, size, unit, stepping)
-        if found is None:
+        after, size = _advance(at, size, stepping)
+        if after is None:
             return
-        at, size = found, size
+        at = after
         yield at
         if not low <= at.state.speed <= high:
             return
 
 
-def _advance(at: PathPoint, size: float, unit: ArclengthUnit, stepping: Stepping) -> tuple[PathPoint | None, float]:
+def _advance(at: PathPoint, size: float, stepping: Stepping) -> tuple[PathPoint | None, float]:
     """The next point, None where even the shortest step fails, and the length of the step after it."""
     while size >= stepping.shortest:
-        trial = step_from(at, size, unit, guarded=stepping.guarded)
+        trial = step_from(at, size, guarded=stepping.guarded)
         if trial is not None:
             point, moved = trial
             quick = point.steps <= _QUICK and (moved < _NEAR * size or not stepping.guarded)
@@ -135,63 +137,42 @@ def _advance(at: PathPoint, size: float, unit: ArclengthUnit, stepping: Stepping
     return None, size
 
 
-def step_from(
-    at: PathPoint, size: float, unit: ArclengthUnit, *, guarded: bool = True
-) -> tuple[PathPoint, float] | None:
+def step_from(at: PathPoint, size: float, *, guarded: bool = True) -> tuple[PathPoint, float] | None:
     """One predictor-corrector step of a given length and how far its corrector moved, None where it fails."""
-    given = at.given
-    y = at.state.y + size * unit.motion * at.tangent
-    speed = at.state.speed + size * unit.speed * at.tangent_speed
+    unit = at.path.unit
+    y = at.state.y + size * unit.motion * at.tangent.motion
+    speed = at.state.speed + size * unit.speed * at.tangent.speed
     if speed <= 0:
         return None
     most = _FAR * size if guarded else np.inf
-    found = corrected(given, y, speed, at.tangent, at.tangent_speed, unit, far=most, kept=at.kept)
-    if found is None:
+    solved = _corrected(at.path, y, speed, at.tangent, far=most)
+    if solved is None:
         return None
-    state, steps, calls = found
+    state, steps, calls = solved
     moved = float(np.hypot(np.linalg.norm(state.y - y) / unit.motion, (state.speed - speed) / unit.speed))
     if guarded and moved > most:
         return None
-    tangent, tangent_speed, used = _tangent(given, state, at.tangent, at.tangent_speed, unit, at.kept)
-    turned = float(np.vdot(tangent, at.tangent)) + tangent_speed * at.tangent_speed
+    tangent, used = _tangent(at.path, state, at.tangent)
+    turned = float(np.vdot(tangent.motion, at.tangent.motion)) + tangent.speed * at.tangent.speed
     if guarded and turned < _TURN:
         return None
-    point = PathPoint(
-        given=given,
-        state=state,
-        tangent=tangent,
-        tangent_speed=tangent_speed,
-        length=at.length + size,
-        steps=steps,
-        calls=calls + used,
-        kept=at.kept,
-    )
-    return point, moved
+    length = at.length + size
+    return PathPoint(path=at.path, state=state, tangent=tangent, length=length, steps=steps, calls=calls + used), moved
 
 
-def corrected(
-    given: Problem,
-    y: Array,
-    speed: float,
-    tangent: Array,
-    tangent_speed: float,
-    unit: ArclengthUnit,
-    *,
-    far: float = np.inf,
-    kept: KeptPreconditioner | None = None,
-) -> tuple[State, int, int] | None:
-    """The solution on the plane through (y, s) normal to a tangent (2, J, n), by Newton's method.
+def _corrected(path: Path, y: Array, speed: float, tangent: Tangent, *, far: float) -> tuple[State, int, int] | None:
+    """The solution on the plane through (y, s) normal to a tangent, by Newton's method.
 
     Parameters
     ----------
-    far : length of the correction beyond which the step is given up.  kept : of the path, None: one of its own.
+    far : length of the correction beyond which the step is given up.
 
     Returns
     -------
     (state, Newton steps, Jacobian-vector products), None where Newton's method fails.
     """
+    given, unit = path.given, path.unit
     state, moved_y, moved_s, calls = evaluate(given, y, speed), np.zeros_like(y), 0.0, 0
-    kept = kept or KeptPreconditioner()
     for count in range(_NEWTON + 1):
         if not np.isfinite(state.norm):
             return None
@@ -199,9 +180,7 @@ def corrected(
         if state.norm <= TOLERANCE * size:
             return state, count, calls
         target = _TARGET * TOLERANCE * size / unit.motion
-        step, ds, used = _bordered(
-            given, state, tangent, tangent_speed, unit, state.residual / unit.motion, 0.0, target, kept
-        )
+        step, ds, used = _bordered(path, state, tangent, state.residual / unit.motion, 0.0, target)
         moved_y, moved_s, calls = moved_y + step, moved_s + ds, calls + used
         if np.hypot(np.linalg.norm(moved_y), moved_s) > 2 * far or speed - moved_s * unit.speed <= 0:
             return None
@@ -209,31 +188,22 @@ def corrected(
     return None
 
 
-def _tangent(
-    given: Problem, state: State, tangent: Array, tangent_speed: float, unit: ArclengthUnit, kept: KeptPreconditioner
-) -> tuple[Array, float, int]:
-    """Unit tangent (2, J, n) and (1,) of the branch at a solved state, on the side of a given one."""
-    step, ds, calls = _bordered(given, state, tangent, tangent_speed, unit, np.zeros_like(state.y), 1.0, 0.0, kept)
+def _tangent(path: Path, state: State, side: Tangent) -> tuple[Tangent, int]:
+    """Unit tangent of the branch at a solved state, on the side of another one, and the products it took."""
+    step, ds, calls = _bordered(path, state, side, np.zeros_like(state.y), 1.0, 0.0)
     size = float(np.hypot(np.linalg.norm(step), ds))
-    return step / size, ds / size, calls
+    return Tangent(step / size, ds / size), calls
 
 
 def _bordered(
-    given: Problem,
-    at: State,
-    tangent: Array,
-    tangent_speed: float,
-    unit: ArclengthUnit,
-    right: Array,
-    last: float,
-    target: float,
-    kept: KeptPreconditioner,
+    path: Path, at: State, tangent: Tangent, right: Array, last: float, target: float
 ) -> tuple[Array, float, int]:
-    """Solve [R_y R_s; tangent tangent_speed] (y, s) = (right, last) in scaled unknowns, to 1e-3 of the right side.
+    """Solve [R_y R_s; tangent] (y, s) = (right, last) in scaled unknowns, to 1e-3 of the right side.
 
     right : (2, J, n).  target : norm of the residual that is enough.  Returns (y (2, J, n), s, products).
     """
-    shape, border = at.y.shape, tangent.ravel()
+    given, unit, kept = path.given, path.unit, path.kept
+    shape, border = at.y.shape, tangent.motion.ravel()
     inverse, product = kept.at(given, at), jacobian(given, at)
     by_speed = (inverse(speed_derivative(given, at)) * (unit.speed / unit.motion)).ravel()
 
@@ -242,14 +212,14 @@ def _bordered(
         out = np.empty_like(x)
         step, ds = x[:-1], float(x[-1])
         np.add(inverse(product(step.reshape(shape))).ravel(), ds * by_speed, out=out[:-1])
-        out[-1] = border @ step + tangent_speed * ds
+        out[-1] = border @ step + tangent.speed * ds
         return out
 
     whole = np.append(inverse(right).ravel(), last)
     wanted = max(_FORCING * float(np.linalg.norm(whole)), target)
-    found, _, calls = gmres_of_one(apply, whole, target=wanted, restarts=3)
+    x, _, calls = gmres_of_one(apply, whole, target=wanted, restarts=3)
     kept.calls = calls
-    return found[:-1].reshape(shape), float(found[-1]), calls
+    return x[:-1].reshape(shape), float(x[-1]), calls
 
 
 def branch(
@@ -270,18 +240,18 @@ def branch(
     score : what has a peak that must not be missed.  stop : ends the branch at a point before it leaves [low, high].
     """
     points = list[PathPoint]()
-    for point in follow(start_of_path(given, start, unit), low, high, unit=unit, stepping=stepping):
+    for point in follow(start_of_path(given, start, unit), low, high, stepping=stepping):
         points.append(point)
         if stop is not None and stop(point):
             break
-    return _with_peak(_with_folds(points, unit), unit, score)
+    return _with_peak(_with_folds(points), score)
 
 
 def folds(points: list[PathPoint]) -> list[int]:
     """Places of folds among points: of a pair whose tangents differ in direction of speed the flatter one."""
-    tangent_speed = np.array([point.tangent_speed for point in points])
-    places = np.flatnonzero(np.sign(tangent_speed[1:]) != np.sign(tangent_speed[:-1]))
-    return [int(i if abs(tangent_speed[i]) <= abs(tangent_speed[i + 1]) else i + 1) for i in places]
+    slope = np.array([point.tangent.speed for point in points])
+    places = np.flatnonzero(np.sign(slope[1:]) != np.sign(slope[:-1]))
+    return [int(i if abs(slope[i]) <= abs(slope[i + 1]) else i + 1) for i in places]
 
 
 def folds_of_speed(speeds: list[float]) -> list[float]:
@@ -291,20 +261,17 @@ def folds_of_speed(speeds: list[float]) -> list[float]:
     return [float(speeds[int(place)]) for place in places]
 
 
-def _with_folds(points: list[PathPoint], unit: ArclengthUnit) -> list[PathPoint]:
-    """The points, with one more at every fold."""
+def _with_folds(points: list[PathPoint]) -> list[PathPoint]:
+    """The points, with one more at every fold, where ds/d(length) is zero."""
     result = points[:1]
     for before, after in pairwise(points):
-        if np.sign(before.tangent_speed) != np.sign(after.tangent_speed):
-            at = located(before, after, _slope, unit=unit, tolerance=_FLAT, tries=_TRIES, bisect=_BISECT)
-            result += [] if at is None else [at]
+        if np.sign(before.tangent.speed) != np.sign(after.tangent.speed):
+            fold = located(
+                before, after, lambda point: point.tangent.speed, tolerance=_FLAT, tries=_TRIES, bisect=_BISECT
+            )
+            result += [] if fold is None else [fold]
         result.append(after)
     return result
-
-
-def _slope(point: PathPoint) -> float:
-    """ds/d(length), zero at a fold."""
-    return point.tangent_speed
 
 
 def located(
@@ -312,7 +279,6 @@ def located(
     after: PathPoint,
     value: Callable[[PathPoint], float],
     *,
-    unit: ArclengthUnit,
     tolerance: float,
     tries: int,
     bisect: int = 0,
@@ -333,25 +299,25 @@ def located(
     for count in range(tries):
         halve = bisect > 0 and count % bisect == 0
         size = (low + high) / 2 if halve else low + (high - low) * ends[0] / (ends[0] - ends[1])
-        trial = step_from(before, size, unit)
+        trial = step_from(before, size)
         if trial is None:
             return best
-        best, here = trial[0], value(trial[0])
-        if abs(here) < tolerance:
+        best, reached = trial[0], value(trial[0])
+        if abs(reached) < tolerance:
             break
-        if np.sign(here) == np.sign(ends[0]):
-            low, ends[0] = size, here
+        if np.sign(reached) == np.sign(ends[0]):
+            low, ends[0] = size, reached
         else:
-            high, ends[1] = size, here
+            high, ends[1] = size, reached
     return best
 
 
 def peak_of(points: list[PathPoint], score: Score) -> int:
     """Place of the highest score."""
-    return int(np.argmax([score(point.state, point.given) for point in points]))
+    return int(np.argmax([score(point.state, point.path.given) for point in points]))
 
 
-def _with_peak(points: list[PathPoint], unit: ArclengthUnit, score: Score) -> list[PathPoint]:
+def _with_peak(points: list[PathPoint], score: Score) -> list[PathPoint]:
     """The points, with more about the highest score, the steps there halved."""
     points = list(points)
     for _ in range(_HALVED):
@@ -359,6 +325,6 @@ def _with_peak(points: list[PathPoint], unit: ArclengthUnit, score: Score) -> li
         for place in (top, top - 1):
             if 0 <= place < len(points) - 1:
                 half = (points[place + 1].length - points[place].length) / 2
-                middle = step_from(points[place], half, unit) if half > 0 else None
+                middle = step_from(points[place], half) if half > 0 else None
                 points[place + 1 : place + 1] = [] if middle is None else [middle[0]]
     return points

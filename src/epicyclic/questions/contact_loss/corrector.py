@@ -1,22 +1,19 @@
-"""Truncation residual: forces of flanks and links on the orders that the grid resolves and the lattice drops.
+"""Newton corrector of the balance at a fixed speed: preconditioned GMRES [knoll2004; saad1986], and a line search.
 
-It is exact, because the grid of phases holds the whole force (derived here).  Each dropped row is turned into a motion
-by D^-1, so that a force far above all modes counts for little.
-
-Preconditioner of the balance: what contact changes, exactly where the train is soft against it.
-
-Without what couples modes the linearised balance is y + D^-1 pulls^T T gaps y = r, T the sampled tangents less k0.  Its
-inverse is y = r - D^-1 pulls^T (I + T P)^-1 T gaps r with P = gaps D^-1 pulls^T, the receptance of the meshes
-(Woodbury's identity).  P is one small matrix at every lattice point.  T couples the points: of amplitudes X_b of a gap
-it makes
+The preconditioner holds what contact changes, exactly where the train is soft against it.  Without what couples modes
+the linearised balance is y + D^-1 pulls^T T gaps y = r, T the sampled tangents less k0.  Its inverse is
+y = r - D^-1 pulls^T (I + T P)^-1 T gaps r with P = gaps D^-1 pulls^T, the receptance of the meshes (Woodbury's
+identity).  P is one small matrix at every lattice point.  T couples the points: of amplitudes X_b of a gap it makes
 
     Y_a = sum_b (T_{a-b} X_b + T_{a+b} conj X_b),    Y_0 = Re sum_b T_{-b} X_b
 
 with the amplitudes T_c exp(2 pi i c . theta) of the tangent.  Where P T is small T is left out; at the other points
 that matrix is factored, and where they are many, T is its mean at the stiffer ones, which couples none (derived here).
-Preconditioned GMRES [saad1986] then takes a third of the products that the mean at every point would leave it.
+Preconditioned GMRES then takes a third of the products that the mean at every point would leave it.
 
-Newton corrector of the balance at a fixed speed: preconditioned GMRES [knoll2004; saad1986], and a line search.
+The truncation residual is that of forces of flanks and links on the orders that the grid resolves and the lattice
+drops.  It is exact, because the grid of phases holds the whole force (derived here).  Each dropped row is turned into a
+motion by D^-1, so that a force far above all modes counts for little.
 """
 
 from __future__ import annotations
@@ -34,256 +31,12 @@ from ..response.gmres import gmres_of_one
 from .problem import Problem, State, balanced_forces, dynamic_size, evaluate, jacobian, unknowns
 from .transforms import contiguous
 
-# Rounding of a sum of shaft orders per highest order, which is 1 at the edge of the lattice.
-_ROUNDING = 1e-9
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TruncatedOrders:
-    """Orders of a grid, half of them along its last axis, that are no lattice points.
-
-    place : (T,) which of them.  omega : (T,) at s = 1 [rad/s].  weight : (T,) of their squared amplitudes.
-    kind : (T,) each mesh tone, combinations of mesh tones, each shaft tone.  kinds : how many of these.
-    """
-
-    place: NDArray[np.int64]
-    omega: Array
-    weight: Array
-    kind: NDArray[np.int64]
-    kinds: int
-
-
-def truncated_orders(given: Problem, tones: Array, *, mesh: int, orders: tuple[int, ...]) -> TruncatedOrders:
-    """The orders that a balance drops.
-
-    Parameters
-    ----------
-    tones : (D,) at s = 1 [rad/s], of which `mesh` are mesh tones.  orders : highest of each shaft tone.
-    """
-    counts, points = given.grid.counts, given.grid.points
-    D = len(counts)
-    axes = [np.rint(np.fft.fftfreq(count, 1 / count)).astype(np.int64) for count in counts]
-    axes[-1] = np.arange(counts[-1] // 2 + 1)
-    every = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, D)
-    shape = tuple(axis.size for axis in axes)
-    kept = np.zeros(shape, bool)
-    for signed in (points, -points):
-        here = signed[signed[:, -1] >= 0]
-        kept[tuple((here % np.array(counts)).T)] = True
-    out = np.flatnonzero(~kept.ravel())
-    found = every[out]
-    return TruncatedOrders(
-        place=out,
-        omega=found @ tones[:D],
-        weight=np.where(found[:, -1] > 0, 4.0, 2.0),
-        kind=_kind(found, mesh, orders),
-        kinds=mesh + 1 + len(orders),
-    )
-
-
-def _kind(found: NDArray[np.int64], mesh: int, orders: tuple[int, ...]) -> NDArray[np.int64]:
-    """Kind (T,) of dropped orders (T, D): the mesh tone, combination or shaft tone that leaves the lattice."""
-    own = np.argmax(np.abs(found[:, :mesh]), axis=1)
-    kind = np.where(np.count_nonzero(found[:, :mesh], axis=1) > 1, mesh, own)
-    if orders:
-        share = np.abs(found[:, mesh:]) / np.array(orders)
-        kind = np.where(share.sum(axis=1) > 1 + _ROUNDING, mesh + 1 + np.argmax(share, axis=1), kind)
-    return kind
-
-
-def truncation_residual(given: Problem, at: State, truncated: TruncatedOrders) -> Array:
-    """Norm of the motion that the forces would put on the orders dropped, by kind (kinds,) [root of energy]."""
-    force, modal, rows = balanced_forces(given, at), given.modal, given.rows
-    live = force.any(axis=0)
-    if not live.any():  # no row presses at any phase
-        return np.zeros(truncated.kinds)
-    box = force[:, live].reshape(*given.grid.counts, -1)
-    D = len(given.grid.counts)
-    dropped = fft.rfftn(box, axes=range(D), norm="forward").reshape(-1, box.shape[-1])[truncated.place]
-    w = at.speed * truncated.omega[:, None]
-    if rows.lag.any():
-        dropped = dropped * (1 + 1j * w * rows.lag[live])
-    square = np.abs(dropped @ rows.pulls[live]) ** 2
-    square /= np.maximum((modal.squared - w**2) ** 2 + (w * modal.damping) ** 2, np.finfo(float).tiny)
-    each = truncated.weight * square.sum(axis=1)
-    size: Array = np.sqrt(np.bincount(truncated.kind, weights=each, minlength=truncated.kinds))
-    return size
-
-
 Index = NDArray[np.int64]
 Operator = Callable[[Array], Array]
-
-# Change of the tangent, per k0, and receptance times tangent of a point, below which they do nothing.  Only the number
-# of products depends on them (ren2021, 3000 bordered solves: 22.5 products with no point coupled, 7.0 from 0.2, 6.3
-# from 0.1, 5.9 from 0.05, whose matrices take twice as long).
-_SAME, _SOFT = 1e-3, 0.1
-# Unknowns of the matrix that couples points: its factors take a millisecond, as long as 20 products.  Over several
-# phases no points are coupled: those few save less than they cost (bench56 with two shaft tones: 1.50 s with, 1.40 s).
-_MOST = 300
-# Rounding of a bound of some hundred terms, with a wide margin.
-# Products of one solution up to which the preconditioner of another state is kept: a new one costs as many.
-_KEPT = 8
-
-
-@dataclass(slots=True, kw_only=True)
-class KeptPreconditioner:
-    """The preconditioner of a state nearby, as long as GMRES takes few products with it.
-
-    given, inverse : of which balance it is, and itself; None before the first.  calls : products of the last solution.
-    """
-
-    given: Problem | None = None
-    inverse: Operator | None = None
-    calls: int = 0
-
-    def at(self, given: Problem, state: State) -> Operator:
-        """The one that is kept, else that of a state: an operator on (2, J, n)."""
-        if self.inverse is None or self.given is not given or self.calls > _KEPT:
-            self.given, self.inverse = given, preconditioner(given, state)
-        return self.inverse
-
-
-def preconditioner(given: Problem, at: State) -> Operator:
-    """The approximate inverse of the Jacobian at a state, an operator on (2, J, n)."""
-    rows, face, m = given.rows, given.face, len(given.face.row)
-    links = at.tangent[:, rows.count :] - rows.linear[rows.count :]
-    tangent = np.concatenate([face.total(at.tangent[:, :m] - rows.linear[:m], axis=1), links], axis=1)
-    size = np.abs(tangent).max(axis=0)
-    largest = float(np.abs(rows.linear[rows.count :]).max(initial=0.0))
-    if np.all(size <= _SAME * np.concatenate([face.total(rows.linear[:m]), np.full(links.shape[1], largest)])):
-        return lambda right: right
-    (gaps, pulls), w = _meshes(given), at.speed * given.omega
-    mean = tangent.mean(axis=0)
-    drag = face.total((at.touching[:, :m].mean(axis=0) - 1.0) * rows.drag[:m])
-    rate = np.multiply.outer(w, np.concatenate([drag, rows.lag[rows.count :] * mean[len(drag) :]]))
-    points, receptance, loop = _soft_points(at, gaps, pulls, np.hypot(size, rate))
-    order = np.argsort(-loop, kind="stable")
-    most = _MOST // (2 * len(size)) if len(given.grid.counts) == 1 else 0
-    coupled, alone = (np.sort(part) for part in np.split(order, [most]))
-    parts = list[tuple[slice | Index, Operator]]()
-    if coupled.size:
-        here = points[coupled]
-        matrix = _coupling(given, here, tangent)
-        _add_rates(matrix, rate[here])
-        parts.append((contiguous(here), _factored(matrix, receptance[coupled])))
-    if alone.size:
-        here = points[alone]
-        parts.append((contiguous(here), _alone(mean + 1j * rate[here], receptance[alone])))
-    from_mode, inverses = np.ascontiguousarray(gaps.T), [_of_points(at, here) for here, _ in parts]
-
-    def apply(right: Array) -> Array:
-        """Product (2, J, n) with the approximate inverse."""
-        result = right.copy()
-        for (here, force), (own, turned) in zip(parts, inverses, strict=True):
-            pulled = force(right[:, here] @ from_mode) @ pulls
-            result[:, here] -= own * pulled + turned * pulled[::-1]
-        return result
-
-    return apply
-
-
-def _of_points(at: State, points: slice | Index) -> tuple[Array, Array]:
-    """D^-1 as of `State.inverse` at some lattice points (k,)."""
-    return at.inverse[0][points], np.ascontiguousarray(at.inverse[1][:, points])
-
-
-def _meshes(given: Problem) -> tuple[Array, Array]:
-    """Gaps and pulls (w, n) of whole meshes, their slices weighted by their stiffness k0, and of link rows."""
-    rows, face, m = given.rows, given.face, len(given.face.row)
-    share = (rows.linear[:m] / face.total(rows.linear[:m])[face.row])[:, None]
-    gaps, pulls = face.total(share * rows.gaps[:m]), face.total(share * rows.pulls[:m])
-    if rows.links is None:
-        return gaps, pulls
-    return np.concatenate([gaps, rows.gaps[rows.count :]]), np.concatenate([pulls, rows.pulls[rows.count :]])
-
-
-def _soft_points(at: State, gaps: Array, pulls: Array, T: Array) -> tuple[Index, ComplexArray, Array]:
-    """Lattice points (k,) at which receptance times tangent T (J, w) matters.
-
-    With them the receptance there (k, w, w) [m/N] and its largest product with T (k,).
-    """
-    real, imag = at.inverse[0], -at.inverse[1][0]
-    # no product is above the sum over modes of its largest factors: most points are left out by that
-    most = np.abs(gaps).max(axis=0) * np.abs(pulls).max(axis=0)
-    bound = (np.hypot(real, imag) @ most) * T.max(axis=1)
-    near = np.flatnonzero(bound > _SOFT * (1 - _ROUNDING))
-    factor = np.stack([real[near], imag[near]])[:, :, None, :]
-    real, imag = ((factor * gaps).reshape(-1, gaps.shape[1]) @ pulls.T).reshape(2, near.size, len(gaps), len(pulls))
-    receptance = real + 1j * imag
-    loop = (np.abs(receptance) * T[near][:, None, :]).max(axis=(1, 2))
-    soft = loop > _SOFT
-    return near[soft], receptance[soft], loop[soft]
-
-
-def _coupling(given: Problem, points: Index, tangent: Array) -> Array:
-    """Amplitudes of the force per amplitude of the gap of every row: (2, k, 2, k, w) [N/m] for k lattice points.
-
-    tangent : (N, w) over the samples.
-    """
-    order, counts = given.grid.points[points], given.grid.counts
-    waves = np.fft.fftn(tangent.reshape(*counts, -1), axes=range(len(counts))) / len(tangent)
-
-    def at(orders: Index) -> ComplexArray:
-        """Amplitudes (k, k, w) of the tangent at orders (k, k, D), aliased as the samples alias them."""
-        found: ComplexArray = waves[tuple(np.moveaxis(orders % np.array(counts), -1, 0))]
-        return found
-
-    less, more = at(order[:, None] - order), at(order[:, None] + order)
-    result = np.empty((2, len(points), 2, len(points), tangent.shape[1]))
-    result[0, :, 0], result[0, :, 1] = less.real + more.real, more.imag - less.imag
-    result[1, :, 0], result[1, :, 1] = less.imag + more.imag, less.real - more.real
-    origin = ~order.any(axis=1)
-    result[0, origin] /= 2
-    result[1, origin], result[:, :, 1, origin] = 0.0, 0.0
-    return result
-
-
-def _add_rates(matrix: Array, rate: Array) -> None:
-    """Add dampers i w c (k, w) [N/m], of their mean, to a matrix of `_coupling`."""
-    place = np.arange(len(rate))
-    matrix[0, place, 1, place] -= rate
-    matrix[1, place, 0, place] += rate
-
-
-def _factored(matrix: Array, receptance: ComplexArray) -> Operator:
-    """(I + T P)^-1 T of a matrix T (2, k, 2, k, w) and receptances P (k, w, w): an operator on rows (2, k, w)."""
-    k, c = receptance.shape[:2]
-    real = np.array([[receptance.real, -receptance.imag], [receptance.imag, receptance.real]])
-    whole = np.einsum("xapbm,pqbmn->xamqbn", matrix, real, optimize=True).reshape(2 * k * c, 2 * k * c)
-    whole[np.diag_indices(2 * k * c)] += 1
-    factors, pivots, _ = dgetrf(whole, overwrite_a=True)
-    own = np.ascontiguousarray(matrix.reshape(2 * k, 2 * k, c).transpose(2, 0, 1))
-
-    def force(gap: Array) -> Array:
-        """Forces (2, k, w) of gaps (2, k, w)."""
-        pressed = np.matmul(own, gap.reshape(2 * k, c).T[:, :, None])[:, :, 0].T
-        found: Array = dgetrs(factors, pivots, pressed.ravel())[0].reshape(2, k, c)
-        return found
-
-    return force
-
-
-def _alone(tangent: ComplexArray, receptance: ComplexArray) -> Operator:
-    """(I + T P)^-1 T of tangents T (k, w) that couple no points: an operator on rows (2, k, w)."""
-    k, c = tangent.shape
-    small = np.linalg.solve(np.eye(c) + tangent[:, :, None] * receptance, tangent[:, :, None] * np.eye(c))
-    # real form (k, 2 w, 2 w) of the complex matrices, for real and imaginary parts one after the other
-    real = np.concatenate(
-        [np.concatenate([small.real, -small.imag], axis=2), np.concatenate([small.imag, small.real], axis=2)], axis=1
-    )
-
-    def force(gap: Array) -> Array:
-        """Forces (2, k, w) of gaps (2, k, w)."""
-        found: Array = np.matmul(real, gap.transpose(1, 0, 2).reshape(k, 2 * c, 1)).reshape(k, 2, c).transpose(1, 0, 2)
-        return found
-
-    return force
-
-
 NewtonStep = Callable[[Problem, State, Array, float], tuple[Array, int]]
 """Solves the linearised balance for a right side to a target, and counts the products."""
 
-# |R| per dynamic size that is a solution: far below what truncation leaves (`refinement`, `truncation`).
+# |R| per dynamic size that is a solution: far below what truncation leaves (`refinement`, `truncation_residual`).
 TOLERANCE = 1e-6
 # Jacobian-vector products before a point counts as lost: three times what the hardest that succeed take.
 WORK = 300
@@ -295,35 +48,18 @@ _DECREASE = 0.1
 _TARGET = 0.1
 # Residual of the GMRES of a step per residual now: each step of a torus is worth about one more digit.
 _FORCING = 1e-2
-
-
-def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
-    """A Newton step solved by GMRES to `forcing` of the norm of its right side, or to the target if that is larger.
-
-    Steps that follow one another share their preconditioner while it serves.
-    """
-    kept = KeptPreconditioner()
-
-    def step(given: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
-        """The step (2, J, n) for a right side (2, J, n), and the Jacobian-vector products it took."""
-        inverse, product, shape = kept.at(given, at), jacobian(given, at), right.shape
-        start = inverse(right)
-        size = float(np.linalg.norm(start))
-        found, _, calls = gmres_of_one(
-            lambda x: inverse(product(x.reshape(shape))).ravel(),
-            start.ravel(),
-            target=max(forcing * size, target),
-            restarts=restarts,
-        )
-        kept.calls = calls
-        return found.reshape(shape), calls
-
-    return step
-
-
-def _mesh_step() -> NewtonStep:
-    """The step of mesh orders, cheap enough to solve each linear system to three digits."""
-    return newton_step(forcing=1e-3, restarts=3)
+# Change of the tangent, per k0, and receptance times tangent of a point, below which they do nothing.  Only the number
+# of products depends on them (ren2021, 3000 bordered solves: 22.5 products with no point coupled, 7.0 from 0.2, 6.3
+# from 0.1, 5.9 from 0.05, whose matrices take twice as long).
+_SAME, _SOFT = 1e-3, 0.1
+# Unknowns of the matrix that couples points: its factors take a millisecond, as long as 20 products.  Over several
+# phases no points are coupled: those few save less than they cost (bench56 with two shaft tones: 1.50 s with, 1.40 s).
+_MOST = 300
+# Products of one solution up to which the preconditioner of another state is kept: a new one costs as many.
+_KEPT = 8
+# Rounding of a sum of shaft orders per highest order, which is 1 at the edge of the lattice, and of a bound of some
+# hundred terms, with a wide margin.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -397,3 +133,255 @@ def linear_start(given: Problem, speed: float, touching: NDArray[np.bool_] | Non
     pattern = given.rows.sense > 0 if touching is None else touching
     state = evaluate(given, np.zeros(unknowns(given)), speed, touching=pattern)
     return -_mesh_step()(given, state, state.residual, 0.0)[0]
+
+
+def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
+    """A Newton step solved by GMRES to `forcing` of the norm of its right side, or to the target if that is larger.
+
+    Steps that follow one another share their preconditioner while it serves.
+    """
+    kept = KeptPreconditioner()
+
+    def step(given: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
+        """The step (2, J, n) for a right side (2, J, n), and the Jacobian-vector products it took."""
+        inverse, product, shape = kept.at(given, at), jacobian(given, at), right.shape
+        start = inverse(right)
+        size = float(np.linalg.norm(start))
+        x, _, calls = gmres_of_one(
+            lambda x: inverse(product(x.reshape(shape))).ravel(),
+            start.ravel(),
+            target=max(forcing * size, target),
+            restarts=restarts,
+        )
+        kept.calls = calls
+        return x.reshape(shape), calls
+
+    return step
+
+
+def _mesh_step() -> NewtonStep:
+    """The step of mesh orders, cheap enough to solve each linear system to three digits."""
+    return newton_step(forcing=1e-3, restarts=3)
+
+
+# --- preconditioner ---------------------------------------------------------------------------------------------------
+
+
+@dataclass(slots=True, kw_only=True)
+class KeptPreconditioner:
+    """The preconditioner of a state nearby, as long as GMRES takes few products with it.
+
+    given, inverse : of which balance it is, and itself; None before the first.  calls : products of the last solution.
+    """
+
+    given: Problem | None = None
+    inverse: Operator | None = None
+    calls: int = 0
+
+    def at(self, given: Problem, state: State) -> Operator:
+        """The one that is kept, else that of a state: an operator on (2, J, n)."""
+        if self.inverse is None or self.given is not given or self.calls > _KEPT:
+            self.given, self.inverse = given, preconditioner(given, state)
+        return self.inverse
+
+
+def preconditioner(given: Problem, at: State) -> Operator:
+    """The approximate inverse of the Jacobian at a state, an operator on (2, J, n)."""
+    rows, face, m = given.rows, given.face, len(given.face.row)
+    links = at.tangent[:, rows.count :] - rows.linear[rows.count :]
+    tangent = np.concatenate([face.total(at.tangent[:, :m] - rows.linear[:m], axis=1), links], axis=1)
+    size = np.abs(tangent).max(axis=0)
+    largest = float(np.abs(rows.linear[rows.count :]).max(initial=0.0))
+    if np.all(size <= _SAME * np.concatenate([face.total(rows.linear[:m]), np.full(links.shape[1], largest)])):
+        return lambda right: right
+    (gaps, pulls), w = _meshes(given), at.speed * given.omega
+    mean = tangent.mean(axis=0)
+    drag = face.total((at.touching[:, :m].mean(axis=0) - 1.0) * rows.drag[:m])
+    rate = np.multiply.outer(w, np.concatenate([drag, rows.lag[rows.count :] * mean[len(drag) :]]))
+    points, receptance, loop = _soft_points(at, gaps, pulls, np.hypot(size, rate))
+    order = np.argsort(-loop, kind="stable")
+    most = _MOST // (2 * len(size)) if len(given.grid.counts) == 1 else 0
+    coupled, alone = (np.sort(part) for part in np.split(order, [most]))
+    forces = list[tuple[Index, Operator]]()
+    if coupled.size:
+        place = points[coupled]
+        forces.append((place, _factored(_coupling(given, place, tangent, rate[place]), receptance[coupled])))
+    if alone.size:
+        place = points[alone]
+        forces.append((place, _alone(mean + 1j * rate[place], receptance[alone])))
+    # with D^-1 as of `State.inverse` at those lattice points
+    parts = list[tuple[slice | Index, Operator, Array, Array]]()
+    for place, force in forces:
+        some = contiguous(place)
+        parts.append((some, force, at.inverse[0][some], np.ascontiguousarray(at.inverse[1][:, some])))
+    from_mode = np.ascontiguousarray(gaps.T)
+
+    def apply(right: Array) -> Array:
+        """Product (2, J, n) with the approximate inverse."""
+        result = right.copy()
+        for some, force, straight, turned in parts:
+            pulled = force(right[:, some] @ from_mode) @ pulls
+            result[:, some] -= straight * pulled + turned * pulled[::-1]
+        return result
+
+    return apply
+
+
+def _meshes(given: Problem) -> tuple[Array, Array]:
+    """Gaps and pulls (w, n) of whole meshes, their slices weighted by their stiffness k0, and of link rows."""
+    rows, face, m = given.rows, given.face, len(given.face.row)
+    share = (rows.linear[:m] / face.total(rows.linear[:m])[face.row])[:, None]
+    gaps, pulls = face.total(share * rows.gaps[:m]), face.total(share * rows.pulls[:m])
+    if rows.links is None:
+        return gaps, pulls
+    return np.concatenate([gaps, rows.gaps[rows.count :]]), np.concatenate([pulls, rows.pulls[rows.count :]])
+
+
+def _soft_points(at: State, gaps: Array, pulls: Array, T: Array) -> tuple[Index, ComplexArray, Array]:
+    """Lattice points (k,) at which receptance times tangent T (J, w) matters.
+
+    With them the receptance there (k, w, w) [m/N] and its largest product with T (k,).
+    """
+    real, imag = at.inverse[0], -at.inverse[1][0]
+    # no product is above the sum over modes of its largest factors: most points are left out by that
+    most = np.abs(gaps).max(axis=0) * np.abs(pulls).max(axis=0)
+    bound = (np.hypot(real, imag) @ most) * T.max(axis=1)
+    near = np.flatnonzero(bound > _SOFT * (1 - _ROUNDING))
+    factor = np.stack([real[near], imag[near]])[:, :, None, :]
+    real, imag = ((factor * gaps).reshape(-1, gaps.shape[1]) @ pulls.T).reshape(2, near.size, len(gaps), len(pulls))
+    receptance = real + 1j * imag
+    loop = (np.abs(receptance) * T[near][:, None, :]).max(axis=(1, 2))
+    soft = loop > _SOFT
+    return near[soft], receptance[soft], loop[soft]
+
+
+def _coupling(given: Problem, points: Index, tangent: Array, rate: Array) -> Array:
+    """Amplitudes of the force per amplitude of the gap of every row: (2, k, 2, k, w) [N/m] for k lattice points.
+
+    tangent : (N, w) over the samples.  rate : (k, w) dampers i w c of their mean [N/m].
+    """
+    order, counts = given.grid.points[points], given.grid.counts
+    waves = np.fft.fftn(tangent.reshape(*counts, -1), axes=range(len(counts))) / len(tangent)
+
+    def at(orders: Index) -> ComplexArray:
+        """Amplitudes (k, k, w) of the tangent at orders (k, k, D), aliased as the samples alias them."""
+        amplitudes: ComplexArray = waves[tuple(np.moveaxis(orders % np.array(counts), -1, 0))]
+        return amplitudes
+
+    less, more = at(order[:, None] - order), at(order[:, None] + order)
+    result = np.empty((2, len(points), 2, len(points), tangent.shape[1]))
+    result[0, :, 0], result[0, :, 1] = less.real + more.real, more.imag - less.imag
+    result[1, :, 0], result[1, :, 1] = less.imag + more.imag, less.real - more.real
+    origin = ~order.any(axis=1)
+    result[0, origin] /= 2
+    result[1, origin], result[:, :, 1, origin] = 0.0, 0.0
+    place = np.arange(len(rate))
+    result[0, place, 1, place] -= rate
+    result[1, place, 0, place] += rate
+    return result
+
+
+def _factored(matrix: Array, receptance: ComplexArray) -> Operator:
+    """(I + T P)^-1 T of a matrix T (2, k, 2, k, w) and receptances P (k, w, w): an operator on rows (2, k, w)."""
+    k, c = receptance.shape[:2]
+    real = np.array([[receptance.real, -receptance.imag], [receptance.imag, receptance.real]])
+    whole = np.einsum("xapbm,pqbmn->xamqbn", matrix, real, optimize=True).reshape(2 * k * c, 2 * k * c)
+    whole[np.diag_indices(2 * k * c)] += 1
+    factors, pivots, _ = dgetrf(whole, overwrite_a=True)
+    tangent = np.ascontiguousarray(matrix.reshape(2 * k, 2 * k, c).transpose(2, 0, 1))
+
+    def force(gap: Array) -> Array:
+        """Forces (2, k, w) of gaps (2, k, w)."""
+        pressed = np.matmul(tangent, gap.reshape(2 * k, c).T[:, :, None])[:, :, 0].T
+        solved: Array = dgetrs(factors, pivots, pressed.ravel())[0].reshape(2, k, c)
+        return solved
+
+    return force
+
+
+def _alone(tangent: ComplexArray, receptance: ComplexArray) -> Operator:
+    """(I + T P)^-1 T of tangents T (k, w) that couple no points: an operator on rows (2, k, w)."""
+    k, c = tangent.shape
+    small = np.linalg.solve(np.eye(c) + tangent[:, :, None] * receptance, tangent[:, :, None] * np.eye(c))
+    # real form (k, 2 w, 2 w) of the complex matrices, for real and imaginary parts one after the other
+    real = np.concatenate(
+        [np.concatenate([small.real, -small.imag], axis=2), np.concatenate([small.imag, small.real], axis=2)], axis=1
+    )
+
+    def force(gap: Array) -> Array:
+        """Forces (2, k, w) of gaps (2, k, w)."""
+        pressed: Array = np.matmul(real, gap.transpose(1, 0, 2).reshape(k, 2 * c, 1))
+        return pressed.reshape(k, 2, c).transpose(1, 0, 2)
+
+    return force
+
+
+# --- truncation -------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TruncatedOrders:
+    """Orders of a grid, half of them along its last axis, that are no lattice points.
+
+    place : (T,) which of them.  omega : (T,) at s = 1 [rad/s].  weight : (T,) of their squared amplitudes.
+    kind : (T,) each mesh tone, combinations of mesh tones, each shaft tone.  kinds : how many of these.
+    """
+
+    place: Index
+    omega: Array
+    weight: Array
+    kind: Index
+    kinds: int
+
+
+def truncated_orders(given: Problem, tones: Array, *, mesh: int, orders: tuple[int, ...]) -> TruncatedOrders:
+    """The orders that a balance drops.
+
+    Parameters
+    ----------
+    tones : (D,) at s = 1 [rad/s], of which `mesh` are mesh tones.  orders : highest of each shaft tone.
+    """
+    counts, points = given.grid.counts, given.grid.points
+    D = len(counts)
+    axes = [np.rint(np.fft.fftfreq(count, 1 / count)).astype(np.int64) for count in counts]
+    axes[-1] = np.arange(counts[-1] // 2 + 1)
+    every = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, D)
+    shape = tuple(axis.size for axis in axes)
+    kept = np.zeros(shape, bool)
+    for signed in (points, -points):
+        half = signed[signed[:, -1] >= 0]
+        kept[tuple((half % np.array(counts)).T)] = True
+    place = np.flatnonzero(~kept.ravel())
+    dropped = every[place]
+    # the mesh tone, combination or shaft tone that leaves the lattice
+    of_mesh = np.abs(dropped[:, :mesh])
+    kind = np.where(np.count_nonzero(of_mesh, axis=1) > 1, mesh, np.argmax(of_mesh, axis=1))
+    if orders:
+        share = np.abs(dropped[:, mesh:]) / np.array(orders)
+        kind = np.where(share.sum(axis=1) > 1 + _ROUNDING, mesh + 1 + np.argmax(share, axis=1), kind)
+    return TruncatedOrders(
+        place=place,
+        omega=dropped @ tones[:D],
+        weight=np.where(dropped[:, -1] > 0, 4.0, 2.0),
+        kind=kind,
+        kinds=mesh + 1 + len(orders),
+    )
+
+
+def truncation_residual(given: Problem, at: State, truncated: TruncatedOrders) -> Array:
+    """Norm of the motion that the forces would put on the orders dropped, by kind (kinds,) [root of energy]."""
+    force, modal, rows = balanced_forces(given, at), given.modal, given.rows
+    live = force.any(axis=0)
+    if not live.any():  # no row presses at any phase
+        return np.zeros(truncated.kinds)
+    box = force[:, live].reshape(*given.grid.counts, -1)
+    D = len(given.grid.counts)
+    dropped = fft.rfftn(box, axes=range(D), norm="forward").reshape(-1, box.shape[-1])[truncated.place]
+    w = at.speed * truncated.omega[:, None]
+    if rows.lag.any():
+        dropped = dropped * (1 + 1j * w * rows.lag[live])
+    square = np.abs(dropped @ rows.pulls[live]) ** 2
+    square /= np.maximum((modal.squared - w**2) ** 2 + (w * modal.damping) ** 2, np.finfo(float).tiny)
+    each = truncated.weight * square.sum(axis=1)
+    size: Array = np.sqrt(np.bincount(truncated.kind, weights=each, minlength=truncated.kinds))
+    return size

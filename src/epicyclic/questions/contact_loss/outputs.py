@@ -37,22 +37,16 @@ def flank_force_at(given: Problem, at: State, phases: Array) -> Array:
     """Force of every flank at phases (T, D) of the tones [cycles], (T, F) [N]."""
     rows, points, w = given.rows, given.grid.points, at.speed * given.omega
     gap = (gap_rows(given, at.y) - given.error)[:, : rows.count]
-    rate = rate_rows(gap, w)
-    found = []
+    rate, batches = rate_rows(gap, w), list[Array]()
     for part in np.array_split(phases, -(-len(phases) // _BATCH)):
-        delta, drag = _at(rows.damping, gap, rate, points, part)
-        laws = rows.at(given.cycles * part)
-        found.append(np.where(delta > laws.touch, laws.evaluate(delta)[0] + drag, 0.0))
-    force: Array = np.concatenate(found)
-    return force
-
-
-def _at(damping: Array, gap: Array, rate: Array, points: NDArray[np.int64], phases: Array) -> tuple[Array, Array]:
-    """Gap [m] and damper force [N] (T, F) at phases (T, D), from rows (2 J, F) of gap and rate."""
-    angle = 2 * np.pi * phases @ points.T
-    wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
-    delta = wave @ gap
-    return delta, damping * (wave @ rate) if damping.any() else np.zeros_like(delta)
+        angle = 2 * np.pi * part @ points.T
+        wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
+        delta, laws = wave @ gap, rows.at(given.cycles * part)
+        force = laws.evaluate(delta)[0]
+        if rows.damping.any():
+            force = force + rows.damping * (wave @ rate)
+        batches.append(np.where(delta > laws.touch, force, 0.0))
+    return np.concatenate(batches)
 
 
 def row_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
@@ -91,17 +85,20 @@ def grid_maximum(values: Array) -> Array:
     flat = values.reshape(-1, columns)
     place = np.unravel_index(flat.argmax(axis=0), values.shape[:-1])
     top: Array = flat.max(axis=0)
-    total, own = top.copy(), np.arange(columns)
+    total, every = top.copy(), np.arange(columns)
     for axis, count in enumerate(values.shape[:-1]):
         sides = []
         for step in (-1, 1):
             moved = list(place)
             moved[axis] = (moved[axis] + step) % count
-            sides.append(values[(*moved, own)])
+            sides.append(values[(*moved, every)])
         bend = 2 * top - sides[0] - sides[1]
         with np.errstate(all="ignore"):
             total += np.where(bend > 0, (sides[1] - sides[0]) ** 2 / (8 * bend), 0.0)
     return total
+
+
+# --- periodic motions and records -------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -166,6 +163,9 @@ def _measures(system: System, force: Array, touching: np.ndarray, motion: Array,
     )
 
 
+# --- the torus --------------------------------------------------------------------------------------------------------
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TorusOutputs:
     """Forces of whole meshes (w,) and of their rows (m,), slices where a mesh is cut; on the loaded flank positive.
@@ -174,7 +174,8 @@ class TorusOutputs:
     reach : (N, w) by how much these change it at most [N].
     rms : (w,) of the part that varies, over all time [N].
     peak, minimum : (w,), row_peak : (m,) largest and least over all relative phases [N].
-    open : (w,) share of time in which no slice of the mesh touches, row_open : (m,) of each.
+    open : (w,) share of time in which no flank of the mesh touches, loaded or far, of any slice.
+    row_open : (m,) in which the loaded flank of a row does not.
     far : (w,) share of time in which a far flank touches.
     flank : (F,) largest force of every flank [N].
     """
@@ -200,27 +201,27 @@ def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
     """
     system, rows, face, balance = given.ready.system, len(given.face.row), given.face, point.problem
     flank = flank_force(balance, point.state)
-    own_force = row_force(system, flank)
-    force = face.total(own_force, axis=1)
-    each = [row_force(system, line.force) for line in lines]
-    extra = [face.total(amplitude, axis=1) for amplitude in each]
+    of_rows = row_force(system, flank)
+    force = face.total(of_rows, axis=1)
+    row_lines = [row_force(system, line.force) for line in lines]
+    mesh_lines = [face.total(amplitude, axis=1) for amplitude in row_lines]
     counts, touching = balance.grid.counts, point.state.touching
     loaded, far = touching[:, :rows], touching[:, rows:]
-    high, low, row_high = (
-        _with_lines(values, amplitudes, counts)
-        for values, amplitudes in ((force, extra), (-force, extra), (own_force, each))
-    )
-    far_share = _far(given, point, far)
+    # the whole mesh of every flank: in which share of time a far one of it touches, and in which none at all
+    owner, far_share = face.row[balance.rows.flanks.mesh], np.zeros(len(face.name))
+    for mesh in np.unique(owner[rows:][far.any(axis=0)]):
+        far_share[mesh] = far[:, owner[rows:] == mesh].any(axis=1).mean()
+    apart = [1.0 - touching[:, owner == mesh].any(axis=1).mean() for mesh in range(len(face.name))]
     least = np.where(far_share == 0, np.minimum(force.min(axis=0), 0.0), -np.inf)
     return TorusOutputs(
         force=force,
-        row_force=own_force,
-        reach=_reach(extra, len(force)) if extra else np.zeros_like(force),
-        rms=np.sqrt(_variance(given, point, force, lines, extra)),
-        peak=high,
-        minimum=np.maximum(-low, least),
-        row_peak=row_high,
-        open=1.0 - np.logical_or.reduceat(loaded, face.first, axis=1).mean(axis=0),
+        row_force=of_rows,
+        reach=_reach(mesh_lines, len(force)) if mesh_lines else np.zeros_like(force),
+        rms=np.sqrt(_variance(given, point, force, lines, mesh_lines)),
+        peak=_with_lines(force, mesh_lines, counts),
+        minimum=np.maximum(-_with_lines(-force, mesh_lines, counts), least),
+        row_peak=_with_lines(of_rows, row_lines, counts),
+        open=np.array(apart),
         row_open=1.0 - loaded.mean(axis=0),
         far=far_share,
         flank=_with_lines(flank, [line.force for line in lines], counts),
@@ -241,49 +242,36 @@ def _reach(amplitudes: Sequence[ComplexArray], samples: int) -> Array:
 
 
 def _variance(
-    given: Torus, point: TorusPoint, force: Array, lines: Sequence[SuperposedLine], extra: Sequence[ComplexArray]
+    given: Torus, point: TorusPoint, force: Array, lines: Sequence[SuperposedLine], amplitudes: Sequence[ComplexArray]
 ) -> Array:
-    """Mean square of what varies, (w,) [N^2]: over one super-period, or over the torus that a long one fills."""
-    balance, mesh = point.problem, given.ready.lines.tones
-    of_shafts = given.shaft_tones.tones[: len(balance.grid.counts) - len(mesh)]
+    """Mean square of what varies, (w,) [N^2]: over one super-period, or over the torus that a long one fills.
+
+    amplitudes : (Nm, w) of the lines.
+    """
+    balance, mesh, D = point.problem, given.ready.lines.tones, len(point.problem.grid.counts)
+    of_shafts = given.shaft_tones.tones[: D - len(mesh)]
     tones: tuple[Fraction, ...] = (*mesh, *of_shafts, *(line.shaft.frequency for line in lines))
-    path = (
-        super_period_phases(tones, balance.grid.counts[0]) if len(tones) > 1 and (len(mesh) == 1 or not lines) else None
-    )
+    path = None
+    if len(tones) > 1 and (len(mesh) == 1 or not lines):
+        path = super_period_phases(tones, balance.grid.counts[0])
     if path is None:
-        square = sum(((np.abs(amplitude) ** 2).mean(axis=0) / 2 for amplitude in extra), np.zeros(force.shape[1]))
-        variance: Array = force.var(axis=0) + square
-        return variance
-    flanks = flank_force_at(balance, point.state, path[:, : len(balance.grid.counts)])
-    total = mesh_force(given.ready.system, flanks)
-    for amplitude, phase in zip(extra, path.T[len(balance.grid.counts) :], strict=True):
-        total += (_along(amplitude, path[:, 0]) * np.exp(2j * np.pi * phase)[:, None]).real
-    variance = total.var(axis=0)
-    return variance
-
-
-def _along(amplitude: ComplexArray, theta: Array) -> ComplexArray:
-    """Values over one phase (N, c) at phases theta (T,) [cycles], between samples by Fourier sums, (T, c)."""
-    count = len(amplitude)
-    orders = np.fft.fftfreq(count, 1 / count)
-    values: ComplexArray = np.exp(2j * np.pi * np.outer(theta, orders)) @ (np.fft.fft(amplitude, axis=0) / count)
-    return values
-
-
-def _far(given: Torus, point: TorusPoint, far: NDArray[np.bool_]) -> Array:
-    """Share of time (w,) in which a far flank of each whole mesh touches, of contact (N, R - m)."""
-    face, owner = given.face, given.face.row[point.problem.rows.flanks.mesh[len(given.face.row) :]]
-    share = np.zeros(len(face.name))
-    for mesh in np.unique(owner[far.any(axis=0)]):
-        share[mesh] = far[:, owner == mesh].any(axis=1).mean()
-    return share
+        square = sum(((np.abs(amplitude) ** 2).mean(axis=0) / 2 for amplitude in amplitudes), np.zeros(force.shape[1]))
+        return np.asarray(force.var(axis=0) + square)
+    total = mesh_force(given.ready.system, flank_force_at(balance, point.state, path[:, :D]))
+    for amplitude, phase in zip(amplitudes, path.T[D:], strict=True):
+        # between samples of the mesh phase by Fourier sums
+        count = len(amplitude)
+        wave = np.exp(2j * np.pi * np.outer(path[:, 0], np.fft.fftfreq(count, 1 / count)))
+        along = wave @ (np.fft.fft(amplitude, axis=0) / count)
+        total += (along * np.exp(2j * np.pi * phase)[:, None]).real
+    return np.asarray(total.var(axis=0))
 
 
 def torus_amplitudes(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> Array:
     """Half the distance between extremes of every coordinate over all phases, (n,) [m; rz as radius times angle]."""
     balance, modal = point.problem, given.ready.modal
     q = balance.grid.values(point.state.y.reshape(-1, modal.squared.size) @ modal.shapes.T)
-    more = [line.motion for line in lines]
-    high, low = (_with_lines(values, more, balance.grid.counts) for values in (q, -q))
+    motions = [line.motion for line in lines]
+    high, low = (_with_lines(values, motions, balance.grid.counts) for values in (q, -q))
     amplitude: Array = given.ready.system.dofs.radius * (high + low) / 2
     return amplitude

@@ -124,9 +124,9 @@ def embedded(points: Index, y: Array, given: Problem, *, cycles: int = 1) -> Arr
     cycles : mesh cycles in the period of the motion, a divisor of those of the problem.
     """
     times, D = given.cycles // cycles, given.grid.points.shape[1]
-    place = {tuple(point): i for i, point in enumerate(given.grid.points.tolist())}
+    places = {tuple(point): i for i, point in enumerate(given.grid.points.tolist())}
     padding = (0,) * (D - points.shape[1])
-    at = np.array([place.get((*(times * order for order in point), *padding), -1) for point in points.tolist()])
+    at = np.array([places.get((*(times * order for order in point), *padding), -1) for point in points.tolist()])
     result = np.zeros(unknowns(given))
     result[:, at[at >= 0]] = y[:, at >= 0]
     return result
@@ -175,6 +175,9 @@ def problem(
     """
     rows, net = gap_rows_of(ready), grid(points, counts)
     error, force = _excitation(ready, points, rows, lines)
+    # of flanks at the operating load, of link rows at the mean load
+    tangent = np.tile(rows.linear, (len(net.phases), 1))
+    tangent[:, : rows.count] = rows.flanks.tangent.at(cycles * net.phases[:, rows.phases]).stiffness
     return Problem(
         modal=ready.modal,
         rows=rows,
@@ -184,28 +187,21 @@ def problem(
         error=error,
         force=force,
         laws=grid_laws(rows, counts, cycles=cycles),
-        tangent=_assumed_tangent(rows, cycles * net.phases),
+        tangent=tangent,
         tones=tones,
         frame_speed=ready.frame_speed,
         cycles=cycles,
     )
 
 
-def _assumed_tangent(rows: GapRows, phases: Array) -> Array:
-    """Tangents (N, R) [N/m] at phases (N, D): of flanks at the operating load, of link rows at the mean load."""
-    flank = rows.flanks.tangent.at(phases[:, rows.phases]).stiffness
-    links = rows.linear[rows.count :]
-    return np.concatenate([flank, np.broadcast_to(links, (len(flank), links.size))], axis=1) if links.size else flank
-
-
 def _excitation(ready: Response, points: Index, rows: GapRows, lines: Sequence[PlacedLine]) -> tuple[Array, Array]:
     """Errors of the rows (2 J, R) [m] and external modal forces (3, 2, J, n) at points (J, D)."""
-    system, place = ready.system, {tuple(point): i for i, point in enumerate(points.tolist())}
+    system, places = ready.system, {tuple(point): i for i, point in enumerate(points.tolist())}
     error = np.zeros((len(points), len(rows.linear)), complex)
     force = np.zeros((3, len(points), system.force.size), complex)
     force[0, 0] = system.force
     for point, conjugate, line in lines:
-        at, gap, push = place[point], line_gaps(ready, rows, line), line.force
+        at, gap, push = places[point], line_gaps(ready, rows, line), line.force
         error[at] += gap.conj() if conjugate else gap
         force[:, at] += push.conj() if conjugate else push
     error[0, : rows.count] += rows.flanks.opening
@@ -265,7 +261,12 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
     parts = [np.ascontiguousarray(rows.gaps[live].T), *(part for part in (still, turning) if part is not None)]
     matrix = np.concatenate(parts, axis=1)
     values, back, J = given.grid.values, given.grid.rows, w.size
-    width = None if at.width is None else at.width.of_rows(_places(live, len(rows.linear)))
+    width = None
+    if at.width is not None:
+        # of every row its place among the live ones
+        places = np.full(len(rows.linear), -1)
+        places[live] = np.arange(R)
+        width = at.width.of_rows(places)
     column = w[:, None]
 
     def apply(step: Array) -> Array:
@@ -309,10 +310,10 @@ def speed_derivative(given: Problem, at: State) -> Array:
     moved -= given.force[1] + 2 * s * given.force[2]
     rows, gap = given.rows, gap_rows(given, y)
     if at.acting is not None:
-        own = gap[:, : rows.count]
-        opened = own - given.error[:, : rows.count]
+        flanks = gap[:, : rows.count]
+        opened = flanks - given.error[:, : rows.count]
         damper = at.acting * rows.damping * given.grid.values(rate_rows(opened, omega))
-        damper -= rows.drag * given.grid.values(rate_rows(own, omega))
+        damper -= rows.drag * given.grid.values(rate_rows(flanks, omega))
         moved += (given.grid.rows(damper) @ rows.pulls[: rows.count]).reshape(y.shape)
     if rows.lag.any():
         opened = gap - given.error
@@ -371,6 +372,9 @@ def linearised_residual(given: Problem, at: State, other: Problem) -> Array:
     return at.residual + _times(at.inverse, _pull(given, back) - pushed)
 
 
+# --- forces of a motion -----------------------------------------------------------------------------------------------
+
+
 class _Forces(NamedTuple):
     """Forces of the rows (N, R) [N] with contact, tangents and damper shares as of `State`."""
 
@@ -387,7 +391,10 @@ def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
     """Forces by the laws, from rows (2 J, R) of delta [m]; samples at an edge of contact as of `edges`."""
     rows = given.rows
     F = rows.count
-    reaching = _reach(opened[:, :F]) > given.laws.least_touch
+    # delta cannot rise above its mean and all amplitudes
+    J = len(opened) // 2
+    reach = opened[0, :F] + np.hypot(opened[1:J, :F], opened[J + 1 :, :F]).sum(axis=0)
+    reaching = reach > given.laws.least_touch
     near, columns = np.flatnonzero(reaching), _columns(reaching)
     laws, damping = given.laws.of(near), rows.damping[near]
     delta = given.grid.values(opened[:, columns])
@@ -396,8 +403,8 @@ def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
     edge = edges(closed, given.grid.counts, rows.axis[near])
     if edge is not None:
         edge.enter_penetration(delta, closed)
-    own, slope = laws.evaluate(delta)
-    change = None if edge is None else edge.enter_means(own, slope, laws.first_tangent)
+    flank, slope = laws.evaluate(delta)
+    change = None if edge is None else edge.enter_means(flank, slope, laws.first_tangent)
     unchanging = edge is None and bool(np.all(pressed == pressed[:1]))
     if unchanging and not rows.parametric:
         unchanging = laws.constant(delta.min(axis=0), delta.max(axis=0))
@@ -408,11 +415,14 @@ def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
         if edge is not None and change is not None:
             part[edge.at], rise[edge.at] = edge.share, np.where(edge.inside, rate[edge.at] / edge.width, 0.0)
             change -= damping[edge.at[1]] * rise[edge.at] * (edge.share - 0.5)
-        own += damping * rate * part
+        flank += damping * rate * part
         acting, opens = _spread(part, columns, F), _spread(rise, columns, F)
-    force, tangent = _spread(own, columns, len(rows.linear)), _spread(slope, columns, len(rows.linear))
+    force, tangent = _spread(flank, columns, len(rows.linear)), _spread(slope, columns, len(rows.linear))
     if rows.links is not None:
-        unchanging &= _add_links(given, opened, force, tangent)
+        last = F + rows.links.rows.size
+        force[:, F:last], tangent[:, F:] = rows.links.evaluate(given.grid.values(opened[:, F:last]))
+        change_of_links = np.ptp(tangent[:, F:], axis=0)
+        unchanging &= bool(np.all(change_of_links <= _CONSTANT * np.abs(rows.linear).max(initial=0.0)))
     width = None if edge is None or change is None else edge.tangents(change, near)
     return _Forces(force, tangent, _spread(pressed, columns, F), unchanging, acting, opens, width)
 
@@ -424,16 +434,6 @@ def _spread(values: NDArray[_T], columns: slice | Index, count: int) -> NDArray[
     result = np.zeros((len(values), count), values.dtype)
     result[:, columns] = values
     return result
-
-
-def _add_links(given: Problem, opened: Array, force: Array, tangent: Array) -> bool:
-    """Enter forces and tangents (N, R) of the link rows; whether these tangents stay as they are."""
-    links, F = given.rows.links, given.rows.count
-    assert links is not None
-    last = F + links.rows.size
-    force[:, F:last], tangent[:, F:] = links.evaluate(given.grid.values(opened[:, F:last]))
-    own = tangent[:, F:]
-    return bool(np.all(np.ptp(own, axis=0) <= _CONSTANT * np.abs(given.rows.linear).max(initial=0.0)))
 
 
 def _assumed(given: Problem, opened: Array, speed: float, pattern: NDArray[np.bool_]) -> _Forces:
@@ -455,6 +455,9 @@ def _assumed(given: Problem, opened: Array, speed: float, pattern: NDArray[np.bo
     acting = touching.astype(float)
     force[:, :F] += np.where(touching, rows.damping * rate, 0.0)
     return _Forces(force, tangent, touching, True, acting, np.zeros_like(acting), None)
+
+
+# --- rows and products ------------------------------------------------------------------------------------------------
 
 
 def _excess_rows(given: Problem, force: Array, gap: Array, opened: Array, w: Array) -> Array:
@@ -491,20 +494,6 @@ def _lagged(rows: Array, lag: Array, w: Array) -> Array:
 def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
     """Places of chosen columns (R,), as of `contiguous`."""
     return contiguous(np.flatnonzero(chosen))
-
-
-def _places(chosen: slice | Index, count: int) -> Index:
-    """Place of each of so many columns among the chosen ones, -1 elsewhere."""
-    result = np.full(count, -1)
-    result[chosen] = np.arange(len(result[chosen]))
-    return result
-
-
-def _reach(opened: Array) -> Array:
-    """Value (c,) [m] above which delta, of rows (2 J, c), cannot rise: its mean and all amplitudes."""
-    J = len(opened) // 2
-    reach: Array = opened[0] + np.hypot(opened[1:J], opened[J + 1 :]).sum(axis=0)
-    return reach
 
 
 def rate_rows(rows: Array, w: Array) -> Array:

@@ -3,9 +3,8 @@
 A solution is refined until the residual seen with twice the harmonics and samples is small [krack2019].  What has been
 found of its Floquet stability stands with it.
 
-Whether a motion has the symmetry of its train: turned by one branch and shifted in time it is itself (derived here).
-
-A stage whose branches are alike, their mesh phases whole parts of a cycle apart, is itself when turned by one branch
+A motion has the symmetry of its train where, turned by one branch and shifted in time, it is itself (derived here).  A
+stage whose branches are alike, their mesh phases whole parts of a cycle apart, is itself when turned by one branch
 and shifted by such a part.  Each of its motions then has an image that is a motion too, and a motion with less symmetry
 is another one than its image.  Which shift is the train's is decided by the balance: at the wrong one the image is no
 motion, and neither is any where the branches differ.
@@ -15,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from typing import Literal
 
 import numpy as np
@@ -43,7 +41,8 @@ GROWTH = "growth"
 Kind = Literal["periodic", "symmetry broken", "period 2"]
 """What sort of motion, as the variable ``motion`` of a sweep has it."""
 
-_Key = tuple[tuple[int, ...], int, int, int]
+ProblemSize = tuple[tuple[int, ...], int, int, int]
+"""Harmonics of each mesh tone, order of the combinations, cycles and samples of a problem."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,7 +55,7 @@ class Refinement:
 
     ready: Response
     cross: int = 10
-    problems: dict[_Key, Problem] = field(default_factory=dict)
+    problems: dict[ProblemSize, Problem] = field(default_factory=dict)
     stability: dict[tuple[State, bool], Stability] = field(default_factory=dict)
 
     def problem(self, harmonics: int, *, cycles: int = 1, samples: int = 0) -> Problem:
@@ -136,76 +135,45 @@ def solution(
     ----------
     start : (2, J, n) on the points of `given`, which has so many harmonics.  fixed : keep that number.
     """
-    found = solve(given, start, speed)
-    if not found.converged:
-        return None
-    at = Solution(
-        given=given,
-        harmonics=harmonics,
-        state=found.state,
-        residual=refinement.residual(given, found.state, harmonics),
-        kind=kind,
-        backward=backward,
-    )
-    more = [] if fixed else [count for count in HARMONICS if count > harmonics]
-    for count in more:
-        if at.residual <= ACCURACY:
+    at: Solution | None = None
+    for count in (harmonics, *(() if fixed else (finer for finer in HARMONICS if finer > harmonics))):
+        if at is not None:
+            if at.residual <= ACCURACY:
+                break
+            given = refinement.problem(count, cycles=at.given.cycles)
+            start = prolonged(at.given, given, at.state.y)
+        solved = solve(given, start, speed)
+        if not solved.converged:
             break
-        finer = _refined(refinement, at, count)
-        if finer is None:
-            break
-        at = finer
+        residual = refinement.residual(given, solved.state, count)
+        at = Solution(given=given, harmonics=count, state=solved.state, residual=residual, kind=kind, backward=backward)
     return at
-
-
-def _refined(refinement: Refinement, at: Solution, harmonics: int) -> Solution | None:
-    """The same motion with another number of harmonics, None where Newton's method fails."""
-    given = refinement.problem(harmonics, cycles=at.given.cycles)
-    found = solve(given, prolonged(at.given, given, at.state.y), at.state.speed)
-    if not found.converged:
-        return None
-    residual = refinement.residual(given, found.state, harmonics)
-    return replace(at, given=given, harmonics=harmonics, state=found.state, residual=residual)
-
-
-def growth_stability(given: Problem, state: State, tones: tuple[Fraction, ...]) -> Stability:
-    """Stability of a motion of two mesh tones by the growth of its disturbances.
-
-    Parameters
-    ----------
-    tones : (2,) exact mesh frequencies at the operating speed [Hz].
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError : numbers that are not finite.
-    """
-    found = quasi_periodic_growth(given, state, tones)
-    kind = GROWTH if found.rate > 1 + CIRCLE else ""
-    return Stability(multiplier=complex(found.rate), kind=kind, steps=found.steps, error=found.error)
 
 
 def with_stability(refinement: Refinement, at: Solution) -> Solution:
     """The same with its stability, computed once: by Floquet multipliers, or as growth with two mesh frequencies."""
     if at.stability is not None:
         return at
-    key = at.state, at.backward
-    if key not in refinement.stability:
-        refinement.stability[key] = (
-            floquet_stability(refinement, at.given, at.harmonics, at.state, residual=at.residual, backward=at.backward)
-            if len(refinement.ready.lines.tones) == 1
-            else growth_stability(at.given, at.state, refinement.ready.lines.tones)
+    key, tones = (at.state, at.backward), refinement.ready.lines.tones
+    if key not in refinement.stability and len(tones) == 1:
+        refinement.stability[key] = floquet_stability(refinement, at)
+    elif key not in refinement.stability:
+        growth = quasi_periodic_growth(at.given, at.state, tones)
+        kind = GROWTH if growth.rate > 1 + CIRCLE else ""
+        refinement.stability[key] = Stability(
+            multiplier=complex(growth.rate), kind=kind, steps=growth.steps, error=growth.error
         )
     return replace(at, stability=refinement.stability[key])
 
 
-def distinct(one: Solution, other: Solution) -> bool:
+def distinct(first: Solution, second: Solution) -> bool:
     """Whether two motions of one speed differ, also after a shift by whole mesh cycles."""
-    return distance(one, other) > _SAME
+    return distance(first, second) > _SAME
 
 
-def distance(one: Solution, other: Solution) -> float:
+def distance(first: Solution, second: Solution) -> float:
     """Least difference of two motions over shifts by whole mesh cycles, per dynamic size of the larger one."""
-    a, b = (one, other) if len(one.given.omega) >= len(other.given.omega) else (other, one)
+    a, b = (first, second) if len(first.given.omega) >= len(second.given.omega) else (second, first)
     y = prolonged(b.given, a.given, b.state.y)
     orders = a.given.grid.points.sum(axis=1)
     distances = []
@@ -216,40 +184,36 @@ def distance(one: Solution, other: Solution) -> float:
     return min(distances) / max(dynamic_size(a.state.y), dynamic_size(y))
 
 
-def _eased(given: Problem, part: float) -> Array:
-    """Assumed tangents (N, R) [N/m] with a part of their variation."""
-    mean = np.concatenate([given.rows.flanks.stiffness, given.rows.linear[given.rows.count :]])
-    tangent: Array = mean + part * (given.tangent - mean)
-    return tangent
-
-
 def load_continuation(refinement: Refinement, speed: float, *, harmonics: int) -> NewtonResult:
     """A solution from closed flanks, or by continuation in the load: the varying load brought up in parts.
 
     Stiffness variation, errors, dynamic forces and curvature of the laws are scaled together; mean loads stay.
     """
     given = refinement.problem(harmonics)
-    found = solve(given, linear_start(given, speed), speed)
-    if found.converged:
-        return found
-    y = found.state.y
+    solved = solve(given, linear_start(given, speed), speed)
+    if solved.converged:
+        return solved
+    rows, J = given.rows, len(given.omega)
+    mean = np.concatenate([rows.flanks.stiffness, rows.linear[rows.count :]])
     for part in _LOADS:
         error, force = given.error.copy(), given.force.copy()
-        J = len(given.omega)
-        moving = np.r_[1:J, J + 1 : 2 * J]
-        error[moving] *= part
+        error[np.r_[1:J, J + 1 : 2 * J]] *= part
         force[:, :, 1:] *= part
-        mean = given.rows.flanks.stiffness
-        rows = given.rows
-        if rows.links is not None:
-            rows = replace(rows, links=replace(rows.links, part=part))
-        laws, tangent = given.laws.eased(mean, part), _eased(given, part)
-        eased = replace(given, rows=rows, error=error, force=force, laws=laws, tangent=tangent)
-        found = solve(eased, y if part > _LOADS[0] else linear_start(eased, speed), speed)
-        if not found.converged:
+        eased = replace(
+            given,
+            rows=rows if rows.links is None else replace(rows, links=replace(rows.links, part=part)),
+            error=error,
+            force=force,
+            laws=given.laws.eased(rows.flanks.stiffness, part),
+            tangent=mean + part * (given.tangent - mean),
+        )
+        solved = solve(eased, solved.state.y if part > _LOADS[0] else linear_start(eased, speed), speed)
+        if not solved.converged:
             break
-        y = found.state.y
-    return found
+    return solved
+
+
+# --- symmetry ---------------------------------------------------------------------------------------------------------
 
 
 def with_kind(refinement: Refinement, at: Solution) -> Solution:
@@ -282,16 +246,13 @@ def _images(refinement: Refinement, at: Solution, symmetry: Symmetry) -> Iterato
     """
     given, meshes = at.given, refinement.ready.system.meshes
     tones = {int(tone) for tone, stage in zip(meshes.tone, meshes.stage, strict=True) if stage == symmetry.stage}
-    turned = at.state.y @ _of_modes(refinement, symmetry).T
+    # turning by one branch, of modal coordinates (n, n)
+    shapes = refinement.ready.modal.shapes
+    turn = np.asarray(np.linalg.solve(shapes, symmetry.operator @ shapes), np.float64)
+    turned = at.state.y @ turn.T
     turned[:, 0, given.modal.rigid] = 0.0
     for part in range(symmetry.branches):
         cycles = part * given.grid.points[:, sorted(tones)].sum(axis=1)
         shift = np.exp(2j * np.pi * cycles / symmetry.branches)[:, None]
         moved = (turned[0] + 1j * turned[1]) * shift
         yield replace(at, state=replace(at.state, y=np.stack([moved.real, moved.imag])))
-
-
-def _of_modes(refinement: Refinement, symmetry: Symmetry) -> Array:
-    """Turning by one branch on modal coordinates, (n, n)."""
-    shapes = refinement.ready.modal.shapes
-    return np.asarray(np.linalg.solve(shapes, symmetry.operator @ shapes), np.float64)

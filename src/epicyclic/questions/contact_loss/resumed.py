@@ -11,23 +11,20 @@ from dataclasses import dataclass, replace
 
 from .branch_set import BranchSet, Crossing
 from .problem import Problem, State
-from .refinement import Kind, Refinement, Solution
+from .refinement import Kind, ProblemSize, Refinement, Solution
 from .shaft_orders import MeshOrders
 from .stability import Stability
 from .sweep_direction import Reached, Unstable
 
-Size = tuple[tuple[int, ...], int, int, int]
-"""Harmonics of each mesh tone, order of the combinations, cycles and samples of a problem."""
 
-
-def problem_key(refinement: Refinement, value: object) -> Size | None:
+def problem_key(refinement: Refinement, value: object) -> ProblemSize | None:
     """Size of a problem of the refinement, None of anything else."""
     if not isinstance(value, Problem):
         return None
     return next((key for key, problem in refinement.problems.items() if problem is value), None)
 
 
-def problem_of(refinement: Refinement, key: Size) -> Problem:
+def problem_of(refinement: Refinement, key: ProblemSize) -> Problem:
     """The problem of a size."""
     return refinement.lattice(*key)
 
@@ -36,7 +33,7 @@ def problem_of(refinement: Refinement, key: Size) -> Problem:
 class BareSolution:
     """A solution without its problem: size of that, the other fields as of `Solution`."""
 
-    size: Size
+    size: ProblemSize
     harmonics: int
     state: State
     residual: float
@@ -57,21 +54,6 @@ class BareSolution:
         )
 
 
-def bare(refinement: Refinement, at: Solution) -> BareSolution:
-    """A solution without its problem, which must be one of the refinement."""
-    size = problem_key(refinement, at.given)
-    assert size is not None
-    return BareSolution(
-        size=size,
-        harmonics=at.harmonics,
-        state=at.state,
-        residual=at.residual,
-        kind=at.kind,
-        stability=at.stability,
-        backward=at.backward,
-    )
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Begin:
     """A place of a sweep direction from which it goes on, the motion reached there and the part it stands on."""
@@ -86,12 +68,22 @@ def begin_of(refinement: Refinement, place: int, reached: Reached, unstable: Uns
 
     A motion that was integrated in time, and one on no part of the branch set, follow from the speeds before.
     """
-    found, part = reached.motion, reached.part
-    if not isinstance(found, Solution) or part is None or (unstable == "replace" and not found.stable):
+    motion, part = reached.motion, reached.part
+    if not isinstance(motion, Solution) or part is None or (unstable == "replace" and not motion.stable):
         return None
-    if problem_key(refinement, found.given) is None:
+    size = problem_key(refinement, motion.given)
+    if size is None:
         return None
-    return Begin(place=place, solution=bare(refinement, found), part=part)
+    bare = BareSolution(
+        size=size,
+        harmonics=motion.harmonics,
+        state=motion.state,
+        residual=motion.residual,
+        kind=motion.kind,
+        stability=motion.stability,
+        backward=motion.backward,
+    )
+    return Begin(place=place, solution=bare, part=part)
 
 
 def continued_branches(
@@ -102,11 +94,11 @@ def continued_branches(
     A direction begins with the motion at its first speed where that is stable or may stay: it then stands as it stood.
     """
     place, motion = begin.place, begin.solution.solution(refinement)
-    here = [[Crossing(solution=motion, part=begin.part)]]
+    alone = [Crossing(solution=motion, part=begin.part)]
     if upward:
-        crossings, speeds = [*here, *branches.crossings[place + 1 :]], branches.speeds[place:]
+        crossings, speeds = [alone, *branches.crossings[place + 1 :]], branches.speeds[place:]
     else:
-        crossings, speeds = [*branches.crossings[:place], *here], branches.speeds[: place + 1]
+        crossings, speeds = [*branches.crossings[:place], alone], branches.speeds[: place + 1]
     return replace(branches, speeds=speeds, crossings=crossings), place if upward else 0
 
 

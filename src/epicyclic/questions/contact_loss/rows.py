@@ -12,9 +12,7 @@ Friction with a memory sticks in small vibration and stays in the mean system.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
@@ -28,12 +26,14 @@ from ...system.group_laws import Laws, stacked
 from ...system.system import Array, ComplexArray, Line, System
 from ...warning_codes import CodedText, coded
 from ..response.response import Response
+from .transforms import contiguous
 
 Index = NDArray[np.int64]
-Columns = slice | Index
 
 # Penetration that is a touch and no more [m].
 _JUST = 1e-12
+
+NO_TORQUE = "no torque presses the teeth together (operation.torque or operation.power)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -125,15 +125,12 @@ def gap_rows_of(ready: Response) -> GapRows:
     table = flanks(ready.lawful or system)
     links = _link_rows(ready.lawful) if ready.lawful is not None else None
     m, far = len(system.meshes.name), table.mesh[len(system.meshes.name) :]
-    B = [table.B[:, m:]]
-    linear, lag = [table.linear], [np.zeros(table.mesh.size)]
+    B, linear, lag = table.B[:, m:], table.linear, np.zeros(table.mesh.size)
     if links is not None and ready.lawful is not None:
-        own, a0, lags = _link_numbers(ready.lawful, links)
-        B.append(own)
-        linear.append(a0)
-        lag.append(lags)
-    extra = np.concatenate(B, axis=1)
-    gaps, pulls = extra.T @ modal.shapes, (modal.forces @ extra).T
+        columns, lags = _link_columns(ready.lawful, links)
+        B = np.concatenate([B, columns], axis=1)
+        linear, lag = np.append(linear, links.tangents(links.tangent)), np.append(lag, lags)
+    gaps, pulls = B.T @ modal.shapes, (modal.forces @ B).T
     gaps[:, modal.rigid] = pulls[:, modal.rigid] = 0.0
     tones = list(ready.lines.tones)
     return GapRows(
@@ -141,10 +138,10 @@ def gap_rows_of(ready: Response) -> GapRows:
         links=links,
         gaps=np.concatenate([modal.gaps, gaps]),
         pulls=np.concatenate([modal.pulls, pulls]),
-        linear=np.concatenate(linear),
+        linear=linear,
         damping=table.damping,
         drag=np.where(table.sense > 0, table.damping, 0.0),
-        lag=np.concatenate(lag),
+        lag=lag,
         axis=np.concatenate([ready.lines.axis, ready.lines.axis[far]]),
         phases=np.array([tones.index(tone) if tone in tones else 0 for tone in system.tones], np.int64),
     )
@@ -169,19 +166,11 @@ def _link_rows(system: System) -> LinkRowLaws | None:
     )
 
 
-def _link_numbers(system: System, links: LinkRowLaws) -> tuple[Array, Array, Array]:
-    """Columns (n, L + P), tangents of the mean system (L + P,) [N/m] and lags (L + P,) [s] of link rows."""
-    rows, pairs = links.rows, links.pairs
-    every = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])[rows]
-    B = system.group_rows[:, rows]
-    return (
-        np.concatenate([B, B[:, pairs[:, 0]] + B[:, pairs[:, 1]]], axis=1),
-        links.tangents(links.tangent),
-        np.concatenate([every, every[pairs[:, 0]]]),
-    )
-
-
-NO_TORQUE = "no torque presses the teeth together (operation.torque or operation.power)"
+def _link_columns(system: System, links: LinkRowLaws) -> tuple[Array, Array]:
+    """Columns (n, L + P) and lags (L + P,) [s] of link rows."""
+    lag = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])[links.rows]
+    B, (x, y) = system.group_rows[:, links.rows], links.pairs.T
+    return np.concatenate([B, B[:, x] + B[:, y]], axis=1), np.concatenate([lag, lag[x]])
 
 
 def law_warnings(ready: Response, rows: GapRows) -> list[CodedText]:
@@ -198,27 +187,25 @@ def largest_link_forces(system: System, rows: GapRows, force: Array) -> Array:
     """Largest force of every link group (G,) [N, N m], of forces of all rows (N, R); 0 of those with a memory."""
     result = np.zeros(len(system.groups))
     if rows.links is not None:
-        own = force[:, rows.count : rows.count + rows.links.rows.size]
-        result[~system.laws.memory] = rows.links.laws.rows.size(own).max(axis=0)
+        of_links = force[:, rows.count : rows.count + rows.links.rows.size]
+        result[~system.laws.memory] = rows.links.laws.rows.size(of_links).max(axis=0)
     return result
 
 
 def line_gaps(ready: Response, rows: GapRows, line: Line) -> ComplexArray:
     """Errors (R,) [m] of a line in every row, without the opening of far flanks."""
-    own = ready.system.flank_gaps(line)
+    of_flanks = ready.system.flank_gaps(line)
     if rows.links is None or ready.lawful is None:
-        return own
-    given = _line_of(ready.lawful, line.frequency)
+        return of_flanks
+    lawful = next((each for each in ready.lawful.lines if each.frequency == line.frequency), None)
     size = ready.lawful.group_rows.shape[1]
-    error = np.zeros(size, complex) if given is None else group_gap(given, size)
+    error = np.zeros(size, complex) if lawful is None else group_gap(lawful, size)
     error = error[rows.links.rows]
     x, y = rows.links.pairs.T
-    return np.concatenate([own, error, error[x] + error[y]])
+    return np.concatenate([of_flanks, error, error[x] + error[y]])
 
 
-def _line_of(system: System, frequency: Fraction) -> Line | None:
-    """The line of a frequency [Hz], None where there is none."""
-    return next((line for line in system.lines if line.frequency == frequency), None)
+# --- laws over a grid -------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -235,14 +222,13 @@ class _AxisLaws:
 
     def chosen(self, columns: Index) -> _AxisLaws:
         """The same of some of the F columns."""
-        mine = np.flatnonzero(np.isin(self.columns, columns))
-        if mine.size == self.columns.size:
+        places = np.flatnonzero(np.isin(self.columns, columns))
+        if places.size == self.columns.size:
             return self
-        together = bool(mine.size) and bool(mine[-1] - mine[0] + 1 == mine.size)
-        pick: Columns = slice(int(mine[0]), int(mine[-1]) + 1) if together else mine
+        pick = contiguous(places)
         return _AxisLaws(
             laws=self.laws.rows(pick),
-            columns=self.columns[mine],
+            columns=self.columns[places],
             axis=self.axis,
             touch=None if self.touch is None else self.touch[:, pick],
         )
@@ -285,32 +271,35 @@ class GridLaws:
             return self
         key = columns.tobytes()
         if key not in self.chosen:
-            self.chosen[key] = self._of(columns)
+            place = np.full(self.count, -1)
+            place[columns] = np.arange(columns.size)
+            kept = [part.chosen(columns) for part in self.parts]
+            parts = tuple(replace(p, columns=place[p.columns]) for p in kept if p.columns.size)
+            self.chosen[key] = GridLaws(parts=parts, counts=self.counts, count=columns.size)
         return self.chosen[key]
-
-    def _of(self, columns: Index) -> GridLaws:
-        """`of` some flanks (c,), not all."""
-        place = np.full(self.count, -1)
-        place[columns] = np.arange(columns.size)
-        kept = [part.chosen(columns) for part in self.parts]
-        parts = tuple(replace(p, columns=place[p.columns]) for p in kept if p.columns.size)
-        return GridLaws(parts=parts, counts=self.counts, count=columns.size)
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:
         """Force [N] and tangent [N/m] of all flanks at gaps (N, F) [m], each (N, F)."""
         if len(self.parts) == 1 and self.parts[0].columns.size == self.count:
             force, tangent = self.parts[0].laws.evaluate(self._own(delta, self.parts[0].axis))
             return self._back(force, self.parts[0].axis), self._back(tangent, self.parts[0].axis)
-        every = np.zeros_like(delta), np.zeros_like(delta)
+        force, tangent = np.zeros_like(delta), np.zeros_like(delta)
         for part in self.parts:
-            found = part.laws.evaluate(self._own(delta[:, part.columns], part.axis))
-            for values, mine in zip(every, found, strict=True):
-                values[:, part.columns] = self._back(mine, part.axis)
-        return every
+            of_part = part.laws.evaluate(self._own(delta[:, part.columns], part.axis))
+            for values, along in zip((force, tangent), of_part, strict=True):
+                values[:, part.columns] = self._back(along, part.axis)
+        return force, tangent
 
     def opening(self, delta: Array) -> Array:
         """delta less first touch (N, F) [m]: a flank presses where it is above zero."""
-        return self._less(delta, [part.touch for part in self.parts])
+        if all(part.touch is None for part in self.parts):
+            return delta
+        result = delta.copy()
+        for part in self.parts:
+            if part.touch is not None:
+                opened = self._own(delta[:, part.columns], part.axis) - part.touch
+                result[:, part.columns] = self._back(opened, part.axis)
+        return result
 
     def constant(self, low: Array, high: Array) -> bool:
         """Whether every tangent keeps one value at each phase over the gaps low .. high (F,) [m]."""
@@ -320,22 +309,11 @@ class GridLaws:
         """The laws with a part of their variation and curvature, the rest linear with the mean stiffness (F,) [N/m]."""
         parts = []
         for p in self.parts:
-            own = mean[p.columns]
-            laws = tuple((eased(law, own[rows], part), rows) for law, rows in p.laws.parts)
+            stiffness = mean[p.columns]
+            laws = tuple((eased(law, stiffness[rows], part), rows) for law, rows in p.laws.parts)
             touch = None if p.touch is None else np.minimum(p.touch, 0.0)
             parts.append(replace(p, laws=replace(p.laws, parts=laws), touch=touch))
         return replace(self, parts=tuple(parts), chosen={}, made=[])
-
-    def _less(self, values: Array, parts: Sequence[Array | None]) -> Array:
-        """Values (N, F) less those (P, c) of each part at its own phase."""
-        if all(each is None for each in parts):
-            return values
-        result = values.copy()
-        for each, part in zip(parts, self.parts, strict=True):
-            if each is not None:
-                own = self._own(values[:, part.columns], part.axis) - each
-                result[:, part.columns] = self._back(own, part.axis)
-        return result
 
     def _own(self, values: Array, axis: int) -> Array:
         """Values (N, c) with the own phase next to the last axis, (..., P, c)."""
@@ -359,13 +337,6 @@ def grid_laws(rows: GapRows, counts: tuple[int, ...], *, cycles: int) -> GridLaw
         phases[:, axis] = cycles * np.arange(counts[axis]) / counts[axis]
         every = columns.size == rows.count
         laws = rows.at(phases) if every else rows.at(phases).rows(columns)
-        touch = laws.touch
-        parts.append(
-            _AxisLaws(
-                laws=laws,
-                columns=columns,
-                axis=axis,
-                touch=touch if touch.any() else None,
-            )
-        )
+        touch = laws.touch if laws.touch.any() else None
+        parts.append(_AxisLaws(laws=laws, columns=columns, axis=axis, touch=touch))
     return GridLaws(parts=tuple(parts), counts=counts, count=rows.count)

@@ -4,11 +4,10 @@ A superposed line responds alone, linearly, to flanks that touch when they do wi
 flank parts or closes because of the lines, whatever their number and that of the mesh tones.  Where one does, it is
 the answer to first order for lines that are small (derived here).
 
-The linear response as a point of the torus: exact where no flank parts or closes at any phase.
-
-The linear response keeps as many harmonics and combinations as its own truncation residual asks for, far more than a
-balance of contact can afford with two mesh frequencies.  Where contact is the same at every phase and tangents are
-those of the linear system, it is the motion itself; elsewhere it tells what the rows of the balance miss of it.
+The linear response is a point of the torus too, exact where no flank parts or closes at any phase.  It keeps as many
+harmonics and combinations as its own truncation residual asks for, far more than a balance of contact can afford with
+two mesh frequencies.  Where contact is the same at every phase and tangents are those of the linear system, it is the
+motion itself; elsewhere it tells what the rows of the balance miss of it.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from ..response.measures import mean_square
 from ..response.response import Block, Response, respond, unstable_speeds
 from ..response.waveform import alias_free_samples, force_signal, whole_mesh_signal
 from .corrector import linear_start, newton_step
-from .outputs import Measures, TorusOutputs, torus_amplitudes, torus_outputs
+from .outputs import Measures, torus_amplitudes, torus_outputs
 from .problem import Problem, dynamic_size, elastic_forces, embedded, evaluate, gap_rows, problem, rate_rows
 from .refinement import Solution
 from .rows import line_gaps
@@ -47,6 +46,16 @@ _CURVED = 1e-3
 _MEANINGLESS = 0.5
 # An error of a superposed line below this is none: rounding.
 NEGLIGIBLE = 1e-9
+# Relative residual of the linear response, as of the linear steady state, and the largest that is no failure.
+_LINEAR_TOLERANCE, _ACCEPTED = 1e-6, 1e-4
+# Samples of a mesh phase, by the number of mesh tones: a parabola through the largest one is then within 1e-4 of the
+# largest force (145 samples of two phases were 5e-3 away).
+_WANTED = {1: 512, 2: 256}
+# Doubles on a grid of all mesh phases, at most: 1 GB.
+_MOST = 2**27
+
+
+# --- superposed lines -------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -130,27 +139,21 @@ def _superposition_error(point: TorusPoint, stretch: ComplexArray, force: Comple
 
     stretch, force : (N, R) amplitudes [m, N].
     """
-    delta = _gap_values(point)
+    delta, rows = _gap_values(point), point.problem.rows
     before, repeats = elastic_forces(point.problem, delta), len(delta) // len(stretch)
     wrong = right = 0.0
     for turn in (1.0, 1j, -1.0, -1j):
-        linear = _forces_of_line(point, np.repeat((turn * force).real, repeats, axis=0))
+        linear = np.repeat((turn * force).real, repeats, axis=0)
+        if rows.links is not None:
+            # forces of diagonal rows are put on their x, y
+            last = rows.count + rows.links.rows.size
+            linear, diagonal = linear[:, :last].copy(), linear[:, last:]
+            for side in rows.links.pairs.T:
+                linear[:, rows.count + side] += diagonal
         after = elastic_forces(point.problem, delta + np.repeat((turn * stretch).real, repeats, axis=0))
         wrong += float(((after - before - linear) ** 2).sum())
         right += float((linear**2).sum())
     return float(np.sqrt(wrong / max(right, np.finfo(float).tiny)))
-
-
-def _forces_of_line(point: TorusPoint, force: Array) -> Array:
-    """Forces of flanks and link rows (N, F + L) [N] from those of all rows (N, R), diagonal ones put on their x, y."""
-    rows = point.problem.rows
-    if rows.links is None:
-        return force
-    last = rows.count + rows.links.rows.size
-    result = force[:, :last].copy()
-    for side in rows.links.pairs.T:
-        result[:, rows.count + side] += force[:, last:]
-    return result
 
 
 def _amplitude(balance: Problem, rows: Array) -> ComplexArray:
@@ -179,8 +182,11 @@ def _problem(given: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
     along = point.state.tangent
     mean = along.reshape(len(balance.tangent) // _SAMPLES, -1, along.shape[1]).mean(axis=1)
     error, force = balance.error.copy(), balance.force.copy()
-    error[0], force[:, :, 0] = 0.0, 0.0  # backlash and steady forces belong to the mean
+    error[0], force[:, :, 0] = 0.0, 0.0
     return replace(balance, error=error, force=force, tangent=np.repeat(mean, _SAMPLES, axis=0))
+
+
+# --- shaft orders on a motion -----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -244,15 +250,15 @@ def shaft_response(given: Torus, at: MeshOrders) -> ShaftResponse:
     if not at.stable:
         return ShaftResponse(measures=None, status="shaft orders are not known of a motion that is not stable")
     mesh_point = respond_torus(given.mesh_orders_only, at.speed, start=(at.points, at.y))
-    if not mesh_point.converged or _distance_from(at, mesh_point) > _NEAR:
+    y = embedded(at.points, at.y, mesh_point.problem, cycles=at.cycles)
+    if not mesh_point.converged or float(np.linalg.norm(mesh_point.state.y - y)) / dynamic_size(at.y) > _NEAR:
         return ShaftResponse(measures=None, status="the torus left the motion of mesh orders")
     lines = superposed_lines(given.mesh_orders_only, mesh_point)
     if superposition_is_exact(given.mesh_orders_only, mesh_point, lines):
         return _torus_response(given.mesh_orders_only, mesh_point, lines)
     needed, large = memory(given, at.speed)
     if large:
-        status = f"the torus of shaft orders would take {needed / 1e9:.0f} GB"
-        return ShaftResponse(measures=None, status=status)
+        return ShaftResponse(measures=None, status=f"the torus of shaft orders would take {needed / 1e9:.0f} GB")
     point = respond_torus(given, at.speed, start=(mesh_point.problem.grid.points, mesh_point.state.y))
     if not point.converged:
         status = f"the torus of shaft orders: {point.status}"
@@ -267,24 +273,18 @@ def shaft_response(given: Torus, at: MeshOrders) -> ShaftResponse:
     return _torus_response(given, point, lines)
 
 
-def _distance_from(at: MeshOrders, mesh_point: TorusPoint) -> float:
-    """Distance of the torus's mesh orders from those of a motion, per its dynamic size."""
-    y = embedded(at.points, at.y, mesh_point.problem, cycles=at.cycles)
-    return float(np.linalg.norm(mesh_point.state.y - y)) / dynamic_size(at.y)
-
-
 def _torus_response(given: Torus, point: TorusPoint, lines: list[SuperposedLine]) -> ShaftResponse:
     """Measures of a point of the torus and of the lines superposed on it."""
-    found = torus_outputs(given, point, lines)
+    outputs = torus_outputs(given, point, lines)
     error = max((line.error for line in lines), default=0.0)
     return ShaftResponse(
         measures=Measures(
-            rms=found.rms,
-            highest=found.peak,
-            lowest=found.minimum,
-            open=np.maximum(found.open - found.far, 0.0),
+            rms=outputs.rms,
+            highest=outputs.peak,
+            lowest=outputs.minimum,
+            open=outputs.open,
             amplitude=torus_amplitudes(given, point, lines),
-            flank=found.flank,
+            flank=outputs.flank,
         ),
         status=point.status,
         truncation_residual=point.truncation_residual,
@@ -294,13 +294,7 @@ def _torus_response(given: Torus, point: TorusPoint, lines: list[SuperposedLine]
     )
 
 
-# Relative residual of the linear response, as of the linear steady state, and the largest that is no failure.
-_LINEAR_TOLERANCE, _ACCEPTED = 1e-6, 1e-4
-# Samples of a mesh phase, by the number of mesh tones: a parabola through the largest one is then within 1e-4 of the
-# largest force (145 samples of two phases were 5e-3 away).
-_WANTED = {1: 512, 2: 256}
-# Doubles on a grid of all mesh phases, at most: 1 GB.
-_MOST = 2**27
+# --- the linear response ----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -328,8 +322,12 @@ def linear_motion(given: Torus, speed: float) -> LinearMotion | None:
     block = next(respond(ready, asked, tolerance=_LINEAR_TOLERANCE, shaft_orders=shaft_orders))
     if not block.residual[0] <= _ACCEPTED or block.uncertainty[0] > _ACCEPTED:
         return None
-    balance = _linear_problem(ready, block)
-    if balance is None or not balance.rows.parametric:
+    samples = _samples(ready, block)
+    if samples is None:
+        return None
+    points = ready.kernel(block.truncation, shifted=False).lattice.points
+    balance = problem(ready, points, ready.omega, (samples,) * len(ready.lines.tones), _mesh_lines(ready))
+    if not balance.rows.parametric:
         return None
     y, size = block.mesh.y[0], dynamic_size(block.mesh.y[0])
     state = evaluate(balance, y, speed)
@@ -349,15 +347,15 @@ def linear_motion(given: Torus, speed: float) -> LinearMotion | None:
     )
 
 
-def unchanging_lines(given: Torus, found: LinearMotion) -> list[SuperposedLine] | None:
+def unchanging_lines(given: Torus, linear: LinearMotion) -> list[SuperposedLine] | None:
     """The shaft lines of a linear motion; None where a flank parts or closes at any phase of them."""
-    if not found.unchanging:
+    if not linear.unchanging:
         return None
-    lines = [_line(given.ready, found, place, shaft) for place, shaft in enumerate(given.shaft_lines)]
-    return lines if superposition_is_exact(given.mesh_orders_only, found.point, lines) else None
+    lines = [_line(given.ready, linear, place, shaft) for place, shaft in enumerate(given.shaft_lines)]
+    return lines if superposition_is_exact(given.mesh_orders_only, linear.point, lines) else None
 
 
-def linear_error(given: Torus, found: LinearMotion, size: Size, counts: Sequence[int]) -> tuple[float, float]:
+def linear_error(given: Torus, linear: LinearMotion, size: Size, counts: Sequence[int]) -> tuple[float, float]:
     """What rows of a size miss of the linear response: of the RMS, and of the largest force per largest (derived here).
 
     Both are the worst of all whole meshes, mesh orders alone.
@@ -366,7 +364,7 @@ def linear_error(given: Torus, found: LinearMotion, size: Size, counts: Sequence
     ----------
     counts : (D,) samples of the mesh phases with which the rows were solved.
     """
-    exact, ready = found.point, given.ready
+    exact, ready = linear.point, given.ready
     mesh = size._replace(orders=())
     balance = problem(ready, mesh_points(mesh), ready.omega, tuple(counts), _mesh_lines(ready))
     state = evaluate(balance, linear_start(balance, exact.state.speed), exact.state.speed)
@@ -379,30 +377,15 @@ def linear_error(given: Torus, found: LinearMotion, size: Size, counts: Sequence
         truncation=np.zeros(1),
         calls=0,
     )
-    one, other = (torus_outputs(given.mesh_orders_only, point) for point in (exact, coarse))
-    return _relative(one.rms, other.rms), _relative(_largest(one), _largest(other))
-
-
-def _largest(found: TorusOutputs) -> Array:
-    """Largest size of the force of every whole mesh, (w,) [N]."""
-    size: Array = np.maximum(found.peak, -found.minimum)
-    return size
+    outputs = [torus_outputs(given.mesh_orders_only, point) for point in (exact, coarse)]
+    largest = [np.maximum(each.peak, -each.minimum) for each in outputs]
+    return _relative(outputs[0].rms, outputs[1].rms), _relative(largest[0], largest[1])
 
 
 def _relative(exact: Array, other: Array) -> float:
     """Largest difference of (w,) per value; meshes of next to none are compared with the largest."""
     least = 1e-3 * float(exact.max(initial=0.0))
     return float((np.abs(other - exact) / np.maximum(exact, max(least, np.finfo(float).tiny))).max(initial=0.0))
-
-
-def _linear_problem(ready: Response, block: Block) -> Problem | None:
-    """The balance of mesh orders with the rows of a linear response; None where its grid would be too large."""
-    samples = _samples(ready, block)
-    if samples is None:
-        return None
-    counts = (samples,) * len(ready.lines.tones)
-    points = ready.kernel(block.truncation, shifted=False).lattice.points
-    return problem(ready, points, ready.omega, counts, _mesh_lines(ready))
 
 
 def _samples(ready: Response, block: Block) -> int | None:
@@ -420,19 +403,18 @@ def _mesh_lines(ready: Response) -> list[PlacedLine]:
     return [(point, False, line) for point, line in ready.lines.mesh]
 
 
-def _line(ready: Response, found: LinearMotion, place: int, shaft: Shaft) -> SuperposedLine:
+def _line(ready: Response, linear: LinearMotion, place: int, shaft: Shaft) -> SuperposedLine:
     """Response to one group of shaft lines over the grid of mesh phases, of flanks that keep their contact."""
-    solved, point = found.block.shaft, found.point
+    solved, point = linear.block.shaft, linear.point
     assert solved is not None
     balance, rows = point.problem, point.problem.rows
-    F, orders = rows.count, ready.kernel(found.block.truncation, shifted=True).lattice.points
+    F, orders = rows.count, ready.kernel(linear.block.truncation, shifted=True).lattice.points
     y: ComplexArray = solved.y[place, 0] + 1j * solved.y[place, 1]
     stretch = y @ rows.gaps[:F].T
     at = {tuple(order): i for i, order in enumerate(orders.tolist())}
     for order, conjugate, line in shaft.members:
         error = line_gaps(ready, rows, line)[:F]
-        here = at[tuple(-a for a in order) if conjugate else order]
-        stretch[here] -= error.conj() if conjugate else error
+        stretch[at[tuple(-a for a in order) if conjugate else order]] -= error.conj() if conjugate else error
     counts = balance.grid.counts
     delta = _over_phases(stretch, orders, counts)
     force = point.state.tangent[:, :F] * delta

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ from ...errors import ConvergenceError, ModelError
 from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array
 from ...warning_codes import CodedText, coded
-from ..response.response import Response, require_stable_mean, response
+from ..response.response import require_stable_mean, response
 from .branch_set import branch_set
 from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
 from .problem import embedded, gap_forces
@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 # Least harmonics of the motion whose stability is asked for, by the number of mesh tones: with 14 a multiplier of
 # ren2021 is off by 3e-3, a force by 2e-5.
 _HARMONICS = {1: 24, 2: 8}
-
-
 # Error of a superposed line per its own force above which it has none of its own: teeth that do not touch without it.
 _NO_FORCE = 1e3
 
@@ -96,9 +94,9 @@ def contact_steady(
     else:
         with np.errstate(over="ignore"):  # the error of a line of no force, which is none of its own
             given, point, lines = steady_motion(given, float(relative_speed))
-    if not point.converged or max((line.error for line in lines), default=0.0) > _NO_FORCE:
+    off = max((line.error for line in lines), default=0.0)
+    if not point.converged or off > _NO_FORCE:
         loose = "" if system.force.any() else f"{NO_TORQUE}, transient shows how they rattle; "
-        off = max((line.error for line in lines), default=0.0)
         if off:
             raise ConvergenceError(
                 "the torus of shaft orders was not solved, and lines superposed on the laws of links or tables, or on "
@@ -127,11 +125,11 @@ def mesh_order_stability(given: Torus, point: TorusPoint) -> Stability | None:
         # tangents that keep one value at each phase: no motion need be found again
         same = Solution(given=point.problem, harmonics=harmonics, state=point.state, residual=point.residual)
         return with_stability(refinement, same).stability
-    made, phases = refinement.problem(harmonics), point.problem.grid.points
-    mesh = ~phases[:, given.mesh_tones :].any(axis=1)
-    start = embedded(phases[mesh, : given.mesh_tones], point.state.y[:, mesh], made)
-    found = solution(refinement, start, point.state.speed, given=made, harmonics=harmonics)
-    return None if found is None else with_stability(refinement, found).stability
+    balance, points = refinement.problem(harmonics), point.problem.grid.points
+    mesh = ~points[:, given.mesh_tones :].any(axis=1)
+    start = embedded(points[mesh, : given.mesh_tones], point.state.y[:, mesh], balance)
+    at = solution(refinement, start, point.state.speed, given=balance, harmonics=harmonics)
+    return None if at is None else with_stability(refinement, at).stability
 
 
 def steady_motion(
@@ -171,13 +169,15 @@ def steady_motion(
 def _from_branch_set(given: Torus, speed: float) -> tuple[NDArray[np.int64], Array] | None:
     """Points (J, D) and motion (2, J, n) of mesh orders on the branch set, a stable one if there is."""
     refinement = Refinement(ready=given.ready)
-    found = [
-        with_stability(refinement, each.solution) for each in branch_set(refinement, np.array([speed])).crossings[0]
-    ]
-    if not found:
+    crossings = branch_set(refinement, np.array([speed])).crossings[0]
+    judged = [with_stability(refinement, crossing.solution) for crossing in crossings]
+    if not judged:
         return None
-    at = next((each for each in found if each.stable), found[0])
+    at = next((motion for motion in judged if motion.stable), judged[0])
     return at.given.grid.points, at.state.y
+
+
+# --- the Dataset and its warnings -------------------------------------------------------------------------------------
 
 
 def _labelled(
@@ -197,32 +197,28 @@ def _labelled(
     from ...results.dataset import dataset
 
     ready, system, face = given.ready, given.ready.system, given.face
-    found = torus_outputs(given, point, lines)
-    counts = point.problem.grid.counts
+    outputs = torus_outputs(given, point, lines)
+    force, reach, counts = outputs.force, outputs.reach, point.problem.grid.counts
     axis = ready.lines.axis[face.first]
-    mean, least, most = (
-        _over_phase(force, counts, axis, what)
-        for force, what in (
-            (found.force, "mean"),
-            (found.force - found.reach, "min"),
-            (found.force + found.reach, "max"),
-        )
-    )
-    opens = face.any(found.row_open > 0)
+    opens = face.any(outputs.row_open > 0)
     # a superposed line pulls where teeth would part
-    pulled = ((found.force < found.reach) & (found.reach > 0)).any(axis=0) & ~opens
-    combined, label = _combinations(given, point, found)
-    along, slices = _along_the_face(given, found, counts)
+    pulled = ((force < reach) & (reach > 0)).any(axis=0) & ~opens
+    past = past_the_end(system, point.problem.rows.flanks, outputs.flank)
+    if ready.lawful is not None and ready.lawful.groups:
+        forces = gap_forces(point.problem, point.state)
+        past += groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
+    combined, label = _combinations(given, point, force)
+    along, slices = _along_the_face(given, outputs, counts)
     return dataset(
         {
-            "mesh_force": (("mesh", "mesh_phase"), mean),
-            "mesh_force_least": (("mesh", "mesh_phase"), least),
-            "mesh_force_most": (("mesh", "mesh_phase"), most),
-            "mesh_force_rms": ("mesh", found.rms if rms is None else rms),
-            "mesh_force_bound": ("mesh", found.peak),
-            "mesh_force_minimum": ("mesh", found.minimum),
-            "open_share": ("mesh", _apart(given, point)),
-            "far_share": ("mesh", found.far),
+            "mesh_force": (("mesh", "mesh_phase"), _over_phase(force, counts, axis, np.mean)),
+            "mesh_force_least": (("mesh", "mesh_phase"), _over_phase(force - reach, counts, axis, np.min)),
+            "mesh_force_most": (("mesh", "mesh_phase"), _over_phase(force + reach, counts, axis, np.max)),
+            "mesh_force_rms": ("mesh", outputs.rms if rms is None else rms),
+            "mesh_force_bound": ("mesh", outputs.peak),
+            "mesh_force_minimum": ("mesh", outputs.minimum),
+            "open_share": ("mesh", outputs.open),
+            "far_share": ("mesh", outputs.far),
             "contact_lost": ("mesh", opens | pulled),
             "amplitude": ("dof", torus_amplitudes(given, point, lines)),
             **along,
@@ -255,40 +251,38 @@ def _labelled(
             *_instability(stability),
             *coarse,
             *_warnings(lines, bool(pulled.any())),
-            *past_the_end(system, point.problem.rows.flanks, found.flank),
-            *_links_past_the_end(ready, point),
+            *past,
         ],
     )
 
 
-def _links_past_the_end(ready: Response, point: TorusPoint) -> list[CodedText]:
-    """A warning for every link whose forces pass the end of its table."""
-    if ready.lawful is None or not ready.lawful.groups:
-        return []
-    forces = gap_forces(point.problem, point.state)
-    return groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
-
-
-def _over_phase(force: Array, counts: tuple[int, ...], axis: NDArray[np.int64], what: str) -> Array:
-    """Mean, min or max over all phases but the own one of each column, (c, N_own), of a force (N, c) [N]."""
-    box = force.reshape(*counts, -1)
+def _over_phase(
+    force: Array, counts: tuple[int, ...], axis: NDArray[np.int64], statistic: Callable[..., Array]
+) -> Array:
+    """A statistic over all phases but the own one of each column, (c, N_own), of a force (N, c) [N]."""
+    box, phases = force.reshape(*counts, -1), range(len(counts))
     by_axis = [
-        getattr(box, what)(axis=tuple(other for other in range(len(counts)) if other != own))
+        statistic(box, axis=tuple(phase for phase in phases if phase != own))
         for own in range(int(axis.max(initial=0)) + 1)
     ]
     values: Array = np.array(by_axis)[axis, :, np.arange(len(axis))]
     return values
 
 
-def _combinations(given: Torus, point: TorusPoint, found: TorusOutputs) -> tuple[dict[str, Any], Array]:
-    """Complex amplitude (w, J) of every mesh force at every lattice point [N], and the names (J,) of these."""
-    grid, ready = point.problem.grid, given.ready
+def _combinations(given: Torus, point: TorusPoint, force: Array) -> tuple[dict[str, Any], Array]:
+    """Complex amplitude (w, J) at every lattice point [N] of mesh forces (N, w), and the names (J,) of these.
+
+    A mesh tone is named after its stage, a shaft tone after the path in the file of the first line on it.
+    """
+    grid, ready, D = point.problem.grid, given.ready, given.mesh_tones
     J, points = len(grid.points), grid.points.tolist()
-    rows = grid.rows(found.force)
+    rows = grid.rows(force)
     tones = (*ready.lines.tones, *given.shaft_tones.tones)
     axes, stages = ready.lines.axis.tolist(), ready.system.meshes.stage
-    names = [stages[axes.index(axis)] for axis in range(given.mesh_tones)]
-    names += [_cause(given, i) for i in range(len(given.shaft_tones.tones))]
+    names = [stages[axes.index(axis)] for axis in range(D)]
+    for tone in range(len(given.shaft_tones.tones)):
+        causes = [line.causes for place, _, line in given.shaft_tones.lines if place[D + tone] and line.causes]
+        names.append(causes[0][0] if causes else f"slow tone {tone + 1}")
     label = [" ".join(f"{a:+d} {name}" for a, name in zip(p, names, strict=False) if a) or "mean" for p in points]
     exact = [sum((a * f for a, f in zip(p, tones, strict=False)), Fraction(0)) for p in points]
     return {
@@ -297,39 +291,26 @@ def _combinations(given: Torus, point: TorusPoint, found: TorusOutputs) -> tuple
     }, np.array(label, dtype=object)
 
 
-def _cause(given: Torus, tone: int) -> str:
-    """Path in the file of the first line on a shaft tone."""
-    D = given.mesh_tones
-    mine = [line.causes for point, _, line in given.shaft_tones.lines if point[D + tone] and line.causes]
-    return mine[0][0] if mine else f"slow tone {tone + 1}"
-
-
 def _along_the_face(
-    given: Torus, found: TorusOutputs, counts: tuple[int, ...]
+    given: Torus, outputs: TorusOutputs, counts: tuple[int, ...]
 ) -> tuple[dict[str, Any], dict[Hashable, Any]]:
     """Forces of slices over the mesh phase, largest, open shares and face-load factors; nothing uncut."""
     face, meshes = given.face, given.ready.system.meshes
     if not face.cut.any():
         return {}, {}
-    mean = found.row_force.mean(axis=0)
+    mean = outputs.row_force.mean(axis=0)
     total = face.total(mean)
     with np.errstate(divide="ignore", invalid="ignore"):
         static = np.where((face.count > 1) & (total > 0), face.count * -face.least(-mean) / total, np.nan)
-        moving = np.where((face.count > 1) & (total > 0), face.count * -face.least(-found.row_peak) / total, np.nan)
-    wave = _over_phase(found.row_force, counts, given.ready.lines.axis, "mean")
+        moving = np.where((face.count > 1) & (total > 0), face.count * -face.least(-outputs.row_peak) / total, np.nan)
+    wave = _over_phase(outputs.row_force, counts, given.ready.lines.axis, np.mean)
     return {
         "face_load_factor": ("mesh", static),
         "dynamic_face_load_factor": ("mesh", moving),
         "slice_force": (("mesh_slice", "mesh_phase"), wave[face.cut]),
-        "slice_force_peak": ("mesh_slice", found.row_peak[face.cut]),
-        "slice_open_share": ("mesh_slice", found.row_open[face.cut]),
+        "slice_force_peak": ("mesh_slice", outputs.row_peak[face.cut]),
+        "slice_open_share": ("mesh_slice", outputs.row_open[face.cut]),
     }, {"mesh_slice": np.array(meshes.name, dtype=object)[face.cut]}
-
-
-def _apart(given: Torus, point: TorusPoint) -> Array:
-    """Share of time (w,) in which no flank of each whole mesh touches, loaded or far, of no slice."""
-    touching, owner = point.state.touching, given.face.row[point.problem.rows.flanks.mesh]
-    return np.array([1.0 - touching[:, owner == mesh].any(axis=1).mean() for mesh in range(len(given.face.name))])
 
 
 def _instability(stability: Stability | None) -> list[CodedText]:
@@ -341,19 +322,13 @@ def _instability(stability: Stability | None) -> list[CodedText]:
         doubt = f"growth is not told from none: the multiplier is {size:.8g} a cycle, right to {stability.error:.2g}"
         notes.append(coded("stability-unknown", doubt))
     if not stability.stable:
-        notes.append(
-            coded(
-                "motion-unstable",
-                f"this motion is not stable ({stability.kind}, multiplier {_above_one(size)} a cycle): no train stays "
-                "on it, and what takes its place may be larger; sweep --contact-loss or transient finds that",
-            )
+        above = f"{size:.3g}" if size > 1.1 else f"1 + {size - 1:.3g}"
+        text = (
+            f"this motion is not stable ({stability.kind}, multiplier {above} a cycle): no train stays "
+            "on it, and what takes its place may be larger; sweep --contact-loss or transient finds that"
         )
+        notes.append(coded("motion-unstable", text))
     return notes
-
-
-def _above_one(size: float) -> str:
-    """A multiplier above 1 with three figures of what it is above, where that is little."""
-    return f"{size:.3g}" if size > 1.1 else f"1 + {size - 1:.3g}"
 
 
 def _coarse(given: Torus, point: TorusPoint, linear: LinearMotion | None) -> list[CodedText]:
@@ -364,15 +339,12 @@ def _coarse(given: Torus, point: TorusPoint, linear: LinearMotion | None) -> lis
     if linear is None:
         return [coded("rows-dropped", note + "forces of single meshes may be off by several times that")]
     counts = point.problem.grid.counts[: given.mesh_tones]
-    rms, largest = linear_error(given, linear, point.size, counts)
-    return [
-        coded(
-            "rows-dropped",
-            note + f"with the same rows the linear response is off by up to {max(rms, point.truncation_residual):.2g} "
-            f"in the RMS of a mesh force and {max(largest, point.truncation_residual):.2g} in the largest one; where "
-            "teeth part the error is of that size or larger",
-        )
-    ]
+    rms, largest = (max(error, point.truncation_residual) for error in linear_error(given, linear, point.size, counts))
+    note += (
+        f"with the same rows the linear response is off by up to {rms:.2g} in the RMS of a mesh force and "
+        f"{largest:.2g} in the largest one; where teeth part the error is of that size or larger"
+    )
+    return [coded("rows-dropped", note)]
 
 
 def _warnings(lines: Sequence[SuperposedLine], pulled: bool) -> list[CodedText]:
@@ -380,13 +352,10 @@ def _warnings(lines: Sequence[SuperposedLine], pulled: bool) -> list[CodedText]:
     notes = []
     other = "; it parts teeth, which changes the mean forces too: transient or static shows them" if pulled else ""
     for line in lines:
-        if line.error < NEGLIGIBLE:
-            continue
-        notes.append(
-            coded(
-                "lines-superposed",
+        if line.error >= NEGLIGIBLE:
+            text = (
                 f"{'; '.join(line.shaft.causes) or 'a shaft line'}: superposed linearly on laws that part or bend; "
-                f"its force is off by {line.error:.2g} of itself (RMS){other}",
+                f"its force is off by {line.error:.2g} of itself (RMS){other}"
             )
-        )
+            notes.append(coded("lines-superposed", text))
     return notes

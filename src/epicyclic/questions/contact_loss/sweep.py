@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +18,7 @@ from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..response.response import MEAN_UNSTABLE, FrameSpeed, Response, instability_warnings, response, unstable_speeds
 from ..response.sweep_table import SpeedRange, speeds_of
-from .branch_set import BranchSet, Crossing, Segment, branch_set
+from .branch_set import BranchSet, Crossing, branch_set
 from .continuation import folds_of_speed
 from .outputs import Measures, force_level, periodic_measures
 from .refinement import HARMONICS, Refinement, Solution, distinct, with_stability
@@ -35,9 +35,12 @@ if TYPE_CHECKING:
     from ...engine.run_folder import RunFolder
 
 _DIRECTIONS = ("up", "down")
-_UNSTABLE = get_args(Unstable)
+_NO_SPEED = "speed is not a number above zero"
 # States of a point that holds numbers, or had lost them before shaft orders came.
-_KNOWN = ("ok", "coarse", "not converged", "speed is not a number above zero")
+_KNOWN = ("ok", "coarse", "not converged", _NO_SPEED)
+
+_Curves = dict[str, NDArray[Any]]
+"""Curves (.., P) of one direction over P speeds, by the names of their variables."""
 
 
 def contact_sweep(
@@ -87,8 +90,8 @@ def contact_sweep(
     """
     if harmonics is not None and not 1 <= harmonics <= 4 * HARMONICS[-1]:
         raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * HARMONICS[-1]}")
-    if unstable not in _UNSTABLE:
-        raise ModelError("unknown choice", path="unstable", given=unstable, allowed=", ".join(_UNSTABLE))
+    if unstable not in get_args(Unstable):
+        raise ModelError("unknown choice", path="unstable", given=unstable, allowed=", ".join(get_args(Unstable)))
     if not 0 <= shaft_tones <= 3:
         raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
     ready = response(system, frame_speed=frame_speed, asks_laws=True)
@@ -130,8 +133,9 @@ def contact_sweep(
         "contact_loss": True,
         "harmonics": harmonics,
         "unstable": unstable,
+        "shaft_orders": shaft_orders,
+        "shaft_tones": shaft_tones,
     }
-    options |= {"shaft_orders": shaft_orders, "shaft_tones": shaft_tones}
     if mesh_frequency is None and relative_speed is None:
         options["speed_range"] = speed_range or "operation"
     path = _path_curves(refinement, branches, unstable != "ignore")
@@ -139,17 +143,20 @@ def contact_sweep(
     return _labelled(ready, speed, spread, path, options, warnings)
 
 
+# --- the branch set, and what both directions reach -------------------------------------------------------------------
+
+
 def _branch_set(refinement: Refinement, rising: Array, harmonics: int | None, kept: RunFolder | None) -> BranchSet:
     """The branch set of rising speeds (P,), kept once it is whole."""
     if kept is None:
         return branch_set(refinement, rising, harmonics=harmonics)
     kept.refer, kept.restore = partial(problem_key, refinement), partial(problem_of, refinement)
-    found: BranchSet | None = kept.value("branches")
-    if found is None:
-        found = branch_set(refinement, rising, harmonics=harmonics)
-        kept.keep_value("branches", found)
+    branches: BranchSet | None = kept.value("branches")
+    if branches is None:
+        branches = branch_set(refinement, rising, harmonics=harmonics)
+        kept.keep_value("branches", branches)
         kept.write()
-    return found
+    return branches
 
 
 def _judge(refinement: Refinement, branches: BranchSet, kept: RunFolder | None) -> None:
@@ -159,8 +166,8 @@ def _judge(refinement: Refinement, branches: BranchSet, kept: RunFolder | None) 
     every = {(at.state, at.backward): at for at in (*crossed, *followed)}
     part = None if kept is None else kept.part("stability")
     work = partial(_stability, refinement, list(every.values()))
-    found = each(work, range(len(every)), kept=part, meanwhile=_import_ahead)
-    refinement.stability.update(zip(every, found, strict=True))
+    judged = each(work, range(len(every)), kept=part, meanwhile=_import_ahead)
+    refinement.stability.update(zip(every, judged, strict=True))
 
 
 def _import_ahead() -> None:
@@ -172,9 +179,9 @@ def _import_ahead() -> None:
 
 def _stability(refinement: Refinement, solutions: list[Solution], place: int) -> Stability:
     """Stability of one of the solutions."""
-    found = with_stability(refinement, solutions[place]).stability
-    assert found is not None
-    return found
+    stability = with_stability(refinement, solutions[place]).stability
+    assert stability is not None
+    return stability
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -185,7 +192,7 @@ class _Point:
     """
 
     place: int
-    values: dict[str, NDArray[Any]]
+    values: _Curves
     flank: Array | None
     motion: MeshOrders | None
     begin: Begin | None = None
@@ -194,7 +201,7 @@ class _Point:
 def _fill_directions(
     refinement: Refinement,
     branches: BranchSet,
-    curves: list[dict[str, NDArray[Any]]],
+    curves: list[_Curves],
     unstable: Unstable,
     shaft: Torus | None,
     progress: Callable[[int, int], None] | None,
@@ -223,11 +230,11 @@ def _fill_directions(
             waiting.setdefault(point.motion.key, (point.motion, []))[1].append((direction, point.place))
         step(steps if point.motion is None else 1)
 
-    def enter_shaft_orders(number: int, found: ShaftResponse) -> None:
+    def enter_shaft_orders(number: int, solved: ShaftResponse) -> None:
         """Enter a motion with its shaft orders wherever it is reached."""
         for direction, place in reached[number]:
-            _enter_shaft_orders(curves[direction], place, found)
-        largest.extend([] if found.measures is None else [found.measures.flank])
+            _enter_shaft_orders(curves[direction], place, solved)
+        largest.extend([] if solved.measures is None else [solved.measures.flank])
         step(len(reached[number]))
 
     def enter_new(number: int, point: _Point) -> None:
@@ -249,7 +256,10 @@ def _fill_directions(
             left.append(rest)
     # the directions share nothing that one of them finds: each is a run of its own
     work = partial(_direction, refinement, branches, unstable, shaft is not None)
-    runs(work, left, arrived=enter_new, long=unstable == "replace" and _left_by_a_motion(branches, refinement))
+    # what replaces a motion that is unstable at a speed asked for takes seconds to find
+    crossed = (crossing.solution for crossings in branches.crossings for crossing in crossings)
+    long = unstable == "replace" and not all(with_stability(refinement, at).stable for at in crossed)
+    runs(work, left, arrived=enter_new, long=long)
     motions, reached = [motion for motion, _ in waiting.values()], [places for _, places in waiting.values()]
     if shaft is not None:
         part = None if kept is None else kept.part("shaft orders", [motion_digest(motion) for motion in motions])
@@ -257,14 +267,7 @@ def _fill_directions(
     return largest
 
 
-def _left_by_a_motion(branches: BranchSet, refinement: Refinement) -> bool:
-    """Whether the motion of a branch is unstable at a speed asked for: what replaces it takes seconds to find."""
-    crossed = (each.solution for crossings in branches.crossings for each in crossings)
-    return any(not with_stability(refinement, at).stable for at in crossed)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Left:
+class _Left(NamedTuple):
     """What is left of a sweep direction, 0 up or 1 down: places in turn, and from where it goes on, None: anew."""
 
     direction: int
@@ -276,11 +279,11 @@ def _left(direction: int, count: int, known: Mapping[int, object], begin: Begin 
     """What is left of a direction of which some places are known, and one from which it can go on."""
     turn = list(range(count))[:: -1 if direction else 1]
     if all(place in known for place in turn):
-        return _Left(direction=direction, places=[], begin=None)
+        return _Left(direction, [], None)
     behind = [] if begin is None else turn[: turn.index(begin.place) + 1]
     if not behind or not all(place in known for place in behind):
-        return _Left(direction=direction, places=turn, begin=None)
-    return _Left(direction=direction, places=turn[len(behind) :], begin=begin)
+        return _Left(direction, turn, None)
+    return _Left(direction, turn[len(behind) :], begin)
 
 
 def _direction(
@@ -301,7 +304,10 @@ def _direction(
         yield _Point(place=place, values=values, flank=flank, motion=motion, begin=begin)
 
 
-def _empty_curves(system: System, count: int, shaft: bool) -> dict[str, NDArray[Any]]:
+# --- curves -----------------------------------------------------------------------------------------------------------
+
+
+def _empty_curves(system: System, count: int, shaft: bool) -> _Curves:
     """Curves (.., P) of one direction before anything is reached.
 
     shaft : whether shaft orders come on top.
@@ -313,7 +319,7 @@ def _empty_curves(system: System, count: int, shaft: bool) -> dict[str, NDArray[
         "mesh_force_minimum": np.full((m, count), np.nan),
         "contact_open": np.full((m, count), np.nan),
         "amplitude": np.full((n, count), np.nan),
-        "status": np.full(count, "speed is not a number above zero", dtype=object),
+        "status": np.full(count, _NO_SPEED, dtype=object),
         "motion": np.full(count, "", dtype=object),
         "branch_instability": np.full(count, "", dtype=object),
         "stable": np.zeros(count, bool),
@@ -326,53 +332,51 @@ def _empty_curves(system: System, count: int, shaft: bool) -> dict[str, NDArray[
     }
 
 
-def _fill(
-    system: System, values: dict[str, NDArray[Any]], reached: Reached, shaft: bool
-) -> tuple[Array | None, MeshOrders | None]:
+def _fill(system: System, values: _Curves, reached: Reached, shaft: bool) -> tuple[Array | None, MeshOrders | None]:
     """Enter what is reached at one speed into curves (.., 1).
 
     Returns the largest forces (F,) [N] where they are known, and the motion where shaft orders are still to come.
     """
-    found = reached.motion
+    motion = reached.motion
     values["branch_instability"][0], values["jumped"][0] = reached.instability, reached.jumped
-    if found is None:
+    if motion is None:
         values["status"][0] = "not converged"
         return None, None
     values["status"][0] = "ok"
-    if isinstance(found, IntegratedMotion):
-        measures = found.measures
+    if isinstance(motion, IntegratedMotion):
+        measures = motion.measures
         values["motion"][0] = "integrated"
-        if not np.isfinite(found.measures.rms).all():
+        if not np.isfinite(measures.rms).all():
             values["status"][0] = "not finite"
         if shaft:
             _enter_shaft_orders(values, 0, integrated_with_shaft_orders())
             return None, None
     else:
-        values["motion"][0] = found.kind
-        values["harmonics"][0], values["residual"][0] = found.harmonics, found.residual
-        values["stable"][0] = found.stable
-        if found.stability is not None:
-            values["largest_multiplier"][0] = abs(found.stability.multiplier)
-            values["multiplier_error"][0] = found.stability.error
+        values["motion"][0] = motion.kind
+        values["harmonics"][0], values["residual"][0] = motion.harmonics, motion.residual
+        values["stable"][0] = motion.stable
+        if motion.stability is not None:
+            values["largest_multiplier"][0] = abs(motion.stability.multiplier)
+            values["multiplier_error"][0] = motion.stability.error
         if shaft:
-            return None, mesh_orders(found)
-        measures = periodic_measures(system, found.given, found.state)
+            return None, mesh_orders(motion)
+        measures = periodic_measures(system, motion.given, motion.state)
     _enter(values, 0, measures)
     return measures.flank, None
 
 
-def _enter_shaft_orders(values: dict[str, NDArray[Any]], place: int, one: ShaftResponse) -> None:
-    """Enter a motion with shaft orders at one speed into the curves (.., P)."""
-    values["status"][place] = one.status
-    values["harmonics"][place], values["residual"][place] = one.harmonics, one.residual
-    values["residual_dropped"][place] = one.truncation_residual
-    values["superposed_error"][place] = one.superposed_error
-    if one.measures is not None:
-        _enter(values, place, one.measures)
+def _enter_shaft_orders(values: _Curves, place: int, solved: ShaftResponse) -> None:
+    """Enter a motion with shaft orders at one speed."""
+    values["status"][place] = solved.status
+    values["harmonics"][place], values["residual"][place] = solved.harmonics, solved.residual
+    values["residual_dropped"][place] = solved.truncation_residual
+    values["superposed_error"][place] = solved.superposed_error
+    if solved.measures is not None:
+        _enter(values, place, solved.measures)
 
 
-def _enter(values: dict[str, NDArray[Any]], place: int, measures: Measures) -> None:
-    """Enter the measures at one speed into the curves (.., P)."""
+def _enter(values: _Curves, place: int, measures: Measures) -> None:
+    """Enter the measures at one speed."""
     values["mesh_force_rms"][:, place] = measures.rms
     values["mesh_force_peak"][:, place] = measures.highest
     values["mesh_force_minimum"][:, place] = measures.lowest
@@ -380,57 +384,50 @@ def _enter(values: dict[str, NDArray[Any]], place: int, measures: Measures) -> N
     values["amplitude"][:, place] = measures.amplitude
 
 
-def _at_speeds_asked(
-    values: dict[str, NDArray[Any]], usable: NDArray[np.bool_], place: NDArray[np.int64]
-) -> dict[str, NDArray[Any]]:
+def _at_speeds_asked(values: _Curves, usable: NDArray[np.bool_], place: NDArray[np.int64]) -> _Curves:
     """Curves (.., P) of distinct rising speeds on the speeds asked for (Q,), nan where those are none."""
     result = {}
     for name, rising in values.items():
         empty: Any = {"f": np.nan, "O": "", "b": False, "i": 0}[rising.dtype.kind]
         full = np.full((*rising.shape[:-1], usable.size), empty, dtype=rising.dtype)
         if name == "status":
-            full[:] = "speed is not a number above zero"
+            full[:] = _NO_SPEED
         full[..., usable] = rising[..., place]
         result[name] = full
     return result
 
 
-def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> dict[str, NDArray[Any]]:
+def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> _Curves:
     """The whole branch set as curves over its K solutions, (K,) or (w, K)."""
-    system, m = refinement.ready.system, len(faces(refinement.ready.system.meshes).name)
-    every = [each for segment in branches.segments for each in zip(segment.solutions, segment.parts, strict=True)]
-    found = [with_stability(refinement, at) if judge else at for at, _ in every]
-    tone = float(refinement.ready.lines.tone)
-    rms = [force_level(system, at.given, at.state) for at in found]
-    kinds = ["" if at.stability is None else at.stability.kind or "stable" for at in found]
-    size = [np.nan if at.stability is None else abs(at.stability.multiplier) for at in found]
+    system, tone = refinement.ready.system, float(refinement.ready.lines.tone)
+    path, parts, folds = list[Solution](), list[int](), list[float]()
+    for segment in branches.segments:
+        path += [with_stability(refinement, at) if judge else at for at in segment.solutions]
+        parts += segment.parts
+        folds += folds_of_speed([at.state.speed for at in segment.solutions]) if segment.branch else []
+    rms = [force_level(system, at.given, at.state) for at in path]
+    kinds = ["" if at.stability is None else at.stability.kind or "stable" for at in path]
+    size = [np.nan if at.stability is None else abs(at.stability.multiplier) for at in path]
     return {
-        "path_frequency": np.array([at.state.speed * tone for at in found]),
-        "path_force_rms": np.array(rms).reshape(len(found), m).T,
-        "path_stable": np.array([at.stable for at in found], dtype=bool),
+        "path_frequency": np.array([at.state.speed * tone for at in path]),
+        "path_force_rms": np.array(rms).reshape(len(path), len(faces(system.meshes).name)).T,
+        "path_stable": np.array([at.stable for at in path], dtype=bool),
         "path_instability": np.array(kinds, dtype=object),
         "path_multiplier": np.array(size, dtype=float),
-        "path_part": np.array([part for _, part in every], dtype=np.int64),
-        "path_harmonics": np.array([at.harmonics for at in found], dtype=np.int64),
-        "fold_frequency": tone * np.array(_fold_speeds(branches.segments), dtype=float),
+        "path_part": np.array(parts, dtype=np.int64),
+        "path_harmonics": np.array([at.harmonics for at in path], dtype=np.int64),
+        "fold_frequency": tone * np.array(folds, dtype=float),
     }
 
 
-def _fold_speeds(segments: list[Segment]) -> list[float]:
-    """Relative speeds at which branches turn."""
-    return [
-        speed
-        for segment in segments
-        if segment.branch
-        for speed in folds_of_speed([at.state.speed for at in segment.solutions])
-    ]
+# --- the Dataset and its warnings -------------------------------------------------------------------------------------
 
 
 def _labelled(
     ready: Response,
     speed: Array,
-    curves: list[dict[str, NDArray[Any]]],
-    path: dict[str, NDArray[Any]],
+    curves: list[_Curves],
+    path: _Curves,
     options: dict[str, Any],
     warnings: list[CodedText],
 ) -> xr.Dataset:
@@ -463,15 +460,15 @@ def _labelled(
     )
 
 
-def _warnings(
-    ready: Response, curves: list[dict[str, NDArray[Any]]], branches: BranchSet, largest: list[Array]
-) -> list[CodedText]:
+def _warnings(ready: Response, curves: list[_Curves], branches: BranchSet, largest: list[Array]) -> list[CodedText]:
     """What the reader must know of the curves (.., P), of the branch set, and of the largest forces (F,) [N]."""
     rows, tone = gap_rows_of(ready), float(ready.lines.tone)
     notes = law_warnings(ready, rows)
     if largest:
         notes += past_the_end(ready.system, rows.flanks, np.fmax.reduce(largest))
-    parted = [name for i, name in enumerate(faces(ready.system.meshes).name) if _any_open(curves, i)]
+    # the largest part of the cycle in which each whole mesh is open (w,)
+    opened = np.max([np.nanmax(values["contact_open"], axis=1, initial=0.0) for values in curves], axis=0)
+    parted = [name for name, share in zip(faces(ready.system.meshes).name, opened, strict=True) if share > 0]
     if parted:
         listed = ", ".join(parted[:4]) + (f" and {len(parted) - 4} more" if len(parted) > 4 else "")
         notes.append(coded("contact-lost", f"contact is lost for a part of the mesh cycle: {listed}"))
@@ -485,17 +482,12 @@ def _warnings(
         notes.append(coded("no-motion-found", f"no motion was found at {lost} points"))
     if branches.ended:
         at = ", ".join(f"{speed * tone:.4g} Hz" for speed in branches.ended[:4])
-        notes.append(
-            coded("branch-ended", f"a branch ended before it was through, near {at}: motions may be missing there")
-        )
+        text = f"a branch ended before it was through, near {at}: motions may be missing there"
+        notes.append(coded("branch-ended", text))
     if branches.cut:
         at = ", ".join(f"{speed * tone:.4g} Hz" for speed in branches.cut[:4])
-        notes.append(
-            coded(
-                "branch-cut",
-                f"a branch that winds through unstable motions was cut near {at}: unstable motions may be missing",
-            )
-        )
+        text = f"a branch that winds through unstable motions was cut near {at}: unstable motions may be missing"
+        notes.append(coded("branch-cut", text))
     if ready.lines.shaft and "superposed_error" not in curves[0]:
         notes.append(coded("shaft-orders-left-out", "run-outs and other shaft orders are left out"))
     elif ready.lines.shaft:
@@ -503,9 +495,7 @@ def _warnings(
     return notes
 
 
-def _several_motions(
-    refinement: Refinement, branches: BranchSet, curves: list[dict[str, NDArray[Any]]]
-) -> list[CodedText]:
+def _several_motions(refinement: Refinement, branches: BranchSet, curves: list[_Curves]) -> list[CodedText]:
     """A warning of each direction that has fallen from the end of a branch to where several motions are stable.
 
     Known are the stable motions of the branch set, and of others one a word of ``motion`` in the curves (.., P).
@@ -530,40 +520,30 @@ def _several_motions(
 
 def _stable_motions(refinement: Refinement, crossings: list[Crossing]) -> int:
     """Number of stable motions of the branch set at one speed."""
-    found = list[Solution]()
+    motions = list[Solution]()
     for crossing in crossings:
         at = with_stability(refinement, crossing.solution)
-        if at.stable and all(distinct(at, other) for other in found):
-            found.append(at)
-    return len(found)
+        if at.stable and all(distinct(at, other) for other in motions):
+            motions.append(at)
+    return len(motions)
 
 
-def _of_shaft_orders(curves: list[dict[str, NDArray[Any]]]) -> list[CodedText]:
+def _of_shaft_orders(curves: list[_Curves]) -> list[CodedText]:
     """Points of the curves (.., P) that shaft orders have cost, and the error of lines superposed."""
     notes = []
     lost = sum(np.count_nonzero([str(text) not in _KNOWN for text in values["status"]]) for values in curves)
     if lost:
         notes.append(coded("shaft-orders-failed", f"with shaft orders nothing is known at {lost} points: see status"))
     dropped = np.nan_to_num(np.concatenate([values["residual_dropped"] for values in curves]))
-    if np.any(dropped > TRUNCATION_NOTED):
-        notes.append(
-            coded(
-                "rows-dropped",
-                f"rows dropped are up to {dropped.max():.2g} of the dynamic motion, above {TRUNCATION_NOTED:g} at "
-                f"{np.count_nonzero(dropped > TRUNCATION_NOTED)} points: forces at an instant have about that error",
-            )
+    many = np.count_nonzero(dropped > TRUNCATION_NOTED)
+    if many:
+        text = (
+            f"rows dropped are up to {dropped.max():.2g} of the dynamic motion, above {TRUNCATION_NOTED:g} at "
+            f"{many} points: forces at an instant have about that error"
         )
+        notes.append(coded("rows-dropped", text))
     off = max(float(np.nanmax(values["superposed_error"], initial=0.0)) for values in curves)
     if off > 0:
-        notes.append(
-            coded(
-                "lines-superposed",
-                f"shaft lines superposed on flanks that part are off by up to {off:.2g} of their own force (RMS)",
-            )
-        )
+        text = f"shaft lines superposed on flanks that part are off by up to {off:.2g} of their own force (RMS)"
+        notes.append(coded("lines-superposed", text))
     return notes
-
-
-def _any_open(curves: list[dict[str, NDArray[Any]]], mesh: int) -> bool:
-    """Whether a mesh loses contact anywhere on the curves (.., P)."""
-    return any(bool(np.nanmax(values["contact_open"][mesh], initial=0.0) > 0) for values in curves)

@@ -1,26 +1,25 @@
-"""Branch switching: what takes the place of an unstable periodic motion [seydel2010].
-
-Which branch is looked for follows from how the motion is left: one with less symmetry, one of two mesh cycles.  Each
-search is a few solutions of the same balance, and what comes back has been found stable.  Where none is found, the
-attractor of a start is found by integration in time, and the balance polishes what it approaches.
-
-Sweep direction: the motions that a slow run-up and a slow coast-down reach, each begun where the last one was.
+"""Sweep direction: the motions that a slow run-up and a slow coast-down reach, each begun where the last one was.
 
 A motion goes on along its branch while that is stable.  Where the branch turns back or loses its stability, the next
 motion follows from how it was left: by branch switching, or as the attractor of integration in time.  A record of
 integration goes on as long as it settles on no branch, also beside motions that are stable.  With two mesh tones no
 branch is switched to: the nearest stable motion of the branch set takes its place, else the attractor.
+
+Branch switching [seydel2010]: which branch is looked for follows from how the motion is left, one with less symmetry or
+one of two mesh cycles.  Each search is a few solutions of the same balance, and what comes back has been found stable.
+Where none is found, the attractor of a start is found by integration in time, and the balance polishes what it
+approaches.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ...system.system import Array, System
+from ...system.system import Array
 from ..transient.equation import in_modes_of_its_speed, motion
 from ..transient.integrators import integrate, steps_for
 from ..transient.program import constant
@@ -33,6 +32,9 @@ from .stability import floquet_vector
 
 if TYPE_CHECKING:
     from .branch_set import BranchSet, Crossing
+
+Unstable = Literal["replace", "report", "ignore"]
+"""What becomes of an unstable motion: another replaces it, it is reported, or stability is ignored."""
 
 # A small error of every pitch at the lowest orders, as a part of the dynamic gap; removed in these parts.
 _PITCH, _ORDERS, _PARTS = 0.2, 2, (1.0, 0.5, 0.2, 0.05, 0.0)
@@ -55,109 +57,14 @@ _STEP_RATE = 0.7
 _RANK = 1e-6
 # A motion found by the balance is the one that was run to when it is this near, per dynamic size.
 _SAME_BRANCH = 0.1
-
-
-def symmetry_broken_motions(refinement: Refinement, at: Solution, *, seeds: int = 3) -> Iterator[Solution]:
-    """Stable motions with less symmetry: a random pitch error of either sign, removed again by homotopy (derived here).
-
-    Where that finds none, kicks along the growing disturbance are tried.
-    """
-    given, found = at.given, list[Solution]()
-    for start in _without_pitch_error(given, at, seeds):
-        other = _new_stable(refinement, at, start, given, found, kind="symmetry broken")
-        if other is not None:
-            found.append(other)
-            yield other
-    if found:
-        return
-    kick = _kick(refinement, at, given)
-    for size in (*_KICKS, *(-size for size in _KICKS)):
-        other = _new_stable(refinement, at, at.state.y + size * kick, given, found, kind="symmetry broken")
-        if other is not None:
-            found.append(other)
-            yield other
-
-
-def _without_pitch_error(given: Problem, at: Solution, seeds: int) -> Iterator[Array]:
-    """Motions (2, J, n) that are left when a random pitch error of either sign has been taken away."""
-    for seed in range(seeds):
-        pitch = _pitch_error(given, at, seed)
-        for sign in (1.0, -1.0):
-            y, converged = at.state.y, True
-            for part in _PARTS:
-                trial = solve(replace(given, error=given.error + sign * part * pitch), y, at.state.speed)
-                y, converged = trial.state.y, trial.converged
-                if not converged:
-                    break
-            if converged:
-                yield y
-
-
-def _pitch_error(given: Problem, at: Solution, seed: int) -> Array:
-    """Random amplitudes (2 J, R) of the errors of all flanks at the lowest orders [m]."""
-    random = np.random.default_rng(seed)
-    J = len(given.omega)
-    rows = np.r_[1 : 1 + _ORDERS, J + 1 : J + 1 + _ORDERS]
-    gap = gap_rows(given, at.state.y)
-    size = _PITCH * float(np.abs(gap[np.r_[1:J, J + 1 : 2 * J], : given.rows.count]).max(initial=0.0))
-    result = np.zeros_like(given.error)
-    result[rows, : given.rows.count] = size * random.standard_normal((rows.size, given.rows.count))
-    return result
-
-
-def period_doubled_motions(refinement: Refinement, at: Solution) -> Iterator[Solution]:
-    """Stable motions of two mesh cycles, from kicks at half orders along the growing disturbance."""
-    given = refinement.problem(at.harmonics, cycles=2 * at.given.cycles)
-    y, kick, found = prolonged(at.given, given, at.state.y), _kick(refinement, at, given), list[Solution]()
-    for size in _KICKS:
-        other = _new_stable(refinement, at, y + size * kick, given, found, kind="period 2")
-        if other is not None:
-            found.append(other)
-            yield other
-
-
-def _kick(refinement: Refinement, at: Solution, given: Problem) -> Array:
-    """The growing disturbance as a motion (2, J, n) at the lowest order of a problem, as large as the motion."""
-    position, rate = floquet_vector(refinement, at.given, at.harmonics, at.state)
-    kick = np.zeros((2, len(given.omega), position.size))
-    kick[0, 1], kick[1, 1] = position, -rate / (at.state.speed * float(given.omega[1]))
-    result: Array = kick * float(np.linalg.norm(at.state.y) / np.linalg.norm(kick))
-    return result
-
-
-def isolated_motions(
-    refinement: Refinement, at: Solution, *, cycles: int = 1, tries: int = 20, seed: int = 0
-) -> list[Solution]:
-    """Stable motions other than the given one, reached from random kicks; isolated branches are found only so.
-
-    Parameters
-    ----------
-    cycles : mesh cycles of a period, 1 or 2.  tries : number of kicks, of the size of the motion.
-    """
-    random, found = np.random.default_rng(seed), list[Solution]()
-    given = refinement.problem(at.harmonics, cycles=cycles)
-    y = prolonged(at.given, given, at.state.y)
-    size = float(np.linalg.norm(y))
-    for _ in range(tries):
-        kick = np.zeros_like(y)
-        kick[:, : 2 * cycles + 1] = random.standard_normal(kick[:, : 2 * cycles + 1].shape)
-        kick[1, 0] = 0.0
-        kick *= size * random.uniform(*_RANDOM_KICKS) / float(np.linalg.norm(kick))
-        other = _new_stable(refinement, at, y + kick, given, found, kind="period 2" if cycles > 1 else "periodic")
-        if other is not None:
-            found.append(other)
-    return found
-
-
-def _new_stable(
-    refinement: Refinement, at: Solution, start: Array, given: Problem, known: list[Solution], *, kind: Kind
-) -> Solution | None:
-    """The motion that Newton's method reaches from a start (2, J, n), if it is stable and none of those known."""
-    other = solution(refinement, start, at.state.speed, given=given, harmonics=at.harmonics, kind=kind)
-    if other is None or not distinct(at, other) or any(not distinct(each, other) for each in known):
-        return None
-    other = with_stability(refinement, other)
-    return other if other.stable else None
+# Perturbation of every coordinate, per its own size, from which an unstable motion is left: one that grows 1 % a cycle
+# is left within the cycles run.
+_PERTURBATION = 0.05
+# Change of speed, as a part of it, that leaves hardly a transient of a motion over time.
+_NEAR = 0.02
+# Harmonics of the attractor of a motion that is not periodic where no branch goes on, of one mesh tone and of each of
+# two.
+_HARMONICS = {1: 16, 2: 8}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -172,166 +79,6 @@ class IntegratedMotion:
     last: Array
     measures: Measures
     unchanging: bool
-
-
-def initial_state(at: Solution) -> Array:
-    """q and q' (2, n) [m, m/s] of a solution where a cycle begins."""
-    return state_at_start(at.given, at.state.y, at.state.speed)
-
-
-def state_at_start(given: Problem, y: Array, speed: float) -> Array:
-    """q and q' (2, n) [m, m/s] of a motion y (2, J, n) at a relative speed where a cycle begins."""
-    both = np.stack([y[0].sum(axis=0), -(speed * given.omega @ y[1])])
-    result: Array = both @ given.modal.shapes.T
-    return result
-
-
-def attractor(
-    refinement: Refinement, start: Array, speed: float, *, harmonics: int, settled: bool = False
-) -> Solution | IntegratedMotion:
-    """The stable motion of one or two cycles that a start (2, n) approaches, or a record of what it does instead.
-
-    With two mesh tones that is the stable motion of both.  A start on an unstable motion leaves it only as fast as
-    rounding grows: give it a perturbation first.
-
-    Parameters
-    ----------
-    settled : whether the start is the end of a record at the speed before.
-    """
-    system = _with_mesh_orders_only(refinement, speed)
-    moving = in_modes_of_its_speed(motion(system, program=constant(speed)))
-    cycle = 1.0 / (speed * float(refinement.ready.lines.tone))
-    samples = _SAMPLES * harmonics
-    steps = -(-steps_for(moving, cycle, rate=_STEP_RATE) // samples) * samples
-    state, record = start, np.zeros((0, 2, len(start[0])))
-    begin, done, two_tones = 0.0, 0, len(refinement.ready.lines.tones) > 1
-    for count in _LOOKS_ON if settled else _LOOKS:
-        # one tone has its first phase again after whole cycles, a second tone has not
-        begin, done = done * cycle if two_tones else 0.0, done + count
-        record = integrate(
-            moving, state, start=begin, stop=begin + count * cycle, steps=count * steps, keep=steps // samples
-        )
-        if not np.isfinite(record).all():
-            break
-        state = record[-1]
-        if two_tones:
-            found = _two_tone_solution(refinement, record[1:, 0], speed, begin, count, harmonics)
-            if found is not None:
-                return found
-            continue
-        for cycles in (1, 2):
-            part = cycles * samples
-            y = _without_drift(refinement, record[-1 - 2 * part :, 0])
-            if _repeats(y):
-                found = _periodic_solution(refinement, y[part:], speed, cycles, harmonics)
-                if found is not None:
-                    return found
-    times = begin + cycle * np.arange(len(record)) / samples
-    force = flank_force(moving, times, record).T
-    return IntegratedMotion(
-        speed=speed,
-        last=state,
-        measures=record_measures(system, force, record[:, 0]),
-        unchanging=bool(np.all((force != 0) == (force[0] != 0))),
-    )
-
-
-def _without_drift(refinement: Refinement, q: Array) -> Array:
-    """Modal coordinates (N, n) of a record q (N + 1, n) [m]; what turns freely and drifts is brought back."""
-    modal = refinement.ready.modal
-    y = q @ np.linalg.inv(modal.shapes).T
-    drift = np.where(modal.rigid, y[-1] - y[0], 0.0)
-    result: Array = (y - np.outer(np.linspace(0, 1, len(y)), drift))[:-1]
-    return result
-
-
-def _repeats(y: Array) -> bool:
-    """Whether the second half of a record (N, n) is nearly the first."""
-    one, two = np.split(y, 2)
-    return bool(np.linalg.norm(one - two) < _SAME_BRANCH * np.linalg.norm(two - two.mean(axis=0)))
-
-
-def _with_mesh_orders_only(refinement: Refinement, speed: float) -> System:
-    """The System with mesh orders only, and a frame that turns as the balance has it."""
-    ready = refinement.ready
-    orders = {line.frequency for _, line in ready.lines.mesh}
-    given = ready.lawful or ready.system
-    system = replace(given, lines=tuple(line for line in given.lines if line.frequency in orders))
-    if ready.frame_speed == "kinematic":
-        return system
-    return replace(system, G=system.G / speed, Kg=system.Kg / speed**2, Cskew=system.Cskew / speed)
-
-
-def _periodic_solution(
-    refinement: Refinement, record: Array, speed: float, cycles: int, harmonics: int
-) -> Solution | None:
-    """The stable solution next to the last cycles (N, n) of a motion, None where there is none."""
-    given = refinement.problem(harmonics, cycles=cycles)
-    amplitude = 2 * np.fft.rfft(record, axis=0)[: len(given.omega)] / len(record)
-    amplitude[0] /= 2
-    y = np.stack([amplitude.real, amplitude.imag])
-    y[1, 0] = 0.0
-    y[:, 0, given.modal.rigid] = 0.0
-    found = solution(
-        refinement, y, speed, given=given, harmonics=harmonics, kind="period 2" if cycles == 2 else "periodic"
-    )
-    if found is None:
-        return None
-    back = prolonged(found.given, given, found.state.y)
-    if np.linalg.norm(back - y) > _SAME_BRANCH * dynamic_size(y):
-        return None
-    found = with_stability(refinement, found)
-    return found if found.stable else None
-
-
-def _two_tone_solution(
-    refinement: Refinement, q: Array, speed: float, begin: float, cycles: int, harmonics: int
-) -> Solution | None:
-    """The stable solution of two mesh tones next to a record q (N, n) of whole cycles [m], None where there is none.
-
-    Amplitudes at the lattice points are those of least squares over the record: no period holds both tones.
-
-    Parameters
-    ----------
-    begin : time of the record's beginning [s]; its samples stand at the ends of N equal intervals.
-    """
-    given = refinement.problem(harmonics)
-    y = q @ np.linalg.inv(given.modal.shapes).T
-    y[:, given.modal.rigid] = 0.0
-    times = begin + cycles * np.arange(1, len(y) + 1) / (len(y) * speed * float(refinement.ready.lines.tone))
-    angle = speed * np.outer(times, given.omega)
-    wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
-    start = np.linalg.lstsq(wave, y, rcond=_RANK)[0].reshape(2, len(given.omega), -1)
-    start[1, 0] = 0.0
-    size = _SAME_BRANCH * float(np.linalg.norm(y - y.mean(axis=0)))
-    if np.linalg.norm(y - wave @ start.reshape(-1, y.shape[1])) > size:
-        return None
-    found = solution(refinement, start, speed, given=given, harmonics=harmonics)
-    if found is None:
-        return None
-    back = prolonged(found.given, given, found.state.y)
-    if np.linalg.norm(y - wave @ back.reshape(-1, y.shape[1])) > size:
-        return None
-    found = with_stability(refinement, found)
-    return found if found.stable else None
-
-
-Unstable = Literal["replace", "report", "ignore"]
-"""What becomes of an unstable motion: another replaces it, it is reported, or stability is ignored."""
-
-# Perturbation of every coordinate, per its own size, from which an unstable motion is left: one that grows 1 % a cycle
-# is left within the cycles run.
-_PERTURBATION = 0.05
-# Change of speed, as a part of it, that leaves hardly a transient of a motion over time.
-_NEAR = 0.02
-# What is looked for in place of a motion, by how it is left.
-_SEARCH: dict[str, Callable[[Refinement, Solution], Iterator[Solution]]] = {
-    "symmetry breaking": symmetry_broken_motions,
-    "period doubling": period_doubled_motions,
-}
-# Harmonics of the attractor of a motion that is not periodic where no branch goes on, of one mesh tone and of each of
-# two.
-_HARMONICS = {1: 16, 2: 8}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -377,9 +124,9 @@ def _reached_at(
     if last is None:
         return _on_branch(refinement, speed, None, choices[0], unstable)
     assert isinstance(last, Solution)
-    mine = [each for each in choices if each.part == before.part]
-    if mine:
-        return _on_branch(refinement, speed, last, mine[0], unstable)
+    ahead = next((crossing for crossing in choices if crossing.part == before.part), None)
+    if ahead is not None:
+        return _on_branch(refinement, speed, last, ahead, unstable)
     if unstable != "replace":
         return _nearest(refinement, last, choices, unstable)
     return _off_branch(refinement, speed, before, last, choices)
@@ -400,19 +147,20 @@ def _run_on(
 
     A slow sweep stays on its attractor: a motion of the branch set that is stable beside it is not jumped to.
     """
-    mine = next((each for each in choices if each.part == before.part), None)
-    here = None if mine is None else with_stability(refinement, mine.solution)
-    harmonics = here.harmonics if here is not None else _HARMONICS[len(refinement.ready.lines.tones)]
+    ahead = next((crossing for crossing in choices if crossing.part == before.part), None)
+    branch = None if ahead is None else with_stability(refinement, ahead.solution)
+    harmonics = branch.harmonics if branch is not None else _HARMONICS[len(refinement.ready.lines.tones)]
     settled = abs(last.speed - speed) < _NEAR * speed
-    found = attractor(refinement, last.last, speed, harmonics=harmonics, settled=settled)
-    if here is not None and here.stable and _linear(found, here):
-        # the record has not yet come to the one stable motion of a linear system
-        found = here
-    reached = _on_branch_set(refinement, found, choices, jumped=mine is None and before.part is not None)
-    if here is None or reached.part is not None:
+    motion = attractor(refinement, last.last, speed, harmonics=harmonics, settled=settled)
+    if branch is not None and branch.stable and branch.state.unchanging and branch.given.rows.parametric:
+        if isinstance(motion, IntegratedMotion) and motion.unchanging:
+            # the record has not yet come to the one stable motion of a linear system
+            motion = branch
+    reached = _on_branch_set(refinement, motion, choices, jumped=branch is None and before.part is not None)
+    if branch is None or reached.part is not None:
         return reached
-    instability = here.stability.kind if here.stability else ""
-    return replace(reached, motion=_named(found, instability), part=before.part, instability=instability)
+    instability = _instability(branch)
+    return replace(reached, motion=_named(motion, instability), part=before.part, instability=instability)
 
 
 def _of_two_tones(refinement: Refinement, speed: float, before: Reached, choices: list[Crossing]) -> Reached:
@@ -422,112 +170,101 @@ def _of_two_tones(refinement: Refinement, speed: float, before: Reached, choices
     """
     last = before.motion
     assert not isinstance(last, IntegratedMotion)
-    judged = [replace(each, solution=with_stability(refinement, each.solution)) for each in choices]
-    here = next((each for each in judged if last is None or each.part == before.part), None)
-    if here is not None and here.solution.stable:
-        return Reached(motion=here.solution, part=here.part)
-    instability = here.solution.stability.kind if here is not None and here.solution.stability else ""
-    jumped = here is None and last is not None
-    stable = [each for each in judged if each.solution.stable]
+    judged = [replace(crossing, solution=with_stability(refinement, crossing.solution)) for crossing in choices]
+    ahead = next((crossing for crossing in judged if last is None or crossing.part == before.part), None)
+    if ahead is not None and ahead.solution.stable:
+        return Reached(motion=ahead.solution, part=ahead.part)
+    instability = "" if ahead is None else _instability(ahead.solution)
+    jumped = ahead is None and last is not None
+    stable = [crossing for crossing in judged if crossing.solution.stable]
     if stable:
-        near = last or (here.solution if here is not None else None)
-        best = stable[0] if near is None else min(stable, key=lambda each: distance(each.solution, near))
+        near = last or (ahead.solution if ahead is not None else None)
+        best = stable[0] if near is None else min(stable, key=lambda crossing: distance(crossing.solution, near))
         return Reached(motion=best.solution, part=best.part, instability=instability, jumped=jumped)
-    at = here.solution if here is not None else last
+    at = ahead.solution if ahead is not None else last
     if at is None:
         return _begun(refinement, speed)
-    found = attractor(refinement, _perturbed(initial_state(at)), speed, harmonics=at.harmonics)
-    return Reached(motion=found, part=None if here is None else here.part, instability=instability, jumped=jumped)
+    motion = attractor(refinement, _perturbed(initial_state(at)), speed, harmonics=at.harmonics)
+    return Reached(motion=motion, part=None if ahead is None else ahead.part, instability=instability, jumped=jumped)
 
 
-def _linear(found: Solution | IntegratedMotion, here: Solution) -> bool:
-    """Whether an attractor is a record without a change of contact, by linear laws, as a motion of the branch is."""
-    linear = here.state.unchanging and here.given.rows.parametric
-    return linear and isinstance(found, IntegratedMotion) and found.unchanging
+def _instability(at: Solution) -> str:
+    """How a motion is left, empty where it is stable or that is not known."""
+    return at.stability.kind if at.stability else ""
 
 
 def _on_branch(
     refinement: Refinement, speed: float, last: Solution | None, at: Crossing, unstable: Unstable
 ) -> Reached:
     """The branch goes on: its motion where it is stable, else what takes its place."""
-    here = _stability_unless_ignored(refinement, at.solution, unstable)
-    instability = here.stability.kind if here.stability else ""
+    branch = _stability_unless_ignored(refinement, at.solution, unstable)
+    instability = _instability(branch)
     if unstable != "replace":
-        return Reached(motion=here, part=at.part, instability=instability)
-    kept = _beside_branch(refinement, speed, last, here)
-    if kept is not None:
-        return Reached(motion=kept, part=at.part, instability=instability)
-    if here.stability is None or here.stable:
-        return Reached(motion=here, part=at.part, instability=instability)
-    other: Solution | IntegratedMotion | None = switched(refinement, here)
+        return Reached(motion=branch, part=at.part, instability=instability)
+    if last is not None and last.kind != "periodic":
+        # the motion that had taken the branch's place goes on while distinct and stable
+        beside = _continued(refinement, speed, last)
+        if beside is not None and distinct(beside, branch):
+            return Reached(motion=beside, part=at.part, instability=instability)
+    if branch.stability is None or branch.stable:
+        return Reached(motion=branch, part=at.part, instability=instability)
+    other: Solution | IntegratedMotion | None = switched(refinement, branch)
     if other is None:
-        found = attractor(refinement, _perturbed(initial_state(here)), speed, harmonics=here.harmonics)
-        other = _named(found, instability)
+        other = attractor(refinement, _perturbed(initial_state(branch)), speed, harmonics=branch.harmonics)
+        other = _named(other, instability)
     return Reached(motion=other, part=at.part, instability=instability)
 
 
-def _named(found: Solution | IntegratedMotion, instability: str) -> Solution | IntegratedMotion:
+def _named(motion: Solution | IntegratedMotion, instability: str) -> Solution | IntegratedMotion:
     """An attractor, named after how the motion is left that it takes the place of."""
-    if isinstance(found, Solution) and found.kind == "periodic" and instability == "symmetry breaking":
-        return replace(found, kind="symmetry broken")
-    return found
-
-
-def _beside_branch(refinement: Refinement, speed: float, last: Solution | None, here: Solution) -> Solution | None:
-    """The motion that had taken the branch's place, continued to this speed while distinct and stable."""
-    if last is None or last.kind == "periodic":
-        return None
-    found = _continued(refinement, speed, last)
-    return found if found is not None and distinct(found, here) else None
+    if isinstance(motion, Solution) and motion.kind == "periodic" and instability == "symmetry breaking":
+        return replace(motion, kind="symmetry broken")
+    return motion
 
 
 def _continued(refinement: Refinement, speed: float, last: Solution) -> Solution | None:
     """The stable motion that Newton's method reaches at a speed from the one before."""
-    found = solution(refinement, last.state.y, speed, given=last.given, harmonics=last.harmonics, kind=last.kind)
-    found = None if found is None else with_stability(refinement, found)
-    return found if found is not None and found.stable else None
+    at = solution(refinement, last.state.y, speed, given=last.given, harmonics=last.harmonics, kind=last.kind)
+    at = None if at is None else with_stability(refinement, at)
+    return at if at is not None and at.stable else None
 
 
-def switched(refinement: Refinement, here: Solution) -> Solution | None:
+def switched(refinement: Refinement, at: Solution) -> Solution | None:
     """The stable motion of the balance that takes the place of an unstable one, None where none is found."""
-    kind = here.stability.kind if here.stability else ""
-    return next(_SEARCH[kind](refinement, here), None) if kind in _SEARCH else None
+    search = {"symmetry breaking": symmetry_broken_motions, "period doubling": period_doubled_motions}
+    instability = _instability(at)
+    return next(search[instability](refinement, at), None) if instability in search else None
 
 
 def _off_branch(
     refinement: Refinement, speed: float, before: Reached, last: Solution, choices: list[Crossing]
 ) -> Reached:
     """The branch has ended before this speed, or was left: the attractor of a start from the last motion."""
-    found = _continued(refinement, speed, last) if before.part is None else None
-    if found is not None:
-        return _on_branch_set(refinement, found, choices, jumped=False)
-    reached = attractor(refinement, initial_state(last), speed, harmonics=last.harmonics)
-    return _on_branch_set(refinement, reached, choices, jumped=True)
+    at = _continued(refinement, speed, last) if before.part is None else None
+    if at is not None:
+        return _on_branch_set(refinement, at, choices, jumped=False)
+    motion = attractor(refinement, initial_state(last), speed, harmonics=last.harmonics)
+    return _on_branch_set(refinement, motion, choices, jumped=True)
 
 
 def _on_branch_set(
-    refinement: Refinement, found: Solution | IntegratedMotion, choices: list[Crossing], *, jumped: bool
+    refinement: Refinement, motion: Solution | IntegratedMotion, choices: list[Crossing], *, jumped: bool
 ) -> Reached:
-    """The motion found, on the part of the branch set that holds it."""
-    if isinstance(found, Solution):
-        for each in choices:
-            if not distinct(each.solution, found):
-                return Reached(motion=with_stability(refinement, each.solution), part=each.part, jumped=jumped)
-    return Reached(motion=found, part=None, jumped=jumped)
+    """A motion, on the part of the branch set that holds it."""
+    if isinstance(motion, Solution):
+        for crossing in choices:
+            if not distinct(crossing.solution, motion):
+                return Reached(motion=with_stability(refinement, crossing.solution), part=crossing.part, jumped=jumped)
+    return Reached(motion=motion, part=None, jumped=jumped)
 
 
 def _nearest(refinement: Refinement, last: Solution, choices: list[Crossing], unstable: Unstable) -> Reached:
     """The solution of the branch set most like the last one, of stable ones if there are: no branch switching."""
     if not choices:
         return Reached(motion=None, part=None)
-    candidates = [
-        replace(each, solution=_stability_unless_ignored(refinement, each.solution, unstable)) for each in choices
-    ]
-    best = min(candidates, key=lambda each: (not each.solution.stable, distance(each.solution, last)))
-    found = best.solution
-    return Reached(
-        motion=found, part=best.part, instability=found.stability.kind if found.stability else "", jumped=True
-    )
+    candidates = [(_stability_unless_ignored(refinement, at.solution, unstable), at.part) for at in choices]
+    motion, part = min(candidates, key=lambda candidate: (not candidate[0].stable, distance(candidate[0], last)))
+    return Reached(motion=motion, part=part, instability=_instability(motion), jumped=True)
 
 
 def _stability_unless_ignored(refinement: Refinement, at: Solution, unstable: Unstable) -> Solution:
@@ -540,3 +277,235 @@ def _perturbed(start: Array) -> Array:
     noise = np.random.default_rng(0).standard_normal(start.shape)
     perturbed: Array = start * (1 + _PERTURBATION * noise)
     return perturbed
+
+
+# --- branch switching -------------------------------------------------------------------------------------------------
+
+
+def symmetry_broken_motions(refinement: Refinement, at: Solution, *, seeds: int = 3) -> Iterator[Solution]:
+    """Stable motions with less symmetry: a random pitch error of either sign, removed again by homotopy (derived here).
+
+    Where that finds none, kicks along the growing disturbance are tried.
+    """
+    known = list[Solution]()
+    yield from _new_stable(
+        refinement, at, _without_pitch_error(at.given, at, seeds), at.given, known, "symmetry broken"
+    )
+    if known:
+        return
+    kick = _kick(refinement, at, at.given)
+    starts = (at.state.y + size * kick for size in (*_KICKS, *(-size for size in _KICKS)))
+    yield from _new_stable(refinement, at, starts, at.given, known, "symmetry broken")
+
+
+def _without_pitch_error(given: Problem, at: Solution, seeds: int) -> Iterator[Array]:
+    """Motions (2, J, n) that are left when a random pitch error of either sign has been taken away."""
+    for seed in range(seeds):
+        pitch = _pitch_error(given, at, seed)
+        for sign in (1.0, -1.0):
+            y, converged = at.state.y, True
+            for part in _PARTS:
+                trial = solve(replace(given, error=given.error + sign * part * pitch), y, at.state.speed)
+                y, converged = trial.state.y, trial.converged
+                if not converged:
+                    break
+            if converged:
+                yield y
+
+
+def _pitch_error(given: Problem, at: Solution, seed: int) -> Array:
+    """Random amplitudes (2 J, R) of the errors of all flanks at the lowest orders [m]."""
+    random = np.random.default_rng(seed)
+    J = len(given.omega)
+    rows = np.r_[1 : 1 + _ORDERS, J + 1 : J + 1 + _ORDERS]
+    gap = gap_rows(given, at.state.y)
+    size = _PITCH * float(np.abs(gap[np.r_[1:J, J + 1 : 2 * J], : given.rows.count]).max(initial=0.0))
+    result = np.zeros_like(given.error)
+    result[rows, : given.rows.count] = size * random.standard_normal((rows.size, given.rows.count))
+    return result
+
+
+def period_doubled_motions(refinement: Refinement, at: Solution) -> Iterator[Solution]:
+    """Stable motions of two mesh cycles, from kicks at half orders along the growing disturbance."""
+    given = refinement.problem(at.harmonics, cycles=2 * at.given.cycles)
+    y, kick = prolonged(at.given, given, at.state.y), _kick(refinement, at, given)
+    yield from _new_stable(refinement, at, (y + size * kick for size in _KICKS), given, [], "period 2")
+
+
+def _kick(refinement: Refinement, at: Solution, given: Problem) -> Array:
+    """The growing disturbance as a motion (2, J, n) at the lowest order of a problem, as large as the motion."""
+    position, rate = floquet_vector(refinement, at)
+    kick = np.zeros((2, len(given.omega), position.size))
+    kick[0, 1], kick[1, 1] = position, -rate / (at.state.speed * float(given.omega[1]))
+    result: Array = kick * float(np.linalg.norm(at.state.y) / np.linalg.norm(kick))
+    return result
+
+
+def isolated_motions(
+    refinement: Refinement, at: Solution, *, cycles: int = 1, tries: int = 20, seed: int = 0
+) -> list[Solution]:
+    """Stable motions other than the given one, reached from random kicks; isolated branches are found only so.
+
+    Parameters
+    ----------
+    cycles : mesh cycles of a period, 1 or 2.  tries : number of kicks, of the size of the motion.
+    """
+    random = np.random.default_rng(seed)
+    given = refinement.problem(at.harmonics, cycles=cycles)
+    y = prolonged(at.given, given, at.state.y)
+    size = float(np.linalg.norm(y))
+
+    def kicked() -> Iterator[Array]:
+        """The motion (2, J, n) with a random kick at the lowest orders."""
+        for _ in range(tries):
+            kick = np.zeros_like(y)
+            kick[:, : 2 * cycles + 1] = random.standard_normal(kick[:, : 2 * cycles + 1].shape)
+            kick[1, 0] = 0.0
+            kick *= size * random.uniform(*_RANDOM_KICKS) / float(np.linalg.norm(kick))
+            yield y + kick
+
+    return list(_new_stable(refinement, at, kicked(), given, [], "period 2" if cycles > 1 else "periodic"))
+
+
+def _new_stable(
+    refinement: Refinement, at: Solution, starts: Iterable[Array], given: Problem, known: list[Solution], kind: Kind
+) -> Iterator[Solution]:
+    """The motions that Newton's method reaches from starts (2, J, n), each stable and entered among those known."""
+    for start in starts:
+        other = solution(refinement, start, at.state.speed, given=given, harmonics=at.harmonics, kind=kind)
+        if other is None or not all(distinct(motion, other) for motion in (at, *known)):
+            continue
+        other = with_stability(refinement, other)
+        if other.stable:
+            known.append(other)
+            yield other
+
+
+# --- attractors of integration in time --------------------------------------------------------------------------------
+
+
+def initial_state(at: Solution) -> Array:
+    """q and q' (2, n) [m, m/s] of a solution where a cycle begins."""
+    return state_at_start(at.given, at.state.y, at.state.speed)
+
+
+def state_at_start(given: Problem, y: Array, speed: float) -> Array:
+    """q and q' (2, n) [m, m/s] of a motion y (2, J, n) at a relative speed where a cycle begins."""
+    both = np.stack([y[0].sum(axis=0), -(speed * given.omega @ y[1])])
+    result: Array = both @ given.modal.shapes.T
+    return result
+
+
+def attractor(
+    refinement: Refinement, start: Array, speed: float, *, harmonics: int, settled: bool = False
+) -> Solution | IntegratedMotion:
+    """The stable motion of one or two cycles that a start (2, n) approaches, or a record of what it does instead.
+
+    With two mesh tones that is the stable motion of both.  A start on an unstable motion leaves it only as fast as
+    rounding grows: give it a perturbation first.
+
+    Parameters
+    ----------
+    settled : whether the start is the end of a record at the speed before.
+    """
+    # mesh orders only, and a frame that turns as the balance has it
+    ready = refinement.ready
+    system, orders = ready.lawful or ready.system, {line.frequency for _, line in ready.lines.mesh}
+    system = replace(system, lines=tuple(line for line in system.lines if line.frequency in orders))
+    if ready.frame_speed != "kinematic":
+        system = replace(system, G=system.G / speed, Kg=system.Kg / speed**2, Cskew=system.Cskew / speed)
+    moving = in_modes_of_its_speed(motion(system, program=constant(speed)))
+    cycle = 1.0 / (speed * float(ready.lines.tone))
+    samples = _SAMPLES * harmonics
+    steps = -(-steps_for(moving, cycle, rate=_STEP_RATE) // samples) * samples
+    state, record = start, np.zeros((0, 2, len(start[0])))
+    begin, done, two_tones = 0.0, 0, len(ready.lines.tones) > 1
+    for count in _LOOKS_ON if settled else _LOOKS:
+        # one tone has its first phase again after whole cycles, a second tone has not
+        begin, done = done * cycle if two_tones else 0.0, done + count
+        record = integrate(
+            moving, state, start=begin, stop=begin + count * cycle, steps=count * steps, keep=steps // samples
+        )
+        if not np.isfinite(record).all():
+            break
+        state = record[-1]
+        if two_tones:
+            at = _two_tone_solution(refinement, record[1:, 0], speed, begin, count, harmonics)
+            if at is not None:
+                return at
+            continue
+        for cycles in (1, 2):
+            period = cycles * samples
+            y = _without_drift(refinement, record[-1 - 2 * period :, 0])
+            first, second = y[:period], y[period:]
+            if np.linalg.norm(first - second) < _SAME_BRANCH * np.linalg.norm(second - second.mean(axis=0)):
+                at = _periodic_solution(refinement, second, speed, cycles, harmonics)
+                if at is not None:
+                    return at
+    times = begin + cycle * np.arange(len(record)) / samples
+    force = flank_force(moving, times, record).T
+    return IntegratedMotion(
+        speed=speed,
+        last=state,
+        measures=record_measures(system, force, record[:, 0]),
+        unchanging=bool(np.all((force != 0) == (force[0] != 0))),
+    )
+
+
+def _without_drift(refinement: Refinement, q: Array) -> Array:
+    """Modal coordinates (N, n) of a record q (N + 1, n) [m]; what turns freely and drifts is brought back."""
+    modal = refinement.ready.modal
+    y = q @ np.linalg.inv(modal.shapes).T
+    drift = np.where(modal.rigid, y[-1] - y[0], 0.0)
+    result: Array = (y - np.outer(np.linspace(0, 1, len(y)), drift))[:-1]
+    return result
+
+
+def _periodic_solution(
+    refinement: Refinement, record: Array, speed: float, cycles: int, harmonics: int
+) -> Solution | None:
+    """The stable solution next to the last cycles (N, n) of a motion, None where there is none."""
+    given = refinement.problem(harmonics, cycles=cycles)
+    amplitude = 2 * np.fft.rfft(record, axis=0)[: len(given.omega)] / len(record)
+    amplitude[0] /= 2
+    y = np.stack([amplitude.real, amplitude.imag])
+    y[1, 0] = 0.0
+    y[:, 0, given.modal.rigid] = 0.0
+    kind: Kind = "period 2" if cycles == 2 else "periodic"
+    at = solution(refinement, y, speed, given=given, harmonics=harmonics, kind=kind)
+    if at is None or np.linalg.norm(prolonged(at.given, given, at.state.y) - y) > _SAME_BRANCH * dynamic_size(y):
+        return None
+    at = with_stability(refinement, at)
+    return at if at.stable else None
+
+
+def _two_tone_solution(
+    refinement: Refinement, q: Array, speed: float, begin: float, cycles: int, harmonics: int
+) -> Solution | None:
+    """The stable solution of two mesh tones next to a record q (N, n) of whole cycles [m], None where there is none.
+
+    Amplitudes at the lattice points are those of least squares over the record: no period holds both tones.
+
+    Parameters
+    ----------
+    begin : time of the record's beginning [s]; its samples stand at the ends of N equal intervals.
+    """
+    given = refinement.problem(harmonics)
+    y = q @ np.linalg.inv(given.modal.shapes).T
+    y[:, given.modal.rigid] = 0.0
+    times = begin + cycles * np.arange(1, len(y) + 1) / (len(y) * speed * float(refinement.ready.lines.tone))
+    angle = speed * np.outer(times, given.omega)
+    wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
+    start = np.linalg.lstsq(wave, y, rcond=_RANK)[0].reshape(2, len(given.omega), -1)
+    start[1, 0] = 0.0
+    size = _SAME_BRANCH * float(np.linalg.norm(y - y.mean(axis=0)))
+    if np.linalg.norm(y - wave @ start.reshape(-1, y.shape[1])) > size:
+        return None
+    at = solution(refinement, start, speed, given=given, harmonics=harmonics)
+    if at is None:
+        return None
+    solved = prolonged(at.given, given, at.state.y)
+    if np.linalg.norm(y - wave @ solved.reshape(-1, y.shape[1])) > size:
+        return None
+    at = with_stability(refinement, at)
+    return at if at.stable else None

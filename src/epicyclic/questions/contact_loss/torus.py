@@ -1,14 +1,13 @@
-"""Shaft tones: the few frequencies whose small multiples, with mesh orders, are all the shaft lines.
-
-Frequencies are exact fractions, so every line is a multiple of one very low frequency, of an order that no lattice
-could hold.  Wanted is a small set of tones of which each line is a combination with orders up to 4, modulo the mesh
-frequencies (derived here; the torus of several tones as of [lau1983]).
-
-Contact loss with shaft orders: a balance on the torus of the phases of mesh tones and a few shaft tones [lau1983].
+"""Contact loss with shaft orders: a balance on the torus of the phases of mesh tones and a few shaft tones [lau1983].
 
 Lattice points are combinations of mesh orders, as of mesh tones alone, with shaft orders |s_1| / H_1 + |s_2| / H_2 + ..
 <= 1.  The solution of the mesh orders is the start; harmonics and shaft orders grow until the truncation residual is
 small.  Newton's method that fails is helped by continuation in the shaft lines, then in the speed.
+
+Shaft tones are the few frequencies whose small multiples, with mesh orders, are all the shaft lines.  Frequencies are
+exact fractions, so every line is a multiple of one very low frequency, of an order that no lattice could hold.  Wanted
+is a small set of tones of which each line is a combination with orders up to 4, modulo the mesh frequencies (derived
+here).
 """
 
 from __future__ import annotations
@@ -17,7 +16,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import partial
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,129 +42,12 @@ from .problem import Problem, State, dynamic_size, embedded, evaluate, linearise
 from .rows import gap_rows_of
 from .transforms import PlacedLine, Size, order_weight, placed_line, torus_points
 
+Index = NDArray[np.int64]
+
 # Highest order of a shaft tone that a line may stand on: a lattice of orders up to 4 still holds it.
 _ORDER = 4
 # Highest order of a mesh tone that a line may have beside its shaft tones; chosen, a group is named by its lowest line.
 _MESH_ORDER = 2
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ShaftTones:
-    """Shaft lines on a lattice of mesh tones and shaft tones.
-
-    tones : exact frequencies [Hz] at the operating speed.  highest : largest order of each that a line stands on.
-    lines : placed on (mesh orders, shaft orders).  superposed : groups of lines for which there was no tone left.
-    """
-
-    tones: tuple[Fraction, ...]
-    highest: tuple[int, ...]
-    lines: tuple[PlacedLine, ...]
-    superposed: tuple[Shaft, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Place:
-    """A group whose frequency is mesh . mesh tones + orders . shaft tones."""
-
-    shaft: Shaft
-    mesh: Point
-    orders: Point
-
-
-def shaft_tones(ready: Response, groups: Sequence[Shaft], *, most: int) -> ShaftTones:
-    """Shaft tones for groups of shaft lines, the strongest first; groups beyond `most` tones are superposed."""
-    lines = ready.lines
-    tones: list[Fraction] = []
-    places: list[_Place] = []
-    superposed: list[Shaft] = []
-    for shaft in sorted(groups, key=lambda shaft: -_strength(ready, shaft)):
-        found = _placed(lines, tones, shaft)
-        if found is None:
-            divided = _divided(tones, places, shaft)
-            if divided is not None:
-                tones, places = divided
-            elif len(tones) < most:
-                tones.append(shaft.frequency)
-            else:
-                superposed.append(shaft)
-                continue
-            found = _placed(lines, tones, shaft)
-        if found is not None:
-            places.append(found)
-    width = len(tones)
-    padded = [(*place.orders, *(0,) * (width - len(place.orders))) for place in places]
-    return ShaftTones(
-        tones=tuple(tones),
-        highest=tuple(max(abs(point[i]) for point in padded) for i in range(width)),
-        lines=tuple(
-            line for place, point in zip(places, padded, strict=True) for line in _lines(place.shaft, place.mesh, point)
-        ),
-        superposed=tuple(superposed),
-    )
-
-
-def _strength(ready: Response, shaft: Shaft) -> float:
-    """Root of the strain energy that the lines of a group would bring at rest."""
-    modal, meshes = ready.modal, ready.system.meshes
-    force = sum(
-        (line.gap * meshes.stiffness) @ modal.pulls + modal.forces @ line.force.sum(axis=0)
-        for _, _, line in shaft.members
-    )
-    return float(np.linalg.norm(force / np.where(modal.rigid, np.inf, modal.squared)))
-
-
-def _placed(lines: LineExcitation, tones: list[Fraction], shaft: Shaft) -> _Place | None:
-    """The combination of least order that has the frequency of a group, None where none of small order has."""
-    reach = range(-_ORDER, _ORDER + 1)
-    every = sorted(product(reach, repeat=len(tones)), key=lambda orders: (sum(map(abs, orders)), [-a for a in orders]))
-    for orders in every:
-        rest = shaft.frequency - sum((a * tone for a, tone in zip(orders, tones, strict=True)), Fraction(0))
-        mesh = _multiple(lines.tones, rest)
-        if mesh is not None and any(orders) and sum(map(abs, orders)) <= _ORDER:
-            return _Place(shaft=shaft, mesh=mesh, orders=orders)
-    return None
-
-
-def _multiple(tones: tuple[Fraction, ...], frequency: Fraction) -> Point | None:
-    """The multiple of one mesh tone that a frequency is, of orders up to 2, None where it is none."""
-    for axis, tone in enumerate(tones):
-        order = frequency / tone
-        if order.denominator == 1 and abs(order) <= _MESH_ORDER:
-            return tuple(int(order) if j == axis else 0 for j in range(len(tones)))
-    return None
-
-
-def _divided(tones: list[Fraction], places: list[_Place], shaft: Shaft) -> tuple[list[Fraction], list[_Place]] | None:
-    """A tone divided so that a group becomes a small multiple of it, as all that stand on it already."""
-    for i, tone in enumerate(tones):
-        ratio = shaft.frequency / tone
-        parts, orders = ratio.denominator, [abs(place.orders[i]) for place in places if len(place.orders) > i]
-        if max(ratio.numerator, parts * max(orders, default=0)) <= _ORDER:
-            finer = [value / parts if j == i else value for j, value in enumerate(tones)]
-            moved = [
-                _Place(
-                    shaft=place.shaft,
-                    mesh=place.mesh,
-                    orders=tuple(a * parts if j == i else a for j, a in enumerate(place.orders)),
-                )
-                for place in places
-            ]
-            return finer, moved
-    return None
-
-
-def _lines(shaft: Shaft, mesh: Point, own: Point) -> list[PlacedLine]:
-    """Every line of a group at its point: a . f + base, or a . f - base as its conjugate."""
-    placed: list[PlacedLine] = []
-    for orders, minus, line in shaft.members:
-        sign = -1 if minus else 1
-        point = (*(a + sign * b for a, b in zip(orders, mesh, strict=True)), *(sign * s for s in own))
-        placed.append(placed_line(point, line))
-    return placed
-
-
-Index = NDArray[np.int64]
-
 # Truncation residual that may be left, relative to the dynamic part: forces then have that error at an instant and
 # about its square in their RMS.
 TRUNCATION_TOLERANCE = 1e-2
@@ -198,8 +82,123 @@ _JUMP = 1e-4
 _NEARBY, _FAR = (0.05, 0.035, 0.02, 0.01, 0.0), (0.15, 0.11, 0.08, 0.05, 0.03, 0.01, 0.0)
 
 
+# --- shaft tones ------------------------------------------------------------------------------------------------------
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Prepared:
+class ShaftTones:
+    """Shaft lines on a lattice of mesh tones and shaft tones.
+
+    tones : exact frequencies [Hz] at the operating speed.  highest : largest order of each that a line stands on.
+    lines : placed on (mesh orders, shaft orders).  superposed : groups of lines for which there was no tone left.
+    """
+
+    tones: tuple[Fraction, ...]
+    highest: tuple[int, ...]
+    lines: tuple[PlacedLine, ...]
+    superposed: tuple[Shaft, ...]
+
+
+class _PlacedShaft(NamedTuple):
+    """A group whose frequency is mesh . mesh tones + orders . shaft tones."""
+
+    shaft: Shaft
+    mesh: Point
+    orders: Point
+
+
+def shaft_tones(ready: Response, groups: Sequence[Shaft], *, most: int) -> ShaftTones:
+    """Shaft tones for groups of shaft lines, the strongest first; groups beyond `most` tones are superposed."""
+    lines = ready.lines
+    tones: list[Fraction] = []
+    shafts: list[_PlacedShaft] = []
+    superposed: list[Shaft] = []
+    for shaft in sorted(groups, key=lambda shaft: -_strength(ready, shaft)):
+        placed = _placed(lines, tones, shaft)
+        if placed is None:
+            divided = _divided(tones, shafts, shaft)
+            if divided is not None:
+                tones, shafts = divided
+            elif len(tones) < most:
+                tones.append(shaft.frequency)
+            else:
+                superposed.append(shaft)
+                continue
+            placed = _placed(lines, tones, shaft)
+        if placed is not None:
+            shafts.append(placed)
+    width = len(tones)
+    shafts = [placed._replace(orders=(*placed.orders, *(0,) * (width - len(placed.orders)))) for placed in shafts]
+    return ShaftTones(
+        tones=tuple(tones),
+        highest=tuple(max(abs(placed.orders[i]) for placed in shafts) for i in range(width)),
+        lines=tuple(line for placed in shafts for line in _lines(placed)),
+        superposed=tuple(superposed),
+    )
+
+
+def _strength(ready: Response, shaft: Shaft) -> float:
+    """Root of the strain energy that the lines of a group would bring at rest."""
+    modal, meshes = ready.modal, ready.system.meshes
+    force = sum(
+        (line.gap * meshes.stiffness) @ modal.pulls + modal.forces @ line.force.sum(axis=0)
+        for _, _, line in shaft.members
+    )
+    return float(np.linalg.norm(force / np.where(modal.rigid, np.inf, modal.squared)))
+
+
+def _placed(lines: LineExcitation, tones: list[Fraction], shaft: Shaft) -> _PlacedShaft | None:
+    """The combination of least order that has the frequency of a group, None where none of small order has."""
+    reach = range(-_ORDER, _ORDER + 1)
+    every = sorted(product(reach, repeat=len(tones)), key=lambda orders: (sum(map(abs, orders)), [-a for a in orders]))
+    for orders in every:
+        rest = shaft.frequency - sum((a * tone for a, tone in zip(orders, tones, strict=True)), Fraction(0))
+        mesh = _multiple(lines.tones, rest)
+        if mesh is not None and any(orders) and sum(map(abs, orders)) <= _ORDER:
+            return _PlacedShaft(shaft, mesh, orders)
+    return None
+
+
+def _multiple(tones: tuple[Fraction, ...], frequency: Fraction) -> Point | None:
+    """The multiple of one mesh tone that a frequency is, of orders up to 2, None where it is none."""
+    for axis, tone in enumerate(tones):
+        order = frequency / tone
+        if order.denominator == 1 and abs(order) <= _MESH_ORDER:
+            return tuple(int(order) if j == axis else 0 for j in range(len(tones)))
+    return None
+
+
+def _divided(
+    tones: list[Fraction], shafts: list[_PlacedShaft], shaft: Shaft
+) -> tuple[list[Fraction], list[_PlacedShaft]] | None:
+    """A tone divided so that a group becomes a small multiple of it, as all that stand on it already."""
+    for i, tone in enumerate(tones):
+        ratio = shaft.frequency / tone
+        parts, orders = ratio.denominator, [abs(placed.orders[i]) for placed in shafts if len(placed.orders) > i]
+        if max(ratio.numerator, parts * max(orders, default=0)) <= _ORDER:
+            finer = [value / parts if j == i else value for j, value in enumerate(tones)]
+            moved = [
+                placed._replace(orders=tuple(a * parts if j == i else a for j, a in enumerate(placed.orders)))
+                for placed in shafts
+            ]
+            return finer, moved
+    return None
+
+
+def _lines(placed: _PlacedShaft) -> list[PlacedLine]:
+    """Every line of a group at its point: a . f + base, or a . f - base as its conjugate."""
+    lines: list[PlacedLine] = []
+    for orders, minus, line in placed.shaft.members:
+        sign = -1 if minus else 1
+        mesh = (a + sign * b for a, b in zip(orders, placed.mesh, strict=True))
+        lines.append(placed_line((*mesh, *(sign * order for order in placed.orders)), line))
+    return lines
+
+
+# --- the torus --------------------------------------------------------------------------------------------------------
+
+
+class Prepared(NamedTuple):
     """The balance of one size: with few samples, whose Jacobian and first solution are cheap, and with enough.
 
     truncated_orders : those that the first one drops.
@@ -362,8 +361,7 @@ def _continued_in_speed(given: Torus, lost: TorusPoint, speed: float, tolerance:
     for side in (1.0, -1.0):
         points, y = _mesh_orders(given, lost.size, speed * (1 + side * _NEARBY[0]), tolerance)
         for part in _NEARBY:
-            here = speed * (1 + side * part)
-            point = _solve_size(given, lost.size, here, points, y, tolerance, rescue=False)
+            point = _solve_size(given, lost.size, speed * (1 + side * part), points, y, tolerance, rescue=False)
             calls += point.calls
             if not point.converged:
                 break
@@ -379,18 +377,18 @@ def _mesh_orders(given: Torus, size: Size, speed: float, tolerance: float) -> tu
     It starts from the linear motion, then from linear motions at speeds nearby.
     """
     mesh = given.prepared(size._replace(orders=())).fine
-    first = found = solve(mesh, linear_start(mesh, speed), speed, tolerance=tolerance, step=newton_step())
+    first = solved = solve(mesh, linear_start(mesh, speed), speed, tolerance=tolerance, step=newton_step())
     for side in (1.0, -1.0):
-        if found.converged:
+        if solved.converged:
             break
         y = linear_start(mesh, speed * (1 + side * _FAR[0]))
         for part in _FAR:
-            step = newton_step()
-            found = solve(mesh, y, speed * (1 + side * part), tolerance=tolerance, steps=_STEPS, step=step)
-            if not found.converged:
+            nearby, step = speed * (1 + side * part), newton_step()
+            solved = solve(mesh, y, nearby, tolerance=tolerance, steps=_STEPS, step=step)
+            if not solved.converged:
                 break
-            y = found.state.y
-    return mesh.grid.points, (found if found.converged else first).state.y
+            y = solved.state.y
+    return mesh.grid.points, (solved if solved.converged else first).state.y
 
 
 def _solve_size(
@@ -401,50 +399,52 @@ def _solve_size(
     start = embedded(points, y, prepared.coarse)
     if points.shape[1] == given.mesh_tones and size.orders:
         start = _with_shaft_response(given, prepared.coarse, start, speed)
-    found = solve(prepared.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=newton_step())
-    calls = found.calls
-    if not found.converged and size.orders and rescue:
-        found = _continued_in_shaft_load(given, prepared.coarse, start, speed, tolerance)
-        calls += found.calls
+    solved = solve(prepared.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=newton_step())
+    calls = solved.calls
+    if not solved.converged and size.orders and rescue:
+        solved = _continued_in_shaft_load(given, prepared.coarse, start, speed, tolerance)
+        calls += solved.calls
+    dynamic = dynamic_size(solved.state.y)
+    dropped = truncation_residual(prepared.coarse, solved.state, prepared.truncated_orders)
     return TorusPoint(
         problem=prepared.coarse,
-        state=found.state,
+        state=solved.state,
         size=size,
-        converged=_accepted(given, found),
-        residual=found.state.norm / dynamic_size(found.state.y),
-        truncation=truncation_residual(prepared.coarse, found.state, prepared.truncated_orders)
-        / dynamic_size(found.state.y),
+        converged=_accepted(given, solved),
+        residual=solved.state.norm / dynamic,
+        truncation=dropped / dynamic,
         calls=calls,
     )
 
 
-def _accepted(given: Torus, found: NewtonResult) -> bool:
+def _accepted(given: Torus, solved: NewtonResult) -> bool:
     """Whether Newton's method converged, or to what dampers of meshes and kinks of links allow."""
     lawful = given.ready.lawful
     jumps = bool(given.ready.system.meshes.damping.any()) or (lawful is not None and bool(lawful.groups))
-    return found.converged or (jumps and found.state.norm <= _JUMP * dynamic_size(found.state.y))
+    return solved.converged or (jumps and solved.state.norm <= _JUMP * dynamic_size(solved.state.y))
 
 
 def _corrected_on_fine_grid(given: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
     """The residual of many samples corrected with the Jacobian of few, or where that fails with its own."""
     prepared, y, speed = given.prepared(point.size), point.state.y, point.state.speed
-    own, calls = newton_step(), point.calls
+    exact, calls = newton_step(), point.calls
 
-    def step(_: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
+    def cheap(_: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
         """A Newton step (2, J, n) with the Jacobian of few samples."""
-        return own(prepared.coarse, evaluate(prepared.coarse, at.y, speed), right, target)
+        return exact(prepared.coarse, evaluate(prepared.coarse, at.y, speed), right, target)
 
-    for one in (step, own) if prepared.fine is not prepared.coarse else (own,):
-        found = solve(prepared.fine, y, speed, tolerance=tolerance, steps=_CORRECTIONS, work=_CORRECTION_WORK, step=one)
-        calls += found.calls
-        if found.converged:
+    attempt = partial(solve, prepared.fine, y, speed, tolerance=tolerance, steps=_CORRECTIONS, work=_CORRECTION_WORK)
+    for step in (cheap, exact) if prepared.fine is not prepared.coarse else (exact,):
+        solved = attempt(step=step)
+        calls += solved.calls
+        if solved.converged:
             break
     return replace(
         point,
         problem=prepared.fine,
-        state=found.state,
-        converged=_accepted(given, found),
-        residual=found.state.norm / dynamic_size(found.state.y),
+        state=solved.state,
+        converged=_accepted(given, solved),
+        residual=solved.state.norm / dynamic_size(solved.state.y),
         calls=calls,
     )
 
@@ -483,14 +483,13 @@ def _continued_in_shaft_load(
     y, calls = scale * start, 0
     for factor in _RISING:
         final = factor == _RISING[-1]
-        scaled, wanted = (
-            (balance, tolerance) if final else (_with_scaled_shaft_lines(given, balance, factor), _ON_THE_WAY)
-        )
-        found = solve(scaled, y, speed, tolerance=wanted, steps=_STEPS, work=WORK - calls, step=newton_step())
-        y, calls = found.state.y, calls + found.calls
-        if not found.converged:
+        scaled = balance if final else _with_scaled_shaft_lines(given, balance, factor)
+        wanted = tolerance if final else _ON_THE_WAY
+        solved = solve(scaled, y, speed, tolerance=wanted, steps=_STEPS, work=WORK - calls, step=newton_step())
+        y, calls = solved.state.y, calls + solved.calls
+        if not solved.converged:
             break
-    return replace(found, converged=found.converged and final, calls=calls)
+    return replace(solved, converged=solved.converged and final, calls=calls)
 
 
 def _first_size(given: Torus, speed: float) -> Size:

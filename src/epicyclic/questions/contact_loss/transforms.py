@@ -1,8 +1,13 @@
-"""Edges of contact: samples of a cycle about an instant at which a flank meets or leaves its mate.
+"""Transforms of the alternating frequency/time method: amplitudes at lattice points, values on a grid of phases.
 
-Between the samples before and after, the gap changes by d- and d+.  About a sample it runs through a width w around its
-value delta above first touch: the flank is closed for the part a = 1/2 + delta / w of it, all or none beyond, with the
-mean penetration d = a w / 2, delta where it is closed throughout:
+A real signal of D phases is x(theta) = Re sum_a X_a exp(2 pi i a . theta) over lattice points a [cameron1989;
+krack2019].  Amplitudes stand as real rows (2 J, c): real parts of J points, then imaginary parts, the mean first.
+Values stand as (N, c) over the samples of the grid, the last phase fastest.
+
+Edges of contact are samples of a cycle about an instant at which a flank meets or leaves its mate.  Between the samples
+before and after, the gap changes by d- and d+.  About a sample it runs through a width w around its value delta above
+first touch: the flank is closed for the part a = 1/2 + delta / w of it, all or none beyond, with the mean penetration
+d = a w / 2, delta where it is closed throughout:
 
     f = a f(d) - k w B(delta / w) / 24,    w^2 = (d-^2 + d+^2) / 2
 
@@ -11,14 +16,6 @@ jump; so its derivative is continuous, also where a gap only grazes first touch.
 samples sum to k w^2 / 24 more than the integral of a force of tangent k at first touch: that is taken off again, in
 parts B, the quadratic B-spline, over the three samples nearest to first touch.  Away from edges the force is that of
 the sample (derived here).
-
-Lattice points of the balance: orders of mesh and shaft tones, one of a and -a.
-
-Transforms of the alternating frequency/time method: amplitudes at lattice points, values on a grid of phases.
-
-A real signal of D phases is x(theta) = Re sum_a X_a exp(2 pi i a . theta) over lattice points a [cameron1989;
-krack2019].  Amplitudes stand as real rows (2 J, c): real parts of J points, then imaginary parts, the mean first.
-Values stand as (N, c) over the samples of the grid, the last phase fastest.
 """
 
 from __future__ import annotations
@@ -36,9 +33,194 @@ from ...system.system import Array, Line
 from ..response.lattice import Point, kept_points
 
 Index = NDArray[np.int64]
+PlacedLine = tuple[Point, bool, Line]
+"""A line at a lattice point, and whether its conjugate counts there."""
 
 # Half the support of the spline B, in widths.
 _REACH = 1.5
+
+
+# --- lattice points ---------------------------------------------------------------------------------------------------
+
+
+class Size(NamedTuple):
+    """Rows of a torus: harmonics of each mesh tone, order of their combinations, highest order of each shaft tone."""
+
+    harmonics: tuple[int, ...]
+    cross: int
+    orders: tuple[int, ...]
+
+
+def mesh_points(size: Size) -> Index:
+    """Lattice points (J, D) of the D mesh tones alone."""
+    return torus_points(size._replace(orders=()))
+
+
+def torus_points(size: Size) -> Index:
+    """Lattice points (J, D) of mesh and shaft tones, one of a and -a, the origin first.
+
+    Mesh points as of `kept_points`, each with all shaft orders |s_1| / H_1 + |s_2| / H_2 + .. <= 1 (derived here).
+    """
+    mesh = kept_points(size.harmonics, size.cross, mirrored=False).points.tolist()
+    reach = product(*(range(-order, order + 1) for order in size.orders))
+    of_shafts = [orders for orders in reach if order_weight(orders, size.orders) <= 1]
+    every = [(*a, *s) for a in mesh for s in of_shafts]
+    return half_lattice(every)
+
+
+def order_weight(point: tuple[int, ...], orders: tuple[int, ...]) -> float:
+    """|s_1| / H_1 + |s_2| / H_2 + .. of shaft orders (S,) and their highest (S,), without its rounding."""
+    return round(sum(abs(s) / order for s, order in zip(point, orders, strict=True)), 9)
+
+
+def half_lattice(points: Sequence[Point]) -> Index:
+    """The points (J, D) of a lattice that stand for a real signal: one of a and -a, the origin first."""
+    leading = [point for point in points if _leads(point)]
+    return np.array(sorted(leading, key=lambda point: (any(point), point)), dtype=np.int64)
+
+
+def placed_line(point: Point, line: Line) -> PlacedLine:
+    """A line at the point a, or as its conjugate at -a, whichever half of the lattice holds."""
+    leads = _leads(point)
+    return point if leads else tuple(-a for a in point), not leads, line
+
+
+def _leads(point: Point) -> bool:
+    """Whether a stands for itself and -a: its first order that is not 0 is positive."""
+    return next((a for a in point if a), 1) > 0
+
+
+# --- transforms -------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Grid:
+    """Transforms of one phase, as two matrices.
+
+    points : (J, 1) orders, the origin first.  counts : (1,) samples, more than twice the highest order.
+    wave : (N, 2 J) from rows to values.  back : (2 J, N) from values to rows.
+    """
+
+    points: Index
+    counts: tuple[int, ...]
+    wave: Array
+    back: Array
+
+    @property
+    def phases(self) -> Array:
+        """Phases (N, 1) of the samples [cycles]."""
+        return phases_of(self.counts)
+
+    def values(self, rows: Array) -> Array:
+        """Values (N, c) of rows (2 J, c)."""
+        sampled: Array = self.wave @ rows
+        return sampled
+
+    def rows(self, values: Array) -> Array:
+        """Rows (2 J, c) of values (N, c); orders that are no lattice points are dropped."""
+        projected: Array = self.back @ values
+        return projected
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Separable:
+    """Transforms of several phases: one matrix along the first phase, one along all others together.
+
+    points : (J, D) orders, the first one never below 0, the origin first.  counts : (D,) samples of each phase.
+    take : (J,) place of each point in a box of S rests (orders of the other phases) times H + 1 first orders.
+    turn : (2 Ns, 2 S), unturn : (2 S, 2 Ns) between rests and the Ns samples of the other phases, re and im apart.
+    wave : (N_1, 2 H + 2), back : (2 H + 2, N_1) along the first phase.
+    """
+
+    points: Index
+    counts: tuple[int, ...]
+    take: Index
+    turn: Array
+    unturn: Array
+    wave: Array
+    back: Array
+
+    @property
+    def phases(self) -> Array:
+        """Phases (N, D) of the samples [cycles], the last one fastest."""
+        return phases_of(self.counts)
+
+    def values(self, rows: Array) -> Array:
+        """Values (N, c) of rows (2 J, c)."""
+        orders, columns = self.wave.shape[1] // 2, rows.shape[1]
+        if not columns:
+            return np.zeros((len(self.wave) * len(self.turn) // 2, 0))
+        box = np.zeros((2, len(self.unturn) // 2 * orders, columns))
+        box[:, self.take] = rows.reshape(2, -1, columns)
+        turned = self.turn @ box.reshape(self.turn.shape[1], -1)
+        folded = turned.reshape(-1, 2, orders, columns).transpose(1, 2, 0, 3).reshape(2 * orders, -1)
+        sampled: Array = (self.wave @ folded).reshape(-1, columns)
+        return sampled
+
+    def rows(self, values: Array) -> Array:
+        """Rows (2 J, c) of values (N, c); orders that are no lattice points are dropped."""
+        orders, columns = self.wave.shape[1] // 2, values.shape[1]
+        if not columns:
+            return np.zeros((2 * len(self.points), 0))
+        along = self.back @ values.reshape(len(self.wave), -1)
+        turned = along.reshape(2, orders, -1, columns).transpose(2, 0, 1, 3).reshape(self.turn.shape[0], -1)
+        box = (self.unturn @ turned).reshape(2, -1, columns)
+        projected: Array = box[:, self.take]
+        projected[0, 0] /= 2
+        projected[1, 0] = 0
+        return projected.reshape(-1, columns)
+
+
+Transforms = Grid | Separable
+"""Transforms of one phase, or of several."""
+
+
+def grid(points: Index, counts: tuple[int, ...]) -> Transforms:
+    """Transforms of lattice points (J, D) on a grid of (D,) samples."""
+    if len(counts) > 1:
+        return _separable(points, counts)
+    angle = 2 * np.pi * np.outer(np.arange(counts[0]) / counts[0], points[:, 0])
+    wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
+    back = np.ascontiguousarray(wave.T) * (2 / counts[0])
+    back[0] /= 2
+    back[len(points)] = 0
+    return Grid(points=points, counts=counts, wave=wave, back=back)
+
+
+def _separable(points: Index, counts: tuple[int, ...]) -> Separable:
+    """Transforms of lattice points (J, D), D > 1, on a grid of (D,) samples."""
+    rests, which = np.unique(points[:, 1:], axis=0, return_inverse=True)
+    highest = int(points[:, 0].max(initial=0))
+    angle = 2 * np.pi * phases_of(counts[1:]) @ rests.T
+    cos, sin = np.cos(angle), np.sin(angle)
+    turn = np.stack([np.hstack([cos, -sin]), np.hstack([sin, cos])], axis=1).reshape(2 * len(angle), -1)
+    fast = 2 * np.pi * np.outer(np.arange(counts[0]) / counts[0], np.arange(highest + 1))
+    wave = np.concatenate([np.cos(fast), -np.sin(fast)], axis=1)
+    total = counts[0] * len(angle)
+    return Separable(
+        points=points,
+        counts=counts,
+        take=which.ravel() * (highest + 1) + points[:, 0],
+        turn=turn,
+        unturn=np.ascontiguousarray(turn.T) * (2 / total),
+        wave=wave,
+        back=np.ascontiguousarray(wave.T),
+    )
+
+
+def phases_of(counts: tuple[int, ...]) -> Array:
+    """Phases (N, D) of the samples of a grid [cycles], the last one fastest."""
+    axes = np.meshgrid(*(np.arange(count) / count for count in counts), indexing="ij")
+    return np.stack([axis.ravel() for axis in axes], axis=1)
+
+
+def contiguous(places: Index) -> slice | Index:
+    """Rising places (k,): a slice, of which numpy makes no copy, where they stand together."""
+    whole = places.size > 0 and places[-1] - places[0] + 1 == places.size
+    return slice(int(places[0]), int(places[-1]) + 1) if whole else places
+
+
+# --- edges of contact -------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -167,181 +349,3 @@ def _beside(counts: tuple[int, ...], axis: tuple[int, ...]) -> tuple[Index, Inde
         for place, shift in enumerate((1, -1)):
             both[place, :, column] = np.roll(samples, shift, axis=phase).ravel() * c + column
     return both[0], both[1]
-
-
-PlacedLine = tuple[Point, bool, Line]
-"""A line at a lattice point, and whether its conjugate counts there."""
-
-
-class Size(NamedTuple):
-    """Rows of a torus: harmonics of each mesh tone, order of their combinations, highest order of each shaft tone."""
-
-    harmonics: tuple[int, ...]
-    cross: int
-    orders: tuple[int, ...]
-
-
-def mesh_points(size: Size) -> Index:
-    """Lattice points (J, D) of the D mesh tones alone."""
-    return torus_points(size._replace(orders=()))
-
-
-def torus_points(size: Size) -> Index:
-    """Lattice points (J, D) of mesh and shaft tones, one of a and -a, the origin first.
-
-    Mesh points as of `kept_points`, each with all shaft orders |s_1| / H_1 + |s_2| / H_2 + .. <= 1 (derived here).
-    """
-    mesh = kept_points(size.harmonics, size.cross, mirrored=False).points.tolist()
-    reach = product(*(range(-order, order + 1) for order in size.orders))
-    of_shafts = [orders for orders in reach if order_weight(orders, size.orders) <= 1]
-    every = [(*a, *s) for a in mesh for s in of_shafts]
-    return half_lattice(every)
-
-
-def order_weight(point: tuple[int, ...], orders: tuple[int, ...]) -> float:
-    """|s_1| / H_1 + |s_2| / H_2 + .. of shaft orders (S,) and their highest (S,), without its rounding."""
-    return round(sum(abs(s) / order for s, order in zip(point, orders, strict=True)), 9)
-
-
-def half_lattice(points: Sequence[Point]) -> Index:
-    """The points (J, D) of a lattice that stand for a real signal: one of a and -a, the origin first."""
-    leading = [point for point in points if _leads(point)]
-    return np.array(sorted(leading, key=lambda point: (any(point), point)), dtype=np.int64)
-
-
-def placed_line(point: Point, line: Line) -> PlacedLine:
-    """A line at the point a, or as its conjugate at -a, whichever half of the lattice holds."""
-    leads = _leads(point)
-    return point if leads else tuple(-a for a in point), not leads, line
-
-
-def _leads(point: Point) -> bool:
-    """Whether a stands for itself and -a: its first order that is not 0 is positive."""
-    return next((a for a in point if a), 1) > 0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Grid:
-    """Transforms of one phase, as two matrices.
-
-    points : (J, 1) orders, the origin first.  counts : (1,) samples, more than twice the highest order.
-    wave : (N, 2 J) from rows to values.  back : (2 J, N) from values to rows.
-    """
-
-    points: Index
-    counts: tuple[int, ...]
-    wave: Array
-    back: Array
-
-    @property
-    def phases(self) -> Array:
-        """Phases (N, 1) of the samples [cycles]."""
-        return phases_of(self.counts)
-
-    def values(self, rows: Array) -> Array:
-        """Values (N, c) of rows (2 J, c)."""
-        sampled: Array = self.wave @ rows
-        return sampled
-
-    def rows(self, values: Array) -> Array:
-        """Rows (2 J, c) of values (N, c); orders that are no lattice points are dropped."""
-        projected: Array = self.back @ values
-        return projected
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Separable:
-    """Transforms of several phases: one matrix along the first phase, one along all others together.
-
-    points : (J, D) orders, the first one never below 0, the origin first.  counts : (D,) samples of each phase.
-    take : (J,) place of each point in a box of S rests (orders of the other phases) times H + 1 first orders.
-    turn : (2 Ns, 2 S), unturn : (2 S, 2 Ns) between rests and the Ns samples of the other phases, re and im apart.
-    wave : (N_1, 2 H + 2), back : (2 H + 2, N_1) along the first phase.
-    """
-
-    points: Index
-    counts: tuple[int, ...]
-    take: Index
-    turn: Array
-    unturn: Array
-    wave: Array
-    back: Array
-
-    @property
-    def phases(self) -> Array:
-        """Phases (N, D) of the samples [cycles], the last one fastest."""
-        return phases_of(self.counts)
-
-    def values(self, rows: Array) -> Array:
-        """Values (N, c) of rows (2 J, c)."""
-        orders, columns = self.wave.shape[1] // 2, rows.shape[1]
-        if not columns:
-            return np.zeros((len(self.wave) * len(self.turn) // 2, 0))
-        box = np.zeros((2, len(self.unturn) // 2 * orders, columns))
-        box[:, self.take] = rows.reshape(2, -1, columns)
-        turned = self.turn @ box.reshape(self.turn.shape[1], -1)
-        folded = turned.reshape(-1, 2, orders, columns).transpose(1, 2, 0, 3).reshape(2 * orders, -1)
-        sampled: Array = (self.wave @ folded).reshape(-1, columns)
-        return sampled
-
-    def rows(self, values: Array) -> Array:
-        """Rows (2 J, c) of values (N, c); orders that are no lattice points are dropped."""
-        orders, columns = self.wave.shape[1] // 2, values.shape[1]
-        if not columns:
-            return np.zeros((2 * len(self.points), 0))
-        along = self.back @ values.reshape(len(self.wave), -1)
-        turned = along.reshape(2, orders, -1, columns).transpose(2, 0, 1, 3).reshape(self.turn.shape[0], -1)
-        box = (self.unturn @ turned).reshape(2, -1, columns)
-        found: Array = box[:, self.take]
-        found[0, 0] /= 2
-        found[1, 0] = 0
-        return found.reshape(-1, columns)
-
-
-Transforms = Grid | Separable
-"""Transforms of one phase, or of several."""
-
-
-def grid(points: Index, counts: tuple[int, ...]) -> Transforms:
-    """Transforms of lattice points (J, D) on a grid of (D,) samples."""
-    if len(counts) > 1:
-        return separable(points, counts)
-    angle = 2 * np.pi * np.outer(np.arange(counts[0]) / counts[0], points[:, 0])
-    wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
-    back = np.ascontiguousarray(wave.T) * (2 / counts[0])
-    back[0] /= 2
-    back[len(points)] = 0
-    return Grid(points=points, counts=counts, wave=wave, back=back)
-
-
-def separable(points: Index, counts: tuple[int, ...]) -> Separable:
-    """Transforms of lattice points (J, D), D > 1, on a grid of (D,) samples."""
-    rests, which = np.unique(points[:, 1:], axis=0, return_inverse=True)
-    highest = int(points[:, 0].max(initial=0))
-    angle = 2 * np.pi * phases_of(counts[1:]) @ rests.T
-    cos, sin = np.cos(angle), np.sin(angle)
-    turn = np.stack([np.hstack([cos, -sin]), np.hstack([sin, cos])], axis=1).reshape(2 * len(angle), -1)
-    fast = 2 * np.pi * np.outer(np.arange(counts[0]) / counts[0], np.arange(highest + 1))
-    wave = np.concatenate([np.cos(fast), -np.sin(fast)], axis=1)
-    total = counts[0] * len(angle)
-    return Separable(
-        points=points,
-        counts=counts,
-        take=which.ravel() * (highest + 1) + points[:, 0],
-        turn=turn,
-        unturn=np.ascontiguousarray(turn.T) * (2 / total),
-        wave=wave,
-        back=np.ascontiguousarray(wave.T),
-    )
-
-
-def phases_of(counts: tuple[int, ...]) -> Array:
-    """Phases (N, D) of the samples of a grid [cycles], the last one fastest."""
-    axes = np.meshgrid(*(np.arange(count) / count for count in counts), indexing="ij")
-    return np.stack([axis.ravel() for axis in axes], axis=1)
-
-
-def contiguous(places: Index) -> slice | Index:
-    """Rising places (k,): a slice, of which numpy makes no copy, where they stand together."""
-    whole = places.size > 0 and places[-1] - places[0] + 1 == places.size
-    return slice(int(places[0]), int(places[-1]) + 1) if whole else places

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy.optimize
@@ -29,9 +30,8 @@ from ..modes.eigen import repeated_roots
 Index = NDArray[np.int64]
 # Modes closer than this part of their frequency are taken together: the width of the widest boundaries.
 _CLOSE_FREQUENCY = 0.01
-# Combinations looked into, the fastest first.
-_MOST = 200
-_GRID = 61
+# Combinations looked into, the fastest first; points of a grid of mesh frequencies about one, at least.
+_MOST, _GRID = 200, 61
 
 
 def growth(strength: float, *, detuning: float = 0.0, first: float, second: float) -> float:
@@ -117,16 +117,16 @@ def resonances(system: System, modal: Modal, tones: tuple[float, ...]) -> list[R
     if not groups:
         return []
     rows = modal.gaps * modal_weights(modal.squared, modal.rigid)
-    found: list[Resonance] = []
-    at = np.array([float(system.tones[i]) for i in system.meshes.tone])
+    pairs: list[Resonance] = []
+    followed = np.array([float(system.tones[i]) for i in system.meshes.tone])
     for tone in tones:
-        mine = at == tone
-        stage = system.meshes.stage[int(np.argmax(mine))]
-        for order in np.flatnonzero(np.any(system.meshes.variation[mine] != 0, axis=0)) + 1:
-            k = system.meshes.stiffness[mine] * system.meshes.variation[mine, order - 1]
-            D = (rows[mine].T * k) @ rows[mine]
+        meshes = followed == tone
+        stage = system.meshes.stage[int(np.argmax(meshes))]
+        for order in np.flatnonzero(np.any(system.meshes.variation[meshes] != 0, axis=0)) + 1:
+            k = system.meshes.stiffness[meshes] * system.meshes.variation[meshes, order - 1]
+            D = (rows[meshes].T * k) @ rows[meshes]
             for first, second, strength, limit in _coupled_groups(D, groups, omega, modal.damping / 2):
-                found.append(
+                pairs.append(
                     Resonance(
                         first=first,
                         second=second,
@@ -138,7 +138,7 @@ def resonances(system: System, modal: Modal, tones: tuple[float, ...]) -> list[R
                         damping_limit=limit,
                     )
                 )
-    return sorted(found, key=lambda one: one.damping_limit - one.strength)
+    return sorted(pairs, key=lambda pair: pair.damping_limit - pair.strength)
 
 
 def _close_groups(omega: Array, elastic: Index) -> list[Index]:
@@ -178,22 +178,24 @@ def combinations(
     tones : as of `resonances`, at the operating speed.  turning : whether G, Kg, Cskew follow the speed.
     """
     omega = np.sqrt(modal.squared)
-    near = [one for one in resonances(system, modal, tones) if low / 2 <= _centre_frequency(one, omega) <= 2 * high][
-        :_MOST
-    ]
-    found: list[Combination] = []
-    for one in near:
-        found += _unstable_ranges(_averaged_equations(modal, one, tones[0], turning), modal.squared)
-    return sorted((part for part in found if part.high >= low and part.low <= high), key=lambda part: part.centre)
+    near: list[Resonance] = []
+    for resonance in resonances(system, modal, tones):
+        # mesh frequency of the first mesh [Hz] at which the mean frequencies of the groups sum to the order
+        total = float(omega[resonance.first].mean() + omega[resonance.second].mean())
+        if low / 2 <= total / (2 * np.pi * resonance.order * resonance.tone_ratio) <= 2 * high:
+            near.append(resonance)
+    ranges: list[Combination] = []
+    for resonance in near[:_MOST]:
+        ranges += _unstable_ranges(_averaged_equations(modal, resonance, tones[0], turning), modal.squared)
+    return sorted((each for each in ranges if each.high >= low and each.low <= high), key=lambda each: each.centre)
 
 
-def _centre_frequency(one: Resonance, omega: Array) -> float:
-    """Mesh frequency of the first mesh [Hz] at which the mean frequencies of the groups, of omega (n,).
+class _GroupTerms(NamedTuple):
+    """Averaged coefficients (p, p) within a group by power of the speed [1/s]."""
 
-    Sum to the order.
-    """
-    total = float(omega[one.first].mean() + omega[one.second].mean())
-    return total / (2 * np.pi * one.order * one.tone_ratio)
+    constant: ComplexArray
+    linear: ComplexArray
+    quadratic: ComplexArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -201,17 +203,15 @@ class _Averaged:
     """The averaged equations of one resonance; frequencies are those of the first mesh [rad/s].
 
     tone : at the operating speed [rad/s].  turning : whether G, Kg, Cskew follow the speed.
-    mean_omega : mean frequency of each group [rad/s].  constant, linear, quadratic : coefficients (p, p) within each
-        group by power of the speed [1/s].  coupling : (p, q) of each group on the other [1/s].
+    mean_omega : mean frequency of each group [rad/s].  terms : within each group.
+    coupling : (p, q) of each group on the other [1/s].
     """
 
     resonance: Resonance
     tone: float
     turning: bool
     mean_omega: tuple[float, float]
-    constant: tuple[ComplexArray, ComplexArray]
-    linear: tuple[ComplexArray, ComplexArray]
-    quadratic: tuple[ComplexArray, ComplexArray]
+    terms: tuple[_GroupTerms, _GroupTerms]
     coupling: tuple[ComplexArray, ComplexArray]
 
     @property
@@ -222,7 +222,7 @@ class _Averaged:
     @property
     def width(self) -> float:
         """Half-width if all modes of a group had the same frequency [rad/s]."""
-        first, second = (float(-constant.diagonal().real.max()) for constant in self.constant)
+        first, second = (float(-group.constant.diagonal().real.max()) for group in self.terms)
         wide = half_width(self.resonance.strength, first=first, second=second)
         return (wide if np.isfinite(wide) else 20 * self.resonance.strength) / (
             self.resonance.order * self.resonance.tone_ratio
@@ -233,15 +233,10 @@ class _Averaged:
         """How far from the centre anything can happen [rad/s]."""
         speed = self.speed(np.array([self.centre]))
         moved = 0.0
-        for constant, linear, quadratic in zip(self.constant, self.linear, self.quadratic, strict=True):
+        for constant, linear, quadratic in self.terms:
             rest = constant - np.diag(constant.diagonal().real) + speed * linear + speed**2 * quadratic
             moved += float(np.abs(rest).sum(axis=1).max())
         return 1.2 * self.width + 2 * moved / (self.resonance.order * self.resonance.tone_ratio)
-
-    @property
-    def points(self) -> int:
-        """Points of a grid over the reach that the width spans several steps of."""
-        return int(np.clip(16 * self.reach / self.width, _GRID, 10 * _GRID)) if self.width > 0 else _GRID
 
     def speed(self, mesh: Array) -> Array:
         """Relative speed of the frame terms at mesh frequencies (F,) [rad/s], (F,) [1]."""
@@ -253,7 +248,7 @@ class _Averaged:
         speed = self.speed(mesh)[:, None, None]
         first, second = (
             constant + speed * linear + speed**2 * quadratic - 1j * half * np.eye(len(constant))
-            for constant, linear, quadratic in zip(self.constant, self.linear, self.quadratic, strict=True)
+            for constant, linear, quadratic in self.terms
         )
         p = first.shape[1]
         whole = np.empty((mesh.size, p + second.shape[1], p + second.shape[1]), complex)
@@ -266,31 +261,29 @@ class _Averaged:
         rates: Array = np.linalg.eigvals(self.matrix(mesh)).real.max(axis=1)
         return rates
 
+    def growth_at(self, mesh: float) -> float:
+        """Largest growth rate at one mesh frequency [rad/s], [1/s]."""
+        return float(self.growth(np.array([mesh]))[0])
 
-def _averaged_equations(modal: Modal, one: Resonance, tone: float, turning: bool) -> _Averaged:
+
+def _averaged_equations(modal: Modal, resonance: Resonance, tone: float, turning: bool) -> _Averaged:
     """The averaged equations of a resonance; tone : of the first mesh at the operating speed [Hz]."""
-    omega = np.sqrt(modal.squared)
-    first, second = _group_terms(modal, one.first), _group_terms(modal, one.second)
+    omega, first, second = np.sqrt(modal.squared), resonance.first, resonance.second
     return _Averaged(
-        resonance=one,
+        resonance=resonance,
         tone=2 * np.pi * tone,
         turning=turning,
-        mean_omega=(float(omega[one.first].mean()), float(omega[one.second].mean())),
-        constant=(first[0], second[0]),
-        linear=(first[1], second[1]),
-        quadratic=(first[2], second[2]),
+        mean_omega=(float(omega[first].mean()), float(omega[second].mean())),
+        terms=(_group_terms(modal, first), _group_terms(modal, second)),
         coupling=(
-            1j * one.coupling / (4 * omega[one.first, None]),
-            1j * one.coupling.T / (4 * omega[one.second, None]),
+            1j * resonance.coupling / (4 * omega[first, None]),
+            1j * resonance.coupling.T / (4 * omega[second, None]),
         ),
     )
 
 
-def _group_terms(modal: Modal, group: Index) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Averaged coefficients within a group (p,) by power of the speed.
-
-    constant, linear, quadratic, (p, p) each [1/s].
-    """
+def _group_terms(modal: Modal, group: Index) -> _GroupTerms:
+    """Averaged coefficients within a group (p,) of close modes."""
     omega, weight = np.sqrt(modal.squared)[group], modal_weights(modal.squared, modal.rigid)[group]
     rate, position = -omega / (2 * omega[:, None]), 1j / (2 * omega[:, None])
 
@@ -306,7 +299,7 @@ def _group_terms(modal: Modal, group: Index) -> tuple[ComplexArray, ComplexArray
 
     zero = np.zeros((group.size, group.size), complex)
     apart = 1j * (omega - omega.mean()) - modal.damping[group] / 2
-    return (
+    return _GroupTerms(
         np.diag(apart) + term("C") * rate,
         zero + term("G") * rate + term("Cskew") * position,
         zero + term("Kg") * position,
@@ -315,38 +308,46 @@ def _group_terms(modal: Modal, group: Index) -> tuple[ComplexArray, ComplexArray
 
 def _unstable_ranges(averaged: _Averaged, squared: Array) -> list[Combination]:
     """The ranges of mesh frequency in which a resonance grows."""
-    mesh = averaged.centre + averaged.reach * np.linspace(-1, 1, averaged.points)
+    reach, width, resonance = averaged.reach, averaged.width, averaged.resonance
+    # the width spans several steps of the grid
+    points = int(np.clip(16 * reach / width, _GRID, 10 * _GRID)) if width > 0 else _GRID
+    mesh = averaged.centre + reach * np.linspace(-1, 1, points)
     mesh = mesh[mesh > 0]
     rates = averaged.growth(mesh)
     # rounding of an eigenvalue: without damping everything is at 0
-    edge = 1e-9 * averaged.resonance.strength
+    edge = 1e-9 * resonance.strength
     grows = np.concatenate([[False], rates > edge, [False]])
     starts, ends = np.flatnonzero(~grows[:-1] & grows[1:]), np.flatnonzero(grows[:-1] & ~grows[1:]) - 1
-    first, second = _strongest_pair(averaged.resonance, squared)
-    found = []
+    first, second = _strongest_pair(resonance, squared)
+    ranges = []
     for start, end in zip(starts, ends, strict=True):
         low = mesh[start] if start == 0 else _boundary(averaged, mesh[start - 1], mesh[start], edge)
         high = mesh[end] if end == mesh.size - 1 else _boundary(averaged, mesh[end], mesh[end + 1], edge)
         best = int(start) + int(np.argmax(rates[start : end + 1]))
-        fastest = _fastest_growth(averaged, mesh[max(best - 1, 0)], mesh[min(best + 1, mesh.size - 1)])
+        # to SciPy's default tolerance
+        fastest = scipy.optimize.minimize_scalar(
+            lambda frequency: -averaged.growth_at(frequency),
+            bounds=(mesh[max(best - 1, 0)], mesh[min(best + 1, mesh.size - 1)]),
+            method="bounded",
+        ).x
         hertz = 2 * np.pi
-        found.append(
+        ranges.append(
             Combination(
                 first=min(first, second) + 1,
                 second=max(first, second) + 1,
-                order=averaged.resonance.order,
-                stage=averaged.resonance.stage,
+                order=resonance.order,
+                stage=resonance.stage,
                 low=low / hertz,
-                centre=fastest / hertz,
+                centre=float(fastest) / hertz,
                 high=high / hertz,
-                growth=float(averaged.growth(np.array([fastest]))[0]),
-                threshold=averaged.resonance.damping_limit / averaged.resonance.strength,
+                growth=averaged.growth_at(fastest),
+                threshold=resonance.damping_limit / resonance.strength,
             )
         )
-    return found
+    return ranges
 
 
-def _strongest_pair(one: Resonance, squared: Array) -> tuple[int, int]:
+def _strongest_pair(resonance: Resonance, squared: Array) -> tuple[int, int]:
     """Indices of the modes that couple most, one of each group; of modes of one frequency the first stands for all.
 
     The norm over modes of one frequency does not hang on their basis.
@@ -355,27 +356,12 @@ def _strongest_pair(one: Resonance, squared: Array) -> tuple[int, int]:
     ----------
     squared : (n,) omega^2 of all modes [rad^2/s^2].
     """
-    rows, columns = (repeated_roots(squared[group]) for group in (one.first, one.second))
-    size = [[np.linalg.norm(one.coupling[row, column]) for column in columns] for row in rows]
+    rows, columns = (repeated_roots(squared[group]) for group in (resonance.first, resonance.second))
+    size = [[np.linalg.norm(resonance.coupling[row, column]) for column in columns] for row in rows]
     p, q = divmod(largest(size), len(columns))
-    return int(one.first[rows[p].start]), int(one.second[columns[q].start])
+    return int(resonance.first[rows[p].start]), int(resonance.second[columns[q].start])
 
 
-def _boundary(averaged: _Averaged, one: float, other: float, edge: float) -> float:
+def _boundary(averaged: _Averaged, low: float, high: float, edge: float) -> float:
     """Mesh frequency [rad/s] between two at which the growth rate is `edge` [1/s], to 1e-9 of it."""
-
-    def above(mesh: float) -> float:
-        return float(averaged.growth(np.array([mesh]))[0]) - edge
-
-    return float(scipy.optimize.brentq(above, one, other, xtol=1e-9 * other))
-
-
-def _fastest_growth(averaged: _Averaged, one: float, other: float) -> float:
-    """Mesh frequency [rad/s] of the largest growth rate between two.
-
-    By bounded minimisation of SciPy's default tolerance.
-    """
-    found = scipy.optimize.minimize_scalar(
-        lambda mesh: -float(averaged.growth(np.array([mesh]))[0]), bounds=(one, other), method="bounded"
-    )
-    return float(found.x)
+    return float(scipy.optimize.brentq(lambda mesh: averaged.growth_at(mesh) - edge, low, high, xtol=1e-9 * high))

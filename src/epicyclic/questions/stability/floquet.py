@@ -1,15 +1,4 @@
-"""Propagation over many steps of flow and kick: parts that nothing couples, and each as a product in few operations.
-
-Three things make a product of thousands of steps cheap, none of which changes it but for rounding; derived here.
-
-- Coordinates that no mesh and no mean term couples at any instant are propagated apart, as the symmetric and the
-  antisymmetric motions of a herringbone train whose sides mesh in phase.  Work goes with the cube of the size.
-- The kicks of a part act through as many combinations of its gaps as its mesh rows have rank, however many rows there
-  are: both sides of a herringbone mesh are one where nothing tilts.
-- Steps are taken several at a time.  The gaps met by the kicks of such a group follow from its first state and the
-  impulses before, by small matrices; the large ones are multiplied once a group.
-
-Floquet multipliers of the linear system whose meshes change periodically in any way, over any period.
+"""Floquet multipliers of the linear system whose meshes change periodically in any way, over any period.
 
 A step is the exact flow of the mean system (gyroscopic, centripetal and off-diagonal damping terms included) and a
 kick of rank m by the deviation of the meshes from their mean over the period.  The kick carries the double commutator
@@ -21,6 +10,15 @@ until they meet.
 The mean system is a state z = (y, u) in mass-normalised modal coordinates x (q = Phi x) with rates u = x' and
 y = weight x, whose square is twice the energy.  Positions of neutral motions (free rotation) enter no force and are
 left out: what is left has no defective double multiplier at 1 that rounding would scatter to 1e-8.
+
+Three things make a product of thousands of steps cheap, none of which changes it but for rounding; derived here.
+
+- Coordinates that no mesh and no mean term couples at any instant are propagated apart, as the symmetric and the
+  antisymmetric motions of a herringbone train whose sides mesh in phase.  Work goes with the cube of the size.
+- The kicks of a part act through as many combinations of its gaps as its mesh rows have rank, however many rows there
+  are: both sides of a herringbone mesh are one where nothing tilts.
+- Steps are taken several at a time.  The gaps met by the kicks of such a group follow from its first state and the
+  impulses before, by small matrices; the large ones are multiplied once a group.
 """
 
 from __future__ import annotations
@@ -39,6 +37,21 @@ from ..modes.eigen import neutral_basis
 
 Index = NDArray[np.int64]
 
+# Kinds of loss of stability, by where the largest multiplier leaves the unit circle; one vocabulary for all analyses.
+# At +1 a linear system has one word, divergence.  With teeth that part the branch of the motion tells two of its forms
+# apart: a fold, where it turns back, and symmetry breaking, where another one with less symmetry leaves it.
+STABLE = "stable"
+DIVERGENCE, DOUBLING, QUASI_PERIODIC = "divergence", "period doubling", "quasi-periodic"
+FOLD, BREAKING = "fold", "symmetry breaking"
+KINDS = (STABLE, DIVERGENCE, DOUBLING, QUASI_PERIODIC)
+
+# A multiplier this much above 1 is growth.  Without damping multipliers lie on the circle; two that coincide separate
+# by the root of the rounding.  With constant contact more steps change them by no more than 1e-12.
+CIRCLE = 1e-7
+# Least steps of a mesh cycle, and of a cycle of the highest mode.
+_STEPS_PER_CYCLE, _STEPS_PER_MODE_CYCLE = 24.0, 4.0
+# A constant of the motion is one if what would change it is rounding beside the matrices' own size.
+_CONSERVED = 1e-9
 # Couplings below this part of the product of the natural frequencies are rounding: that of gaps of close modes reaches
 # 1e-13, the least couplings of trains are 1e-10.
 _COUPLED = 1e-12
@@ -48,6 +61,310 @@ _RANK = 1e-12
 _GROUP = 12
 # Doubles of the matrices of groups multiplied side by side: they and their products stay in the second cache.
 _BATCH = 100_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Floquet:
+    """Propagation of a small disturbance over one period.
+
+    multipliers : (2n,) complex, largest magnitude first, then those of free motions.
+    free : (2n,) whether it is that of a free motion: of its position (exactly 1) or its momentum (1 to rounding).
+    position, rate : (n, 2n) complex, eigenvectors in the coordinates y of `Modal` and their y' [1/s] at the first
+        instant, to O(h^2), of unit energy norm |y|^2 + |x'|^2, without the position of free motions, on which nothing
+        depends; None where not asked for.
+    """
+
+    multipliers: ComplexArray
+    free: NDArray[np.bool_]
+    position: ComplexArray | None = None
+    rate: ComplexArray | None = None
+
+
+def steps_needed(modal: Modal, *, period: float, cycle: float, harmonics: int = 0) -> int:
+    """Steps of a period that hold the motion between kicks: 24 a mesh cycle, 4 a cycle of the highest mode.
+
+    Kicks repeat with the step's frequency; it is kept so high that no sum of two natural frequencies meets it.
+
+    Parameters
+    ----------
+    period : [s].  cycle : shortest mesh cycle [s].  harmonics : of the mesh stiffness, per mesh cycle.
+    """
+    highest = float(np.sqrt(modal.squared.max(initial=0.0))) / (2 * np.pi)
+    clear = 2 * highest + (harmonics + 1) / cycle
+    return int(np.ceil(period * max(_STEPS_PER_CYCLE / cycle, _STEPS_PER_MODE_CYCLE * highest, clear) - 1e-9))
+
+
+def multiplier_kind(multiplier: complex, *, real: float) -> str:
+    """Kind of loss of stability of the largest multiplier [1].
+
+    Stable within 1 + `CIRCLE`, real within `real` of its size.
+
+    Near +1 ``divergence``, growth at mesh orders; near -1 ``period doubling``, at half orders; else
+    ``quasi-periodic``, two modes together.
+    """
+    if abs(multiplier) <= 1 + CIRCLE:
+        return STABLE
+    if abs(multiplier.imag) > real * abs(multiplier):
+        return QUASI_PERIODIC
+    return DIVERGENCE if multiplier.real > 0 else DOUBLING
+
+
+def floquet(
+    modal: Modal,
+    stiffness: Array,
+    *,
+    period: float,
+    frame: float = 1.0,
+    damping: Array | None = None,
+    gaps: Array | None = None,
+    vectors: bool = False,
+) -> Floquet:
+    """Multipliers of one period, and the motions they belong to.
+
+    Parameters
+    ----------
+    stiffness : (m, N) tangent of every mesh row less the mean stiffness that `modal` holds [N/m], at N equal steps of
+        the period; -k0 where teeth are parted.  N : see `steps_needed`.
+    period : [s]; of one mesh cycle, or of as many as the motion needs.  frame : factor of G and Cskew, squared of Kg.
+    damping : (m, N) mesh damping less what `modal` holds [N s/m]; its varying part is followed to second order.
+    gaps : (m, n) gap of y of the rows that change, where these are others, or more, than the meshes of `modal`.
+    vectors : whether the eigenvectors are wanted.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError : a number that is not finite, or eigenvalues that did not converge.
+    """
+    mean_k, mean_c = stiffness.mean(axis=1), np.zeros(len(stiffness)) if damping is None else damping.mean(axis=1)
+    start = _mean_flow(modal, frame=frame, stiffness=mean_k, damping=mean_c, gaps=gaps)
+    change_c = None if damping is None or not np.ptp(damping, axis=1).any() else damping - mean_c[:, None]
+    change_k, step = stiffness - mean_k[:, None], period / stiffness.shape[1]
+    multipliers, columns = list[ComplexArray](), list[ComplexArray]()
+    for states, whole in _monodromies(start, change_k, change_c, step):
+        if not np.isfinite(whole).all():
+            raise np.linalg.LinAlgError("the motion over a period is not finite")
+        if not vectors:
+            multipliers.append(scipy.linalg.eigvals(whole, check_finite=False))
+            continue
+        mu, motions = scipy.linalg.eig(whole, check_finite=False)
+        multipliers.append(mu)
+        columns.append(np.zeros((len(start.generator), mu.size), complex))
+        columns[-1][states] = motions
+    mu = np.concatenate(multipliers)
+    order, free = _sorted(mu, start)
+    mu = np.concatenate([mu, np.ones(start.neutral)])[order]
+    if not vectors:
+        return Floquet(multipliers=mu, free=free)
+    # in the middle of the first kick
+    z = np.concatenate(columns, axis=1)
+    (impulses,) = _impulses(start, change_k[:, :1], None if change_c is None else change_c[:, :1], step / 2)
+    z[start.gaps.shape[1] :] -= start.rows.T @ (impulses @ z[: impulses.shape[1]])
+    position, rate = _motions(start, z)
+    return Floquet(multipliers=mu, free=free, position=position[:, order], rate=rate[:, order])
+
+
+def _monodromies(
+    start: _MeanFlow, stiffness: Array, damping: Array | None, step: float
+) -> Iterator[tuple[NDArray[np.int64], Array]]:
+    """States and monodromy matrix of every independent part; changes (m, N) less their means, a step of length [s]."""
+    k = start.gaps.shape[1]
+    for part in independent_parts(start.generator, start.rows, start.weight, stiffness=stiffness, damping=damping):
+        held = part[part >= start.neutral] - start.neutral
+        states = np.concatenate([held, k + part])
+        yield (
+            states,
+            monodromy(
+                start.generator[np.ix_(states, states)],
+                start.gaps[:, held],
+                start.rows[:, part],
+                stiffness=stiffness,
+                damping=damping,
+                step=step,
+            ),
+        )
+
+
+def _motions(start: _MeanFlow, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """(n, 2n) position y and rate y' in the order of the modes, the motions left out as the last columns."""
+    k, n, r = start.gaps.shape[1], len(start.weight), start.neutral
+    x, u = np.zeros((n, k + n + r), complex), np.zeros((n, k + n + r), complex)
+    x[r:, : k + n] = z[:k] / start.weight[r:, None]
+    u[:, : k + n] = z[k:]
+    x[:r, k + n :] = np.diag(1 / start.weight[:r])
+    x, u, weight = start.turn @ x, start.turn @ u, (start.turn**2) @ start.weight
+    size = np.sqrt((np.abs(weight[:, None] * x) ** 2 + np.abs(u) ** 2).sum(axis=0))
+    return weight[:, None] * x / size, weight[:, None] * u / size
+
+
+def _sorted(mu: ComplexArray, start: _MeanFlow) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Order (2n,) of the multipliers with those left out behind them, and which are of free motions.
+
+    As many as there are conserved momenta are exactly 1 but for rounding: the nearest ones.
+    """
+    momenta = np.argsort(np.abs(mu - 1), kind="stable")[: start.conserved]
+    size = np.concatenate([np.abs(mu), np.ones(start.neutral)])
+    free = np.zeros(size.size, bool)
+    free[momenta] = free[len(mu) :] = True
+    order = np.lexsort((-size, free))
+    return order, free[order]
+
+
+# --- the mean system --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _MeanFlow:
+    """The mean system as a linear flow: z' = generator z less the push of changed meshes.
+
+    generator : (k + n, k + n) of z = (y (k,), u (n,)) [1/s].
+    gaps : (m, k) gap of y [m].  rows : (m, n) B^T Phi: gap rate of u, and transposed the push of mesh forces on u.
+    turn : (n, n) orthogonal, x = turn (x_neutral, x_rest).  weight : (n,) in the order of the turned coordinates
+        [rad/s].
+    neutral : positions left out, n - k of them, each a multiplier 1.  conserved : multipliers 1 among the others.
+    """
+
+    generator: Array
+    gaps: Array
+    rows: Array
+    turn: Array
+    weight: Array
+    neutral: int
+    conserved: int
+
+
+def _mean_flow(modal: Modal, *, frame: float, stiffness: Array, damping: Array, gaps: Array | None = None) -> _MeanFlow:
+    """The mean system with other mean meshes.
+
+    Parameters
+    ----------
+    frame : factor of G and Cskew, squared of Kg.
+    stiffness, damping : (m,) mean of each mesh less what `modal` holds [N/m], [N s/m].
+    gaps : (m, n) gap of y of those rows; the meshes of `modal` where None.
+    """
+    weight = modal_weights(modal.squared, modal.rigid)
+    rows = (modal.gaps if gaps is None else gaps) * weight
+    # rates and positions in mass-normalised modal coordinates
+    C, K = np.diag(modal.damping), np.diag(modal.squared)
+    for name, factor, target in (("G", frame, C), ("C", 1.0, C), ("Kg", frame**2, K), ("Cskew", frame, K)):
+        if name in modal.coupling:
+            target += factor * modal.coupling[name].T * weight / weight[:, None]
+    C += (rows.T * damping) @ rows
+    K += (rows.T * stiffness) @ rows
+    turn, neutral, conserved = np.eye(len(weight)), 0, 0
+    rigid = np.flatnonzero(modal.rigid)
+    if rigid.size:
+        turn, neutral = neutral_basis(K, rigid)
+        C, K, rows, weight = turn.T @ C @ turn, turn.T @ K @ turn, rows @ turn, (turn**2).T @ weight
+        conserved = _conserved(K, C, rigid.size, neutral)
+    n, k = len(weight), len(weight) - neutral
+    generator = np.zeros((k + n, k + n))
+    generator[:k, k + neutral :] = np.diag(weight[neutral:])
+    generator[k:, :k] = -K[:, neutral:] / weight[neutral:]
+    generator[k:, k:] = -C
+    return _MeanFlow(
+        generator=generator,
+        gaps=np.ascontiguousarray(rows[:, neutral:] / weight[neutral:]),
+        rows=rows,
+        turn=turn,
+        weight=weight,
+        neutral=neutral,
+        conserved=conserved,
+    )
+
+
+def _conserved(K: Array, C: Array, rigid: int, neutral: int) -> int:
+    """Number of momenta of the `rigid` first coordinates that nothing changes.
+
+    No position, no rate of a neutral motion.
+
+    K [1/s^2] and C [1/s] are (n, n) with the neutral coordinates first.
+    """
+    tiny = np.finfo(float).tiny
+    held = K[:rigid] / max(float(np.abs(K - np.diag(np.diag(K))).max(initial=0.0)), tiny)
+    dragged = C[:rigid, :neutral] / max(float(np.abs(C).max(initial=0.0)), tiny)
+    changed = np.linalg.svd(np.concatenate([held, dragged], axis=1), compute_uv=False)
+    return rigid - int(np.sum(changed > _CONSERVED))
+
+
+# --- flow and kicks where no period ends them -------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class VariationalFlow:
+    """Flow and kicks of a linear system whose meshes change in any way, for some disturbances side by side.
+
+    mean : the mean system.  stiffness, damping : (m,) of the rows in it, less what `Modal` holds [N/m], [N s/m].
+    joined : (N, N + m) one step of the flow from states and impulses.  step : [s].
+    """
+
+    mean: _MeanFlow
+    stiffness: Array
+    damping: Array | None
+    joined: Array
+    step: float
+
+    @property
+    def size(self) -> int:
+        """Length N of a state, without the positions of free motions."""
+        return len(self.mean.generator)
+
+    @property
+    def conserved(self) -> int:
+        """Number of momenta that nothing changes, each a multiplier 1 at any time."""
+        return self.mean.conserved
+
+    def propagated(self, start: Array, stiffness: Array, damping: Array | None) -> Array:
+        """States (N, k) after S steps from (N, k); stiffness, damping : (m, S) as of `floquet`."""
+        change = None if damping is None or self.damping is None else damping - self.damping[:, None]
+        stiffness, N = stiffness - self.stiffness[:, None], self.size
+        both = np.zeros((self.joined.shape[1], start.shape[1]))
+        both[:N] = start
+        size = max(2, _BATCH // (N * len(stiffness) + 1))
+        for first in range(0, stiffness.shape[1], size):
+            part = slice(first, first + size)
+            damping = None if change is None else change[:, part]
+            for impulses in _impulses(self.mean, stiffness[:, part], damping, self.step):
+                both[N:] = impulses @ both[: impulses.shape[1]]
+                both[:N] = self.joined @ both
+        return both[:N]
+
+
+def variational_flow(
+    modal: Modal, stiffness: Array, *, step: float, frame: float, damping: Array | None, gaps: Array
+) -> VariationalFlow:
+    """The flow of the mean system that the kicks of `floquet` go with, where no period ends them.
+
+    Parameters
+    ----------
+    stiffness, damping : (m,) means of what changes, less what `modal` holds [N/m], [N s/m]; None where it stays.
+    step : [s].  frame, gaps : as of `floquet`.
+    """
+    held = np.zeros(len(stiffness)) if damping is None else damping
+    mean = _mean_flow(modal, frame=frame, stiffness=stiffness, damping=held, gaps=gaps)
+    flow = scipy.linalg.expm(mean.generator * step)
+    joined = np.hstack([flow, -flow[:, mean.gaps.shape[1] :] @ mean.rows.T])
+    return VariationalFlow(mean=mean, stiffness=stiffness, damping=damping, joined=joined, step=step)
+
+
+def _impulses(mean: _MeanFlow, stiffness: Array, damping: Array | None, step: float) -> Array:
+    """Impulse of every mesh row per state in some steps of a length [s] [N s].
+
+    (steps, m, k) of the positions y; (steps, m, k + n) of the whole state where damping changes.
+
+    Parameters
+    ----------
+    stiffness, damping : (m, steps) changes less their means [N/m], [N s/m].
+    """
+    # S = B^T M^-1 B of the elastic modes [1/kg]
+    mass = mean.rows @ mean.rows.T
+    m, each = len(mass), np.eye(len(mass))
+    dampers = None if damping is None else damping.T[:, :, None] * each
+    maps = kick_maps(stiffness.T[:, :, None] * each, dampers, mass, step)
+    if dampers is None:
+        return maps @ mean.gaps
+    return np.concatenate([maps[:, :, :m] @ mean.gaps, maps[:, :, m:] @ mean.rows], axis=2)
+
+
+# --- a product of many steps ------------------------------------------------------------------------------------------
 
 
 def independent_parts(
@@ -74,7 +391,7 @@ def independent_parts(
         reached, numbers = int(np.count_nonzero(joined)), joined.astype(float)
         joined = numbers @ numbers > 0
     first = np.argmax(joined, axis=1)
-    return [np.flatnonzero(first == one) for one in np.unique(first)]
+    return [np.flatnonzero(first == number) for number in np.unique(first)]
 
 
 def _largest_coupling(change: Array, rows: Array) -> Array:
@@ -118,8 +435,7 @@ def monodromy(
     combined = _combinations(gaps)
     r, count = combined.shape[1], stiffness.shape[1]
     if not r:
-        result: Array = np.linalg.matrix_power(flow, count)
-        return result
+        return np.asarray(np.linalg.matrix_power(flow, count))
     gaps, rows = combined.T @ gaps, combined.T @ rows
     sensed = scipy.linalg.block_diag(gaps, rows) if damping is not None else np.pad(gaps, ((0, 0), (0, rows.shape[1])))
     size = _group_size(len(flow), len(sensed), r, count)
@@ -229,339 +545,3 @@ def _group_product(group: _Group, maps: Array) -> Array:
         here, there, count = there, here, pairs + count % 2
     result: Array = here[0]
     return result
-
-
-# Kinds of loss of stability, by where the largest multiplier leaves the unit circle; one vocabulary for all analyses.
-# At +1 a linear system has one word, divergence.  With teeth that part the branch of the motion tells two of its forms
-# apart: a fold, where it turns back, and symmetry breaking, where another one with less symmetry leaves it.
-STABLE = "stable"
-DIVERGENCE, DOUBLING, QUASI_PERIODIC = "divergence", "period doubling", "quasi-periodic"
-FOLD, BREAKING = "fold", "symmetry breaking"
-KINDS = (STABLE, DIVERGENCE, DOUBLING, QUASI_PERIODIC)
-
-# A multiplier this much above 1 is growth.  Without damping multipliers lie on the circle; two that coincide separate
-# by the root of the rounding.  With constant contact more steps change them by no more than 1e-12.
-CIRCLE = 1e-7
-# Least steps of a mesh cycle, and of a cycle of the highest mode.
-_STEPS_PER_CYCLE, _STEPS_PER_MODE_CYCLE = 24.0, 4.0
-# Doubles of the matrices of steps multiplied side by side: they and their products stay in the second cache.
-# A constant of the motion is one if what would change it is rounding beside the matrices' own size.
-_CONSERVED = 1e-9
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Floquet:
-    """Propagation of a small disturbance over one period.
-
-    multipliers : (2n,) complex, largest magnitude first, then those of free motions.
-    free : (2n,) whether it is that of a free motion: of its position (exactly 1) or its momentum (1 to rounding).
-    position, rate : (n, 2n) complex, eigenvectors in the coordinates y of `Modal` and their y' [1/s] at the first
-        instant, to O(h^2), of unit energy norm |y|^2 + |x'|^2, without the position of free motions, on which nothing
-        depends; None where not asked for.
-    """
-
-    multipliers: ComplexArray
-    free: NDArray[np.bool_]
-    position: ComplexArray | None = None
-    rate: ComplexArray | None = None
-
-
-def steps_needed(modal: Modal, *, period: float, cycle: float, harmonics: int = 0) -> int:
-    """Steps of a period that hold the motion between kicks: 24 a mesh cycle, 4 a cycle of the highest mode.
-
-    Kicks repeat with the step's frequency; it is kept so high that no sum of two natural frequencies meets it.
-
-    Parameters
-    ----------
-    period : [s].  cycle : shortest mesh cycle [s].  harmonics : of the mesh stiffness, per mesh cycle.
-    """
-    highest = float(np.sqrt(modal.squared.max(initial=0.0))) / (2 * np.pi)
-    clear = 2 * highest + (harmonics + 1) / cycle
-    return int(np.ceil(period * max(_STEPS_PER_CYCLE / cycle, _STEPS_PER_MODE_CYCLE * highest, clear) - 1e-9))
-
-
-def floquet(
-    modal: Modal,
-    stiffness: Array,
-    *,
-    period: float,
-    frame: float = 1.0,
-    damping: Array | None = None,
-    gaps: Array | None = None,
-    vectors: bool = False,
-) -> Floquet:
-    """Multipliers of one period, and the motions they belong to.
-
-    Parameters
-    ----------
-    stiffness : (m, N) tangent of every mesh row less the mean stiffness that `modal` holds [N/m], at N equal steps of
-        the period; -k0 where teeth are parted.  N : see `steps_needed`.
-    period : [s]; of one mesh cycle, or of as many as the motion needs.  frame : factor of G and Cskew, squared of Kg.
-    damping : (m, N) mesh damping less what `modal` holds [N s/m]; its varying part is followed to second order.
-    gaps : (m, n) gap of y of the rows that change, where these are others, or more, than the meshes of `modal`.
-    vectors : whether the eigenvectors are wanted.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError : a number that is not finite, or eigenvalues that did not converge.
-    """
-    mean_k, mean_c = stiffness.mean(axis=1), np.zeros(len(stiffness)) if damping is None else damping.mean(axis=1)
-    start = _mean_flow(modal, frame=frame, stiffness=mean_k, damping=mean_c, gaps=gaps)
-    change_c = None if damping is None or not np.ptp(damping, axis=1).any() else damping - mean_c[:, None]
-    change_k, step = stiffness - mean_k[:, None], period / stiffness.shape[1]
-    multipliers, columns = list[ComplexArray](), list[ComplexArray]()
-    for states, whole in _monodromies(start, change_k, change_c, step):
-        if not np.isfinite(whole).all():
-            raise np.linalg.LinAlgError("the motion over a period is not finite")
-        if not vectors:
-            multipliers.append(scipy.linalg.eigvals(whole, check_finite=False))
-            continue
-        mu, motions = scipy.linalg.eig(whole, check_finite=False)
-        multipliers.append(mu)
-        columns.append(np.zeros((len(start.generator), mu.size), complex))
-        columns[-1][states] = motions
-    mu = np.concatenate(multipliers)
-    order, free = _sorted(mu, start)
-    mu = np.concatenate([mu, np.ones(start.neutral)])[order]
-    if not vectors:
-        return Floquet(multipliers=mu, free=free)
-    mass = start.rows @ start.rows.T
-    kicks = _Kicks(start, change_k, change_c, step, mass)
-    position, rate = _motions(start, _half_kick(kicks, np.concatenate(columns, axis=1)))
-    return Floquet(multipliers=mu, free=free, position=position[:, order], rate=rate[:, order])
-
-
-def _monodromies(
-    start: _MeanFlow, stiffness: Array, damping: Array | None, step: float
-) -> Iterator[tuple[NDArray[np.int64], Array]]:
-    """States and monodromy matrix of every independent part; changes (m, N) less their means, a step of length [s]."""
-    k = start.gaps.shape[1]
-    for part in independent_parts(start.generator, start.rows, start.weight, stiffness=stiffness, damping=damping):
-        held = part[part >= start.neutral] - start.neutral
-        states = np.concatenate([held, k + part])
-        yield (
-            states,
-            monodromy(
-                start.generator[np.ix_(states, states)],
-                start.gaps[:, held],
-                start.rows[:, part],
-                stiffness=stiffness,
-                damping=damping,
-                step=step,
-            ),
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class VariationalFlow:
-    """Flow and kicks of a linear system whose meshes change in any way, for some disturbances side by side.
-
-    mean : the mean system.  stiffness, damping : (m,) of the rows in it, less what `Modal` holds [N/m], [N s/m].
-    joined : (N, N + m) one step of the flow from states and impulses.  step : [s].
-    """
-
-    mean: _MeanFlow
-    stiffness: Array
-    damping: Array | None
-    joined: Array
-    step: float
-
-    @property
-    def size(self) -> int:
-        """Length N of a state, without the positions of free motions."""
-        return len(self.mean.generator)
-
-    @property
-    def conserved(self) -> int:
-        """Number of momenta that nothing changes, each a multiplier 1 at any time."""
-        return self.mean.conserved
-
-    def propagated(self, start: Array, stiffness: Array, damping: Array | None) -> Array:
-        """States (N, k) after S steps from (N, k); stiffness, damping : (m, S) as of `floquet`."""
-        change = None if damping is None or self.damping is None else damping - self.damping[:, None]
-        mass = self.mean.rows @ self.mean.rows.T
-        kicks, N = _Kicks(self.mean, stiffness - self.stiffness[:, None], change, self.step, mass), self.size
-        both = np.zeros((self.joined.shape[1], start.shape[1]))
-        both[:N] = start
-        size = max(2, _BATCH // (N * len(stiffness) + 1))
-        for first in range(0, stiffness.shape[1], size):
-            for impulses in _impulses(kicks, slice(first, first + size), self.step):
-                both[N:] = impulses @ both[: impulses.shape[1]]
-                both[:N] = self.joined @ both
-        return both[:N]
-
-
-def variational_flow(
-    modal: Modal, stiffness: Array, *, step: float, frame: float, damping: Array | None, gaps: Array
-) -> VariationalFlow:
-    """The flow of the mean system that the kicks of `floquet` go with, where no period ends them.
-
-    Parameters
-    ----------
-    stiffness, damping : (m,) means of what changes, less what `modal` holds [N/m], [N s/m]; None where it stays.
-    step : [s].  frame, gaps : as of `floquet`.
-    """
-    held = np.zeros(len(stiffness)) if damping is None else damping
-    mean = _mean_flow(modal, frame=frame, stiffness=stiffness, damping=held, gaps=gaps)
-    return VariationalFlow(mean=mean, stiffness=stiffness, damping=damping, joined=_joined(mean, step), step=step)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Kicks:
-    """Changes of the meshes at every step.
-
-    stiffness, damping : (m, N) less their means [N/m], [N s/m].  step : [s].
-    mass : S = B^T M^-1 B of the elastic modes, (m, m) [1/kg].
-    """
-
-    mean: _MeanFlow
-    stiffness: Array
-    damping: Array | None
-    step: float
-    mass: Array
-
-
-def _joined(start: _MeanFlow, step: float) -> Array:
-    """One step of the flow (N, N + m) from a state and the impulses of all rows."""
-    flow = scipy.linalg.expm(start.generator * step)
-    result: Array = np.hstack([flow, -flow[:, start.gaps.shape[1] :] @ start.rows.T])
-    return result
-
-
-def _impulses(kicks: _Kicks, part: slice, h: float) -> Array:
-    """Impulse of every mesh row per state in some steps of length h [s] [N s].
-
-    (steps, m, k) of the positions y; (steps, m, k + n) of the whole state where damping changes.
-    """
-    m, each = len(kicks.mass), np.eye(len(kicks.mass))
-    damping = None if kicks.damping is None else kicks.damping.T[part, :, None] * each
-    maps = kick_maps(kicks.stiffness.T[part, :, None] * each, damping, kicks.mass, h)
-    if damping is None:
-        return maps @ kicks.mean.gaps
-    return np.concatenate([maps[:, :, :m] @ kicks.mean.gaps, maps[:, :, m:] @ kicks.mean.rows], axis=2)
-
-
-def _half_kick(kicks: _Kicks, z: ComplexArray) -> ComplexArray:
-    """States (k + n, columns) in the middle of the first kick from those before it."""
-    after, (impulses,) = z.copy(), _impulses(kicks, slice(1), kicks.step / 2)
-    after[kicks.mean.gaps.shape[1] :] -= kicks.mean.rows.T @ (impulses @ z[: impulses.shape[1]])
-    return after
-
-
-def _motions(start: _MeanFlow, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """(n, 2n) position y and rate y' in the order of the modes, the motions left out as the last columns."""
-    k, n, r = start.gaps.shape[1], len(start.weight), start.neutral
-    x, u = np.zeros((n, k + n + r), complex), np.zeros((n, k + n + r), complex)
-    x[r:, : k + n] = z[:k] / start.weight[r:, None]
-    u[:, : k + n] = z[k:]
-    x[:r, k + n :] = np.diag(1 / start.weight[:r])
-    x, u, weight = start.turn @ x, start.turn @ u, (start.turn**2) @ start.weight
-    size = np.sqrt((np.abs(weight[:, None] * x) ** 2 + np.abs(u) ** 2).sum(axis=0))
-    return weight[:, None] * x / size, weight[:, None] * u / size
-
-
-def _sorted(mu: ComplexArray, start: _MeanFlow) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Order (2n,) of the multipliers with those left out behind them, and which are of free motions.
-
-    As many as there are conserved momenta are exactly 1 but for rounding: the nearest ones.
-    """
-    momenta = np.argsort(np.abs(mu - 1), kind="stable")[: start.conserved]
-    size = np.concatenate([np.abs(mu), np.ones(start.neutral)])
-    free = np.zeros(size.size, bool)
-    free[momenta] = free[len(mu) :] = True
-    order = np.lexsort((-size, free))
-    return order, free[order]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _MeanFlow:
-    """The mean system as a linear flow: z' = generator z less the push of changed meshes.
-
-    generator : (k + n, k + n) of z = (y (k,), u (n,)) [1/s].
-    gaps : (m, k) gap of y [m].  rows : (m, n) B^T Phi: gap rate of u, and transposed the push of mesh forces on u.
-    turn : (n, n) orthogonal, x = turn (x_neutral, x_rest).  weight : (n,) in the order of the turned coordinates
-        [rad/s].
-    neutral : positions left out, n - k of them, each a multiplier 1.  conserved : multipliers 1 among the others.
-    """
-
-    generator: Array
-    gaps: Array
-    rows: Array
-    turn: Array
-    weight: Array
-    neutral: int
-    conserved: int
-
-
-def _mean_flow(modal: Modal, *, frame: float, stiffness: Array, damping: Array, gaps: Array | None = None) -> _MeanFlow:
-    """The mean system with other mean meshes.
-
-    Parameters
-    ----------
-    frame : factor of G and Cskew, squared of Kg.
-    stiffness, damping : (m,) mean of each mesh less what `modal` holds [N/m], [N s/m].
-    gaps : (m, n) gap of y of those rows; the meshes of `modal` where None.
-    """
-    weight = modal_weights(modal.squared, modal.rigid)
-    rows = (modal.gaps if gaps is None else gaps) * weight
-    C, K = _matrices(modal, frame, weight)
-    C += (rows.T * damping) @ rows
-    K += (rows.T * stiffness) @ rows
-    turn, neutral, conserved = np.eye(len(weight)), 0, 0
-    rigid = np.flatnonzero(modal.rigid)
-    if rigid.size:
-        turn, neutral = neutral_basis(K, rigid)
-        C, K, rows, weight = turn.T @ C @ turn, turn.T @ K @ turn, rows @ turn, (turn**2).T @ weight
-        conserved = _conserved(K, C, rigid.size, neutral)
-    n, k = len(weight), len(weight) - neutral
-    generator = np.zeros((k + n, k + n))
-    generator[:k, k + neutral :] = np.diag(weight[neutral:])
-    generator[k:, :k] = -K[:, neutral:] / weight[neutral:]
-    generator[k:, k:] = -C
-    return _MeanFlow(
-        generator=generator,
-        gaps=np.ascontiguousarray(rows[:, neutral:] / weight[neutral:]),
-        rows=rows,
-        turn=turn,
-        weight=weight,
-        neutral=neutral,
-        conserved=conserved,
-    )
-
-
-def _matrices(modal: Modal, frame: float, weight: Array) -> tuple[Array, Array]:
-    """Rate and position matrices of the mean system in mass-normalised modal coordinates, (n, n) each."""
-    C, K = np.diag(modal.damping), np.diag(modal.squared)
-    for name, factor, target in (("G", frame, C), ("C", 1.0, C), ("Kg", frame**2, K), ("Cskew", frame, K)):
-        if name in modal.coupling:
-            target += factor * modal.coupling[name].T * weight / weight[:, None]
-    return C, K
-
-
-def _conserved(K: Array, C: Array, rigid: int, neutral: int) -> int:
-    """Number of momenta of the `rigid` first coordinates that nothing changes.
-
-    No position, no rate of a neutral motion.
-
-    K [1/s^2] and C [1/s] are (n, n) with the neutral coordinates first.
-    """
-    tiny = np.finfo(float).tiny
-    held = K[:rigid] / max(float(np.abs(K - np.diag(np.diag(K))).max(initial=0.0)), tiny)
-    dragged = C[:rigid, :neutral] / max(float(np.abs(C).max(initial=0.0)), tiny)
-    changed = np.linalg.svd(np.concatenate([held, dragged], axis=1), compute_uv=False)
-    return rigid - int(np.sum(changed > _CONSERVED))
-
-
-def multiplier_kind(multiplier: complex, *, real: float) -> str:
-    """Kind of loss of stability of the largest multiplier [1].
-
-    Stable within 1 + `CIRCLE`, real within `real` of its size.
-
-    Near +1 ``divergence``, growth at mesh orders; near -1 ``period doubling``, at half orders; else
-    ``quasi-periodic``, two modes together.
-    """
-    if abs(multiplier) <= 1 + CIRCLE:
-        return STABLE
-    if abs(multiplier.imag) > real * abs(multiplier):
-        return QUASI_PERIODIC
-    return DIVERGENCE if multiplier.real > 0 else DOUBLING

@@ -1,6 +1,6 @@
-"""Many speeds of one System: the common period of its meshes, multipliers, growth rates and kinds of instability.
+"""Stability over speed with linear contact: Floquet multipliers, growth rates, kinds of instability and their modes.
 
-Stability of the motion over speed: Floquet multipliers, growth rates, kinds of instability and their modes.
+The period is the common one of all meshes that vary.  Where it has too many steps, each mesh frequency is judged alone.
 """
 
 from __future__ import annotations
@@ -43,6 +43,8 @@ _MOST_FACTOR = 1000
 _NEAR = 0.01
 # Steps of one product, states times rows: beyond it a common period of several mesh frequencies is too long.
 _MOST_STEPS = 20_000
+# Mesh frequencies where none are given.
+_POINTS = 200
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,7 +102,18 @@ def parametric_system(
             raise ModelError("out of range", path=name, given=factor, allowed=f"a factor of 0 to {_MOST_FACTOR}")
     tones = mesh_tones(system)
     system.require_inertia()
-    system = _scaled(linear(system), variation, damping)
+    system = linear(system)
+    if variation != 1.0 or damping != 1.0:
+        meshes = replace(
+            system.meshes, variation=variation * system.meshes.variation, damping=damping * system.meshes.damping
+        )
+        system = replace(
+            system,
+            C=damping * system.C,
+            Cskew=damping * system.Cskew,  # dampers to the housing, seen from a frame that turns
+            zeta=None if system.zeta is None else damping * system.zeta,
+            meshes=meshes,
+        )
     meshes = system.meshes
     varying = [bool(row.any()) for row in meshes.variation]
     used = {system.tones[i] for i, varies in zip(meshes.tone, varying, strict=True) if varies} or {tones[0]}
@@ -117,20 +130,6 @@ def parametric_system(
     )
 
 
-def _scaled(system: System, variation: float, damping: float) -> System:
-    """The System with the variation of its meshes and all its damping times a factor."""
-    if variation == 1.0 and damping == 1.0:
-        return system
-    meshes = system.meshes
-    return replace(
-        system,
-        C=damping * system.C,
-        Cskew=damping * system.Cskew,  # dampers to the housing, seen from a frame that turns
-        zeta=None if system.zeta is None else damping * system.zeta,
-        meshes=replace(meshes, variation=variation * meshes.variation, damping=damping * meshes.damping),
-    )
-
-
 def floquet_scan(
     ready: ParametricSystem, mesh_frequency: Array, *, progress: Progress = None, kept: KeptPart | None = None
 ) -> FloquetScan:
@@ -139,7 +138,7 @@ def floquet_scan(
     kept : keeps the points that are done.
     """
     P, n = mesh_frequency.size, ready.modal.squared.size
-    found = FloquetScan(
+    scan = FloquetScan(
         multipliers=np.full((P, 2 * n), np.nan, complex),
         largest=np.full(P, np.nan),
         growth=np.full(P, np.nan),
@@ -154,17 +153,17 @@ def floquet_scan(
         """Write the point of place i, or why there is none."""
         nonlocal done
         if isinstance(point, str):
-            found.status[i] = point
+            scan.status[i] = point
         else:
-            found.multipliers[i], found.largest[i], found.growth[i] = point.multipliers, point.largest, point.growth
-            found.kind[i], found.steps[i], found.alone[i] = point.kind, point.steps, point.alone
+            scan.multipliers[i], scan.largest[i], scan.growth[i] = point.multipliers, point.largest, point.growth
+            scan.kind[i], scan.steps[i], scan.alone[i] = point.kind, point.steps, point.alone
         done += 1
         if progress is not None:
             progress(done, P)
 
     points = [float(frequency) for frequency in mesh_frequency]
     each(partial(_point_or_reason, ready), points, arrived=fill, kept=kept, meanwhile=import_results)
-    return found
+    return scan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -201,19 +200,19 @@ def _point(ready: ParametricSystem, frequency: float) -> _Point:
     if steps > _MOST_STEPS:
         singles = _each_alone(ready)
         if len(singles) > 1:
-            points = [_point(one, frequency * float(one.tones[0] / ready.tones[0])) for one in singles]
+            points = [_point(single, frequency * float(single.tones[0] / ready.tones[0])) for single in singles]
             return replace(points[largest([point.growth for point in points])], alone=True)
         raise ModelError("a mesh cycle has too many steps of the highest mode: the speed is too low")
-    one = _floquet_at(ready, frequency, steps)
-    if abs(_largest(one) - 1) < _NEAR and 2 * steps <= _MOST_STEPS:
+    solved = _floquet_at(ready, frequency, steps)
+    if abs(_largest(solved) - 1) < _NEAR and 2 * steps <= _MOST_STEPS:
         steps *= 2
-        one = _floquet_at(ready, frequency, steps)
-    size = _largest(one)
+        solved = _floquet_at(ready, frequency, steps)
+    size = _largest(solved)
     return _Point(
-        multipliers=one.multipliers,
+        multipliers=solved.multipliers,
         largest=size,
         growth=float(np.log(size) / period) if size > 0 else np.nan,
-        kind=instability_kind(one.multipliers[~one.free]),
+        kind=instability_kind(solved.multipliers[~solved.free]),
         steps=steps,
     )
 
@@ -223,7 +222,7 @@ def _each_alone(ready: ParametricSystem) -> list[ParametricSystem]:
     system, tone = ready.system, np.asarray(ready.system.meshes.tone)
     varying = np.unique(tone[system.meshes.variation.any(axis=1)])
     alone = {system.tones[i]: of_one_tone(system, system.tones[i], tone == i) for i in varying}
-    return [replace(ready, system=one, tones=(f,), cycles=Fraction(1), fastest=1.0) for f, one in alone.items()]
+    return [replace(ready, system=single, tones=(f,), cycles=Fraction(1), fastest=1.0) for f, single in alone.items()]
 
 
 def _floquet_at(ready: ParametricSystem, frequency: float, steps: int) -> Floquet:
@@ -245,20 +244,20 @@ def _stiffness_change(ready: ParametricSystem, steps: int) -> Array:
     turn = np.stack([np.cos(turn), -np.sin(turn)])
     change = np.zeros((len(meshes.stiffness), steps))
     for place, tone in enumerate(ready.system.tones):
-        mine = np.flatnonzero((np.asarray(meshes.tone) == place) & meshes.variation.any(axis=1))
-        if not mine.size:
+        followers = np.flatnonzero((np.asarray(meshes.tone) == place) & meshes.variation.any(axis=1))
+        if not followers.size:
             continue
         # whole, for the period is one of all meshes that vary
         cycles = int(tone / ready.tones[0] * ready.cycles)
         waves = turn[:, np.outer(cycles * np.arange(1, ready.harmonics + 1), steps_done) % steps]
-        varying = meshes.variation[mine, : ready.harmonics]
-        change[mine] = np.hstack([varying.real, varying.imag]) @ waves.reshape(-1, steps)
+        varying = meshes.variation[followers, : ready.harmonics]
+        change[followers] = np.hstack([varying.real, varying.imag]) @ waves.reshape(-1, steps)
     return meshes.stiffness[:, None] * change
 
 
-def _largest(one: Floquet) -> float:
+def _largest(solved: Floquet) -> float:
     """Largest magnitude of a multiplier that is no free motion's, 0 where there is none."""
-    return float(np.abs(one.multipliers[~one.free]).max(initial=0.0))
+    return float(np.abs(solved.multipliers[~solved.free]).max(initial=0.0))
 
 
 def instability_kind(multipliers: ComplexArray) -> str:
@@ -281,9 +280,6 @@ def predicted_combinations(ready: ParametricSystem, mesh_frequency: Array) -> li
         high=float(usable.max()),
         turning=ready.frame_speed == "kinematic",
     )
-
-
-_POINTS = 200
 
 
 def stability(
@@ -318,9 +314,9 @@ def stability(
     ready = parametric_system(system, frame_speed=frame_speed, variation=variation, damping=damping)
     frequency = _frequencies(ready, mesh_frequency, relative_speed)
     done = None if kept is None else kept.part("speeds")
-    found = floquet_scan(ready, frequency, progress=progress, kept=done)
+    scan = floquet_scan(ready, frequency, progress=progress, kept=done)
     options = {"frame_speed": frame_speed, "variation": variation, "damping": damping}
-    return _labelled(ready, frequency, found, predicted_combinations(ready, frequency), options)
+    return _labelled(ready, frequency, scan, predicted_combinations(ready, frequency), options)
 
 
 def _frequencies(ready: ParametricSystem, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
@@ -343,7 +339,7 @@ def _frequencies(ready: ParametricSystem, mesh_frequency: ArrayLike | None, rela
 
 
 def combination_names(
-    found: FloquetScan, ranges: Sequence[Combination], mesh_frequency: Array, several: bool
+    scan: FloquetScan, ranges: Sequence[Combination], mesh_frequency: Array, several: bool
 ) -> list[str]:
     """At each unstable mesh frequency (P,) [Hz] the combination whose predicted range holds it, the fastest; else "".
 
@@ -351,7 +347,7 @@ def combination_names(
     """
     return [
         "" if kind in ("", "stable") else _combination_at(ranges, float(frequency), several)
-        for frequency, kind in zip(mesh_frequency, found.kind, strict=True)
+        for frequency, kind in zip(mesh_frequency, scan.kind, strict=True)
     ]
 
 
@@ -359,42 +355,33 @@ def _combination_at(ranges: Sequence[Combination], frequency: float, several: bo
     """Name of the combination at an unstable mesh frequency [Hz]; ``beyond first order`` without one."""
     for margin in (0.0, 0.5):
         around = [
-            one for one in ranges if abs(2 * frequency - one.low - one.high) <= (1 + 2 * margin) * (one.high - one.low)
+            each
+            for each in ranges
+            if abs(2 * frequency - each.low - each.high) <= (1 + 2 * margin) * (each.high - each.low)
         ]
         if around:
-            return combination_name(max(around, key=lambda one: one.growth), several)
+            return combination_name(max(around, key=lambda each: each.growth), several)
     return "beyond first order"
 
 
-def combination_name(one: Combination, several: bool) -> str:
+def combination_name(pair: Combination, several: bool) -> str:
     """``f2 + f5 = 3 f``: natural frequencies, and the mesh frequency, of a stage where there are several."""
-    modes = f"2 f{one.first}" if one.first == one.second else f"f{one.first} + f{one.second}"
-    mesh = "f" if one.order == 1 else f"{one.order} f"
-    return f"{modes} = {mesh}" + (f" of {one.stage}" if several else "")
+    modes = f"2 f{pair.first}" if pair.first == pair.second else f"f{pair.first} + f{pair.second}"
+    mesh = "f" if pair.order == 1 else f"{pair.order} f"
+    return f"{modes} = {mesh}" + (f" of {pair.stage}" if several else "")
 
 
 def resonance_columns(ranges: Sequence[Combination]) -> dict[str, tuple[str, Any]]:
     """The predicted ranges as variables (resonance,)."""
-    return {
-        **{
-            f"resonance_{name}": ("resonance", np.array([getattr(one, name) for one in ranges], dtype=float))
-            for name in ("low", "centre", "high", "growth", "threshold")
-        },
-        **{
-            f"resonance_{name}": ("resonance", np.array([getattr(one, name) for one in ranges], dtype=np.int64))
-            for name in ("first", "second", "order")
-        },
-    }
-
-
-def _natural(ready: ParametricSystem) -> Array:
-    """Natural frequencies that the combinations count from 1, (n,) [Hz]."""
-    frequency: Array = np.sqrt(ready.modal.squared) / (2 * np.pi)
-    return frequency
+    columns: dict[str, tuple[str, Any]] = {}
+    for name in ("low", "centre", "high", "growth", "threshold", "first", "second", "order"):
+        kind = np.int64 if name in ("first", "second", "order") else np.float64
+        columns[f"resonance_{name}"] = "resonance", np.array([getattr(each, name) for each in ranges], dtype=kind)
+    return columns
 
 
 def _labelled(
-    ready: ParametricSystem, frequency: Array, found: FloquetScan, ranges: list[Combination], options: dict[str, Any]
+    ready: ParametricSystem, frequency: Array, scan: FloquetScan, ranges: list[Combination], options: dict[str, Any]
 ) -> xr.Dataset:
     """The labelled result; frequency (P,) of the first mesh [Hz]."""
     from ...results.dataset import dataset
@@ -402,48 +389,46 @@ def _labelled(
     several = len(ready.tones) > 1
     return dataset(
         {
-            "floquet_multiplier": (("speed", "multiplier"), found.multipliers),
-            "largest_multiplier": ("speed", found.largest),
-            "growth_rate": ("speed", found.growth),
-            "stable": ("speed", found.kind == "stable"),
-            "instability": ("speed", found.kind),
-            "taking_part": ("speed", np.array(combination_names(found, ranges, frequency, several), dtype=object)),
-            "period_steps": ("speed", found.steps),
-            "status": ("speed", found.status),
-            "frequency": ("mode", _natural(ready)),
+            "floquet_multiplier": (("speed", "multiplier"), scan.multipliers),
+            "largest_multiplier": ("speed", scan.largest),
+            "growth_rate": ("speed", scan.growth),
+            "stable": ("speed", scan.kind == "stable"),
+            "instability": ("speed", scan.kind),
+            "taking_part": ("speed", np.array(combination_names(scan, ranges, frequency, several), dtype=object)),
+            "period_steps": ("speed", scan.steps),
+            "status": ("speed", scan.status),
+            "frequency": ("mode", np.sqrt(ready.modal.squared) / (2 * np.pi)),  # the combinations count them from 1
             **resonance_columns(ranges),
         },
         {
             "speed": frequency / float(ready.tones[0]),
             "mesh_frequency": ("speed", frequency),
-            "multiplier": np.arange(1, found.multipliers.shape[1] + 1),
+            "multiplier": np.arange(1, scan.multipliers.shape[1] + 1),
             "mode": np.arange(1, ready.modal.squared.size + 1),
-            "resonance": [combination_name(one, several) for one in ranges],
+            "resonance": [combination_name(each, several) for each in ranges],
         },
         verb="stability",
         options={**options, "period": f"{ready.cycles} cycles of the first mesh"},
         provenance=ready.system.provenance,
-        warnings=[*ready.system.warnings, *scan_warnings(found)],
+        warnings=[*ready.system.warnings, *scan_warnings(scan)],
         units={"speed": "1"},  # relative to the operating speed, not the rpm of `check`
     )
 
 
-def scan_warnings(found: FloquetScan) -> list[CodedText]:
+def scan_warnings(scan: FloquetScan) -> list[CodedText]:
     """Warnings: speeds without multipliers, and unstable speeds."""
-    failed = [str(status) for status in found.status if status != "ok"]
-    unstable = int(np.sum([kind not in ("", "stable") for kind in found.kind]))
-    notes = (
-        [coded("stability-unknown", f"{len(failed)} of {found.status.size} speeds have no multipliers: {failed[0]}")]
-        if failed
-        else []
-    )
-    if found.alone.any():
+    notes, speeds = list[CodedText](), scan.status.size
+    failed = [str(status) for status in scan.status if status != "ok"]
+    if failed:
+        notes.append(coded("stability-unknown", f"{len(failed)} of {speeds} speeds have no multipliers: {failed[0]}"))
+    if scan.alone.any():
         text = (
-            f"{np.count_nonzero(found.alone)} of {found.alone.size} speeds: the common period of all meshes is too "
+            f"{np.count_nonzero(scan.alone)} of {speeds} speeds: the common period of all meshes is too "
             "long; each mesh frequency is judged alone, with the mean stiffness of the other meshes, combinations of "
             "several are not"
         )
         notes.append(coded("stability-unknown", text))
-    return notes + (
-        [coded("motion-unstable", f"unstable at {unstable} of {found.status.size} speeds")] if unstable else []
-    )
+    unstable = int(np.sum([kind not in ("", "stable") for kind in scan.kind]))
+    if unstable:
+        notes.append(coded("motion-unstable", f"unstable at {unstable} of {speeds} speeds"))
+    return notes

@@ -65,7 +65,7 @@ def test_a_branch_that_goes_down_on_closed_teeth_is_through(made: Any) -> None:
     # up to the upper fold, round it, and down to where teeth are just closed
     upper = max(inside, key=lambda one: one.state.speed).state.speed
     assert max(point.state.speed for point in points) == pytest.approx(upper, rel=1e-3)
-    assert points[-1].tangent_speed < 0
+    assert points[-1].tangent.speed < 0
     assert points[-1].state.touching.all()
     assert not any(point.state.touching.all() for point in points[:-1])
     # not on along the linear motions to the lowest speed

@@ -74,7 +74,7 @@ def test_one_harmonic_of_a_pair_is_the_closed_form(made: Any, backlash: float) -
     given = mesh_problem(response(system), harmonics=1, samples=1024)
     first = solve(given, linear_start(given, 0.3), 0.3)
     unit = arclength_unit(0.3, 1.4, first.state.y)
-    points = list(follow(start_of_path(given, first.state, unit), 0.3, 1.4, unit=unit, stepping=Stepping()))
+    points = list(follow(start_of_path(given, first.state, unit), 0.3, 1.4, stepping=Stepping()))
     shape = float(given.modal.shapes[0, 0])
     parted = 0
     for point in points:
@@ -172,7 +172,7 @@ def test_samples_make_no_folds(made: Any) -> None:
         given = mesh_problem(refinement.ready, harmonics=12, samples=samples)
         start = solve(given, linear_start(given, 1.0), 1.0).state
         unit = arclength_unit(1.0, 2.4, start.y)
-        points = list(follow(start_of_path(given, start, unit), 1.0, 1.36, unit=unit, stepping=Stepping()))
+        points = list(follow(start_of_path(given, start, unit), 1.0, 1.36, stepping=Stepping()))
         # without the means of samples at an edge, 48 samples make pairs of folds near 1232.5 and 1349.5 Hz
         assert folds(points) == []
         ends.append(points[-1].state.speed)

@@ -39,7 +39,7 @@ def test_the_coupling_of_points_is_that_of_the_samples(train: Train, ratio: Frac
     whole = np.zeros((2, len(given.omega), 2))
     whole[:, points] = gap
     wanted = given.grid.rows(tangent * given.grid.values(whole.reshape(-1, 2))).reshape(2, -1, 2)[:, points]
-    matrix = room._coupling(given, points, tangent)
+    matrix = room._coupling(given, points, tangent, np.zeros((len(points), tangent.shape[1])))
     np.testing.assert_allclose(np.einsum("xapbm,pbm->xam", matrix, gap), wanted, atol=1e-13)
 
 

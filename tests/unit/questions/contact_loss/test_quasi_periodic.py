@@ -17,8 +17,8 @@ from epicyclic.questions.contact_loss.refinement import (
     GROWTH,
     Refinement,
     Solution,
-    growth_stability,
     load_continuation,
+    with_stability,
 )
 from epicyclic.questions.contact_loss.stability import Growth, floquet_stability, quasi_periodic_growth, window_cycles
 from epicyclic.questions.contact_loss.sweep import contact_sweep
@@ -46,7 +46,8 @@ def growth(system: System, speed: float, *, harmonics: int = 12) -> tuple[Growth
 def multiplier(system: System, speed: float, *, harmonics: int) -> tuple[float, State]:
     """Size of the largest Floquet multiplier of a motion of one tone."""
     refinement, state = moved(system, speed, harmonics=harmonics)
-    found = floquet_stability(refinement, refinement.problem(harmonics), harmonics, state, residual=3e-4)
+    given = refinement.problem(harmonics)
+    found = floquet_stability(refinement, Solution(given=given, harmonics=harmonics, state=state, residual=3e-4))
     return abs(found.multiplier), state
 
 
@@ -158,7 +159,9 @@ def test_it_is_the_variational_equation_integrated(train: Any, ratio: Fraction, 
 def test_what_grows_is_said_to(train: Any) -> None:
     system = replace(train(ratio=Fraction(13, 8), swing=0.3), zeta=0.01)
     refinement, state = moved(system, 1.4)
-    found = growth_stability(refinement.problem(12), state, refinement.ready.lines.tones)
+    given = refinement.problem(12)
+    found = with_stability(refinement, Solution(given=given, harmonics=12, state=state, residual=0.0)).stability
+    assert found is not None
     assert found.kind == GROWTH
     assert not found.stable
     assert found.multiplier.imag == 0

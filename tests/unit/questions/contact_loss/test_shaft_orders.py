@@ -16,7 +16,7 @@ from epicyclic.errors import ModelError
 from epicyclic.questions.contact_loss import shaft_orders as orders_module
 from epicyclic.questions.contact_loss.steady import contact_steady
 from epicyclic.questions.contact_loss.sweep import contact_sweep
-from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus
+from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus, torus
 from epicyclic.questions.response.response import response
 from epicyclic.questions.transient.equation import motion
 from epicyclic.questions.transient.integrators import integrate
@@ -121,3 +121,16 @@ def test_shaft_orders_are_prepared_for_a_system_that_has_them(train: Train) -> N
     assert not response(train()).lines.shaft
     plain = contact_sweep(train(), relative_speed=[SPEED], unstable="report")
     assert "superposed_error" not in plain
+
+
+def test_a_mesh_is_open_where_neither_flank_touches(train: Train) -> None:
+    """Of a mesh cut into slices the far flank of one may touch together with the loaded flank of another."""
+    given = torus(response(train(slow=SLOW)))
+    point = respond_torus(given.mesh_orders_only, SPEED)
+    touching = np.zeros_like(point.state.touching)
+    quarter = len(touching) // 4
+    touching[:quarter] = True  # both flanks of both meshes, and later none
+    shut = replace(point, state=replace(point.state, touching=touching))
+    measures = orders_module._torus_response(given.mesh_orders_only, shut, []).measures
+    assert measures is not None
+    np.testing.assert_allclose(measures.open, 1 - quarter / len(touching), rtol=1e-12)

@@ -17,8 +17,7 @@ from epicyclic.questions.contact_loss import refinement as refinement_module
 from epicyclic.questions.contact_loss.branch_set import branch_set
 from epicyclic.questions.contact_loss.corrector import linear_start
 from epicyclic.questions.contact_loss.outputs import periodic_measures
-from epicyclic.questions.contact_loss.problem import State
-from epicyclic.questions.contact_loss.refinement import Refinement, solution, with_stability
+from epicyclic.questions.contact_loss.refinement import Refinement, Solution, solution, with_stability
 from epicyclic.questions.contact_loss.stability import Stability, floquet_stability
 from epicyclic.questions.contact_loss.sweep import _several_motions, contact_sweep
 from epicyclic.questions.contact_loss.sweep_direction import initial_state
@@ -139,9 +138,9 @@ def test_unstable_motions_are_reported() -> None:
 def test_stability_of_a_point_is_computed_once(made: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def counted(refinement: Refinement, given: Any, harmonics: int, state: State, **rest: Any) -> Stability:
-        asked.append(state)
-        return floquet_stability(refinement, given, harmonics, state, **rest)
+    def counted(refinement: Refinement, at: Solution) -> Stability:
+        asked.append(at.state)
+        return floquet_stability(refinement, at)
 
     monkeypatch.setattr(refinement_module, "floquet_stability", counted)
     contact_sweep(spur_like(made), relative_speed=SPEEDS, unstable="report")
