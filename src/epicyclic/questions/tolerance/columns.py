@@ -143,9 +143,8 @@ class ToleranceMap:
             raise ModelError("no uniform numbers", path="u", allowed="above 0 and below 1")
         factors = self._scale(scale)
         if not len(uniform):
-            shapes = (2, len(self.group)), (2, len(self.mesh)), (len(self.mesh),)
-            no_flags = np.zeros(0, bool)
-            return SampleValues(*(np.zeros((0, *shape)) for shape in shapes), no_flags, no_flags)
+            g, w, no = len(self.group), len(self.mesh), np.zeros(0, bool)
+            return SampleValues(np.zeros((0, 2, g)), np.zeros((0, 2, w)), np.zeros((0, w)), no, no)
         pieces = [
             self._piece(uniform[first : first + SAMPLES], factors, torque, method, dense)
             for first in range(0, len(uniform), SAMPLES)
