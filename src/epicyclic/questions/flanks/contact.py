@@ -96,7 +96,7 @@ def contact(
     Dataset : loaded transmission error [m] (mesh_load, mesh_phase); stiffness [N/m], largest load per length [N/m] and
         pressure [Pa] (side, mesh_load, ...); at the operating load transmission error, share of the tooth pairs, load
         and pressure over the face (side, width, mesh_phase) and over the flank (side, width, path_place).  Loads per
-        length and pressures are means over a length of contact line.  Stress in the tooth roots [Pa] (`_root_columns`).
+        length and pressures are means over a length of contact line.  Stress in the tooth roots [Pa].
         Attributes: samples, slices, averaging_length [m], tolerance, estimated_error (of the three numbers, largest;
         nan where both are given).
 
@@ -383,14 +383,12 @@ def _warnings(results: Sequence[LoadedContact], mesh: str, operating: int, corne
     messages = [coded("contact-not-solved", f"contact: {text} at some phases") for text in lost]
     overlap = max(float(result.corner[operating].max()) for result in results)
     if overlap > 0 and not corner:
-        messages.append(
-            coded(
-                "corner-contact",
-                f"{mesh}: a tip edge would bear on its mate beyond the path of contact at the operating load: they "
-                f"overlap by {overlap * 1e6:.3g} µm; relieve the tips, or solve that corner contact "
-                "too (option `corner`)",
-            )
+        text = (
+            f"{mesh}: a tip edge would bear on its mate beyond the path of contact at the operating load: they "
+            f"overlap by {overlap * 1e6:.3g} µm; relieve the tips, or solve that corner contact "
+            "too (option `corner`)"
         )
+        messages.append(coded("corner-contact", text))
     return messages
 
 

@@ -134,12 +134,8 @@ def placed_errors(
     if errors.deviations:
         named = {helix.name for helix in helices}
         if not any(error.cause in ("pitch", *_COMMON) and error.mesh in named for error in train.mesh_errors):
-            messages.append(
-                coded(
-                    "errors-not-given",
-                    "contact: the file has no pitch or profile deviations of this mesh, or no speeds",
-                )
-            )
+            text = "contact: the file has no pitch or profile deviations of this mesh, or no speeds"
+            messages.append(coded("errors-not-given", text))
         pairs = [_with_waves(train, helix, pair) for helix, pair in zip(helices, pairs, strict=True)]
     turning = errors.deviations or errors.pitch != 0.0
     start, phase = errors.cycle if turning else 0.0, errors.phase

@@ -126,7 +126,7 @@ def efficiency(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Teeth:
-    """Friction of one pair: helices of one branch, distance <|sigma|> of each and load along the path of the first.
+    """Friction of one pair: helices of one branch, loss factor H_V [1] of each and load along the path of the first.
 
     a, b : gears.  base_speed : of the base circles in the frame of the carrier [m/s].  width : least face width [m].
     """
@@ -136,18 +136,9 @@ class _Teeth:
     b: GearData
     base_speed: float
     width: float
-    distance: tuple[float, ...]
+    factors: tuple[float, ...]
     sigma: Array
     load: Array
-
-    @property
-    def factors(self) -> tuple[float, ...]:
-        """Loss factor H_V of each helix [1]."""
-        mesh = self.helices[0]
-        return tuple(
-            loss_factor(self.a.teeth, self.b.teeth, mesh.base_helix, distance, internal=mesh.internal)
-            for distance in self.distance
-        )
 
     def friction(self, force: float, oil: Oil) -> float:
         """Mean coefficient of friction [1] under the transverse normal force of one helix [N]; 0 without motion."""
@@ -207,7 +198,10 @@ def _teeth(train: Train, gearing: Gearing, sharing: str, said: list[CodedText]) 
         b=b,
         base_speed=relative * helices[0].radius_a * math.cos(helices[0].pressure_angle),
         width=min((gear.face_width for gear in (a, b) if gear.face_width is not None), default=math.nan),
-        distance=distance,
+        factors=tuple(
+            loss_factor(a.teeth, b.teeth, helices[0].base_helix, away, internal=helices[0].internal)
+            for away in distance
+        ),
         sigma=sigma,
         load=load,
     )
@@ -269,16 +263,11 @@ def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[CodedText]) -> floa
     line = teeth.base_speed / math.cos(mesh.pressure_angle)
     if 0 < force / teeth.width < _LEAST_LOAD:
         load = f"{force / teeth.width * 1e-3:.3g} N/mm"
-        said.append(
-            coded("friction-outside-limits", f"{mesh.pair}: {load}, friction by oil is meant for 150 N/mm and more")
-        )
+        text = f"{mesh.pair}: {load}, friction by oil is meant for 150 N/mm and more"
+        said.append(coded("friction-outside-limits", text))
     if line > _MOST_SPEED:
-        said.append(
-            coded(
-                "friction-outside-limits",
-                f"{mesh.pair}: {line:.3g} m/s at the pitch circles, friction by oil is meant for up to 50 m/s",
-            )
-        )
+        text = f"{mesh.pair}: {line:.3g} m/s at the pitch circles, friction by oil is meant for up to 50 m/s"
+        said.append(coded("friction-outside-limits", text))
     return teeth.friction(force, oil)
 
 
@@ -395,17 +384,9 @@ def _said(train: Train, flow: LossyFlow | None) -> list[CodedText]:
         if value < -least and flow.power[name] > -_NONE * least
     ]
     if flow.released:
-        said.append(
-            coded(
-                "torques-released",
-                f"the torques stated of {', '.join(flow.released)} balance without losses; here they follow",
-            )
-        )
+        text = f"the torques stated of {', '.join(flow.released)} balance without losses; here they follow"
+        said.append(coded("torques-released", text))
     if flow.indeterminate:
-        said.append(
-            coded(
-                "loop-torques-open",
-                "the balance leaves torques in a closed loop open: taken nearest to those without losses",
-            )
-        )
+        text = "the balance leaves torques in a closed loop open: taken nearest to those without losses"
+        said.append(coded("loop-torques-open", text))
     return said

@@ -136,6 +136,7 @@ def relief(
         objectives=tuple(objectives),
         variables=variables,
         fixed=fixed,
+        contact=settings,
         meshes=helix_contacts(train, forces, settings, coarse, variables=variables, fixed=fixed),
         resolution=coarse,
         factors=np.array(factors, dtype=float),
@@ -166,7 +167,7 @@ def relief(
     )
     if not result.best.size:
         raise ModelError("no candidate could be computed", path="vary", given=dict(vary))
-    solved = verified(problem, result, settings, tolerance=tolerance, pick=pick, drawn=drawn)
+    solved = verified(problem, result, tolerance=tolerance, pick=pick, drawn=drawn)
     best = solved.settings
     changes = overrides_of(best, flanks)
     if isinstance(source, Train):
@@ -178,7 +179,7 @@ def relief(
     labelled = dataset(
         {
             **_solutions(solved, result, flanks),
-            **_before_and_after(solved, (train, after), torque, settings),
+            **_before_and_after(solved, (train, after), torque),
             **(_forces_over_speed(solved.problem, best) if dynamic else {}),
         },
         coords={
@@ -345,9 +346,7 @@ def _best_so_far(result: SearchResult) -> Array:
     return np.array(least)
 
 
-def _before_and_after(
-    solved: Finalists, trains: Sequence[Train], torque: float | str | None, settings: ContactSettings
-) -> Columns:
+def _before_and_after(solved: Finalists, trains: Sequence[Train], torque: float | str | None) -> Columns:
     """Loaded contact of every mesh before and after, at several loads; trains : before and after."""
     problem, cut = solved.problem, solved.resolution
     factors = np.array(sorted({*_MAP_LOADS, *problem.factors.tolist()}))
@@ -358,8 +357,8 @@ def _before_and_after(
                 mesh=mesh_name([helix.mesh for helix in helices]),
                 torque=torque,
                 factors=factors.tolist(),
-                corner=settings.corner,
-                misalignment=settings.misalignment,
+                corner=problem.contact.corner,
+                misalignment=problem.contact.misalignment,
                 cut=cut,
                 segments=_shared_segments(helices, cut),
                 tangents=False,
@@ -421,20 +420,17 @@ def _warnings(train: Train, after: Train, solved: Finalists, result: SearchResul
     messages = [*train.warnings, *(text for text in after.warnings if text not in train.warnings)]
     completed = int(result.generation.max()) + 1
     if result.stopped:
-        messages.append(
-            coded("search-stopped", f"stopped after {completed} of {generations} generations: the best so far")
-        )
+        text = f"stopped after {completed} of {generations} generations: the best so far"
+        messages.append(coded("search-stopped", text))
     failed = int((~np.isfinite(result.objectives)).any(axis=1).sum())
     if failed:
-        messages.append(
-            coded("points-failed", f"{failed} of {len(result.objectives)} candidates could not be computed")
-        )
+        text = f"{failed} of {len(result.objectives)} candidates could not be computed"
+        messages.append(coded("points-failed", text))
     for variable, at in zip(solved.problem.variables, solved.candidates[solved.answer], strict=True):
         if not variable.shapes and min(at, 1 - at) < _AT_BOUND:
             side, bound = ("lower", variable.low) if at < 0.5 else ("upper", variable.high)
             best = "the best" if len(solved.candidates) == 1 else "the solution picked"
             beyond = "" if at < 0.5 and bound <= 0 and variable.key != "slope" else "; a better one may lie beyond"
-            messages.append(
-                coded("at-bound", f"{variable.name}: {best} ends at the {side} bound, {bound * 1e6:.6g} µm{beyond}")
-            )
+            text = f"{variable.name}: {best} ends at the {side} bound, {bound * 1e6:.6g} µm{beyond}"
+            messages.append(coded("at-bound", text))
     return messages

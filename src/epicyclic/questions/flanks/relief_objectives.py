@@ -312,7 +312,7 @@ class ReliefProblem:
     """Data of the optimisation: o objectives of v design variables, over M meshes and F relative loads.
 
     objectives : names, of `OBJECTIVES`.  variables : (v,).  fixed : settings that do not vary, by path of the flank.
-    meshes : the helices of each mesh.  factors : (F,) loads relative to the operating one [1].
+    contact : settings of all meshes.  meshes : the helices of each.  factors : (F,) loads per operating one [1].
     resolution : phases and slices of these contacts.
     train, system, speeds : the train, and for dynamic objectives its System and (P,) relative speeds [1], else None.
     """
@@ -320,6 +320,7 @@ class ReliefProblem:
     objectives: tuple[str, ...]
     variables: tuple[DesignVariable, ...]
     fixed: Mapping[str, FlankSettings]
+    contact: ContactSettings
     meshes: tuple[tuple[HelixContact, ...], ...]
     factors: Array
     resolution: Resolution
@@ -345,7 +346,7 @@ def coarse_resolution(
 ) -> Resolution:
     """Phases and slices of a search: those given, else few, since the best candidates are solved again."""
     samples = _PHASES if contact.samples is None else contact.samples
-    helices = [mesh for one in meshes for mesh, _ in one]
+    helices = [mesh for helices in meshes for mesh, _ in helices]
     return Resolution(
         phase=_phases(helices, [pair_of(train, mesh) for mesh in helices], samples, contact),
         samples=samples,
@@ -398,14 +399,16 @@ def helix_contacts(
     return tuple(contacts)
 
 
-def with_resolution(problem: ReliefProblem, contact: ContactSettings, cut: Resolution) -> ReliefProblem:
+def with_resolution(problem: ReliefProblem, cut: Resolution) -> ReliefProblem:
     """Problem with other phases and slices; of `cut` the numbers of both count, the phases are those of all meshes."""
     helices = [helix for one in problem.meshes for helix in one]
     pairs = [helix.segments.pair for helix in helices]
-    common = replace(cut, phase=_phases([helix.mesh for helix in helices], pairs, cut.samples, contact))
-    meshes = [[(helix.mesh, helix.force) for helix in one] for one in problem.meshes]
-    parts = helix_contacts(problem.train, meshes, contact, common, variables=problem.variables, fixed=problem.fixed)
-    return replace(problem, meshes=parts, resolution=common)
+    common = replace(cut, phase=_phases([helix.mesh for helix in helices], pairs, cut.samples, problem.contact))
+    forces = [[(helix.mesh, helix.force) for helix in one] for one in problem.meshes]
+    meshes = helix_contacts(
+        problem.train, forces, problem.contact, common, variables=problem.variables, fixed=problem.fixed
+    )
+    return replace(problem, meshes=meshes, resolution=common)
 
 
 def relative_speeds(system: System, mesh_frequencies: tuple[float, float] | None, points: int) -> Array:

@@ -23,7 +23,7 @@ from ...errors import ModelError
 from ...input_files import read_text
 from ...results.files import require_writable, write_text
 from .contact_resolution import Resolution, resolution
-from .relief_objectives import ContactSettings, ReliefProblem, with_resolution
+from .relief_objectives import ReliefProblem, with_resolution
 
 Array = NDArray[np.float64]
 
@@ -241,20 +241,14 @@ class Finalists:
 
 
 def verified(
-    problem: ReliefProblem,
-    result: SearchResult,
-    settings: ContactSettings,
-    *,
-    tolerance: float,
-    pick: int | None,
-    drawn: Array | None,
+    problem: ReliefProblem, result: SearchResult, *, tolerance: float, pick: int | None, drawn: Array | None
 ) -> Finalists:
     """Best candidates of a search, solved with phases and slices that hold for the answer among them.
 
     Parameters
     ----------
-    drawn : (v,) candidate of the flanks as drawn, which the answer has to beat; None where the bounds exclude it.
-    settings : of the contact; given phases and slices are kept.  tolerance : as of `contact` [1].
+    problem : phases and slices that its contact states are kept.  tolerance : as of `contact` [1].
+    drawn : (1, v) candidate of the flanks as drawn, which the answer has to beat; None where the bounds exclude it.
     pick : index of the solution that is the answer; None: the nearest to the best of each objective.
 
     Raises
@@ -262,12 +256,12 @@ def verified(
     ModelError : no such solution.
     """
     exact_slices = all(helix.segments.pair.slices == 1 for helices in problem.meshes for helix in helices)
-    if settings.samples is not None and (settings.slices is not None or exact_slices):
+    if problem.contact.samples is not None and (problem.contact.slices is not None or exact_slices):
         kept = result.best  # what is given needs no second solution
         answer = _answer(result.objectives[kept], pick)
         return Finalists(
             problem=problem,
-            resolution=_resolution(problem, result.candidates[kept[answer]], settings, tolerance),
+            resolution=_resolution(problem, result.candidates[kept[answer]], tolerance),
             candidates=result.candidates[kept],
             objectives=result.objectives[kept],
             answer=answer,
@@ -281,10 +275,10 @@ def verified(
     answer = int(front[_answer(values[front], pick)])
     best: Resolution | None = None
     for _ in range(_ROUNDS):
-        needed = _resolution(problem, candidates[answer], settings, tolerance)
+        needed = _resolution(problem, candidates[answer], tolerance)
         if best is not None and needed.samples <= best.samples and needed.slices <= best.slices:
             break
-        problem = with_resolution(problem, settings, needed)
+        problem = with_resolution(problem, needed)
         best = problem.resolution
         values = problem(candidates)
         front = non_dominated(values)
@@ -328,7 +322,7 @@ def _answer(values: Array, pick: int | None) -> int:
     return int(np.argmin((distance**2).sum(axis=1)))
 
 
-def _resolution(problem: ReliefProblem, candidate: Array, settings: ContactSettings, tolerance: float) -> Resolution:
+def _resolution(problem: ReliefProblem, candidate: Array, tolerance: float) -> Resolution:
     """The finest that any mesh needs for the flanks of a candidate (v,), with the phases of all meshes."""
     flanks = problem.settings(candidate)
     each = [
@@ -337,8 +331,8 @@ def _resolution(problem: ReliefProblem, candidate: Array, settings: ContactSetti
             [helix.modified_pair(flanks) for helix in helices],
             helices[0].force,
             tolerance=tolerance,
-            samples=settings.samples,
-            slices=settings.slices,
+            samples=problem.contact.samples,
+            slices=problem.contact.slices,
         )
         for helices in problem.meshes
     ]

@@ -403,13 +403,8 @@ def _unresolved(cut: _Cut, tolerance: float) -> list[CodedText]:
         if error > tolerance
     ]
     if cut.face_error > tolerance:
-        said.append(
-            coded(
-                "resolution-insufficient",
-                f"{cut.slices} slices are not enough for K_Hbeta: estimated error "
-                f"{100 * cut.face_error:.2g} %, {asked}",
-            )
-        )
+        text = f"{cut.slices} slices are not enough for K_Hbeta: estimated error {100 * cut.face_error:.2g} %, {asked}"
+        said.append(coded("resolution-insufficient", text))
     return said
 
 
@@ -542,9 +537,8 @@ def _warnings(train: Train, case: _Case, force: Array) -> list[CodedText]:
     if names := [name for name, lost in zip(faces(system.meshes).name, parted, strict=True) if lost]:
         messages.append(coded("contact-lost", f"meshes open at some instants: {', '.join(names)}"))
     if system.laws.memory.any():
-        messages.append(
-            coded("friction-without-history", "friction of splines has no history here: they follow their first pull")
-        )
+        text = "friction of splines has no history here: they follow their first pull"
+        messages.append(coded("friction-without-history", text))
     return [
         # the flanks count here: teeth in contact replace the stiffness of the train
         *(text for text in system.warnings if code_of(text) != "flank-without-effect"),

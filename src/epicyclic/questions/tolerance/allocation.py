@@ -417,41 +417,24 @@ def _messages(problem: _Problem, found: _Verified) -> list[CodedText]:
     compared, failed = not_monotone(found.grades, prices, (problem.finest, found.combination, problem.coarsest), p)
     for entry, grade, _ in failed[:1]:
         words = f"{problem.offered.grades[entry][grade].text} of {problem.names[entry]}"
-        messages.append(
-            coded(
-                "grades-not-monotone",
-                f"in {len(failed)} of {compared} comparisons a finer grade has the larger K_gamma, first {words}",
-            )
-        )
+        text = f"in {len(failed)} of {compared} comparisons a finer grade has the larger K_gamma, first {words}"
+        messages.append(coded("grades-not-monotone", text))
     if found.choice.proof == "open":
-        messages.append(
-            coded(
-                "search-stopped", f"the search ended after {found.choice.tried} combinations: a cheaper one may be left"
-            )
-        )
+        text = f"the search ended after {found.choice.tried} combinations: a cheaper one may be left"
+        messages.append(coded("search-stopped", text))
     if isinstance(found.grades, GradeColumns):
         off = differing(found.grades, problem.sampled, problem.coarsest, problem.target)
         if off:
-            messages.append(
-                coded(
-                    "bound-of-closed-contact",
-                    f"contact opens at the coarsest grades: {off} of {len(problem.sampled.uniform)} samples lie on the "
-                    "other side of the target then; the bound is that of closed contact",
-                )
+            text = (
+                f"contact opens at the coarsest grades: {off} of {len(problem.sampled.uniform)} samples lie on the "
+                "other side of the target then; the bound is that of closed contact"
             )
+            messages.append(coded("bound-of-closed-contact", text))
     reached = float(found.reached.value.item())
     if reached > problem.target:
-        messages.append(
-            coded(
-                "target-missed",
-                f"the fresh run reaches {reached:.5g}, above the target {problem.target:g}: no margin is left",
-            )
-        )
+        text = f"the fresh run reaches {reached:.5g}, above the target {problem.target:g}: no margin is left"
+        messages.append(coded("target-missed", text))
     elif found.searched < problem.target:
-        messages.append(
-            coded(
-                "target-tightened",
-                f"searched with a target of {found.searched:.5g}, so that the fresh run meets that asked for",
-            )
-        )
+        text = f"searched with a target of {found.searched:.5g}, so that the fresh run meets that asked for"
+        messages.append(coded("target-tightened", text))
     return messages

@@ -26,7 +26,7 @@ from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from .columns import ToleranceMap, tolerance_map
-from .statistics import system_value
+from .statistics import with_system
 
 Array = NDArray[np.float64]
 
@@ -94,8 +94,7 @@ class _Common(NamedTuple):
 
     def quantiles(self, drawn: ToleranceMap, u: Array, *, scale: Array | None = None, torque: float = 1.0) -> Array:
         """Quantiles of every group and of the train last, (D, g + 1, P), failed samples left out."""
-        k = drawn.evaluate(u, scale=scale, torque=torque, method=self.method).k
-        factor = np.concatenate([k, system_value(k)[..., None]], axis=2)
+        factor = with_system(drawn.evaluate(u, scale=scale, torque=torque, method=self.method).k)
         known = factor[~np.isnan(factor).any(axis=(1, 2))]
         if not len(known):
             return np.full((*factor.shape[1:], self.probability.size), np.nan)

@@ -277,21 +277,6 @@ def drawn_paths(path: str, *, vector: bool) -> tuple[str, str, Kind]:
     )
 
 
-def _wanted(table: str, kind: Kind, components: Sequence[str], document: Mapping[str, object]) -> dict[str, str]:
-    """Components of a table that need columns, with the text of a unit size of each."""
-    if kind == "nothing":
-        return {}
-    if kind == "gap":
-        return {"": f"{_UNIT} m"}
-    if kind == "error":
-        return {"amplitude": f"{_UNIT} m", "phase": "0 rad"}
-    present = _table_at(document, table)
-    named = {*components, *(present if isinstance(present, Mapping) else ())}
-    unit = f"{_UNIT} {'rad' if table.endswith('.tilt') else 'm'}"
-    across = {"x": unit, "y": unit} if named & {"", "x", "y", "amplitude", "phase"} else {}
-    return across | ({"z": unit} if "z" in named else {})
-
-
 def unit_overrides(
     tables: Mapping[str, tuple[Kind, Sequence[str]]], document: Mapping[str, object]
 ) -> dict[str, object]:
@@ -299,11 +284,21 @@ def unit_overrides(
 
     tables : path -> kind, components that are drawn.
     """
-    return {
-        f"{table}.{name}" if name else table: text
-        for table, (kind, components) in tables.items()
-        for name, text in _wanted(table, kind, components, document).items()
-    }
+    overrides: dict[str, object] = {}
+    for table, (kind, components) in tables.items():
+        if kind == "gap":
+            overrides[table] = f"{_UNIT} m"
+        elif kind == "error":
+            overrides |= {f"{table}.amplitude": f"{_UNIT} m", f"{table}.phase": "0 rad"}
+        elif kind == "vector":
+            stated = _table_at(document, table)
+            named = {*components, *(stated if isinstance(stated, Mapping) else ())}
+            unit = f"{_UNIT} {'rad' if table.endswith('.tilt') else 'm'}"
+            if named & {"", "x", "y", "amplitude", "phase"}:
+                overrides |= {f"{table}.x": unit, f"{table}.y": unit}
+            if "z" in named:
+                overrides[f"{table}.z"] = unit
+    return overrides
 
 
 def _table_at(document: Mapping[str, object], path: str) -> object:

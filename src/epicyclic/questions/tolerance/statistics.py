@@ -66,9 +66,9 @@ class Band:
     high: Array
 
 
-def system_value(k: Array) -> Array:
-    """The largest of the groups of every sample, (S, D) [1]; k : (S, D, g)."""
-    return np.asarray(k.max(axis=2))
+def with_system(k: Array) -> Array:
+    """Load factors of the groups and, last, of the train: the largest of them, (S, D, g + 1) [1]; k : (S, D, g)."""
+    return np.concatenate([k, k.max(axis=2, keepdims=True)], axis=2)
 
 
 def probabilities_of(samples: int) -> Array:
@@ -90,9 +90,7 @@ def piece_statistics(values: SampleValues, plan: SamplingPlan, piece: int) -> di
     count = plan.together * plan.rows
     scrambled = (plan.together, plan.rows)
     failed = values.failed[:count]
-    k = values.k[:count]
-    factor = np.concatenate([k, system_value(k)[..., None]], axis=2)
-    factor = np.where(failed[:, None, None], np.nan, factor)
+    factor = np.where(failed[:, None, None], np.nan, with_system(values.k[:count]))
     load = np.where(failed[:, None, None], np.nan, values.load[:count])
     quantity = np.concatenate([factor, load], axis=2).reshape(count, -1)
     index = bin_index(quantity)

@@ -349,30 +349,22 @@ def _warnings(tally: SampleTally, asked: int, shortfall: float) -> list[CodedTex
     """
     plan, messages = tally.plan, []
     if plan.samples != asked:
-        messages.append(
-            coded(
-                "points-rounded",
-                f"{asked} samples rounded up to {plan.samples}, {plan.scrambles} scrambles of {plan.rows}",
-            )
-        )
+        text = f"{asked} samples rounded up to {plan.samples}, {plan.scrambles} scrambles of {plan.rows}"
+        messages.append(coded("points-rounded", text))
     if tally.failed:
-        messages.append(
-            coded(
-                "points-failed",
-                f"{tally.failed} of {tally.done} samples have no solution, or no load of the nominal sense to share "
-                "(a torque drawn at zero or beyond, a stiffness below zero or too far from others for "
-                "double precision), and count nowhere",
-            )
+        text = (
+            f"{tally.failed} of {tally.done} samples have no solution, or no load of the nominal sense to share "
+            "(a torque drawn at zero or beyond, a stiffness below zero or too far from others for "
+            "double precision), and count nowhere"
         )
+        messages.append(coded("points-failed", text))
     if shortfall >= _SHORTFALL:
-        messages.append(
-            coded(
-                "turning-searched",
-                f"the largest load while turning of {tally.open} samples whose contact opens is searched for and may "
-                f"be low: by up to {100 * shortfall:.2g} % in those that were searched with four times as many slow "
-                "phases",
-            )
+        text = (
+            f"the largest load while turning of {tally.open} samples whose contact opens is searched for and may "
+            f"be low: by up to {100 * shortfall:.2g} % in those that were searched with four times as many slow "
+            "phases"
         )
+        messages.append(coded("turning-searched", text))
     return messages
 
 
