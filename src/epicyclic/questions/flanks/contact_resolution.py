@@ -138,7 +138,7 @@ def placed_errors(
             messages.append(coded("errors-not-given", text))
         pairs = [_with_waves(train, helix, pair) for helix, pair in zip(helices, pairs, strict=True)]
     turning = errors.deviations or errors.pitch != 0.0
-    start, phase = errors.cycle if turning else 0.0, errors.phase
+    start, phase = errors.cycle if turning else errors.cycle or 0.0, errors.phase
     if start is None or (phase is None and errors.profile):
         worst_start, worst_phase = _worst(train, helices, pairs, force, errors)
         start = worst_start if start is None else start
