@@ -14,6 +14,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -291,8 +292,7 @@ class ContactSettings:
     misalignment: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class HelixContact:
+class HelixContact(NamedTuple):
     """One helix of a mesh: its place in the train, its contact segments as drawn, its operating load [N]."""
 
     mesh: Mesh
@@ -321,7 +321,7 @@ class ReliefProblem:
     variables: tuple[DesignVariable, ...]
     fixed: Mapping[str, FlankSettings]
     contact: ContactSettings
-    meshes: tuple[tuple[HelixContact, ...], ...]
+    meshes: Sequence[Sequence[HelixContact]]
     factors: Array
     resolution: Resolution
     train: Train
@@ -369,7 +369,7 @@ def helix_contacts(
     *,
     variables: Sequence[DesignVariable],
     fixed: Mapping[str, FlankSettings],
-) -> tuple[tuple[HelixContact, ...], ...]:
+) -> list[list[HelixContact]]:
     """Helices of every mesh cut into contact segments; a face that stays uniform is one segment.
 
     Parameters
@@ -391,12 +391,9 @@ def helix_contacts(
             pairs.append(replace(pair, slices=1) if even else pair)
         segments = all_segments(pairs, [sigma_at(mesh, cut.phase) for mesh, _ in helices])
         contacts.append(
-            tuple(
-                HelixContact(mesh=mesh, segments=one, force=force)
-                for (mesh, force), one in zip(helices, segments, strict=True)
-            )
+            [HelixContact(mesh, cut_face, force) for (mesh, force), cut_face in zip(helices, segments, strict=True)]
         )
-    return tuple(contacts)
+    return contacts
 
 
 def with_resolution(problem: ReliefProblem, cut: Resolution) -> ReliefProblem:

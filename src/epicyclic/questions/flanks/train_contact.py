@@ -392,20 +392,18 @@ def _require_room(instants: int, laws: Sequence[MeshFaceLaw]) -> None:
 
 def _unresolved(cut: _Cut, tolerance: float) -> list[CodedText]:
     """Warnings where instants and slices are not enough for the tolerance."""
-    used = f"{cut.samples} instants and {cut.slices} slices"
+    used = f"{cut.samples} instants and {cut.slices} slices are not enough"
+    judged = (
+        (cut.error[0], used, " of the largest load"),
+        (cut.error[1], used, " of K_gamma"),
+        (cut.face_error, f"{cut.slices} slices are not enough for K_Hbeta", ""),
+    )
     asked = f"asked {100 * tolerance:.2g} %"
-    each = (("the largest load", cut.error[0]), ("K_gamma", cut.error[1]))
-    said = [
-        coded(
-            "resolution-insufficient", f"{used} are not enough: estimated error {100 * error:.2g} % of {name}, {asked}"
-        )
-        for name, error in each
+    return [
+        coded("resolution-insufficient", f"{problem}: estimated error {100 * error:.2g} %{number}, {asked}")
+        for error, problem, number in judged
         if error > tolerance
     ]
-    if cut.face_error > tolerance:
-        text = f"{cut.slices} slices are not enough for K_Hbeta: estimated error {100 * cut.face_error:.2g} %, {asked}"
-        said.append(coded("resolution-insufficient", text))
-    return said
 
 
 def _equilibrium(case: _Case, factor: float) -> ContactEquilibrium:
