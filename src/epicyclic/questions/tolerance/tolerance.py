@@ -155,24 +155,8 @@ def tolerance(
             progress=_part(progress, share, 1.0),
         )
         idle = without_effect(drawn, plan, method=method)
-    value, number = tally.worst()
-    d = drawn.dimension_entry.size
-    rows_of_worst = [scramble_uniforms(plan, n // plan.rows, d)[n % plan.rows] for n in number.tolist()]
-    u = np.array(rows_of_worst).reshape(-1, d)
-    overrides_of_worst = [drawn.overrides(row) for row in u]
-    if worst is not None:
-        _write_worst(worst, train, overrides_of_worst, value, number)
     columns, coords = _statistics(drawn, tally, np.unique(limit))
-    texts = [json.dumps(changes, default=str) for changes in overrides_of_worst]
-    shortfall = _shortfall(drawn, plan, u, method)
-    columns |= {
-        "worst_k_gamma": ("worst", value),
-        "worst_sample": ("worst", number),
-        "worst_overrides": ("worst", np.array(texts, dtype=object)),
-        "worst_load_sharing": (("worst", "mesh"), drawn.evaluate(u, method=method).load[:, 0]),
-        "turning_shortfall": ((), shortfall),
-        **further.columns,
-    }
+    columns |= {**_worst_columns(train, drawn, tally, method, worst), **further.columns}
     if reference:
         columns["reference_k_gamma"] = ("reference", np.array(list(reference.values()), dtype=float))
         coords["reference"] = list(reference)
@@ -180,11 +164,11 @@ def tolerance(
         columns["k_gamma_sample"] = (("sample", "definition", "pair"), rows)
     result = dataset(
         columns,
-        {**coords, **further.coords, "worst": np.arange(1, len(value) + 1)},
+        {**coords, **further.coords, "worst": np.arange(1, len(columns["worst_sample"][1]) + 1)},
         verb="tolerance",
         options={"samples": plan.samples, "seed": seed, "method": method, "sampler": sampler, "effects": chosen},
         provenance=train_provenance(train),
-        warnings=[*drawn.warnings, *idle, *_warnings(tally, samples, shortfall)],
+        warnings=[*drawn.warnings, *idle, *_warnings(tally, samples, float(columns["turning_shortfall"][1]))],
     )
     return result.assign_attrs(
         samples=plan.samples,
@@ -202,21 +186,6 @@ def tolerance(
         left_out=json.dumps(further.left_out),
         effect_samples=further.samples,
     )
-
-
-def _shortfall(drawn: ToleranceMap, plan: SamplingPlan, worst: Array, method: ContactMethod) -> float:
-    """Share by which K_gamma while turning of open samples rises with many slow phases [1]; worst : (n, d) of them.
-
-    0 where links follow laws, which are asked at the same phases.
-    """
-    if drawn.lawful:
-        return 0.0
-    u = np.concatenate([worst, piece_uniforms(plan, 0, worst.shape[1])[:_SEARCHED]])
-    values = drawn.evaluate(u, method=method)
-    if not values.open.any():
-        return 0.0
-    dense = drawn.evaluate(u[values.open], method=method, dense=True).k[:, 1]
-    return max(0.0, float(np.nanmax(dense / values.k[values.open, 1], initial=1.0)) - 1.0)
 
 
 def _part(progress: Progress, start: float, end: float) -> Progress:
@@ -369,6 +338,42 @@ def _warnings(tally: SampleTally, asked: int, shortfall: float) -> list[CodedTex
 
 
 # worst samples -------------------------------------------------------------------------------------------------------
+
+
+def _worst_columns(
+    train: Train, drawn: ToleranceMap, tally: SampleTally, method: ContactMethod, folder: Path | None
+) -> Columns:
+    """Variables of the worst samples, and how far their search falls short; model files of them in a folder."""
+    plan, d = tally.plan, drawn.dimension_entry.size
+    value, number = tally.worst()
+    rows = [scramble_uniforms(plan, sample // plan.rows, d)[sample % plan.rows] for sample in number.tolist()]
+    u = np.array(rows).reshape(-1, d)
+    overrides = [drawn.overrides(row) for row in u]
+    if folder is not None:
+        _write_worst(folder, train, overrides, value, number)
+    texts = [json.dumps(changes, default=str) for changes in overrides]
+    return {
+        "worst_k_gamma": ("worst", value),
+        "worst_sample": ("worst", number),
+        "worst_overrides": ("worst", np.array(texts, dtype=object)),
+        "worst_load_sharing": (("worst", "mesh"), drawn.evaluate(u, method=method).load[:, 0]),
+        "turning_shortfall": ((), _shortfall(drawn, plan, u, method)),
+    }
+
+
+def _shortfall(drawn: ToleranceMap, plan: SamplingPlan, worst: Array, method: ContactMethod) -> float:
+    """Share by which K_gamma while turning of open samples rises with many slow phases [1]; worst : (n, d) of them.
+
+    0 where links follow laws, which are asked at the same phases.
+    """
+    if drawn.lawful:
+        return 0.0
+    u = np.concatenate([worst, piece_uniforms(plan, 0, worst.shape[1])[:_SEARCHED]])
+    values = drawn.evaluate(u, method=method)
+    if not values.open.any():
+        return 0.0
+    dense = drawn.evaluate(u[values.open], method=method, dense=True).k[:, 1]
+    return max(0.0, float(np.nanmax(dense / values.k[values.open, 1], initial=1.0)) - 1.0)
 
 
 def _write_worst(
