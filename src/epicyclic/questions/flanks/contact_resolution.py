@@ -303,8 +303,10 @@ def sigma_at(mesh: Mesh, phase: Array, start: float = 0.0) -> Array:
     return np.asarray(mesh.sense * (phase + whole + float(mesh.lead)))
 
 
-def mesh_phases(helices: Sequence[Mesh], pairs: Sequence[ContactPair], samples: int) -> Array:
-    """Even phases of the mesh cycle and the corners of contact of every helix, (T,)."""
+def mesh_phases(helices: Sequence[Mesh], pairs: Sequence[ContactPair], samples: int, *, graded: bool = True) -> Array:
+    """Even phases of the mesh cycle, (T,); graded : the corners of contact of every helix too."""
+    if not graded:
+        return np.arange(samples) / samples
     corners = [
         mesh.sense * corner_phases(pair.plane) - float(mesh.lead) for mesh, pair in zip(helices, pairs, strict=True)
     ]
@@ -336,7 +338,7 @@ def resolution(
     check_tolerance(tolerance)
 
     def phases(count: int) -> Array:
-        return mesh_phases(helices, pairs, count) if samples is None else np.arange(count) / count
+        return mesh_phases(helices, pairs, count, graded=samples is None)
 
     def numbers(count: int, cut: int) -> Array:
         return _numbers(helices, [replace(pair, slices=cut) for pair in pairs], force, phases(count), start)

@@ -314,6 +314,10 @@ def _solutions(solved: Finalists, result: SearchResult, flanks: Mapping[str, Fla
     numeric = [[one.numeric(value) for one, value in zip(variables, row, strict=True)] for row in values]
     texts = [[_value_text(one, value) for one, value in zip(variables, row, strict=True)] for row in values]
     drawn = objectives_of(problem, [{path: {} for path in flanks}])[0]
+    best_so_far = []
+    for generation in range(int(result.generation.max()) + 1):
+        upto = np.where(result.generation[:, None] <= generation, result.objectives, np.nan)
+        best_so_far.append(np.nanmin(upto, axis=0))
     return {
         "lower_bound": ("variable", np.array([one.low for one in variables])),
         "upper_bound": ("variable", np.array([one.high for one in variables])),
@@ -327,7 +331,7 @@ def _solutions(solved: Finalists, result: SearchResult, flanks: Mapping[str, Fla
         "evaluated_place": (("evaluation", "variable"), result.candidates[:_MOST_EVALUATIONS]),
         "evaluated_objective": (("evaluation", "objective"), result.objectives[:_MOST_EVALUATIONS]),
         "evaluated_generation": ("evaluation", result.generation[:_MOST_EVALUATIONS]),
-        "best_so_far": (("generation", "objective"), _best_so_far(result)),
+        "best_so_far": (("generation", "objective"), np.array(best_so_far)),
     }
 
 
@@ -335,15 +339,6 @@ def _value_text(variable: DesignVariable, value: float | str) -> str:
     if isinstance(value, str):
         return value
     return length_text(value, -3 if variable.key.endswith("length") else -6)
-
-
-def _best_so_far(result: SearchResult) -> Array:
-    """Least of each objective up to the end of each of G generations, (G, o)."""
-    least = []
-    for generation in range(int(result.generation.max()) + 1):
-        upto = np.where(result.generation[:, None] <= generation, result.objectives, np.nan)
-        least.append(np.nanmin(upto, axis=0))
-    return np.array(least)
 
 
 def _before_and_after(solved: Finalists, trains: Sequence[Train], torque: float | str | None) -> Columns:

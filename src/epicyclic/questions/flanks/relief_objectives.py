@@ -345,20 +345,16 @@ def coarse_resolution(
     train: Train, meshes: Sequence[Sequence[tuple[Mesh, float]]], contact: ContactSettings
 ) -> Resolution:
     """Phases and slices of a search: those given, else few, since the best candidates are solved again."""
+    graded = contact.samples is None
     samples = _PHASES if contact.samples is None else contact.samples
     helices = [mesh for helices in meshes for mesh, _ in helices]
     return Resolution(
-        phase=_phases(helices, [pair_of(train, mesh) for mesh in helices], samples, contact),
+        phase=mesh_phases(helices, [pair_of(train, mesh) for mesh in helices], samples, graded=graded),
         samples=samples,
         slices=_SLICES if contact.slices is None else contact.slices,
-        graded=contact.samples is None,
+        graded=graded,
         error=np.full(3, np.nan),
     )
-
-
-def _phases(helices: Sequence[Mesh], pairs: Sequence[ContactPair], samples: int, contact: ContactSettings) -> Array:
-    """Phases (T,) of all meshes: even ones where their number is given, else the corners of all of them too."""
-    return mesh_phases(helices, pairs, samples) if contact.samples is None else np.arange(samples) / samples
 
 
 def helix_contacts(
@@ -398,9 +394,10 @@ def helix_contacts(
 
 def with_resolution(problem: ReliefProblem, cut: Resolution) -> ReliefProblem:
     """Problem with other phases and slices; of `cut` the numbers of both count, the phases are those of all meshes."""
-    helices = [helix for one in problem.meshes for helix in one]
-    pairs = [helix.segments.pair for helix in helices]
-    common = replace(cut, phase=_phases([helix.mesh for helix in helices], pairs, cut.samples, problem.contact))
+    helices = [helix.mesh for one in problem.meshes for helix in one]
+    pairs = [helix.segments.pair for one in problem.meshes for helix in one]
+    phase = mesh_phases(helices, pairs, cut.samples, graded=problem.contact.samples is None)
+    common = replace(cut, phase=phase)
     forces = [[(helix.mesh, helix.force) for helix in one] for one in problem.meshes]
     meshes = helix_contacts(
         problem.train, forces, problem.contact, common, variables=problem.variables, fixed=problem.fixed
