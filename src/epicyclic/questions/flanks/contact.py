@@ -392,7 +392,7 @@ def _warnings(results: Sequence[LoadedContact], mesh: str, operating: int, corne
     return messages
 
 
-# stress in the tooth roots ----------------------------------------------------------------------------------------
+# stress in the tooth roots --------------------------------------------------------------------------------------------
 
 
 def _root_columns(results: Sequence[LoadedContact], operating: int) -> tuple[Columns, Array]:
@@ -482,7 +482,7 @@ def _over_place(values: Array, place: Array, at: Array) -> Array:
     return np.array([np.interp(at, place.ravel()[order], column) for column in flat.T])
 
 
-# mesh stiffness without contact --------------------------------------------------------------------------------------
+# mesh stiffness without contact ---------------------------------------------------------------------------------------
 
 
 def stiffness(train: Train, *, samples: int = 256) -> xr.Dataset:

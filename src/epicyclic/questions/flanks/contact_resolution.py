@@ -54,7 +54,7 @@ PHASE_SHARE = 0.25
 _LEAST_SWING = 1e-2
 
 
-# errors of the teeth -------------------------------------------------------------------------------------------------
+# errors of the teeth --------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -256,7 +256,7 @@ def _transmission_error(
     return np.asarray(np.mean(of_helices, axis=0))
 
 
-# phases and slices ---------------------------------------------------------------------------------------------------
+# phases and slices ----------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

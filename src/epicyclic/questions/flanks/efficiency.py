@@ -121,7 +121,7 @@ def efficiency(
     )
 
 
-# friction of the teeth -----------------------------------------------------------------------------------------------
+# friction of the teeth ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -271,7 +271,7 @@ def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[CodedText]) -> floa
     return teeth.friction(force, oil)
 
 
-# columns -------------------------------------------------------------------------------------------------------------
+# columns --------------------------------------------------------------------------------------------------------------
 
 
 def _totals(train: Train, flow: LossyFlow | None) -> dict[str, Any]:

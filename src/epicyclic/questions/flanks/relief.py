@@ -216,7 +216,7 @@ def relief_model(result: xr.Dataset) -> str:
     return model_text(json.loads(str(result.attrs["relieved_model"])))
 
 
-# statement of the problem --------------------------------------------------------------------------------------------
+# statement of the problem ---------------------------------------------------------------------------------------------
 
 
 def _check_options(

@@ -66,7 +66,7 @@ DYNAMIC = {"force_rms": "mesh_force_rms", "force_peak": "mesh_force_peak"}
 """Objective of the train in motion -> the variable of `sweep` it is the maximum of."""
 
 
-# design variables ----------------------------------------------------------------------------------------------------
+# design variables -----------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -275,7 +275,7 @@ def length_text(value: float, power: int) -> str:
     return f"{Decimal(repr(value)).scaleb(-power).normalize():f} {unit}"
 
 
-# objectives ----------------------------------------------------------------------------------------------------------
+# objectives -----------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
-Progress = Callable[[float], None] | None
+Report = Callable[[float], None]
 Columns = dict[str, tuple[Any, Any]]
 
 # parts of combinations that a search by sums tries at most: some ten seconds
@@ -110,7 +110,7 @@ def allocate(
     seed: int = 1,
     method: ContactMethod = "auto",
     fresh_samples: int = 131_072,
-    progress: Progress = None,
+    progress: Report | None = None,
 ) -> xr.Dataset:
     """Cheapest grades of ``[tolerance.cost]`` with which K_gamma stays at or below a target with a probability.
 
@@ -183,7 +183,7 @@ def allocated_model(result: xr.Dataset) -> str:
     return model_text(json.loads(str(result.attrs["allocated_model"])))
 
 
-# statement of the problem --------------------------------------------------------------------------------------------
+# statement of the problem ---------------------------------------------------------------------------------------------
 
 
 def _check_options(target: float, probability: float, definition: str, samples: int) -> None:
@@ -223,7 +223,7 @@ def _columns(problem: _Problem) -> GradeColumns | None:
     return columns if off <= _ROUNDING else None
 
 
-# search and its verification -----------------------------------------------------------------------------------------
+# search and its verification ------------------------------------------------------------------------------------------
 
 
 class _Verified(NamedTuple):
@@ -242,11 +242,7 @@ class _Verified(NamedTuple):
 
 
 def _verified(
-    problem: _Problem,
-    columns: GradeColumns | None,
-    fresh_samples: int,
-    seed: int,
-    report: Callable[[float], None],
+    problem: _Problem, columns: GradeColumns | None, fresh_samples: int, seed: int, report: Report
 ) -> _Verified:
     """Grades whose K_gamma a run with another seed confirms; the target of the search is lowered by what it misses."""
     first: Allocation | None = None
@@ -337,7 +333,7 @@ def _out_of_reach(problem: _Problem, columns: GradeColumns | None) -> ModelError
     )
 
 
-# result --------------------------------------------------------------------------------------------------------------
+# result ---------------------------------------------------------------------------------------------------------------
 
 
 def _variables(problem: _Problem, found: _Verified) -> Columns:

@@ -196,7 +196,7 @@ def _few(plan: SamplingPlan, evaluations: int) -> SamplingPlan:
     return SamplingPlan(samples=rows, scrambles=1, rows=rows, seed=plan.seed, sampler="sobol")
 
 
-# variance shares -----------------------------------------------------------------------------------------------------
+# variance shares ------------------------------------------------------------------------------------------------------
 
 
 def variance_shares(
@@ -260,7 +260,7 @@ def _add_shares(effects: EffectColumns, drawn: ToleranceMap, plan: SamplingPlan,
     effects.coords["tolerance"] = paths
 
 
-# curves --------------------------------------------------------------------------------------------------------------
+# curves ---------------------------------------------------------------------------------------------------------------
 
 
 def _add_spreads(effects: EffectColumns, drawn: ToleranceMap, common: _Common) -> Array:

@@ -228,7 +228,7 @@ def _in_order(columns: GradeColumns, sampled: SampledGrades, combination: Combin
     return np.asarray(sampled.factors(combination)[columns.order])
 
 
-# search --------------------------------------------------------------------------------------------------------------
+# search ---------------------------------------------------------------------------------------------------------------
 
 
 class Allocation(NamedTuple):

@@ -337,7 +337,7 @@ def _warnings(tally: SampleTally, asked: int, shortfall: float) -> list[CodedTex
     return messages
 
 
-# worst samples -------------------------------------------------------------------------------------------------------
+# worst samples --------------------------------------------------------------------------------------------------------
 
 
 def _worst_columns(
