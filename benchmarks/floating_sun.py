@@ -14,20 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-__all__ = ["FloatingSun", "Values"]
+from epicyclic.questions.tolerance.columns import SampleValues
+
+__all__ = ["FloatingSun"]
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Values:
-    """Values of S samples, as of a tolerance map."""
-
-    k: Array
-    load: Array
-    least: Array
-    open: NDArray[np.bool_]
-    failed: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -84,12 +75,14 @@ class FloatingSun:
         gap = ndtri(u) * np.broadcast_to(self.spread, self.count) * factor[self.dimension_entry] * self.force
         return np.asarray(self.force * torque - gap @ project)
 
-    def evaluate(self, u: Array, *, scale: Array | None = None, torque: float = 1.0, method: str = "auto") -> Values:
+    def evaluate(
+        self, u: Array, *, scale: Array | None = None, torque: float = 1.0, method: str = "auto"
+    ) -> SampleValues:
         """Values of (S, n) uniforms."""
         force = self.forces(u, scale=scale, torque=torque)
         share = self.count * force / force.sum(axis=1, keepdims=True)
         load = np.stack([share, share], axis=1)
-        return Values(
+        return SampleValues(
             k=load.max(axis=2, keepdims=True),
             load=load,
             least=force,

@@ -1,15 +1,13 @@
-"""Stress in the tooth roots as variables of the results of tooth contact.
+"""Loaded tooth contact of one mesh of a train: load distribution, transmission error, stiffness, stress in the roots.
 
-Loaded tooth contact of one mesh of a train: load distribution, transmission error, mesh stiffness.
-
-Mesh stiffness of every mesh over one mesh cycle.
+Beside it the mesh stiffness that a train has without it, of every mesh over one mesh cycle.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,123 +32,18 @@ from ...warning_codes import CodedText, coded
 from .contact_resolution import NO_ERRORS, Resolution, ToothErrors, placed_errors, resolution, sigma_at
 
 Array = NDArray[np.float64]
+Columns = dict[str, tuple[Any, Array]]
 
 GEARS = ("a", "b")
 """Both gears of a mesh, first and second."""
-# Even places of a tooth along the path of contact, beside those of the largest stresses.
-_ROOT_PLACES = 161
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RootColumns:
-    """Variables and coordinates of a Dataset."""
-
-    variables: dict[str, tuple[Any, Array]] = field(default_factory=dict)
-    coords: dict[Hashable, Any] = field(default_factory=dict)
-
-
-def root_columns(results: Sequence[LoadedContact], operating: int) -> RootColumns:
-    """Stress in the tooth roots of loaded contacts, one a helix.
-
-    largest_root_stress, lowest_root_stress (side, mesh_gear, mesh_load) [Pa], root_stress_lean (side, mesh_gear) [rad],
-    and at the load of index `operating` root_stress, far_root_stress (side, mesh_gear, width, tooth_place) [Pa] over
-    the face while the tooth moves along the path of contact.
-    """
-    images = first_images([one.segments.pair for one in results], [one.sigma for one in results])
-    found: list[tuple[RootStress, RootStress]] = []
-    for one, first in zip(results, images, strict=True):
-        if first < len(found):
-            mirrored = [_mirrored(gear) for gear in found[first]]
-            found.append((mirrored[0], mirrored[1]))
-            continue
-        pair = one.segments.pair
-        found.append(root_stress(pair, one.segments.lines.sigma, one.force, pair_influences(pair)))
-    places = [one.sigma[:, None] - one.segments.lines.pair for one in results]
-    at = _tooth_places(found, places, operating)
-    sided = ("side", "mesh_gear")
-    over = (*sided, "width", "tooth_place")
-
-    def maps(name: str) -> Array:
-        return np.array(
-            [
-                [_over_place(getattr(gear, name)[operating], place, at) for gear in gears]
-                for gears, place in zip(found, places, strict=True)
-            ]
-        )
-
-    return RootColumns(
-        variables={
-            "largest_root_stress": (
-                (*sided, "mesh_load"),
-                np.array([[gear.tension.max(axis=(1, 2, 3)) for gear in gears] for gears in found]),
-            ),
-            "lowest_root_stress": (
-                (*sided, "mesh_load"),
-                np.array([[gear.compression.min(axis=(1, 2, 3)) for gear in gears] for gears in found]),
-            ),
-            "root_stress_lean": (sided, np.array([[gear.lean[operating] for gear in gears] for gears in found])),
-            "root_stress": (over, maps("tension")),
-            "far_root_stress": (over, maps("compression")),
-        },
-        coords={"mesh_gear": list(GEARS), "tooth_place": at},
-    )
-
-
-def largest_root_stresses(
-    laws: Sequence[MeshFaceLaw], loads: Sequence[Sequence[FaceLoad]]
-) -> list[tuple[Array, Array]]:
-    """Largest tension and compression in the tooth roots of the meshes of each law, (g, levels, 2) each [Pa].
-
-    loads : at each level of load, by law.  Last axis: gears a and b.
-    """
-    found = []
-    for number, law in enumerate(laws):
-        at = [one[number] for one in loads]
-        T, g, J, K = at[0].sigma.shape
-        force = np.array([one.force.reshape(T * g, J, K) for one in at])
-        gears = root_stress(law.pair, at[0].sigma.reshape(T * g, J, K), force, pair_influences(law.pair))
-        shape = (len(at), T, g, J * K)
-        tension = [gear.tension.reshape(shape).max(axis=(1, 3)).T for gear in gears]
-        compression = [gear.compression.reshape(shape).min(axis=(1, 3)).T for gear in gears]
-        found.append((np.stack(tension, axis=-1), np.stack(compression, axis=-1)))
-    return found
-
-
-def _mirrored(stress: RootStress) -> RootStress:
-    """Stress of the mirror image of a helix, from the other end of the face."""
-    return RootStress(tension=stress.tension[..., ::-1], compression=stress.compression[..., ::-1], lean=stress.lean)
-
-
-def _tooth_places(found: Sequence[Sequence[RootStress]], places: Sequence[Array], operating: int) -> Array:
-    """Places (P,) of a tooth at mid-face [base pitches]: even ones, and those of the largest stresses.
-
-    places : (T, J) of the teeth of each helix [base pitches].
-    """
-    even = np.linspace(min(one.min() for one in places), max(one.max() for one in places), _ROOT_PLACES)
-    largest = [
-        place.ravel()[int(values.max(axis=-1).argmax())]
-        for gears, place in zip(found, places, strict=True)
-        for gear in gears
-        for values in (gear.tension[operating], -gear.compression[operating])
-    ]
-    return np.unique(np.concatenate([even, largest]))
-
-
-def _over_place(values: Array, place: Array, at: Array) -> Array:
-    """Values (T, J, K) of teeth at places (T, J) of those, at places (P,) of one tooth, (K, P), in their unit."""
-    order = np.argsort(place, axis=None)
-    flat = values.reshape(-1, values.shape[-1])[order]
-    return np.array([np.interp(at, place.ravel()[order], column) for column in flat.T])
-
-
-ComplexArray = NDArray[np.complex128]
-
 FACTORS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
 """Loads by default, relative to the operating one [1]."""
 TOLERANCE = 0.01
 """Relative error by default: far below what models of teeth differ by."""
-# mesh orders of the transmission error, and places along the path of contact of a flank map
-_ORDERS, _PLACES = 10, 161
+# mesh orders of the transmission error
+_ORDERS = 10
+# even places along the path of contact of a flank map and of a tooth root, beside those of the largest values
+_PLACES = 161
 # numbers of a strip of the face at a phase and a load: 3 or so contact lines with their influence on each other
 _STRIP = 10
 
@@ -203,7 +96,7 @@ def contact(
     Dataset : loaded transmission error [m] (mesh_load, mesh_phase); stiffness [N/m], largest load per length [N/m] and
         pressure [Pa] (side, mesh_load, ...); at the operating load transmission error, share of the tooth pairs, load
         and pressure over the face (side, width, mesh_phase) and over the flank (side, width, path_place).  Loads per
-        length and pressures are means over a length of contact line.  Stress in the tooth roots [Pa] (`root_columns`).
+        length and pressures are means over a length of contact line.  Stress in the tooth roots [Pa].
         Attributes: samples, slices, averaging_length [m], tolerance, estimated_error (of the three numbers, largest;
         nan where both are given).
 
@@ -218,12 +111,12 @@ def contact(
     if few or not (np.isfinite(loads).all() and (loads >= 0).all()):
         raise ModelError("not a number of samples, slices or factors", path="contact", given=(samples, slices, factors))
     _require_room(samples or 1, slices or 1, loads.size)
-    angle = in_radians(misalignment)
+    angle = stated(misalignment, "angle", "misalignment")
     lengths = {"pitch_error": errors.pitch, "profile_error": errors.profile}
     check_contact_errors(helices[0], train.bodies, misalignment=angle, errors=lengths)
     ends = _face_end(torque_ends[0]), _face_end(torque_ends[1])
     more: dict[str, Any] = {"linear_at": linear_at, "corner": corner, "misalignment": angle, "torque_ends": ends}
-    pairs = [pair_of(train, one, **more) for one in helices]
+    pairs = [pair_of(train, helix, **more) for helix in helices]
     placed = placed_errors(train, helices, pairs, force, errors)
     pairs = list(placed.pairs)
     if cut is None:
@@ -231,31 +124,33 @@ def contact(
     _require_room(cut.phase.size, cut.slices, loads.size)
     pairs = [replace(pair, slices=cut.slices) for pair in pairs]
     if segments is None:
-        segments = all_segments(pairs, [sigma_at(one, cut.phase, placed.start) for one in helices])
+        segments = all_segments(pairs, [sigma_at(helix, cut.phase, placed.start) for helix in helices])
     else:
-        segments = [with_microgeometry(one, pair) for one, pair in zip(segments, pairs, strict=True)]
+        segments = [with_microgeometry(drawn, pair) for drawn, pair in zip(segments, pairs, strict=True)]
     results = all_loaded(segments, loads, tangents=tangents)
     operating = int(np.argmin(np.abs(loads - force)))
-    messages = [text for pair, one in zip(pairs, helices, strict=True) for text in tooth_warnings(pair, one)]
+    messages = [text for pair, helix in zip(pairs, helices, strict=True) for text in tooth_warnings(pair, helix)]
     place = _path_places(results, operating)
-    stresses = root_columns(results, operating) if roots else RootColumns()
+    root_columns, tooth_place = _root_columns(results, operating) if roots else ({}, None)
+    name = mesh_name(helices)
     result = dataset(
         {
-            **stresses.variables,
+            **root_columns,
             **_load_columns(results, cut),
             **_phase_columns(results, operating),
             **_face_columns(results, operating, place),
-            **_mesh_columns(helices, results, loads),
+            "load_torque": ("mesh_load", loads * len(helices) * _lever(helices[0])),
+            "shared_face": ("side", np.array([pair.plane.width for pair in pairs])),
         },
         coords={
-            "side": [one.side or "face" for one in helices],
+            "side": [helix.side or "face" for helix in helices],
             "mesh_load": loads,
             "mesh_phase": cut.phase,
             "width": (np.arange(cut.slices) + 0.5) / cut.slices,
             "path_place": place,
             "harmonic": np.arange(_ORDERS + 1),
             "end": ["before", "behind"],
-            **stresses.coords,
+            **({"mesh_gear": list(GEARS), "tooth_place": tooth_place} if roots else {}),
         },
         verb="contact",
         options={"samples": samples, "slices": slices, "tolerance": tolerance, **more, "torque_ends": torque_ends},
@@ -263,14 +158,16 @@ def contact(
             *train.warnings,
             *dict.fromkeys(messages),
             *placed.warnings,
-            *_warnings(results, _mesh_name(helices), operating, corner),
+            *_warnings(results, name, operating, corner),
             *unresolved(cut, tolerance),
         ],
         provenance=train_provenance(train),
     )
-    gears = (body.split("/")[1] for body in (helices[0].a, helices[0].b))
-    result.attrs |= {"mesh": _mesh_name(helices), "force": force, **dict(zip(("gear_a", "gear_b"), gears, strict=True))}
     result.attrs |= {
+        "mesh": name,
+        "force": force,
+        "gear_a": helices[0].a.split("/")[1],
+        "gear_b": helices[0].b.split("/")[1],
         "samples": cut.samples,
         "slices": cut.slices,
         "averaging_length": averaging_length(pairs[0].plane),
@@ -349,16 +246,6 @@ def _lever(mesh: Mesh) -> float:
     return mesh.radius_a * math.cos(mesh.pressure_angle) * math.cos(mesh.base_helix)
 
 
-def in_radians(angle: float | str) -> float:
-    """Angle [rad] from a number [rad], or a text with its unit.
-
-    Raises
-    ------
-    ModelError : a text without a unit of angle.
-    """
-    return stated(angle, "angle", "misalignment")
-
-
 def _face_end(name: str | None) -> End | None:
     if name is None:
         return None
@@ -367,33 +254,29 @@ def _face_end(name: str | None) -> End | None:
     return "left" if name == "left" else "right"
 
 
-def _load_columns(results: Sequence[LoadedContact], cut: Resolution) -> dict[str, tuple[Any, Array]]:
+def _load_columns(results: Sequence[LoadedContact], cut: Resolution) -> Columns:
     """Variables over side and load; results : one a helix."""
-    orders = cycle_harmonics if cut.graded else _even_harmonics
-
-    def average(values: Array) -> Array:
-        return cycle_mean(values, cut.phase)
-
-    whole = np.mean([one.transmission_error for one in results], axis=0)
+    whole = np.mean([result.transmission_error for result in results], axis=0)
+    orders = cycle_harmonics(whole, cut.phase, _ORDERS) if cut.graded else harmonics(whole, _ORDERS)
     sided = ("side", "mesh_load")
+
+    def of_helices(values: Callable[[LoadedContact], Array]) -> Array:
+        return np.array([values(result) for result in results])
+
     return {
         "loaded_transmission_error": (("mesh_load", "mesh_phase"), whole),
         "transmission_error_peak_to_peak": ("mesh_load", np.ptp(whole, axis=1)),
-        "transmission_error_harmonic": (("mesh_load", "harmonic"), orders(whole, cut.phase, _ORDERS)),
-        "tangent_stiffness": ((*sided, "mesh_phase"), np.array([one.tangent for one in results])),
-        "secant_stiffness": ((*sided, "mesh_phase"), np.array([one.secant for one in results])),
-        "average_stiffness": (sided, np.array([average(one.tangent) for one in results])),
-        "average_secant_stiffness": (sided, np.array([average(one.secant) for one in results])),
-        "largest_load_per_length": (sided, np.array([one.largest_load for one in results])),
-        "largest_pressure": (sided, np.array([one.largest_pressure for one in results])),
-        "face_factor": (sided, np.array([_face_factor(one, cut.phase) for one in results])),
-        "corner_overlap": ((*sided, "end"), np.array([one.corner for one in results])),
-        "contact_residual": (sided, np.array([one.residual.max(axis=1) for one in results])),
+        "transmission_error_harmonic": (("mesh_load", "harmonic"), orders),
+        "tangent_stiffness": ((*sided, "mesh_phase"), of_helices(lambda one: one.tangent)),
+        "secant_stiffness": ((*sided, "mesh_phase"), of_helices(lambda one: one.secant)),
+        "average_stiffness": (sided, of_helices(lambda one: cycle_mean(one.tangent, cut.phase))),
+        "average_secant_stiffness": (sided, of_helices(lambda one: cycle_mean(one.secant, cut.phase))),
+        "largest_load_per_length": (sided, of_helices(lambda one: one.largest_load)),
+        "largest_pressure": (sided, of_helices(lambda one: one.largest_pressure)),
+        "face_factor": (sided, of_helices(lambda one: _face_factor(one, cut.phase))),
+        "corner_overlap": ((*sided, "end"), of_helices(lambda one: one.corner)),
+        "contact_residual": (sided, of_helices(lambda one: one.residual.max(axis=1))),
     }
-
-
-def _even_harmonics(values: Array, phase: Array, count: int) -> ComplexArray:
-    return harmonics(values, count)
 
 
 def _face_factor(result: LoadedContact, phase: Array) -> Array:
@@ -403,38 +286,41 @@ def _face_factor(result: LoadedContact, phase: Array) -> Array:
     return np.where(mean > 0, over.max(axis=1) / np.where(mean > 0, mean, 1.0), np.nan)
 
 
-def _phase_columns(results: Sequence[LoadedContact], operating: int) -> dict[str, tuple[Any, Array]]:
+def _phase_columns(results: Sequence[LoadedContact], operating: int) -> Columns:
     """Variables over the phase; operating : index of the operating load."""
-    sided = np.array([one.transmission_error[operating] for one in results])
-    most = max(one.force.shape[2] for one in results)
-    share = np.zeros((len(results), most, sided.shape[1]))
-    for i, one in enumerate(results):
-        share[i, : one.force.shape[2]] = one.share[operating].T
+    error = np.array([result.transmission_error[operating] for result in results])
+    most = max(result.force.shape[2] for result in results)
+    share = np.zeros((len(results), most, error.shape[1]))
+    for i, result in enumerate(results):
+        share[i, : result.force.shape[2]] = result.share[operating].T
     return {
-        "transmission_error": ("mesh_phase", sided.mean(axis=0)),
-        "no_load_transmission_error": ("mesh_phase", np.mean([one.no_load_error for one in results], axis=0)),
-        "side_transmission_error": (("side", "mesh_phase"), sided),
+        "transmission_error": ("mesh_phase", error.mean(axis=0)),
+        "no_load_transmission_error": ("mesh_phase", np.mean([result.no_load_error for result in results], axis=0)),
+        "side_transmission_error": (("side", "mesh_phase"), error),
         "pair_share": (("side", "tooth_pair", "mesh_phase"), share),
     }
 
 
-def _face_columns(results: Sequence[LoadedContact], operating: int, place: Array) -> dict[str, tuple[Any, Array]]:
+def _face_columns(results: Sequence[LoadedContact], operating: int, place: Array) -> Columns:
     """Variables over the face and the flank; operating : index of the operating load; place : (P,) [base pitches]."""
-    load = [one.mean_load[operating] for one in results]
-    stress = [one.mean_pressure[operating] for one in results]
-    sided = ("side", "width", "mesh_phase")
+    lines = [result.segments.lines for result in results]
+    load = [result.mean_load[operating] for result in results]
+    pressure = [result.mean_pressure[operating] for result in results]
 
     def maps(values: Sequence[Array]) -> Array:
-        """Values of every helix on the flank of one tooth, (side, width, path_place)."""
-        lines = [one.segments.lines for one in results]
-        return np.array([flank_map(one.sigma, p, one.length > 0, place) for one, p in zip(lines, values, strict=True)])
+        return np.array(
+            [flank_map(line.sigma, value, line.length > 0, place) for line, value in zip(lines, values, strict=True)]
+        )
 
+    # contact lines of the first phase; nan where they leave the path
+    first = np.array([np.where(line.length[0] > 0, line.sigma[0], np.nan) for line in lines])
+    over_face, over_flank = ("side", "width", "mesh_phase"), ("side", "width", "path_place")
     return {
-        "load_per_length": (sided, np.array([p.max(axis=1).T for p in load])),
-        "contact_pressure": (sided, np.array([p.max(axis=1).T for p in stress])),
-        "flank_load_per_length": (("side", "width", "path_place"), maps(load)),
-        "flank_pressure": (("side", "width", "path_place"), maps(stress)),
-        "line_place": (("side", "line", "width"), np.array([_first_lines(one) for one in results])),
+        "load_per_length": (over_face, np.array([values.max(axis=1).T for values in load])),
+        "contact_pressure": (over_face, np.array([values.max(axis=1).T for values in pressure])),
+        "flank_load_per_length": (over_flank, maps(load)),
+        "flank_pressure": (over_flank, maps(pressure)),
+        "line_place": (("side", "line", "width"), first),
     }
 
 
@@ -447,9 +333,9 @@ def _path_places(results: Sequence[LoadedContact], operating: int) -> Array:
     touched = lines.sigma[lines.length > 0]
     even = np.linspace(float(touched.min()), float(touched.max()), _PLACES)
     largest = [
-        float(one.segments.lines.sigma.ravel()[np.argmax(values[operating])])
-        for one in results
-        for values in (one.mean_load, one.mean_pressure)
+        float(result.segments.lines.sigma.ravel()[np.argmax(values[operating])])
+        for result in results
+        for values in (result.mean_load, result.mean_pressure)
     ]
     return np.unique(np.concatenate([even, largest]))
 
@@ -471,22 +357,6 @@ def flank_map(sigma: Array, values: Array, loaded: NDArray[np.bool_], place: Arr
     return flank
 
 
-def _first_lines(result: LoadedContact) -> Array:
-    """Contact lines of the first phase, (J, K) [base pitches]; nan where they leave the path."""
-    lines = result.segments.lines
-    return np.where(lines.length[0] > 0, lines.sigma[0], np.nan)
-
-
-def _mesh_columns(
-    helices: Sequence[Mesh], results: Sequence[LoadedContact], loads: Array
-) -> dict[str, tuple[Any, Array]]:
-    """Torque on the first gear [N m] at each load (F,) [N], and face width [m] of each side."""
-    return {
-        "load_torque": ("mesh_load", loads * len(helices) * _lever(helices[0])),
-        "shared_face": ("side", np.array([result.segments.pair.plane.width for result in results])),
-    }
-
-
 def unresolved(cut: Resolution, tolerance: float) -> list[CodedText]:
     """Warning where phases and slices are not enough for the tolerance."""
     if not (cut.error > tolerance).any():
@@ -502,26 +372,117 @@ def unresolved(cut: Resolution, tolerance: float) -> list[CodedText]:
     ]
 
 
-def _mesh_name(helices: Sequence[Mesh]) -> str:
+def mesh_name(helices: Sequence[Mesh]) -> str:
     """Name of a mesh; of both helices without the side."""
     first = helices[0]
     return first.name if first.side is None or len(helices) == 1 else first.name.rsplit("/", 1)[0]
 
 
 def _warnings(results: Sequence[LoadedContact], mesh: str, operating: int, corner: bool) -> list[CodedText]:
-    lost = sorted({str(text) for one in results for text in one.status.ravel() if text})
+    lost = sorted({str(text) for result in results for text in result.status.ravel() if text})
     messages = [coded("contact-not-solved", f"contact: {text} at some phases") for text in lost]
-    overlap = max(float(one.corner[operating].max()) for one in results)
+    overlap = max(float(result.corner[operating].max()) for result in results)
     if overlap > 0 and not corner:
-        messages.append(
-            coded(
-                "corner-contact",
-                f"{mesh}: a tip edge would bear on its mate beyond the path of contact at the operating load: they "
-                f"overlap by {overlap * 1e6:.3g} µm; relieve the tips, or solve that corner contact "
-                "too (option `corner`)",
-            )
+        text = (
+            f"{mesh}: a tip edge would bear on its mate beyond the path of contact at the operating load: they "
+            f"overlap by {overlap * 1e6:.3g} µm; relieve the tips, or solve that corner contact "
+            "too (option `corner`)"
         )
+        messages.append(coded("corner-contact", text))
     return messages
+
+
+# stress in the tooth roots --------------------------------------------------------------------------------------------
+
+
+def _root_columns(results: Sequence[LoadedContact], operating: int) -> tuple[Columns, Array]:
+    """Stress in the tooth roots of loaded contacts, one a helix, and the places (P,) of a tooth [base pitches].
+
+    largest_root_stress, lowest_root_stress (side, mesh_gear, mesh_load) [Pa], root_stress_lean (side, mesh_gear) [rad],
+    and at the load of index `operating` root_stress, far_root_stress (side, mesh_gear, width, tooth_place) [Pa] over
+    the face while the tooth moves along the path of contact.
+    """
+    images = first_images([result.segments.pair for result in results], [result.sigma for result in results])
+    stresses: list[tuple[RootStress, RootStress]] = []
+    for result, first in zip(results, images, strict=True):
+        if first < len(stresses):  # the mirror image of another helix, seen from the other end of the face
+            a, b = (
+                RootStress(tension=gear.tension[..., ::-1], compression=gear.compression[..., ::-1], lean=gear.lean)
+                for gear in stresses[first]
+            )
+            stresses.append((a, b))
+            continue
+        pair = result.segments.pair
+        stresses.append(root_stress(pair, result.segments.lines.sigma, result.force, pair_influences(pair)))
+    places = [result.sigma[:, None] - result.segments.lines.pair for result in results]
+    at = _tooth_places(stresses, places, operating)
+
+    def of_gears(values: Callable[[RootStress], Array]) -> Array:
+        return np.array([[values(gear) for gear in gears] for gears in stresses])
+
+    def maps(values: Callable[[RootStress], Array]) -> Array:
+        return np.array(
+            [
+                [_over_place(values(gear)[operating], place, at) for gear in gears]
+                for gears, place in zip(stresses, places, strict=True)
+            ]
+        )
+
+    sided = ("side", "mesh_gear")
+    loaded, over = (*sided, "mesh_load"), (*sided, "width", "tooth_place")
+    columns: Columns = {
+        "largest_root_stress": (loaded, of_gears(lambda gear: gear.tension.max(axis=(1, 2, 3)))),
+        "lowest_root_stress": (loaded, of_gears(lambda gear: gear.compression.min(axis=(1, 2, 3)))),
+        "root_stress_lean": (sided, of_gears(lambda gear: gear.lean[operating])),
+        "root_stress": (over, maps(lambda gear: gear.tension)),
+        "far_root_stress": (over, maps(lambda gear: gear.compression)),
+    }
+    return columns, at
+
+
+def largest_root_stresses(
+    laws: Sequence[MeshFaceLaw], loads: Sequence[Sequence[FaceLoad]]
+) -> list[tuple[Array, Array]]:
+    """Largest tension and compression in the tooth roots of the meshes of each law, (g, levels, 2) each [Pa].
+
+    loads : at each level of load, by law.  Last axis: gears a and b.
+    """
+    stresses = []
+    for number, law in enumerate(laws):
+        levels = [level[number] for level in loads]
+        T, g, J, K = levels[0].sigma.shape
+        force = np.array([level.force.reshape(T * g, J, K) for level in levels])
+        gears = root_stress(law.pair, levels[0].sigma.reshape(T * g, J, K), force, pair_influences(law.pair))
+        shape = (len(levels), T, g, J * K)
+        tension = [gear.tension.reshape(shape).max(axis=(1, 3)).T for gear in gears]
+        compression = [gear.compression.reshape(shape).min(axis=(1, 3)).T for gear in gears]
+        stresses.append((np.stack(tension, axis=-1), np.stack(compression, axis=-1)))
+    return stresses
+
+
+def _tooth_places(stresses: Sequence[Sequence[RootStress]], places: Sequence[Array], operating: int) -> Array:
+    """Places (P,) of a tooth at mid-face [base pitches]: even ones, and those of the largest stresses.
+
+    places : (T, J) of the teeth of each helix [base pitches].
+    """
+    even = np.linspace(min(place.min() for place in places), max(place.max() for place in places), _PLACES)
+    largest = [
+        place.ravel()[int(values.max(axis=-1).argmax())]
+        for gears, place in zip(stresses, places, strict=True)
+        for gear in gears
+        for values in (gear.tension[operating], -gear.compression[operating])
+    ]
+    return np.unique(np.concatenate([even, largest]))
+
+
+def _over_place(values: Array, place: Array, at: Array) -> Array:
+    """Values (T, J, K) of teeth at places (T, J) of those, at places (P,) of one tooth, (K, P), in their unit."""
+    order = np.argsort(place, axis=None)
+    flat = values.reshape(-1, values.shape[-1])[order]
+    return np.array([np.interp(at, place.ravel()[order], column) for column in flat.T])
+
+
+# mesh stiffness without contact ---------------------------------------------------------------------------------------
 
 
 def stiffness(train: Train, *, samples: int = 256) -> xr.Dataset:

@@ -1,11 +1,11 @@
-"""Pitch and profile errors in tooth contact: gaps of the pairs of teeth, and the mesh cycle in which they are worst.
+"""What a loaded tooth contact is solved with: errors of the teeth in the worst mesh cycle, then phases and slices.
 
 A pitch error is of teeth that turn: which of them are in mesh is a matter of the mesh cycle that is looked at.  The gap
 of a pair of teeth is that of both its flanks, from measured pitch deviations of the file, or one step between a pair
 and the one before it.  Errors of a mesh over its phase, of its profile or turning with a member, open all pairs of
 teeth in mesh alike: they add to the transmission error and leave the loads as they are.
 
-Phases and slices of a loaded tooth contact, doubled until its printed numbers hold within a tolerance.
+Phases and slices are doubled until the printed numbers hold within a tolerance.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from ...document.written_numbers import stated
 from ...errors import ModelError
 from ...teeth.contact_lines import corner_phases, graded_phases
 from ...teeth.gear_pair import ContactPair, MeshWave, uniform_along_face
-from ...teeth.loaded_contact import LoadedContact, all_loaded, all_segments, loaded_contact
+from ...teeth.loaded_contact import all_loaded, all_segments, loaded_contact
 from ...train.bodies import Mesh
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
@@ -42,6 +42,19 @@ _SIZE = Bounds(low=-1.0, high=1.0)
 _COMMON = ("profile", "errors")
 # Pairs of teeth beside the pitch point that may be in mesh: of a long face many.
 _BESIDE = 8
+# First and most phases and slices.  The first are as coarse as the estimate of an error bears; the most bound the time
+# of a mesh to a minute and its memory to a gigabyte.
+_PHASES, _SLICES = (32, 1024), (10, 160)
+# Fewest that are kept: a curve over the mesh cycle and a map of the flank are drawn through them.
+_FEWEST = (64, 20)
+PHASE_SHARE = 0.25
+"""Share of the tolerance for the phases; that of the slices, which cost more, is the larger one."""
+# Errors of a peak to peak are relative to it, or to this share of the deflection where that is larger: with a default
+# tolerance a ten-thousandth of the deflection, which optimal reliefs come near and no tooth is known to.
+_LEAST_SWING = 1e-2
+
+
+# errors of the teeth --------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,16 +77,15 @@ class ToothErrors:
 NO_ERRORS = ToothErrors()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PlacedErrors:
+class PlacedErrors(NamedTuple):
     """Contact pairs with their errors, and the mesh cycle that is analysed.
 
     start : its beginning [mesh cycles].  attributes : of the result.
     """
 
-    pairs: tuple[ContactPair, ...]
+    pairs: Sequence[ContactPair]
     start: float
-    warnings: tuple[CodedText, ...]
+    warnings: list[CodedText]
     attributes: dict[str, Any]
 
 
@@ -91,7 +103,7 @@ def tooth_errors(
     ------
     ModelError : a text without a unit, a number that is not finite, a place of errors without errors.
     """
-    found = ToothErrors(
+    errors = ToothErrors(
         pitch=stated(pitch, "length", "pitch_error", bounds=_SIZE),
         profile=stated(profile, "length", "profile_error", bounds=_SIZE),
         deviations=deviations,
@@ -99,14 +111,14 @@ def tooth_errors(
         phase=None if phase is None else stated(phase, "angle", "profile_phase"),
     )
     for name in ("pitch", "profile", "cycle", "phase"):
-        value = getattr(found, name)
+        value = getattr(errors, name)
         if value is not None and not math.isfinite(value):
             raise ModelError("is no number", path=name, given=value, allowed="a finite number")
-    if found.phase is not None and not found.profile:
+    if errors.phase is not None and not errors.profile:
         raise ModelError("is of a profile error, and there is none", path="profile_phase", given=phase)
-    if found.cycle is not None and not (found.pitch or found.profile or deviations):
+    if errors.cycle is not None and not (errors.pitch or errors.profile or deviations):
         raise ModelError("without errors all mesh cycles are alike", path="cycle", given=cycle)
-    return found
+    return errors
 
 
 def placed_errors(
@@ -117,31 +129,24 @@ def placed_errors(
     force : operating one, at which the worst cycle is looked for [N].
     """
     if errors == NO_ERRORS:
-        return PlacedErrors(pairs=tuple(pairs), start=0.0, warnings=(), attributes={})
+        return PlacedErrors(pairs=pairs, start=0.0, warnings=[], attributes={})
     messages: list[CodedText] = []
     if errors.deviations:
         named = {helix.name for helix in helices}
-        if not any(one.cause in ("pitch", *_COMMON) and one.mesh in named for one in train.mesh_errors):
-            messages.append(
-                coded(
-                    "errors-not-given",
-                    "contact: the file has no pitch or profile deviations of this mesh, or no speeds",
-                )
-            )
+        if not any(error.cause in ("pitch", *_COMMON) and error.mesh in named for error in train.mesh_errors):
+            text = "contact: the file has no pitch or profile deviations of this mesh, or no speeds"
+            messages.append(coded("errors-not-given", text))
         pairs = [_with_waves(train, helix, pair) for helix, pair in zip(helices, pairs, strict=True)]
     turning = errors.deviations or errors.pitch != 0.0
-    start, phase = errors.cycle if turning else 0.0, errors.phase
+    start, phase = errors.cycle if turning else errors.cycle or 0.0, errors.phase
     if start is None or (phase is None and errors.profile):
-        worst = _worst(train, helices, pairs, force, errors)
-        start = worst[0] if start is None else start
-        phase = worst[1] if phase is None else phase
-    found = []
-    for helix, pair in zip(helices, pairs, strict=True):
-        one = _with_gaps(train, helix, pair, errors, start)
-        if errors.profile:
-            wave = MeshWave(amplitude=errors.profile, order=1.0, phase=phase or 0.0)
-            one = replace(one, waves=(*one.waves, wave))
-        found.append(one)
+        worst_start, worst_phase = _worst(train, helices, pairs, force, errors)
+        start = worst_start if start is None else start
+        phase = worst_phase if phase is None else phase
+    pairs = [_with_gaps(train, helix, pair, errors, start) for helix, pair in zip(helices, pairs, strict=True)]
+    if errors.profile:
+        wave = MeshWave(amplitude=errors.profile, order=1.0, phase=phase or 0.0)
+        pairs = [replace(pair, waves=(*pair.waves, wave)) for pair in pairs]
     attributes = {
         "pitch_error": errors.pitch,
         "profile_error": errors.profile,
@@ -149,7 +154,7 @@ def placed_errors(
         "deviations": int(errors.deviations),
         "cycle": start,
     }
-    return PlacedErrors(pairs=tuple(found), start=start, warnings=tuple(messages), attributes=attributes)
+    return PlacedErrors(pairs=pairs, start=start, warnings=messages, attributes=attributes)
 
 
 def pair_gaps(train: Train, helix: Mesh, numbers: Index) -> Array:
@@ -164,11 +169,11 @@ def pair_gaps(train: Train, helix: Mesh, numbers: Index) -> Array:
     if not frequency:
         return gaps
     at = helix.sense * numbers - float(helix.lead)  # time at which each pair is at the pitch point [mesh cycles]
-    for one in train.mesh_errors:
-        if one.cause == "pitch" and one.mesh == helix.name:
-            order = float(one.frequency / frequency)
+    for error in train.mesh_errors:
+        if error.cause == "pitch" and error.mesh == helix.name:
+            order = float(error.frequency / frequency)
             share = 2 * np.sinc(order) ** 2 if order else 1.0
-            gaps += (one.amplitude * np.exp(2j * np.pi * order * at)).real / share
+            gaps += (error.amplitude * np.exp(2j * np.pi * order * at)).real / share
     return gaps
 
 
@@ -176,18 +181,12 @@ def _with_waves(train: Train, helix: Mesh, pair: ContactPair) -> ContactPair:
     """Pair with the errors of the file over the mesh phase: of the profile, and those that turn with a member."""
     frequency = (train.kinematics.mesh_frequency or {}).get(helix.stage)
     waves = []
-    for one in train.mesh_errors:
-        if one.cause in _COMMON and one.mesh == helix.name and frequency and not one.far:
-            order = float(one.frequency / frequency)
-            turn = float(np.angle(one.amplitude)) - 2 * math.pi * order * float(helix.lead)
-            waves.append(MeshWave(amplitude=abs(one.amplitude), order=order, phase=helix.sense * turn))
+    for error in train.mesh_errors:
+        if error.cause in _COMMON and error.mesh == helix.name and frequency and not error.far:
+            order = float(error.frequency / frequency)
+            turn = float(np.angle(error.amplitude)) - 2 * math.pi * order * float(helix.lead)
+            waves.append(MeshWave(amplitude=abs(error.amplitude), order=order, phase=helix.sense * turn))
     return replace(pair, waves=(*pair.waves, *waves))
-
-
-def _common(pair: ContactPair, sigma: Array) -> Array:
-    """Gap (n,) of all pairs in mesh alike at places (n,) of one pair, counted on from cycle to cycle [m]."""
-    parts = [wave.amplitude * np.cos(2 * np.pi * wave.order * sigma + wave.phase) for wave in pair.waves]
-    return np.asarray(sum(parts, np.zeros(len(sigma))))
 
 
 def _with_gaps(train: Train, helix: Mesh, pair: ContactPair, errors: ToothErrors, start: float) -> ContactPair:
@@ -202,33 +201,30 @@ def _with_gaps(train: Train, helix: Mesh, pair: ContactPair, errors: ToothErrors
     return replace(pair, pair_gaps=tuple(gaps.tolist()), first_pair=int(numbers[0]))
 
 
-# the worst cycle -----------------------------------------------------------------------------------------------------
-
-
 def _worst(
     train: Train, helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, errors: ToothErrors
 ) -> tuple[float, float]:
     """Beginning of the mesh cycle [mesh cycles] and phase of the profile error [rad] with the largest peak to peak."""
-    angles = (
-        np.arange(_RUN_OUT_ANGLES) * 2 * np.pi / _RUN_OUT_ANGLES if errors.phase is None else np.array([errors.phase])
-    )
-    most, found = -1.0, (0.0, 0.0)
+    angles = np.arange(_RUN_OUT_ANGLES) * 2 * np.pi / _RUN_OUT_ANGLES
+    if errors.phase is not None:
+        angles = np.array([errors.phase])
+    slant = math.cos(pairs[0].plane.base_helix)
+    most, worst = -1.0, (0.0, 0.0)
     for middle in _candidates(train, helices[0], pairs[0], errors):
         time = middle + np.arange(-2 * _STARTS, 2 * _STARTS + 1) / _STARTS
-        error, sigma = _errors(train, helices, pairs, force, errors, time)
-        slant = math.cos(pairs[0].plane.base_helix)
+        error = _transmission_error(train, helices, pairs, force, errors, time)
+        sigma = helices[0].sense * (time + float(helices[0].lead))
         for angle in angles if errors.profile else angles[:1]:
             whole = error + errors.profile * np.cos(2 * np.pi * sigma + angle) / slant
             windows = np.lib.stride_tricks.sliding_window_view(whole, _STARTS + 1)[:, :-1]
             swing = np.ptp(windows, axis=1)
-            at = _chosen_window(time, errors.cycle) if errors.cycle is not None else int(swing.argmax())
+            if errors.cycle is None:
+                at = int(swing.argmax())
+            else:
+                at = int(np.clip(np.searchsorted(time, errors.cycle), 0, len(time) - _STARTS - 1))
             if swing[at] > most * (1 + 1e-9):
-                most, found = float(swing[at]), (float(time[at]), float(angle))
-    return found
-
-
-def _chosen_window(time: Array, cycle: float) -> int:
-    return int(np.clip(np.searchsorted(time, cycle), 0, len(time) - _STARTS - 1))
+                most, worst = float(swing[at]), (float(time[at]), float(angle))
+    return worst
 
 
 def _candidates(train: Train, helix: Mesh, pair: ContactPair, errors: ToothErrors) -> list[float]:
@@ -239,34 +235,28 @@ def _candidates(train: Train, helix: Mesh, pair: ContactPair, errors: ToothError
         return [-float(helix.lead)]
     numbers = np.arange(_MOST_CYCLES)
     passing = helix.sense * numbers  # at the pitch point
-    step = np.abs(np.diff(pair_gaps(train, helix, passing) + _common(pair, passing.astype(float))))
+    # of the pitch deviations, and of the waves that open all pairs alike, counted on from cycle to cycle
+    parts = [wave.amplitude * np.cos(2 * np.pi * wave.order * passing + wave.phase) for wave in pair.waves]
+    common = np.asarray(sum(parts, np.zeros(len(passing))))
+    step = np.abs(np.diff(pair_gaps(train, helix, passing) + common))
     largest = np.argsort(-step, kind="stable")[:_SOLVED] + 1
     return [float(numbers[k]) - float(helix.lead) for k in largest] if step.any() else [-float(helix.lead)]
 
 
-def _errors(
+def _transmission_error(
     train: Train, helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, errors: ToothErrors, time: Array
-) -> tuple[Array, Array]:
-    """Loaded transmission error, mean of the helices (T,) [m], and place of the first helix (T,), at times (T,)."""
-    found = []
+) -> Array:
+    """Loaded transmission error at times (T,), mean of the helices (T,) [m]."""
+    of_helices = []
     for helix, pair in zip(helices, pairs, strict=True):
-        one = _with_gaps(train, helix, pair, errors, float(time.mean()))
-        cut = 1 if uniform_along_face(pair) else _SLICES_OF_UNEVEN_FACE
+        slices = 1 if uniform_along_face(pair) else _SLICES_OF_UNEVEN_FACE
+        cut_pair = replace(_with_gaps(train, helix, pair, errors, float(time.mean())), slices=slices)
         sigma = helix.sense * (time + float(helix.lead))
-        found.append(loaded_contact(replace(one, slices=cut), [force], sigma).transmission_error[0])
-    return np.mean(found, axis=0), np.asarray(helices[0].sense * (time + float(helices[0].lead)))
+        of_helices.append(loaded_contact(cut_pair, [force], sigma).transmission_error[0])
+    return np.asarray(np.mean(of_helices, axis=0))
 
 
-# First and most phases and slices.  The first are as coarse as the estimate of an error bears; the most bound the time
-# of a mesh to a minute and its memory to a gigabyte.
-_PHASES, _SLICES = (32, 1024), (10, 160)
-# Fewest that are kept: a curve over the mesh cycle and a map of the flank are drawn through them.
-_FEWEST = (64, 20)
-PHASE_SHARE = 0.25
-"""Share of the tolerance for the phases; that of the slices, which cost more, is the larger one."""
-# Errors of a peak to peak are relative to it, or to this share of the deflection where that is larger: with a default
-# tolerance a ten-thousandth of the deflection, which optimal reliefs come near and no tooth is known to.
-_LEAST_SWING = 1e-2
+# phases and slices ----------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -313,8 +303,10 @@ def sigma_at(mesh: Mesh, phase: Array, start: float = 0.0) -> Array:
     return np.asarray(mesh.sense * (phase + whole + float(mesh.lead)))
 
 
-def mesh_phases(helices: Sequence[Mesh], pairs: Sequence[ContactPair], samples: int) -> Array:
-    """Even phases of the mesh cycle and the corners of contact of every helix, (T,)."""
+def mesh_phases(helices: Sequence[Mesh], pairs: Sequence[ContactPair], samples: int, *, graded: bool = True) -> Array:
+    """Even phases of the mesh cycle, (T,); graded : the corners of contact of every helix too."""
+    if not graded:
+        return np.arange(samples) / samples
     corners = [
         mesh.sense * corner_phases(pair.plane) - float(mesh.lead) for mesh, pair in zip(helices, pairs, strict=True)
     ]
@@ -346,7 +338,7 @@ def resolution(
     check_tolerance(tolerance)
 
     def phases(count: int) -> Array:
-        return mesh_phases(helices, pairs, count) if samples is None else np.arange(count) / count
+        return mesh_phases(helices, pairs, count, graded=samples is None)
 
     def numbers(count: int, cut: int) -> Array:
         return _numbers(helices, [replace(pair, slices=cut) for pair in pairs], force, phases(count), start)
@@ -358,14 +350,15 @@ def resolution(
         reached, missed = doubled(lambda count: numbers(count, coarse), _PHASES, PHASE_SHARE * tolerance)
         chosen, error = max(reached, _FEWEST[0]), error + missed
     cut = slices
-    if cut is None and all(uniform_along_face(pair) for pair in pairs):
+    even = all(uniform_along_face(pair) for pair in pairs)
+    if cut is None and even:
         cut = _FEWEST[1]  # one would do
     elif cut is None:
         fewest = _PHASES[0] if samples is None else samples
         share = (1 - PHASE_SHARE) * tolerance
         reached, missed = doubled(lambda count: numbers(fewest, count), _SLICES, share, checked=True)
         cut, error = max(reached, _FEWEST[1]), error + missed
-    given = samples is not None and (slices is not None or all(uniform_along_face(pair) for pair in pairs))
+    given = samples is not None and (slices is not None or even)
     return Resolution(
         phase=phases(chosen),
         samples=chosen,
@@ -381,20 +374,15 @@ def _numbers(helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float
     Rows : the numbers, and what their errors are relative to, (2, 3); nan where a phase is not solved.
     """
     segments = all_segments(pairs, [sigma_at(mesh, phase, start) for mesh in helices])
-    found = all_loaded(segments, [force], tangents=False)
-    if any((one.status != "").any() for one in found):
+    results = all_loaded(segments, [force], tangents=False)
+    if any((result.status != "").any() for result in results):
         return np.full((2, 3), np.nan)
-    swing, deflection = _swing(found)
-    load = max(float(one.largest_load[0]) for one in found)
-    pressure = max(float(one.largest_pressure[0]) for one in found)
+    error = np.mean([result.transmission_error[0] for result in results], axis=0)
+    no_load = np.mean([result.no_load_error for result in results], axis=0)
+    swing, deflection = float(np.ptp(error)), float(np.mean(error - no_load))
+    load = max(float(result.largest_load[0]) for result in results)
+    pressure = max(float(result.largest_pressure[0]) for result in results)
     return np.array([[swing, load, pressure], [max(swing, _LEAST_SWING * deflection), load, pressure]])
-
-
-def _swing(found: Sequence[LoadedContact]) -> tuple[float, float]:
-    """Peak to peak and mean of the transmission error under load, helices together [m]."""
-    error = np.mean([one.transmission_error[0] for one in found], axis=0)
-    none = np.mean([one.no_load_error for one in found], axis=0)
-    return float(np.ptp(error)), float(np.mean(error - none))
 
 
 def doubled(
@@ -412,24 +400,23 @@ def doubled(
     checked : a first change that is small may be so by accident, where lead modifications end within a slice; the
     next count then has to confirm it.
     """
-    count, found = limits[0], []
-    found.append(numbers(count))
-    error = np.full(found[0].shape[1], np.nan)
-    while np.isfinite(found[-1]).all():
+    count, tried = limits[0], [numbers(limits[0])]
+    error = np.full(tried[0].shape[1], np.nan)
+    while np.isfinite(tried[-1]).all():
         following = numbers(2 * count)
         if not np.isfinite(following).all():
             break
         count *= 2
-        found.append(following)
-        error = estimated_error([one[0] for one in found]) / found[-1][1]
+        tried.append(following)
+        error = estimated_error([values for values, _ in tried]) / following[1]
         if 2 * count > limits[1]:
             break
         if (error > tolerance).any():
             continue
-        if not checked or len(found) > 2:
+        if not checked or len(tried) > 2:
             return count, error
         following = numbers(2 * count)
-        if not (np.abs(following[0] - found[-1][0]) / following[1] > tolerance).any():
+        if not (np.abs(following[0] - tried[-1][0]) / following[1] > tolerance).any():
             return count, error
     return count, error
 

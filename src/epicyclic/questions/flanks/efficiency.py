@@ -19,7 +19,7 @@ from ...teeth import geometry
 from ...teeth.contact_lines import cycle_mean
 from ...teeth.loaded_contact import LoadedContact, all_loaded, all_segments
 from ...teeth.loss_factor import Rolling, loss_factor, mean_friction, path_load, sliding_distance
-from ...train.bodies import Body, GearData, Mesh
+from ...train.bodies import GearData, Mesh
 from ...train.kinematics import Gearing
 from ...train.power import LossyFlow, lossy_flow, require_contact, require_flow
 from ...train.train import Train
@@ -50,62 +50,6 @@ class Oil:
 
     viscosity: float
     roughness: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Teeth:
-    """Friction of one pair: helices of one branch, distance <|sigma|> of each and load along the path of the first.
-
-    a, b : gears.  base_speed : of the base circles in the frame of the carrier [m/s].  width : of the common face [m].
-    """
-
-    helices: tuple[Mesh, ...]
-    a: GearData
-    b: GearData
-    base_speed: float
-    width: float
-    distance: tuple[float, ...]
-    sigma: Array
-    load: Array
-
-    @property
-    def factors(self) -> tuple[float, ...]:
-        """Loss factor H_V of each helix [1]."""
-        mesh = self.helices[0]
-        return tuple(
-            loss_factor(self.a.teeth, self.b.teeth, mesh.base_helix, distance, internal=mesh.internal)
-            for distance in self.distance
-        )
-
-    @property
-    def rolling(self) -> Rolling:
-        """Motion of the flanks along the path."""
-        return self._at(self.sigma)
-
-    def friction(self, force: float, oil: Oil) -> float:
-        """Mean coefficient of friction [1] under the transverse normal force of one helix [N]; 0 without motion."""
-        pitch = self._at(np.zeros(1))
-        speed = abs(float(pitch.speed_a[0] + pitch.speed_b[0]))
-        if not speed or not force:
-            return 0.0
-        mesh = self.helices[0]
-        roll_a, roll_b = (r * math.sin(mesh.pressure_angle) for r in (mesh.radius_a, mesh.radius_b))
-        inverse = 1 / roll_a - 1 / roll_b if mesh.internal else 1 / roll_a + 1 / roll_b
-        radius = 1 / (inverse * math.cos(mesh.base_helix))
-        return mean_friction(force / self.width, speed, radius, oil.viscosity, oil.roughness)
-
-    def _at(self, sigma: Array) -> Rolling:
-        mesh = self.helices[0]
-        cosine = math.cos(mesh.pressure_angle)
-        return Rolling.of(
-            sigma,
-            base_a=mesh.radius_a * cosine,
-            base_b=mesh.radius_b * cosine,
-            pressure_angle=mesh.pressure_angle,
-            base_pitch=geometry.base_pitch(self.a.module, self.a.pressure_angle, self.a.helix_angle),
-            base_speed=self.base_speed,
-            internal=mesh.internal,
-        )
 
 
 def efficiency(
@@ -142,21 +86,21 @@ def efficiency(
     if not 0 <= friction <= 1:
         raise ModelError("a coefficient of friction", path="friction", given=friction, allowed="0 to 1")
     said: list[CodedText] = []
-    teeth = {g.pair: _teeth(train, g, sharing, said) for g in train.kinematics.gearings}
-    mu = {pair: friction if oil is None else _oiled(train, one, oil, said) for pair, one in teeth.items()}
-    share = {pair: mu[pair] * float(np.mean(one.factors)) for pair, one in teeth.items()}
+    teeth = {gearing.pair: _teeth(train, gearing, sharing, said) for gearing in train.kinematics.gearings}
+    mu = {pair: friction if oil is None else _oiled(train, mates, oil, said) for pair, mates in teeth.items()}
+    share = {pair: mu[pair] * float(np.mean(mates.factors)) for pair, mates in teeth.items()}
     for pair, value in share.items():
         if value >= 1:
             raise ModelError(
                 f"takes all power of {pair}", path="friction", given=mu[pair], allowed=f"below {mu[pair] / value:.4g}"
             )
     flow = lossy_flow(train.kinematics, share)
-    result = dataset(
+    return dataset(
         {
             **_totals(train, flow),
             **_mesh_columns(train, teeth, flow),
             "friction_coefficient": ("mesh_pair", np.array([mu[pair] for pair in teeth])),
-            "stage_power_loss": ("stage", np.array([_stage_loss(train, stage, flow) for stage in train.planets])),
+            "stage_power_loss": ("stage", _stage_losses(train, flow)),
             **_member_columns(train, flow),
             **_path_columns(list(teeth.values())),
         },
@@ -175,10 +119,52 @@ def efficiency(
         warnings=[*train.warnings, *_said(train, flow), *dict.fromkeys(said)],
         provenance=train_provenance(train),
     )
-    return result
 
 
-# teeth ---------------------------------------------------------------------------------------------------------------
+# friction of the teeth ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Teeth:
+    """Friction of one pair: helices of one branch, loss factor H_V [1] of each and load along the path of the first.
+
+    a, b : gears.  base_speed : of the base circles in the frame of the carrier [m/s].  width : of the common face [m].
+    """
+
+    helices: tuple[Mesh, ...]
+    a: GearData
+    b: GearData
+    base_speed: float
+    width: float
+    factors: tuple[float, ...]
+    sigma: Array
+    load: Array
+
+    def friction(self, force: float, oil: Oil) -> float:
+        """Mean coefficient of friction [1] under the transverse normal force of one helix [N]; 0 without motion."""
+        pitch = self.rolling(np.zeros(1))
+        speed = abs(float(pitch.speed_a[0] + pitch.speed_b[0]))
+        if not speed or not force:
+            return 0.0
+        mesh = self.helices[0]
+        roll_a, roll_b = (r * math.sin(mesh.pressure_angle) for r in (mesh.radius_a, mesh.radius_b))
+        inverse = 1 / roll_a - 1 / roll_b if mesh.internal else 1 / roll_a + 1 / roll_b
+        radius = 1 / (inverse * math.cos(mesh.base_helix))
+        return mean_friction(force / self.width, speed, radius, oil.viscosity, oil.roughness)
+
+    def rolling(self, sigma: Array) -> Rolling:
+        """Motion of the flanks at places (n,) along the path [base pitches]."""
+        mesh = self.helices[0]
+        cosine = math.cos(mesh.pressure_angle)
+        return Rolling.of(
+            sigma,
+            base_a=mesh.radius_a * cosine,
+            base_b=mesh.radius_b * cosine,
+            pressure_angle=mesh.pressure_angle,
+            base_pitch=geometry.base_pitch(self.a.module, self.a.pressure_angle, self.a.helix_angle),
+            base_speed=self.base_speed,
+            internal=mesh.internal,
+        )
 
 
 def _teeth(train: Train, gearing: Gearing, sharing: str, said: list[CodedText]) -> _Teeth:
@@ -194,7 +180,9 @@ def _teeth(train: Train, gearing: Gearing, sharing: str, said: list[CodedText]) 
     for mesh in helices:
         require_contact(mesh)
     bodies = {body.name: body for body in train.bodies}
-    a, b = _gear(bodies[meshes[0].a]), _gear(bodies[meshes[0].b])
+    a, b = bodies[meshes[0].a].gear, bodies[meshes[0].b].gear
+    assert a is not None
+    assert b is not None
     speed = train.kinematics.speed or {}
     frame = speed[gearing.carrier] if gearing.carrier is not None else 0
     relative = abs(float(speed[gearing.a] - frame)) * math.tau / 60
@@ -210,15 +198,13 @@ def _teeth(train: Train, gearing: Gearing, sharing: str, said: list[CodedText]) 
         b=b,
         base_speed=relative * helices[0].radius_a * math.cos(helices[0].pressure_angle),
         width=helices[0].width,
-        distance=distance,
+        factors=tuple(
+            loss_factor(a.teeth, b.teeth, helices[0].base_helix, away, internal=helices[0].internal)
+            for away in distance
+        ),
         sigma=sigma,
         load=load,
     )
-
-
-def _gear(body: Body) -> GearData:
-    assert body.gear is not None
-    return body.gear
 
 
 def _of_contact(train: Train, mesh: Mesh, sigma: Array, said: list[CodedText]) -> tuple[tuple[float, ...], Array]:
@@ -233,20 +219,20 @@ def _of_contact(train: Train, mesh: Mesh, sigma: Array, said: list[CodedText]) -
     name = mesh.name if mesh.side is None else mesh.name.rsplit("/", 1)[0]
     helices = helices_of(train, name)
     force = normal_force(train, helices, None)
-    pairs = [pair_of(train, one) for one in helices]
-    cut = resolution(helices, pairs, force, tolerance=TOLERANCE, samples=None, slices=None)
-    pairs = [pair_of(train, one, slices=cut.slices) for one in helices]
-    segments = all_segments(pairs, [sigma_at(one, cut.phase) for one in helices])
-    found = all_loaded(segments, np.array([force]), tangents=False)
-    missed = np.any([one.status[0] != "" for one in found], axis=0)
+    pairs = [pair_of(train, helix) for helix in helices]
+    cut = resolution(helices, pairs, force, tolerance=TOLERANCE)
+    pairs = [pair_of(train, helix, slices=cut.slices) for helix in helices]
+    segments = all_segments(pairs, [sigma_at(helix, cut.phase) for helix in helices])
+    results = all_loaded(segments, np.array([force]), tangents=False)
+    missed = np.any([result.status[0] != "" for result in results], axis=0)
     if missed.any():
         raise ConvergenceError(
             f"loaded contact of {name} is not solved at {missed.sum()} of {missed.size} phases, {force:.4g} N on a "
             "small part of the face; smaller lead modifications (flank.slope, flank.crown), or uniform sharing"
         )
     said += [placed(name, text) for text in unresolved(cut, TOLERANCE)]
-    distance = tuple(float(cycle_mean(_moment(one), cut.phase)) for one in found)
-    lines, share = found[0].segments.lines, found[0].force[0] / found[0].load[0][:, None, None]
+    distance = tuple(float(cycle_mean(_moment(result), cut.phase)) for result in results)
+    lines, share = results[0].segments.lines, results[0].force[0] / results[0].load[0][:, None, None]
     inside = np.clip(sigma, mesh.limits[0] + _INSIDE, mesh.limits[1] - _INSIDE)
     load = np.nan_to_num(flank_map(lines.sigma, share, lines.length > 0, inside)).sum(axis=0)
     # interpolation loses a per cent at pieces of the face that the ends of the path cut
@@ -277,20 +263,15 @@ def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[CodedText]) -> floa
     line = teeth.base_speed / math.cos(mesh.pressure_angle)
     if 0 < force / teeth.width < _LEAST_LOAD:
         load = f"{force / teeth.width * 1e-3:.3g} N/mm"
-        said.append(
-            coded("friction-outside-limits", f"{mesh.pair}: {load}, friction by oil is meant for 150 N/mm and more")
-        )
+        text = f"{mesh.pair}: {load}, friction by oil is meant for 150 N/mm and more"
+        said.append(coded("friction-outside-limits", text))
     if line > _MOST_SPEED:
-        said.append(
-            coded(
-                "friction-outside-limits",
-                f"{mesh.pair}: {line:.3g} m/s at the pitch circles, friction by oil is meant for up to 50 m/s",
-            )
-        )
+        text = f"{mesh.pair}: {line:.3g} m/s at the pitch circles, friction by oil is meant for up to 50 m/s"
+        said.append(coded("friction-outside-limits", text))
     return teeth.friction(force, oil)
 
 
-# columns -------------------------------------------------------------------------------------------------------------
+# columns --------------------------------------------------------------------------------------------------------------
 
 
 def _totals(train: Train, flow: LossyFlow | None) -> dict[str, Any]:
@@ -305,7 +286,7 @@ def _totals(train: Train, flow: LossyFlow | None) -> dict[str, Any]:
         "train_efficiency": ((), out / into),
         "power_in": ((), into),
         "power_out": ((), out),
-        "power_loss": ((), math.fsum(one.loss for one in flow.meshes.values())),
+        "power_loss": ((), math.fsum(mesh.loss for mesh in flow.meshes.values())),
     }
 
 
@@ -314,14 +295,19 @@ def _mesh_columns(train: Train, teeth: Mapping[str, _Teeth], flow: LossyFlow | N
     count = {pair: sum(mesh.pair == pair for mesh in train.meshes) for pair in teeth}
     factor, rolling, loss, driver = [], [], [], []
     for mesh in train.meshes:
-        own, power = teeth[mesh.pair], None if flow is None else flow.meshes[mesh.pair]
-        place = [one.side for one in own.helices].index(mesh.side)
-        factor.append(own.factors[place])
-        rolling.append(math.nan if power is None else power.rolling / count[mesh.pair])
-        part = own.factors[place] / sum(own.factors) * len(own.factors)
-        loss.append(math.nan if power is None else power.loss / count[mesh.pair] * part)
-        member = "" if power is None else power.driver
-        driver.append(next((body.name for body in train.bodies if _is(body, mesh, member)), ""))
+        mates = teeth[mesh.pair]
+        factors = mates.factors
+        factor.append(factors[[helix.side for helix in mates.helices].index(mesh.side)])
+        if flow is None:
+            rolling.append(math.nan)
+            loss.append(math.nan)
+            driver.append("")
+            continue
+        power = flow.meshes[mesh.pair]
+        rolling.append(power.rolling / count[mesh.pair])
+        loss.append(power.loss / count[mesh.pair] * (factor[-1] / sum(factors) * len(factors)))
+        driving = (body.name for body in train.bodies if body.member == power.driver)
+        driver.append(next((name for name in driving if name in (mesh.a, mesh.b)), ""))
     return {
         "loss_factor": ("mesh", np.array(factor)),
         "mesh_rolling_power": ("mesh", np.array(rolling)),
@@ -330,23 +316,22 @@ def _mesh_columns(train: Train, teeth: Mapping[str, _Teeth], flow: LossyFlow | N
     }
 
 
-def _is(body: Body, mesh: Mesh, member: str) -> bool:
-    return body.member == member and body.name in (mesh.a, mesh.b)
-
-
-def _stage_loss(train: Train, stage: str, flow: LossyFlow | None) -> float:
-    """Loss of all meshes of a stage [W]."""
+def _stage_losses(train: Train, flow: LossyFlow | None) -> Array:
+    """Loss of all meshes of each stage [W]."""
     if flow is None:
-        return math.nan
-    return math.fsum(flow.meshes[g.pair].loss for g in train.kinematics.gearings if g.stage == stage)
+        return np.full(len(train.planets), math.nan)
+    gearings = train.kinematics.gearings
+    return np.array(
+        [math.fsum(flow.meshes[g.pair].loss for g in gearings if g.stage == stage) for stage in train.planets]
+    )
 
 
 def _loaded(train: Train, flow: LossyFlow | None) -> list[str]:
     """Members with an external torque, with losses or without."""
-    without = train.kinematics.torque or {}
-    own = {} if flow is None else flow.torque
-    least = _NONE * max(abs(value) for value in without.values())
-    return [name for name, value in without.items() if max(abs(value), abs(own.get(name, 0.0))) > least]
+    lossless = train.kinematics.torque or {}
+    lossy = {} if flow is None else flow.torque
+    least = _NONE * max(abs(value) for value in lossless.values())
+    return [name for name, value in lossless.items() if max(abs(value), abs(lossy.get(name, 0.0))) > least]
 
 
 def _member_columns(train: Train, flow: LossyFlow | None) -> dict[str, Any]:
@@ -367,13 +352,13 @@ def _member_columns(train: Train, flow: LossyFlow | None) -> dict[str, Any]:
 def _path_columns(teeth: Sequence[_Teeth]) -> dict[str, Any]:
     """Place [base pitches], load [1], sliding speed [m/s] and specific sliding [1] along the path of every pair."""
     dims = ("mesh_pair", "flank_place")
-    rolling = [one.rolling for one in teeth]
+    rolling = [mates.rolling(mates.sigma) for mates in teeth]
     return {
-        "contact_place": (dims, np.array([one.sigma for one in teeth])),
-        "path_load": (dims, np.array([one.load for one in teeth])),
-        "sliding_speed": (dims, np.array([one.sliding for one in rolling])),
-        "specific_sliding_a": (dims, np.array([one.specific_a for one in rolling])),
-        "specific_sliding_b": (dims, np.array([one.specific_b for one in rolling])),
+        "contact_place": (dims, np.array([mates.sigma for mates in teeth])),
+        "path_load": (dims, np.array([mates.load for mates in teeth])),
+        "sliding_speed": (dims, np.array([motion.sliding for motion in rolling])),
+        "specific_sliding_a": (dims, np.array([motion.specific_a for motion in rolling])),
+        "specific_sliding_b": (dims, np.array([motion.specific_b for motion in rolling])),
     }
 
 
@@ -399,17 +384,9 @@ def _said(train: Train, flow: LossyFlow | None) -> list[CodedText]:
         if value < -least and flow.power[name] > -_NONE * least
     ]
     if flow.released:
-        said.append(
-            coded(
-                "torques-released",
-                f"the torques stated of {', '.join(flow.released)} balance without losses; here they follow",
-            )
-        )
+        text = f"the torques stated of {', '.join(flow.released)} balance without losses; here they follow"
+        said.append(coded("torques-released", text))
     if flow.indeterminate:
-        said.append(
-            coded(
-                "loop-torques-open",
-                "the balance leaves torques in a closed loop open: taken nearest to those without losses",
-            )
-        )
+        text = "the balance leaves torques in a closed loop open: taken nearest to those without losses"
+        said.append(coded("loop-torques-open", text))
     return said

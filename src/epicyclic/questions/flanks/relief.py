@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...document.written_numbers import stated
 from ...engine.source import Source, train_of
 from ...errors import ModelError
 from ...results.dataset import dataset
@@ -25,7 +27,7 @@ from ...train.bodies import Mesh
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
-from .contact import TOLERANCE, contact, helices_of, in_radians, normal_force, unresolved
+from .contact import TOLERANCE, contact, helices_of, mesh_name, normal_force, unresolved
 from .contact_resolution import Resolution, check_tolerance, sigma_at
 from .relief_objectives import (
     DYNAMIC,
@@ -44,7 +46,6 @@ from .relief_objectives import (
     overrides_of,
     read_variables,
     relative_speeds,
-    settings_of,
 )
 from .relief_search import Finalists, SearchResult, genetic_search, verified
 
@@ -118,10 +119,14 @@ def relief(
     ModelError : wrong model, name, bounds or record; a relief that does not fit its flank; pymoo not installed.
     """
     train = train_of(source, overrides=overrides)
-    settings = ContactSettings(samples=samples, slices=slices, corner=corner, misalignment=in_radians(misalignment))
+    angle = stated(misalignment, "angle", "misalignment")
+    settings = ContactSettings(samples=samples, slices=slices, corner=corner, misalignment=angle)
     _check_options(objectives, factors, torque, settings, tolerance)
     meshes = _meshes(train, mesh)
-    flanks = {path: flank for helices in meshes for helix in helices for path, flank in _flanks(helix)}
+    flanks: dict[str, Flank] = {}
+    for helix in chain(*meshes):
+        assert helix.teeth is not None
+        flanks.update(zip(helix.teeth.paths, (helix.teeth.flank_a, helix.teeth.flank_b), strict=True))
     variables, fixed = read_variables(vary, flanks)
     forces = [[(helix, normal_force(train, helices, torque)) for helix in helices] for helices in meshes]
     dynamic = any(name in DYNAMIC for name in objectives)
@@ -131,6 +136,7 @@ def relief(
         objectives=tuple(objectives),
         variables=variables,
         fixed=fixed,
+        contact=settings,
         meshes=helix_contacts(train, forces, settings, coarse, variables=variables, fixed=fixed),
         resolution=coarse,
         factors=np.array(factors, dtype=float),
@@ -145,6 +151,8 @@ def relief(
         **({"speeds": speeds, "speed_points": speed_points} if dynamic else {}),
     }
     drawn = _drawn_candidate(problem, flanks)
+    # by the hash of model and options a record knows its search
+    fingerprint = json.dumps([dict(train.document), options], sort_keys=True, default=str)
     result = genetic_search(
         problem,
         len(variables),
@@ -154,23 +162,34 @@ def relief(
         seed=seed,
         start=drawn,
         record=None if resume is None else Path(resume),
-        problem=_fingerprint(train, options),
+        problem=hashlib.sha256(fingerprint.encode()).hexdigest(),
         progress=progress,
     )
     if not result.best.size:
         raise ModelError("no candidate could be computed", path="vary", given=dict(vary))
-    solved = verified(problem, result, settings, tolerance=tolerance, pick=pick, drawn=drawn)
+    solved = verified(problem, result, tolerance=tolerance, pick=pick, drawn=drawn)
     best = solved.settings
     changes = overrides_of(best, flanks)
-    after = _modified_train(source, train, {**(overrides or {}), **changes}, changes)
+    if isinstance(source, Train):
+        after = load(dict(train.document), changes)
+    else:
+        assert not isinstance(source, System)
+        after = load(source, {**(overrides or {}), **changes})
     search_options = {"population": population, "generations": generations, "seed": seed}
     labelled = dataset(
         {
             **_solutions(solved, result, flanks),
-            **_before_and_after(solved, (train, after), torque, settings),
+            **_before_and_after(solved, (train, after), torque),
             **(_forces_over_speed(solved.problem, best) if dynamic else {}),
         },
-        coords=_coords(solved),
+        coords={
+            "variable": [one.name for one in variables],
+            "objective": list(objectives),
+            "solution": np.arange(len(solved.candidates)),
+            "state": ["before", "after"],
+            "relieved_mesh": [mesh_name(helices) for helices in meshes],
+            **({} if problem.speeds is None else {"speed": problem.speeds}),
+        },
         verb="relief",
         options=options | search_options,
         warnings=[*_warnings(train, after, solved, result, generations), *unresolved(solved.resolution, tolerance)],
@@ -197,15 +216,7 @@ def relief_model(result: xr.Dataset) -> str:
     return model_text(json.loads(str(result.attrs["relieved_model"])))
 
 
-def _modified_train(source: Source, train: Train, whole: Mapping[str, Any], changes: Mapping[str, Any]) -> Train:
-    """Train with the flanks of the answer; whole : all overrides of the source, changes : those of the answer alone."""
-    if isinstance(source, Train):
-        return load(dict(train.document), changes)
-    assert not isinstance(source, System)
-    return load(source, whole)
-
-
-# statement of the problem --------------------------------------------------------------------------------------------
+# statement of the problem ---------------------------------------------------------------------------------------------
 
 
 def _check_options(
@@ -232,39 +243,31 @@ def _check_options(
 
 def _meshes(train: Train, mesh: str | Sequence[str] | None) -> list[tuple[Mesh, ...]]:
     """Helices of every mesh to optimise, one branch of each pair."""
-    if mesh is not None:
-        names = [mesh] if isinstance(mesh, str) else list(mesh)
-        meshes = [helices_of(train, name) for name in names]
-        without = next((name for name, helices in zip(names, meshes, strict=True) if helices[0].teeth is None), None)
-    else:
-        first: dict[str, Mesh] = {}
+    if mesh is None:
+        branches: dict[str, int | None] = {}
         for one in train.meshes:
             if one.teeth is not None:
-                first.setdefault(one.pair, one)
-        meshes = [
-            tuple(m for m in train.meshes if m.pair == one.pair and m.branch == one.branch) for one in first.values()
-        ]
-        if not meshes:
+                branches.setdefault(one.pair, one.branch)
+        if not branches:
             path = f"stages.{train.meshes[0].stage}.face_width"
             raise ModelError("no mesh has a face width, which tooth contact needs", path=path, allowed="of both gears")
-        without = None
-    if without is not None:
-        raise ModelError("has no face width, which tooth contact needs", path="mesh", given=without)
+        return [
+            tuple(one for one in train.meshes if one.pair == pair and one.branch == branch)
+            for pair, branch in branches.items()
+        ]
+    names = [mesh] if isinstance(mesh, str) else list(mesh)
+    meshes = [helices_of(train, name) for name in names]
+    for name, helices in zip(names, meshes, strict=True):
+        if helices[0].teeth is None:
+            raise ModelError("has no face width, which tooth contact needs", path="mesh", given=name)
     return list({helices[0].pair: helices for helices in meshes}.values())
-
-
-def _flanks(mesh: Mesh) -> list[tuple[str, Flank]]:
-    """Path in the model file and flank of both gears of a mesh."""
-    teeth = mesh.teeth
-    assert teeth is not None
-    return list(zip(teeth.paths, (teeth.flank_a, teeth.flank_b), strict=True))
 
 
 def _check_bounds(problem: ReliefProblem) -> None:
     """Refuse bounds whose lowest or highest values do not fit a flank."""
     for corner in (np.zeros(len(problem.variables)), np.ones(len(problem.variables))):
-        settings = settings_of(problem.variables, problem.fixed, corner)
-        for helix in (one for helices in problem.meshes for one in helices):
+        settings = problem.settings(corner)
+        for helix in chain(*problem.meshes):
             assert helix.mesh.teeth is not None
             check_pair(helix.modified_pair(settings), path=helix.mesh.pair, paths=helix.mesh.teeth.paths)
 
@@ -293,31 +296,7 @@ def _drawn_value(flank: Flank, key: str) -> float | str | None:
     return float(getattr(value, name) if name else value)
 
 
-def _fingerprint(train: Train, options: Mapping[str, Any]) -> str:
-    """SHA-256 of model and options, by which a record knows its search."""
-    text = json.dumps([dict(train.document), options], sort_keys=True, default=str)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
 # Dataset -------------------------------------------------------------------------------------------------------------
-
-
-def _coords(solved: Finalists) -> dict[Any, Any]:
-    problem = solved.problem
-    return {
-        "variable": [one.name for one in problem.variables],
-        "objective": list(problem.objectives),
-        "solution": np.arange(len(solved.candidates)),
-        "state": ["before", "after"],
-        "relieved_mesh": [_mesh_name(helices) for helices in problem.meshes],
-        **({} if problem.speeds is None else {"speed": problem.speeds}),
-    }
-
-
-def _mesh_name(helices: Sequence[HelixContact]) -> str:
-    """Name of a mesh, without its side where both helices are meant."""
-    name = helices[0].mesh.name
-    return name if len(helices) == 1 else name.rsplit("/", 1)[0]
 
 
 def _meaning(objective: str, problem: ReliefProblem) -> str:
@@ -335,6 +314,10 @@ def _solutions(solved: Finalists, result: SearchResult, flanks: Mapping[str, Fla
     numeric = [[one.numeric(value) for one, value in zip(variables, row, strict=True)] for row in values]
     texts = [[_value_text(one, value) for one, value in zip(variables, row, strict=True)] for row in values]
     drawn = objectives_of(problem, [{path: {} for path in flanks}])[0]
+    best_so_far = []
+    for generation in range(int(result.generation.max()) + 1):
+        upto = np.where(result.generation[:, None] <= generation, result.objectives, np.nan)
+        best_so_far.append(np.nanmin(upto, axis=0))
     return {
         "lower_bound": ("variable", np.array([one.low for one in variables])),
         "upper_bound": ("variable", np.array([one.high for one in variables])),
@@ -348,7 +331,7 @@ def _solutions(solved: Finalists, result: SearchResult, flanks: Mapping[str, Fla
         "evaluated_place": (("evaluation", "variable"), result.candidates[:_MOST_EVALUATIONS]),
         "evaluated_objective": (("evaluation", "objective"), result.objectives[:_MOST_EVALUATIONS]),
         "evaluated_generation": ("evaluation", result.generation[:_MOST_EVALUATIONS]),
-        "best_so_far": (("generation", "objective"), _best_so_far(result)),
+        "best_so_far": (("generation", "objective"), np.array(best_so_far)),
     }
 
 
@@ -358,18 +341,7 @@ def _value_text(variable: DesignVariable, value: float | str) -> str:
     return length_text(value, -3 if variable.key.endswith("length") else -6)
 
 
-def _best_so_far(result: SearchResult) -> Array:
-    """Least of each objective up to the end of each of G generations, (G, o)."""
-    count = int(result.generation.max()) + 1
-    least = [
-        np.nanmin(np.where(result.generation[:, None] <= g, result.objectives, np.nan), axis=0) for g in range(count)
-    ]
-    return np.array(least)
-
-
-def _before_and_after(
-    solved: Finalists, trains: Sequence[Train], torque: float | str | None, settings: ContactSettings
-) -> Columns:
+def _before_and_after(solved: Finalists, trains: Sequence[Train], torque: float | str | None) -> Columns:
     """Loaded contact of every mesh before and after, at several loads; trains : before and after."""
     problem, cut = solved.problem, solved.resolution
     factors = np.array(sorted({*_MAP_LOADS, *problem.factors.tolist()}))
@@ -377,11 +349,11 @@ def _before_and_after(
         [
             contact(
                 train,
-                mesh=_mesh_name(helices),
+                mesh=mesh_name([helix.mesh for helix in helices]),
                 torque=torque,
                 factors=factors.tolist(),
-                corner=settings.corner,
-                misalignment=settings.misalignment,
+                corner=problem.contact.corner,
+                misalignment=problem.contact.misalignment,
                 cut=cut,
                 segments=_shared_segments(helices, cut),
                 tangents=False,
@@ -411,12 +383,12 @@ def _before_and_after(
 
 def _shared_segments(helices: Sequence[HelixContact], cut: Resolution) -> list[ContactSegments] | None:
     """Contact segments of the helices where they have these phases and slices, so that `contact` needs no others."""
-    found = [helix.segments for helix in helices]
     same = [
-        one.pair.slices == cut.slices and np.array_equal(one.sigma, sigma_at(helix.mesh, cut.phase))
-        for one, helix in zip(found, helices, strict=True)
+        helix.segments.pair.slices == cut.slices
+        and np.array_equal(helix.segments.sigma, sigma_at(helix.mesh, cut.phase))
+        for helix in helices
     ]
-    return found if all(same) else None
+    return [helix.segments for helix in helices] if all(same) else None
 
 
 def _even_places(result: xr.Dataset) -> Array:
@@ -443,20 +415,17 @@ def _warnings(train: Train, after: Train, solved: Finalists, result: SearchResul
     messages = [*train.warnings, *(text for text in after.warnings if text not in train.warnings)]
     completed = int(result.generation.max()) + 1
     if result.stopped:
-        messages.append(
-            coded("search-stopped", f"stopped after {completed} of {generations} generations: the best so far")
-        )
+        text = f"stopped after {completed} of {generations} generations: the best so far"
+        messages.append(coded("search-stopped", text))
     failed = int((~np.isfinite(result.objectives)).any(axis=1).sum())
     if failed:
-        messages.append(
-            coded("points-failed", f"{failed} of {len(result.objectives)} candidates could not be computed")
-        )
+        text = f"{failed} of {len(result.objectives)} candidates could not be computed"
+        messages.append(coded("points-failed", text))
     for variable, at in zip(solved.problem.variables, solved.candidates[solved.answer], strict=True):
         if not variable.shapes and min(at, 1 - at) < _AT_BOUND:
             side, bound = ("lower", variable.low) if at < 0.5 else ("upper", variable.high)
             best = "the best" if len(solved.candidates) == 1 else "the solution picked"
             beyond = "" if at < 0.5 and bound <= 0 and variable.key != "slope" else "; a better one may lie beyond"
-            messages.append(
-                coded("at-bound", f"{variable.name}: {best} ends at the {side} bound, {bound * 1e6:.6g} µm{beyond}")
-            )
+            text = f"{variable.name}: {best} ends at the {side} bound, {bound * 1e6:.6g} µm{beyond}"
+            messages.append(coded("at-bound", text))
     return messages

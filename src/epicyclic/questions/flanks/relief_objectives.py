@@ -1,11 +1,10 @@
-"""Design variables of micro-geometry: bounds read, points of the unit cube to flank settings, settings to overrides.
+"""Micro-geometry as an optimisation: design variables of the unit cube, and the objectives that they are judged by.
 
 Amounts are whole nanometres and lengths whole micrometres, so that a model file says exactly what was computed.
 
-Objectives of micro-geometry: loaded transmission error, load per length of contact line, dynamic mesh force.
-
-Transmission error and load follow from the loaded contact of each mesh alone.  The dynamic mesh force follows from the
-linear sweep of the train, with the tangent stiffness of that contact in its meshes (docs/how-to/relief.md).
+Objectives are loaded transmission error, load per length of contact line and dynamic mesh force.  Transmission error
+and load follow from the loaded contact of each mesh alone.  The dynamic mesh force follows from the linear sweep of the
+train, with the tangent stiffness of that contact in its meshes (docs/how-to/relief.md).
 """
 
 from __future__ import annotations
@@ -15,11 +14,12 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
-from typing import TypeGuard
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...document.units import Bounds, read_quantity
 from ...errors import ModelError
 from ...statics.record import reference_tone
 from ...system.system import System
@@ -49,6 +49,24 @@ KEYS = (*_RESOLUTION, *(f"{table}.shape" for table in _TABLES))
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _RANGE = re.compile(rf"\s*({_NUMBER})\s*([A-Za-zµ].*?)?\s*\.\.\s*({_NUMBER})\s*([A-Za-zµ].*?)\s*")
+
+# Phases and slices of a search where none are given.  With the corners of contact among the phases, and parts of slices
+# coupled as parts, objectives are then known to some per cent; the best candidates are solved again (`verification`).
+_PHASES, _SLICES = 64, 10
+
+OBJECTIVES = {
+    "lte": ("m", "peak to peak of the loaded transmission error, largest over the loads, mean over the meshes"),
+    "load": ("N/m", "largest force per length of contact line over the mesh cycle, loads and meshes"),
+    "force_rms": ("N", "RMS of the dynamic mesh force, largest over the speeds and meshes"),
+    "force_peak": ("N", "mesh force, largest over the speeds and meshes"),
+}
+"""Objective -> its unit, and the quantity that is minimised."""
+
+DYNAMIC = {"force_rms": "mesh_force_rms", "force_peak": "mesh_force_peak"}
+"""Objective of the train in motion -> the variable of `sweep` it is the maximum of."""
+
+
+# design variables -----------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,8 +131,7 @@ def read_variables(
     for name, given in vary.items():
         paths, key = _flanks_and_key(str(name), tuple(flanks))
         for path in paths:
-            twice = key in fixed[path] or any(key == one.key and path in one.paths for one in variables)
-            if twice:
+            if key in fixed[path] or any(key == one.key and path in one.paths for one in variables):
                 raise ModelError(f"given twice for {path}", path=f"vary {name}")
         value = _read(given, key, f"vary {name}")
         if isinstance(value, tuple):
@@ -165,19 +182,13 @@ def _read(given: object, key: str, path: str) -> Value | tuple[Value, ...]:
             raise ModelError("not a range with a unit", path=path, given=given, allowed='"0..40 um"')
         first, one, last, other = match.groups()
         return _bounds(_metres(f"{first} {one or other}", path), _metres(f"{last} {other}", path), key, path, given)
-    if _is_pair(given):
+    if isinstance(given, (tuple, list)) and len(given) == 2:
         return _bounds(_metres(given[0], path), _metres(given[1], path), key, path, given)
     return _removing(_metres(given, path), key, path)
 
 
-def _is_pair(given: object) -> TypeGuard[Sequence[object]]:
-    return isinstance(given, (tuple, list)) and len(given) == 2
-
-
 def _metres(given: object, path: str) -> float:
     """Length in SI [m] of a number, or of a text with its unit."""
-    from ...document.units import Bounds, read_quantity
-
     try:
         value = read_quantity(given, ("length",), Bounds())
     except ModelError as error:
@@ -230,23 +241,6 @@ def _require_complete(
                     raise ModelError(problem, path=f"vary {keys[changed[0]]}", allowed=f"{table}.{name} beside it")
 
 
-def varies_along_face(variables: Sequence[DesignVariable], fixed: Mapping[str, FlankSettings]) -> bool:
-    """Whether a variable or a fixed setting is a lead modification: end relief, crown or slope."""
-    keys = [*(one.key for one in variables), *(key for settings in fixed.values() for key in settings)]
-    return any(key.startswith(("end_relief", "crown", "slope")) for key in keys)
-
-
-def settings_of(
-    variables: Sequence[DesignVariable], fixed: Mapping[str, FlankSettings], candidate: Array
-) -> dict[str, dict[str, Value]]:
-    """Settings of one candidate (v,) in the unit cube, by path of the flank; fixed ones included."""
-    settings = {path: dict(values) for path, values in fixed.items()}
-    for variable, coordinate in zip(variables, candidate.tolist(), strict=True):
-        for path in variable.paths:
-            settings[path][variable.key] = variable.value(coordinate)
-    return settings
-
-
 def modified_flank(flank: Flank, settings: FlankSettings) -> Flank:
     """Flank with settings in place of what is drawn."""
     changes: dict[str, object] = {key: settings[key] for key in ("crown", "slope") if key in settings}
@@ -281,20 +275,7 @@ def length_text(value: float, power: int) -> str:
     return f"{Decimal(repr(value)).scaleb(-power).normalize():f} {unit}"
 
 
-# Phases and slices of a search where none are given.  With the corners of contact among the phases, and parts of slices
-# coupled as parts, objectives are then known to some per cent; the best candidates are solved again (`verification`).
-_PHASES, _SLICES = 64, 10
-
-OBJECTIVES = {
-    "lte": ("m", "peak to peak of the loaded transmission error, largest over the loads, mean over the meshes"),
-    "load": ("N/m", "largest force per length of contact line over the mesh cycle, loads and meshes"),
-    "force_rms": ("N", "RMS of the dynamic mesh force, largest over the speeds and meshes"),
-    "force_peak": ("N", "mesh force, largest over the speeds and meshes"),
-}
-"""Objective -> its unit, and the quantity that is minimised."""
-
-DYNAMIC = {"force_rms": "mesh_force_rms", "force_peak": "mesh_force_peak"}
-"""Objective of the train in motion -> the variable of `sweep` it is the maximum of."""
+# objectives -----------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -311,8 +292,7 @@ class ContactSettings:
     misalignment: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class HelixContact:
+class HelixContact(NamedTuple):
     """One helix of a mesh: its place in the train, its contact segments as drawn, its operating load [N]."""
 
     mesh: Mesh
@@ -332,7 +312,7 @@ class ReliefProblem:
     """Data of the optimisation: o objectives of v design variables, over M meshes and F relative loads.
 
     objectives : names, of `OBJECTIVES`.  variables : (v,).  fixed : settings that do not vary, by path of the flank.
-    meshes : the helices of each mesh.  factors : (F,) loads relative to the operating one [1].
+    contact : settings of all meshes.  meshes : the helices of each.  factors : (F,) loads per operating one [1].
     resolution : phases and slices of these contacts.
     train, system, speeds : the train, and for dynamic objectives its System and (P,) relative speeds [1], else None.
     """
@@ -340,7 +320,8 @@ class ReliefProblem:
     objectives: tuple[str, ...]
     variables: tuple[DesignVariable, ...]
     fixed: Mapping[str, FlankSettings]
-    meshes: tuple[tuple[HelixContact, ...], ...]
+    contact: ContactSettings
+    meshes: Sequence[Sequence[HelixContact]]
     factors: Array
     resolution: Resolution
     train: Train
@@ -349,27 +330,31 @@ class ReliefProblem:
 
     def __call__(self, candidates: Array) -> Array:
         """Objectives (P, o) of candidates (P, v) in the unit cube; nan where one could not be computed."""
-        return objectives_of(self, [settings_of(self.variables, self.fixed, candidate) for candidate in candidates])
+        return objectives_of(self, [self.settings(candidate) for candidate in candidates])
+
+    def settings(self, candidate: Array) -> dict[str, dict[str, Value]]:
+        """Settings of one candidate (v,) in the unit cube, by path of the flank; fixed ones included."""
+        settings = {path: dict(values) for path, values in self.fixed.items()}
+        for variable, coordinate in zip(self.variables, candidate.tolist(), strict=True):
+            for path in variable.paths:
+                settings[path][variable.key] = variable.value(coordinate)
+        return settings
 
 
 def coarse_resolution(
     train: Train, meshes: Sequence[Sequence[tuple[Mesh, float]]], contact: ContactSettings
 ) -> Resolution:
     """Phases and slices of a search: those given, else few, since the best candidates are solved again."""
+    graded = contact.samples is None
     samples = _PHASES if contact.samples is None else contact.samples
-    helices = [mesh for one in meshes for mesh, _ in one]
+    helices = [mesh for helices in meshes for mesh, _ in helices]
     return Resolution(
-        phase=_phases(helices, [pair_of(train, mesh) for mesh in helices], samples, contact),
+        phase=mesh_phases(helices, [pair_of(train, mesh) for mesh in helices], samples, graded=graded),
         samples=samples,
         slices=_SLICES if contact.slices is None else contact.slices,
-        graded=contact.samples is None,
+        graded=graded,
         error=np.full(3, np.nan),
     )
-
-
-def _phases(helices: Sequence[Mesh], pairs: Sequence[ContactPair], samples: int, contact: ContactSettings) -> Array:
-    """Phases (T,) of all meshes: even ones where their number is given, else the corners of all of them too."""
-    return mesh_phases(helices, pairs, samples) if contact.samples is None else np.arange(samples) / samples
 
 
 def helix_contacts(
@@ -380,7 +365,7 @@ def helix_contacts(
     *,
     variables: Sequence[DesignVariable],
     fixed: Mapping[str, FlankSettings],
-) -> tuple[tuple[HelixContact, ...], ...]:
+) -> list[list[HelixContact]]:
     """Helices of every mesh cut into contact segments; a face that stays uniform is one segment.
 
     Parameters
@@ -391,42 +376,33 @@ def helix_contacts(
     ------
     ModelError : as of `pair_of`; a relief that does not fit a flank at the bounds.
     """
-    result = []
+    keys = [*(one.key for one in variables), *(key for settings in fixed.values() for key in settings)]
+    lead_modified = any(key.startswith(("end_relief", "crown", "slope")) for key in keys)
+    contacts = []
     for helices in meshes:
-        pairs = [_cut_pair(train, mesh, contact, cut, variables=variables, fixed=fixed) for mesh, _ in helices]
+        pairs = []
+        for mesh, _ in helices:
+            pair = pair_of(train, mesh, slices=cut.slices, corner=contact.corner, misalignment=contact.misalignment)
+            even = uniform_along_face(pair) and not lead_modified
+            pairs.append(replace(pair, slices=1) if even else pair)
         segments = all_segments(pairs, [sigma_at(mesh, cut.phase) for mesh, _ in helices])
-        result.append(
-            tuple(
-                HelixContact(mesh=mesh, segments=one, force=force)
-                for (mesh, force), one in zip(helices, segments, strict=True)
-            )
+        contacts.append(
+            [HelixContact(mesh, cut_face, force) for (mesh, force), cut_face in zip(helices, segments, strict=True)]
         )
-    return tuple(result)
+    return contacts
 
 
-def _cut_pair(
-    train: Train,
-    mesh: Mesh,
-    contact: ContactSettings,
-    cut: Resolution,
-    *,
-    variables: Sequence[DesignVariable],
-    fixed: Mapping[str, FlankSettings],
-) -> ContactPair:
-    """Contact pair of a helix in slices, or in one where the face stays uniform."""
-    pair = pair_of(train, mesh, slices=cut.slices, corner=contact.corner, misalignment=contact.misalignment)
-    even = uniform_along_face(pair) and not varies_along_face(variables, fixed)
-    return replace(pair, slices=1) if even else pair
-
-
-def with_resolution(problem: ReliefProblem, contact: ContactSettings, cut: Resolution) -> ReliefProblem:
+def with_resolution(problem: ReliefProblem, cut: Resolution) -> ReliefProblem:
     """Problem with other phases and slices; of `cut` the numbers of both count, the phases are those of all meshes."""
-    helices = [helix for one in problem.meshes for helix in one]
-    pairs = [helix.segments.pair for helix in helices]
-    common = replace(cut, phase=_phases([helix.mesh for helix in helices], pairs, cut.samples, contact))
-    meshes = [[(helix.mesh, helix.force) for helix in one] for one in problem.meshes]
-    parts = helix_contacts(problem.train, meshes, contact, common, variables=problem.variables, fixed=problem.fixed)
-    return replace(problem, meshes=parts, resolution=common)
+    helices = [helix.mesh for one in problem.meshes for helix in one]
+    pairs = [helix.segments.pair for one in problem.meshes for helix in one]
+    phase = mesh_phases(helices, pairs, cut.samples, graded=problem.contact.samples is None)
+    common = replace(cut, phase=phase)
+    forces = [[(helix.mesh, helix.force) for helix in one] for one in problem.meshes]
+    meshes = helix_contacts(
+        problem.train, forces, problem.contact, common, variables=problem.variables, fixed=problem.fixed
+    )
+    return replace(problem, meshes=meshes, resolution=common)
 
 
 def relative_speeds(system: System, mesh_frequencies: tuple[float, float] | None, points: int) -> Array:
@@ -452,8 +428,13 @@ def objectives_of(problem: ReliefProblem, settings: Sequence[Mapping[str, FlankS
     static = slice(0, len(problem.factors))
     for column, name in enumerate(problem.objectives):
         if name == "lte":
-            ranges = [_peak_to_peak(problem, i, helices, static) for i, helices in enumerate(contacts)]
-            values[:, column] = np.mean(ranges, axis=0)
+            # transmission error of a mesh: the mean of its helices
+            swings = []
+            for helices, solved_helices in zip(problem.meshes, contacts, strict=True):
+                slants = [math.cos(helix.segments.pair.plane.base_helix) for helix in helices]
+                errors = [one.approach[:, static] / slant for one, slant in zip(solved_helices, slants, strict=True)]
+                swings.append(np.ptp(np.mean(errors, axis=0), axis=2).max(axis=1))
+            values[:, column] = np.mean(swings, axis=0)
         elif name == "load":
             largest = [one.largest_load[:, static] for helices in contacts for one in helices]
             values[:, column] = np.max(largest, axis=(0, 2))
@@ -475,41 +456,23 @@ def _loaded_contacts(
     dynamic = problem.system is not None
     loads = np.append(problem.factors, 1.0) if dynamic else problem.factors
     largest = "load" in problem.objectives
-    return [_of_helices(helices, settings, loads, tangents=dynamic, largest=largest) for helices in problem.meshes]
-
-
-def _of_helices(
-    helices: Sequence[HelixContact],
-    settings: Sequence[Mapping[str, FlankSettings]],
-    loads: Array,
-    *,
-    tangents: bool,
-    largest: bool,
-) -> list[MicrogeometryContact]:
-    """Loaded contact of the helices of a mesh; one that mirrors another for all settings has the numbers of that."""
-    pairs = [[helix.modified_pair(one) for one in settings] for helix in helices]
-    sigma = [helix.segments.sigma for helix in helices]
-    images = [first_images(column, sigma) for column in zip(*pairs, strict=True)]
-    found: list[MicrogeometryContact] = []
-    for i, helix in enumerate(helices):
-        first = {image[i] for image in images}
-        if first != {i} and len(first) == 1:
-            found.append(found[first.pop()])
-        else:
-            found.append(
-                microgeometry_contact(helix.segments, pairs[i], helix.force * loads, tangents=tangents, largest=largest)
+    contacts = []
+    for helices in problem.meshes:
+        pairs = [[helix.modified_pair(one) for one in settings] for helix in helices]
+        sigma = [helix.segments.sigma for helix in helices]
+        images = [first_images(column, sigma) for column in zip(*pairs, strict=True)]
+        of_helices: list[MicrogeometryContact] = []
+        for i, helix in enumerate(helices):
+            first = {image[i] for image in images}
+            if first != {i} and len(first) == 1:  # the mirror image of another for all settings: the numbers of that
+                of_helices.append(of_helices[first.pop()])
+                continue
+            forces = helix.force * loads
+            of_helices.append(
+                microgeometry_contact(helix.segments, pairs[i], forces, tangents=dynamic, largest=largest)
             )
-    return found
-
-
-def _peak_to_peak(problem: ReliefProblem, mesh: int, helices: Sequence[MicrogeometryContact], loads: slice) -> Array:
-    """Largest peak to peak over the loads of the transmission error, mean of the helices, (S,) [m]."""
-    planes = [helix.segments.pair.plane for helix in problem.meshes[mesh]]
-    error = np.mean(
-        [one.approach[:, loads] / math.cos(plane.base_helix) for one, plane in zip(helices, planes, strict=True)],
-        axis=0,
-    )
-    return np.asarray(np.ptp(error, axis=2).max(axis=1))
+        contacts.append(of_helices)
+    return contacts
 
 
 def contact_histories(problem: ReliefProblem, settings: Mapping[str, FlankSettings]) -> dict[str, ContactHistory]:

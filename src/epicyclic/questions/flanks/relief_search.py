@@ -1,17 +1,17 @@
-"""Genetic search (GA, NSGA-II) over the unit cube with a record on disk.
+"""Genetic search over the unit cube with a record on disk, and its finalists solved again.
 
 One objective is minimised by a genetic algorithm, several by NSGA-II [deb2002], both those of pymoo [blank2020].  The
-search follows from its
-seed alone, so the record holds evaluations and not the state of the algorithm.  A resumed search is repeated from its
-seed with the recorded objectives, which takes no evaluation, and continues to the bits of an uninterrupted search.
+search follows from its seed alone, so the record holds evaluations and not the state of the algorithm.  A resumed
+search is repeated from its seed with the recorded objectives, which takes no evaluation, and continues to the bits of
+an uninterrupted search.
 
-Finalists of a coarse search, solved again with phases and slices that hold within a tolerance.
+The search is on few phases and slices; its finalists are solved again with those that hold within a tolerance.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ from ...errors import ModelError
 from ...input_files import read_text
 from ...results.files import require_writable, write_text
 from .contact_resolution import Resolution, resolution
-from .relief_objectives import ContactSettings, FlankSettings, HelixContact, ReliefProblem, settings_of, with_resolution
+from .relief_objectives import ReliefProblem, with_resolution
 
 Array = NDArray[np.float64]
 
@@ -32,6 +32,13 @@ _FORMAT = 1
 _MAX_BYTES = 1_000_000_000
 # objective of a candidate that could not be computed: worse than any that could, and finite, as pymoo needs
 _PENALTY = 1e30
+# Best candidates of a search with one objective that are solved again, each at the cost of a coarse generation.
+_FINALISTS = 4
+# Most times that phases and slices are chosen anew for a new answer; a third one has not been seen.
+_ROUNDS = 3
+
+
+# search ---------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -97,15 +104,21 @@ def genetic_search(
                 break  # no candidate left that is not a duplicate
             candidates = np.array(offspring.get("X"), dtype=float)
             if generation < len(recorded):
-                _require_equal(candidates, recorded[generation][0], record)
-                values = recorded[generation][1]
+                follows, values = recorded[generation]
+                if not np.array_equal(candidates, follows):
+                    raise ModelError(
+                        "the record does not follow from its seed: made by another version of pymoo?",
+                        path=str(record),
+                        allowed="a new record",
+                    )
                 if values.shape != (len(candidates), objectives):
                     raise ModelError("not the record of a search: other objectives", path=str(record))
             else:
                 values = np.asarray(evaluate(candidates), dtype=float).reshape(len(candidates), objectives)
             evaluated.append((candidates, values))
             if record is not None and generation >= len(recorded):
-                _write_record(record, identity, evaluated)
+                rows = [{"place": place.tolist(), "objective": objective.tolist()} for place, objective in evaluated]
+                write_text(record, json.dumps({**identity, "generations": rows}))  # numbers are read back exactly
             _assign(algorithm, offspring, values)
             if progress is not None:
                 progress((generation + 1) / generations)
@@ -203,26 +216,7 @@ def _read_record(record: Path, identity: dict[str, Any]) -> list[tuple[Array, Ar
     return evaluated
 
 
-def _write_record(record: Path, identity: dict[str, Any], evaluated: list[tuple[Array, Array]]) -> None:
-    """Write identity and evaluations (P, v), (P, o) as JSON; numbers are read back exactly."""
-    generations = [{"place": candidates.tolist(), "objective": values.tolist()} for candidates, values in evaluated]
-    write_text(record, json.dumps({**identity, "generations": generations}))
-
-
-def _require_equal(candidates: Array, recorded: Array, record: Path | None) -> None:
-    """Refuse a record whose candidates (P, v) are not those that follow from the seed."""
-    if candidates.shape != recorded.shape or not np.array_equal(candidates, recorded):
-        raise ModelError(
-            "the record does not follow from its seed: made by another version of pymoo?",
-            path=str(record),
-            allowed="a new record",
-        )
-
-
-# Best candidates of a search with one objective that are solved again, each at the cost of a coarse generation.
-_FINALISTS = 4
-# Most times that phases and slices are chosen anew for a new answer; a third one has not been seen.
-_ROUNDS = 3
+# finalists ------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -243,36 +237,31 @@ class Finalists:
     @property
     def settings(self) -> dict[str, dict[str, float | str]]:
         """Flank settings of the answer."""
-        return settings_of(self.problem.variables, self.problem.fixed, self.candidates[self.answer])
+        return self.problem.settings(self.candidates[self.answer])
 
 
 def verified(
-    problem: ReliefProblem,
-    result: SearchResult,
-    settings: ContactSettings,
-    *,
-    tolerance: float,
-    pick: int | None,
-    drawn: Array | None,
+    problem: ReliefProblem, result: SearchResult, *, tolerance: float, pick: int | None, drawn: Array | None
 ) -> Finalists:
     """Best candidates of a search, solved with phases and slices that hold for the answer among them.
 
     Parameters
     ----------
-    drawn : (v,) candidate of the flanks as drawn, which the answer has to beat; None where the bounds exclude it.
-    settings : of the contact; given phases and slices are kept.  tolerance : as of `contact` [1].
+    problem : phases and slices that its contact states are kept.  tolerance : as of `contact` [1].
+    drawn : (1, v) candidate of the flanks as drawn, which the answer has to beat; None where the bounds exclude it.
     pick : index of the solution that is the answer; None: the nearest to the best of each objective.
 
     Raises
     ------
     ModelError : no such solution.
     """
-    if _given(problem, settings):
-        kept = result.best
+    exact_slices = all(helix.segments.pair.slices == 1 for helices in problem.meshes for helix in helices)
+    if problem.contact.samples is not None and (problem.contact.slices is not None or exact_slices):
+        kept = result.best  # what is given needs no second solution
         answer = _answer(result.objectives[kept], pick)
         return Finalists(
             problem=problem,
-            resolution=_resolution(problem, result.candidates[kept[answer]], settings, tolerance),
+            resolution=_resolution(problem, result.candidates[kept[answer]], tolerance),
             candidates=result.candidates[kept],
             objectives=result.objectives[kept],
             answer=answer,
@@ -286,10 +275,10 @@ def verified(
     answer = int(front[_answer(values[front], pick)])
     best: Resolution | None = None
     for _ in range(_ROUNDS):
-        needed = _resolution(problem, candidates[answer], settings, tolerance)
+        needed = _resolution(problem, candidates[answer], tolerance)
         if best is not None and needed.samples <= best.samples and needed.slices <= best.slices:
             break
-        problem = with_resolution(problem, settings, needed)
+        problem = with_resolution(problem, needed)
         best = problem.resolution
         values = problem(candidates)
         front = non_dominated(values)
@@ -306,12 +295,6 @@ def verified(
     )
 
 
-def _given(problem: ReliefProblem, settings: ContactSettings) -> bool:
-    """Whether phases and slices are given, or one slice is exact."""
-    exact = all(helix.segments.pair.slices == 1 for helices in problem.meshes for helix in helices)
-    return settings.samples is not None and (settings.slices is not None or exact)
-
-
 def _chosen(problem: ReliefProblem, result: SearchResult) -> NDArray[np.int64]:
     """Evaluations (k,) to solve again: the Pareto set, or the best of one objective, equal flanks once."""
     if len(problem.objectives) > 1:
@@ -319,7 +302,7 @@ def _chosen(problem: ReliefProblem, result: SearchResult) -> NDArray[np.int64]:
     order = np.argsort(result.objectives[:, 0], kind="stable")
     kept: dict[str, int] = {}
     for i in order[np.isfinite(result.objectives[order, 0])].tolist():
-        kept.setdefault(repr(settings_of(problem.variables, problem.fixed, result.candidates[i])), i)
+        kept.setdefault(repr(problem.settings(result.candidates[i])), i)
         if len(kept) == _FINALISTS:
             break
     return np.array([*kept.values()], dtype=np.int64)
@@ -339,26 +322,23 @@ def _answer(values: Array, pick: int | None) -> int:
     return int(np.argmin((distance**2).sum(axis=1)))
 
 
-def _resolution(problem: ReliefProblem, candidate: Array, settings: ContactSettings, tolerance: float) -> Resolution:
+def _resolution(problem: ReliefProblem, candidate: Array, tolerance: float) -> Resolution:
     """The finest that any mesh needs for the flanks of a candidate (v,), with the phases of all meshes."""
-    flanks = settings_of(problem.variables, problem.fixed, candidate)
-    each = [_of_mesh(helices, flanks, settings, tolerance) for helices in problem.meshes]
+    flanks = problem.settings(candidate)
+    each = [
+        resolution(
+            [helix.mesh for helix in helices],
+            [helix.modified_pair(flanks) for helix in helices],
+            helices[0].force,
+            tolerance=tolerance,
+            samples=problem.contact.samples,
+            slices=problem.contact.slices,
+        )
+        for helices in problem.meshes
+    ]
     return replace(
         each[0],
-        samples=max(one.samples for one in each),
-        slices=max(one.slices for one in each),
-        error=np.max([one.error for one in each], axis=0),
-    )
-
-
-def _of_mesh(
-    helices: Sequence[HelixContact], flanks: Mapping[str, FlankSettings], settings: ContactSettings, tolerance: float
-) -> Resolution:
-    return resolution(
-        [helix.mesh for helix in helices],
-        [helix.modified_pair(flanks) for helix in helices],
-        helices[0].force,
-        tolerance=tolerance,
-        samples=settings.samples,
-        slices=settings.slices,
+        samples=max(cut.samples for cut in each),
+        slices=max(cut.slices for cut in each),
+        error=np.max([cut.error for cut in each], axis=0),
     )

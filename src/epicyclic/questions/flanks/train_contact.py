@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -111,25 +111,27 @@ def train_contact(
     cut = _resolved(train, length, teeth, tolerance=tolerance, samples=samples, slices=slices)
     laws = face_laws(train, slices=cut.slices, **teeth)
     case = _case(train, laws, length, samples=cut.samples, graded=samples is None)
-    _require_room(case, laws)
-    contacts = _face_contacts(case, laws)
     states: list[ContactEquilibrium] = []
     for i, level in enumerate(levels):
-        states.append(_equilibrium(case, contacts, float(level)))
+        states.append(_equilibrium(case, float(level)))
         if progress is not None:
             progress((i + 1) / len(levels))
-    loads = [_face_loads(laws, contacts, state) for state in states]
+    loads = [_face_loads(case, state) for state in states]
     operating = int(np.argmin(np.abs(levels - 1.0)))
     force = np.array([_mesh_force(state) for state in states])
-    options = {"samples": samples, "slices": slices, "tolerance": tolerance, **teeth}
+    lengths = [np.full(len(law.meshes), averaging_length(law.pair.plane)) for law in laws]
     instants = case.record.instants
     result = dataset(
         {
-            **_force_columns(case.system, case.record, force[..., :instants]),
-            **_face_columns(laws, loads, operating, case.weight, _loaded(case.system, force)),
+            **_force_columns(case, force[..., :instants]),
+            **_face_columns(case, loads, _loaded(case.system, force)),
+            "flank_load_per_length": (
+                ("mesh", "width", "flank_place"),
+                _gathered(laws, [_flank_maps(load) for load in loads[operating]]),
+            ),
             **_root_columns(laws, loads),
             **_motion_columns(case, states[operating]),
-            "averaging_length": ("mesh", _gathered(laws, [_averaging_lengths(law) for law in laws])),
+            "averaging_length": ("mesh", _gathered(laws, lengths)),
             "contact_residual": ("torque_factor", np.array([state.contact_residual.max() for state in states])),
             "balance_residual": ("torque_factor", np.array([state.force_residual.max() for state in states])),
         },
@@ -145,8 +147,8 @@ def train_contact(
             "time": np.arange(instants) / case.record.samples / float(case.record.unit),
         },
         verb="train_contact",
-        options=options,
-        warnings=[*_warnings(train, case, laws, force[operating]), *_unresolved(cut, tolerance)],
+        options={"samples": samples, "slices": slices, "tolerance": tolerance, **teeth},
+        warnings=[*_warnings(train, case, force[operating]), *_unresolved(cut, tolerance)],
         provenance={**case.system.provenance, **law_attributes(case.system, case.record)},
     )
     result["time"].attrs.update({"units": "s" if case.system.tones else "mesh cycles", "long_name": "time"})
@@ -161,8 +163,7 @@ def train_contact(
     return result
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Length:
+class _Length(NamedTuple):
     """Length of the record: mesh cycles, or turns of a body, as of `static`."""
 
     cycles: int | None
@@ -170,8 +171,7 @@ class _Length:
     of: str | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Cut:
+class _Cut(NamedTuple):
     """Discretisation: instants of a mesh cycle or turn, slices of each face.
 
     error : estimated, of the largest load and of K_gamma [1]; face_error : of K_Hbeta; nan where nothing was estimated.
@@ -183,25 +183,22 @@ class _Cut:
     face_error: float = math.nan
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Case:
+class _Case(NamedTuple):
     """A train with three rows a mesh at T instants: those of a record, then the corners of contact.
 
+    laws : contact of the meshes, those of equal pairs together.  contacts : of each at all instants, and its meshes.
     flexible : its compliance without meshes.  record : its instants are the first of the T.
-    acting : stiffness, errors and loads at the instants.  cycles : (T, w) time of each of w meshes [mesh cycles].
+    acting : stiffness, errors and loads at the instants.
     weight : (T,) of the instants in a mean over the record, of values linear between them [1].
     """
 
+    laws: Sequence[MeshFaceLaw]
+    contacts: Sequence[tuple[Any, NDArray[np.int64]]]
     system: System
     flexible: Compliance
     record: Record
     acting: RecordExcitation
-    cycles: Array
     weight: Array
-
-
-# contact of equal meshes at all instants, and the numbers of these meshes
-_FaceContacts = Sequence[tuple[Any, NDArray[np.int64]]]
 
 
 def _levels(train: Train, factors: Sequence[float]) -> Array:
@@ -215,7 +212,7 @@ def _levels(train: Train, factors: Sequence[float]) -> Array:
 
 
 def _case(train: Train, laws: Sequence[MeshFaceLaw], length: _Length, *, samples: int, graded: bool) -> _Case:
-    """Train, loads and phases over a record; graded : at the corners of contact too."""
+    """Train, loads and contact over a record; graded : at the corners of contact too."""
     system = assemble(with_three_rows(train))
     over = record_of(system, cycles=length.cycles, turns=length.turns, of=length.of, samples=samples, most=64 * samples)
     index = np.arange(over.instants, dtype=np.int64)
@@ -232,14 +229,23 @@ def _case(train: Train, laws: Sequence[MeshFaceLaw], length: _Length, *, samples
         turned = np.mod(corners[:, None] * rate, 1.0)
         lines = np.array([float(line.frequency / over.unit) for line in system.lines])
         waves = np.exp(2j * np.pi * np.mod(corners[:, None] * lines, 1.0))
-        acting = _joined(acting, excitation_at(system, waves, turned if system.tones else np.zeros((len(corners), 1))))
+        there = excitation_at(system, waves, turned if system.tones else np.zeros((len(corners), 1)))
+        acting = RecordExcitation(
+            stiffness=np.concatenate([acting.stiffness, there.stiffness]),
+            gap=np.concatenate([acting.gap, there.gap]),
+            link_gap=np.concatenate([acting.link_gap, there.link_gap]),
+            force=np.concatenate([acting.force, there.force]),
+        )
         phases, times = np.concatenate([phases, turned]), np.concatenate([times, corners])
+    _require_room(len(times), laws)
+    cycles = phases[:, of_mesh]
     return _Case(
+        laws=laws,
+        contacts=[(law.at(cycles[:, list(law.meshes)]), np.array(law.meshes, np.int64)) for law in laws],
         system=system,
         flexible=flexible,
         record=over,
         acting=acting,
-        cycles=phases[:, of_mesh],
         weight=_weights(times, float(over.count)),
     )
 
@@ -253,22 +259,12 @@ def _weights(times: Array, length: float) -> Array:
     return weight
 
 
-def _joined(one: RecordExcitation, other: RecordExcitation) -> RecordExcitation:
-    """Stiffness, errors and loads of the instants of both."""
-    return RecordExcitation(
-        stiffness=np.concatenate([one.stiffness, other.stiffness]),
-        gap=np.concatenate([one.gap, other.gap]),
-        link_gap=np.concatenate([one.link_gap, other.link_gap]),
-        force=np.concatenate([one.force, other.force]),
-    )
-
-
 def _corner_times(laws: Sequence[MeshFaceLaw], record: Record, rate: Array) -> Array:
     """Times (C,) within the record at which a contact line of a mesh passes a corner of its flank [its units].
 
     rate : (w,) mesh cycles of each mesh in a unit.  Times that are equal, or those of the record, count once.
     """
-    found = [np.zeros(0)]
+    passed = [np.zeros(0)]
     for law in laws:
         corner = corner_phases(law.pair.plane)
         for i, lead, sense in zip(law.meshes, law.lead, law.sense, strict=True):
@@ -276,8 +272,8 @@ def _corner_times(laws: Sequence[MeshFaceLaw], record: Record, rate: Array) -> A
                 continue
             first = np.mod(sense * corner - lead, 1.0)
             whole = np.arange(math.ceil(record.count * rate[i]) + 1)
-            found.append(((first + whole[:, None]) / rate[i]).ravel())
-    times = np.unique(np.concatenate(found))
+            passed.append(((first + whole[:, None]) / rate[i]).ravel())
+    times = np.unique(np.concatenate(passed))
     times = times[times < record.count]
     even = np.abs(times - np.round(times * record.samples) / record.samples)
     apart = np.diff(times, prepend=-np.inf)
@@ -306,12 +302,12 @@ def _resolved(
     slices = None if slices is None else positive_count("slices", slices, 1)
     if samples is not None and slices is not None:
         return _Cut(samples=samples, slices=slices)
-    whole = _Length(cycles=1, turns=None, of=None)
+    one_cycle = _Length(cycles=1, turns=None, of=None)
 
     @cache
     def numbers(count: int, pieces: int) -> tuple[Array, Array]:
         laws = face_laws(train, slices=pieces, **teeth)
-        return _numbers(train, laws, _case(train, laws, whole, samples=count, graded=samples is None))
+        return _numbers(train, _case(train, laws, one_cycle, samples=count, graded=samples is None))
 
     error = np.zeros(len(train.meshes) + len({mesh.pair for mesh in train.meshes}))
     chosen, pieces, face_error = samples, slices, 0.0
@@ -326,8 +322,8 @@ def _resolved(
         tried: dict[int, Array] = {}
 
         def cut(count: int) -> Array:
-            found, tried[count] = numbers(few, count)
-            return found
+            held, tried[count] = numbers(few, count)
+            return held
 
         reached, missed = doubled(cut, _SLICES, (1 - PHASE_SHARE) * tolerance, checked=True)
         pieces, error = max(reached, _FEWEST[1]), error + missed
@@ -352,23 +348,21 @@ def _cycles_a_unit(train: Train, length: _Length) -> int:
     return max(1, math.ceil(reference_tone(system) / unit))
 
 
-def _numbers(train: Train, laws: Sequence[MeshFaceLaw], case: _Case) -> tuple[Array, Array]:
+def _numbers(train: Train, case: _Case) -> tuple[Array, Array]:
     """Largest loads of the meshes [N/m] and K_gamma of the pairs [1] at the operating torque with what their errors are
     relative to, (2, w + p), and K_Hbeta of the meshes (w,) [1].
 
     The error of a load is relative to the largest of its pair: a branch may carry next to nothing.  Meshes of a pair
     that carries nothing are counted by the largest of the train.
     """
-    _require_room(case, laws)
-    contacts = _face_contacts(case, laws)
-    state = _equilibrium(case, contacts, 1.0)
+    state = _equilibrium(case, 1.0)
     force = _mesh_force(state)[None, :, : case.record.instants]
     loaded = _loaded(case.system, force)
-    columns = _face_columns(laws, [_face_loads(laws, contacts, state)], 0, case.weight, loaded)
+    columns = _face_columns(case, [_face_loads(case, state)], loaded)
     load = columns["largest_load_per_length"][1][0]
     pair = np.array([mesh.pair for mesh in train.meshes])
     scale = np.array([load[pair == name].max() for name in pair])
-    branch = _force_columns(case.system, case.record, force)["branch_load_factor"][1][0]
+    branch = _force_columns(case, force)["branch_load_factor"][1][0]
     # pairs without load have no numbers to resolve
     scale, branch = np.where(loaded[0], scale, load.max()), np.where(np.isfinite(branch), branch, 1.0)
     held = np.array([np.concatenate([load, branch]), np.concatenate([scale, branch])])
@@ -382,80 +376,65 @@ def _loaded(system: System, force: Array) -> NDArray[np.bool_]:
     return np.asarray(loaded_meshes(mean, groups, most=most, rounding=rounding).T)
 
 
-def _require_room(case: _Case, laws: Sequence[MeshFaceLaw]) -> None:
+def _require_room(instants: int, laws: Sequence[MeshFaceLaw]) -> None:
     """Refuse what memory does not hold: the compliance between the segments of every mesh at every instant."""
-    sizes = [len(law.meshes) * (law.pair.slices * _lines(law)) ** 2 for law in laws]
+    numbers = 0.0
+    for law in laws:
+        low, high = law.pair.plane.limits  # as far apart as contact lines stand on the whole face in the mean
+        numbers += instants * len(law.meshes) * (law.pair.slices * (high - low)) ** 2
     require_memory(
-        float(len(case.cycles)) * sum(sizes),
+        numbers,
         path="cycles, samples, slices",
-        given=f"{len(case.cycles)} instants of {laws[0].pair.slices} slices",
+        given=f"{instants} instants of {laws[0].pair.slices} slices",
         allowed="fewer of one of them",
     )
 
 
-def _lines(law: MeshFaceLaw) -> float:
-    """Mean number of contact lines on the whole face of a mesh: its transverse contact ratio."""
-    low, high = law.pair.plane.limits
-    return high - low
-
-
 def _unresolved(cut: _Cut, tolerance: float) -> list[CodedText]:
     """Warnings where instants and slices are not enough for the tolerance."""
-    used = f"{cut.samples} instants and {cut.slices} slices"
+    used = f"{cut.samples} instants and {cut.slices} slices are not enough"
+    judged = (
+        (cut.error[0], used, " of the largest load"),
+        (cut.error[1], used, " of K_gamma"),
+        (cut.face_error, f"{cut.slices} slices are not enough for K_Hbeta", ""),
+    )
     asked = f"asked {100 * tolerance:.2g} %"
-    each = (("the largest load", cut.error[0]), ("K_gamma", cut.error[1]))
-    said = [
-        coded(
-            "resolution-insufficient", f"{used} are not enough: estimated error {100 * error:.2g} % of {name}, {asked}"
-        )
-        for name, error in each
+    return [
+        coded("resolution-insufficient", f"{problem}: estimated error {100 * error:.2g} %{number}, {asked}")
+        for error, problem, number in judged
         if error > tolerance
     ]
-    if cut.face_error > tolerance:
-        said.append(
-            coded(
-                "resolution-insufficient",
-                f"{cut.slices} slices are not enough for K_Hbeta: estimated error "
-                f"{100 * cut.face_error:.2g} %, {asked}",
-            )
-        )
-    return said
 
 
-def _face_contacts(case: _Case, laws: Sequence[MeshFaceLaw]) -> _FaceContacts:
-    """Contact segments of all meshes at all instants."""
-    return [(law.at(case.cycles[:, list(law.meshes)]), np.array(law.meshes, np.int64)) for law in laws]
-
-
-def _equilibrium(case: _Case, contacts: _FaceContacts, factor: float) -> ContactEquilibrium:
+def _equilibrium(case: _Case, factor: float) -> ContactEquilibrium:
     """Equilibrium at a multiple of the torques; Newton starts from that of the train with springs for meshes."""
     acting = replace(case.acting, force=case.acting.force + (factor - 1.0) * case.system.force)
     springs = equilibrium(
         case.flexible, stiffness=acting.stiffness, gap=acting.gap, force=acting.force, laws=case.system.laws
     )
     problem = ContactProblem(
-        system=case.system, flexible=case.flexible, contacts=contacts, gap=acting.gap, force=acting.force
+        system=case.system, flexible=case.flexible, contacts=case.contacts, gap=acting.gap, force=acting.force
     )
     return contact_equilibrium(problem, springs.displacement)
 
 
 def _mesh_force(state: ContactEquilibrium) -> Array:
     """Forces of the meshes along the tooth normal, (w, T) [N]."""
-    total: Array = state.row_force.reshape(len(state.row_force), -1, 3).sum(axis=2).T
-    return total
+    return np.asarray(state.row_force.reshape(len(state.row_force), -1, 3).sum(axis=2).T)
 
 
-def _face_loads(laws: Sequence[MeshFaceLaw], contacts: _FaceContacts, state: ContactEquilibrium) -> list[FaceLoad]:
+def _face_loads(case: _Case, state: ContactEquilibrium) -> list[FaceLoad]:
     """Load along the faces of the meshes of each law."""
     rows = state.approach.reshape(len(state.approach), -1, 3)
     return [
         at.face(rows[:, list(law.meshes)], start)
-        for law, (at, _), start in zip(laws, contacts, state.states, strict=True)
+        for law, (at, _), start in zip(case.laws, case.contacts, state.states, strict=True)
     ]
 
 
-def _force_columns(system: System, record: Record, force: Array) -> dict[str, Any]:
+def _force_columns(case: _Case, force: Array) -> dict[str, Any]:
     """Mesh forces (F, w, T) [N], and how branches and sides share them [1]."""
+    system, record = case.system, case.record
     face = faces(system.meshes)
     pair = np.array(system.meshes.pair, dtype=object)[face.first]
     branch = np.array(system.meshes.branch)[face.first]
@@ -464,11 +443,11 @@ def _force_columns(system: System, record: Record, force: Array) -> dict[str, An
     factor = np.full((len(force), len(dict.fromkeys(pair))), np.nan)
     share = np.full(force.shape[:2], np.nan)
     for column, name in enumerate(dict.fromkeys(pair)):
-        mine = [np.flatnonzero((pair == name) & (branch == b)) for b in np.unique(branch[pair == name])]
+        branches = [np.flatnonzero((pair == name) & (branch == b)) for b in np.unique(branch[pair == name])]
         at = loaded[:, pair == name].any(axis=1)
-        each = np.array([cycle[at][:, meshes].sum(axis=1) for meshes in mine])
-        factor[at, column] = (len(mine) * each / each.sum(axis=0)).max(axis=(0, 2))
-        for meshes in mine:
+        each = np.array([cycle[at][:, meshes].sum(axis=1) for meshes in branches])
+        factor[at, column] = (len(branches) * each / each.sum(axis=0)).max(axis=(0, 2))
+        for meshes in branches:
             mean = force[:, meshes].mean(axis=2)
             whole = mean.sum(axis=1, keepdims=True)
             # a branch that carries nothing at a small torque has no share
@@ -486,34 +465,20 @@ def _gathered(laws: Sequence[MeshFaceLaw], parts: Sequence[Array]) -> Array:
     return np.concatenate(parts)[np.argsort([mesh for law in laws for mesh in law.meshes])]
 
 
-def _averaging_lengths(law: MeshFaceLaw) -> Array:
-    """Length over which loads are averaged, of each mesh (g,) [m]."""
-    return np.full(len(law.meshes), averaging_length(law.pair.plane))
-
-
-def _face_columns(
-    laws: Sequence[MeshFaceLaw],
-    loads: Sequence[Sequence[FaceLoad]],
-    operating: int,
-    weight: Array,
-    loaded: NDArray[np.bool_],
-) -> dict[str, Any]:
+def _face_columns(case: _Case, loads: Sequence[Sequence[FaceLoad]], loaded: NDArray[np.bool_]) -> dict[str, Any]:
     """Variables along the faces of all meshes.
 
-    loads : at each torque, by law.  operating : index of that torque.  weight : (T,) of the instants in a mean [1].
-    loaded : (F, w) meshes that carry load, the others have no factor.
+    loads : at each torque, by law.  loaded : (F, w) meshes that carry load, the others have no factor.
     """
-
-    def gathered(parts: Sequence[Array]) -> Array:
-        return _gathered(laws, parts)
-
+    laws = case.laws
     mean, largest, smallest = [], [], []
-    for load in loads:
-        mean.append(gathered([np.tensordot(weight, one.force.sum(axis=2), 1) for one in load]))
-        largest.append(gathered([np.nanmax(one.per_length, axis=(0, 2, 3)) for one in load]))
-        smallest.append(gathered([np.where(one.whole, one.per_length, np.inf).min(axis=(0, 2, 3)) for one in load]))
+    for level in loads:
+        mean.append(_gathered(laws, [np.tensordot(case.weight, load.force.sum(axis=2), 1) for load in level]))
+        largest.append(_gathered(laws, [np.nanmax(load.per_length, axis=(0, 2, 3)) for load in level]))
+        least = [np.where(load.whole, load.per_length, np.inf).min(axis=(0, 2, 3)) for load in level]
+        smallest.append(_gathered(laws, least))
     slice_load = np.array(mean)
-    span = gathered([np.full(len(law.meshes), law.pair.plane.width / law.pair.slices) for law in laws])
+    span = _gathered(laws, [np.full(len(law.meshes), law.pair.plane.width / law.pair.slices) for law in laws])
     with np.errstate(invalid="ignore", divide="ignore"):
         factor = np.where(loaded, largest_part_mean(slice_load) / slice_load.mean(axis=2), np.nan)
     return {
@@ -521,19 +486,17 @@ def _face_columns(
         "face_load_factor": (("torque_factor", "mesh"), factor),
         "largest_load_per_length": (("torque_factor", "mesh"), np.array(largest)),
         "smallest_load_per_length": (("torque_factor", "mesh"), np.array(smallest)),
-        "flank_load_per_length": (
-            ("mesh", "width", "flank_place"),
-            gathered([_flank_maps(one) for one in loads[operating]]),
-        ),
     }
 
 
 def _root_columns(laws: Sequence[MeshFaceLaw], loads: Sequence[Sequence[FaceLoad]]) -> dict[str, Any]:
     """Largest stresses in the tooth roots of both gears of every mesh [Pa]; loads : at each torque, by law."""
-    found = largest_root_stresses(laws, loads)
     over = ("torque_factor", "mesh", "mesh_gear")
     names = ("largest_root_stress", "lowest_root_stress")
-    return {name: (over, _gathered(laws, [one[i] for one in found]).transpose(1, 0, 2)) for i, name in enumerate(names)}
+    stresses = zip(*largest_root_stresses(laws, loads), strict=True)
+    return {
+        name: (over, _gathered(laws, of_laws).transpose(1, 0, 2)) for name, of_laws in zip(names, stresses, strict=True)
+    }
 
 
 def _flank_maps(load: FaceLoad) -> Array:
@@ -562,20 +525,18 @@ def _motion_columns(case: _Case, state: ContactEquilibrium) -> dict[str, Any]:
     }
 
 
-def _warnings(train: Train, case: _Case, laws: Sequence[MeshFaceLaw], force: Array) -> list[CodedText]:
+def _warnings(train: Train, case: _Case, force: Array) -> list[CodedText]:
     """Warnings of train, teeth and record, and the meshes that open; force : (w, T) of the meshes [N]."""
     system = case.system
-    messages = [text for law in laws for text in tooth_warnings(law.pair, train.meshes[law.meshes[0]])]
+    messages = [text for law in case.laws for text in tooth_warnings(law.pair, train.meshes[law.meshes[0]])]
     loaded = _loaded(system, force[None])[0]
     parted = (force <= _OPEN_RATIO * force.max(initial=0.0)).any(axis=1) & loaded
     messages += idle_warnings(faces(system.meshes).name, loaded, "load factor")
-    names = [name for name, lost in zip(faces(system.meshes).name, parted, strict=True) if lost]
-    if names:
+    if names := [name for name, lost in zip(faces(system.meshes).name, parted, strict=True) if lost]:
         messages.append(coded("contact-lost", f"meshes open at some instants: {', '.join(names)}"))
     if system.laws.memory.any():
-        messages.append(
-            coded("friction-without-history", "friction of splines has no history here: they follow their first pull")
-        )
+        text = "friction of splines has no history here: they follow their first pull"
+        messages.append(coded("friction-without-history", text))
     return [
         # the flanks count here: teeth in contact replace the stiffness of the train
         *(text for text in system.warnings if code_of(text) != "flank-without-effect"),

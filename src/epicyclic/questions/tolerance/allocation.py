@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, cast
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
-Progress = Callable[[float], None] | None
+Report = Callable[[float], None]
 Columns = dict[str, tuple[Any, Any]]
 
 # parts of combinations that a search by sums tries at most: some ten seconds
@@ -69,7 +69,10 @@ _FRONT, _MOST_FRONT = 60, 2_000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Problem:
-    """Grades on offer, and the samples that tell combinations apart; columns where they are linear."""
+    """Grades on offer, and the samples that tell combinations apart.
+
+    names : paths of the entries with grades.  finest, coarsest : combinations.
+    """
 
     train: Train
     drawn: ToleranceMap
@@ -80,7 +83,12 @@ class _Problem:
 
     @property
     def names(self) -> list[str]:
-        return [self.drawn.entries[place].path for place in self.offered.entry]
+        return [self.drawn.entries[index].path for index in self.offered.entry]
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """`[tolerance]` of the document, with full paths."""
+        return dict(cast(Mapping[str, Any], self.train.document["tolerance"]))
 
     @property
     def finest(self) -> Combination:
@@ -102,7 +110,7 @@ def allocate(
     seed: int = 1,
     method: ContactMethod = "auto",
     fresh_samples: int = 131_072,
-    progress: Progress = None,
+    progress: Report | None = None,
 ) -> xr.Dataset:
     """Cheapest grades of ``[tolerance.cost]`` with which K_gamma stays at or below a target with a probability.
 
@@ -126,19 +134,21 @@ def allocate(
     """
     train = train_of(source, overrides=overrides)
     _check_options(target, probability, definition, samples)
-    offered_at = costs_of(train)
+    costs = costs_of(train)
     drawn = tolerance_map(train)
-    offered = _offered(drawn, offered_at)
+    offered = _offered(drawn, costs)
+    report = progress or (lambda done: None)
     with one_thread():
-        given = SampledGrades.of(drawn, offered, samples=samples, seed=seed, definition=definition, method=method)
+        common = SampledGrades.of(drawn, offered, samples=samples, seed=seed, definition=definition, method=method)
         problem = _Problem(
-            train=train, drawn=drawn, offered=offered, sampled=given, target=target, probability=probability
+            train=train, drawn=drawn, offered=offered, sampled=common, target=target, probability=probability
         )
-        _report(progress, 0.1)
+        report(0.1)
         columns = _columns(problem)
-        _report(progress, 0.5)
-        found = _verified(problem, columns, fresh_samples, seed + 1, progress)
-        variables, messages = _described(problem, found)
+        report(0.5)
+        found = _verified(problem, columns, fresh_samples, seed + 1, report)
+        variables = _variables(problem, found)
+        messages = _messages(problem, found)
     result = dataset(
         variables,
         {"tolerance": problem.names},
@@ -153,14 +163,14 @@ def allocate(
     result.attrs |= {
         "probability": probability,
         "definition": definition,
-        "samples": len(given.uniform),
+        "samples": len(common.uniform),
         "seed": seed,
         "fresh_samples": found.fresh_samples,
         "fresh_seed": seed + 1,
         "confidence": CONFIDENCE,
         "proof": found.choice.proof,
         "tried": found.choice.tried,
-        "linear": int(found.columns is not None),
+        "linear": int(isinstance(found.grades, GradeColumns)),
         "allocated_model": json.dumps(dict(found.train.document), default=str),
     }
     return result
@@ -173,7 +183,7 @@ def allocated_model(result: xr.Dataset) -> str:
     return model_text(json.loads(str(result.attrs["allocated_model"])))
 
 
-# statement of the problem --------------------------------------------------------------------------------------------
+# statement of the problem ---------------------------------------------------------------------------------------------
 
 
 def _check_options(target: float, probability: float, definition: str, samples: int) -> None:
@@ -192,15 +202,12 @@ def _check_options(target: float, probability: float, definition: str, samples: 
 
 def _offered(drawn: ToleranceMap, costs: dict[str, Any]) -> GradeSet:
     """Grades of the entries that have prices, the finest first."""
-    places = [place for place, entry in enumerate(drawn.entries) if costs.get(entry.path)]
-    if not places:
+    priced = {index: costs[entry.path] for index, entry in enumerate(drawn.entries) if costs.get(entry.path)}
+    if not priced:
         allowed = '"PATH" = { "GRADE" = price, ... } of paths of [tolerance]'
         raise ModelError("no prices are given", path="tolerance.cost", allowed=allowed)
-    rows = [
-        tuple(sorted(costs[drawn.entries[place].path], key=lambda one: (one.distribution.std, one.price)))
-        for place in places
-    ]
-    return GradeSet(entry=tuple(places), grades=tuple(rows))
+    rows = [tuple(sorted(row, key=lambda grade: (grade.distribution.std, grade.price))) for row in priced.values()]
+    return GradeSet(entry=tuple(priced), grades=tuple(rows))
 
 
 def _columns(problem: _Problem) -> GradeColumns | None:
@@ -216,16 +223,18 @@ def _columns(problem: _Problem) -> GradeColumns | None:
     return columns if off <= _ROUNDING else None
 
 
-# search and its verification -----------------------------------------------------------------------------------------
+# search and its verification ------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Found:
-    """Grades found.  searched : target of the search that found them.  reached, train : of the fresh run."""
+class _Verified(NamedTuple):
+    """Grades found.  searched : target of the search that found them.  reached, train : of the fresh run.
+
+    grades : columns where K_gamma is linear, else the samples, by which they were found.
+    """
 
     choice: Allocation
     combination: Combination
-    columns: GradeColumns | None
+    grades: GradeColumns | SampledGrades
     searched: float
     reached: Band
     train: Train
@@ -233,31 +242,23 @@ class _Found:
 
 
 def _verified(
-    problem: _Problem, columns: GradeColumns | None, fresh_samples: int, seed: int, progress: Progress
-) -> _Found:
+    problem: _Problem, columns: GradeColumns | None, fresh_samples: int, seed: int, report: Report
+) -> _Verified:
     """Grades whose K_gamma a run with another seed confirms; the target of the search is lowered by what it misses."""
     first: Allocation | None = None
-    found: _Found | None = None
+    found: _Verified | None = None
     searched = problem.target
     for round_number in range(_ROUNDS):
-        choice, used = _searched(problem, columns, searched)
+        choice, grades = _searched(problem, columns, searched)
         if choice.combination is None:
             break
         first = first or choice
         train = _with_grades(problem, choice.combination)
         reached, count = _fresh(problem, train, fresh_samples, seed)
         # the bound is that of the target asked for: a lower target costs at least as much
-        kept = choice if choice is first else replace(choice, bound=first.bound, proof=first.proof)
-        found = _Found(
-            choice=kept,
-            combination=choice.combination,
-            columns=used,
-            searched=searched,
-            reached=reached,
-            train=train,
-            fresh_samples=count,
-        )
-        _report(progress, 0.6 + 0.4 * (round_number + 1) / _ROUNDS)
+        kept = choice if choice is first else choice._replace(bound=first.bound, proof=first.proof)
+        found = _Verified(kept, choice.combination, grades, searched, reached, train, count)
+        report(0.6 + 0.4 * (round_number + 1) / _ROUNDS)
         missed = float(reached.value.item()) - problem.target
         if missed <= 0:
             break
@@ -267,40 +268,38 @@ def _verified(
     return found
 
 
-def _searched(problem: _Problem, columns: GradeColumns | None, target: float) -> tuple[Allocation, GradeColumns | None]:
+def _searched(
+    problem: _Problem, columns: GradeColumns | None, target: float
+) -> tuple[Allocation, GradeColumns | SampledGrades]:
     """Grades by sums of columns; by evaluation where there are none, or where contact opens and that changes them."""
     prices, p = problem.offered.prices, problem.probability
     if columns is not None:
         choice = allocate_grades(columns, prices, target, p, most=_MOST_SUMS, most_proof=_MOST_SUMS)
         # teeth that only push carry less than a sum of columns that pull elsewhere: a sum alone refuses nothing
-        found = choice.combination
-        if problem.sampled.meets(found or problem.finest, target, p) == (found is not None):
+        met = problem.sampled.meets(choice.combination or problem.finest, target, p)
+        if met == (choice.combination is not None):
             return choice, columns
-    return allocate_grades(problem.sampled, prices, target, p, most=_MOST_EVALUATED), None
+    return allocate_grades(problem.sampled, prices, target, p, most=_MOST_EVALUATED), problem.sampled
 
 
 def _with_grades(problem: _Problem, combination: Combination) -> Train:
     """The train whose ``[tolerance]`` has the grades of a combination."""
-    table = _table(problem)
+    table = problem.table
     for name, row, grade in zip(problem.names, problem.offered.grades, combination, strict=True):
         stated, text = table[name], row[grade].text
-        if isinstance(stated, dict):
-            stated = {**stated, "own" if "own" in stated else "common": text}
-        table[name] = stated if isinstance(stated, dict) else text
+        table[name] = {**stated, _drawn_of(stated): text} if isinstance(stated, dict) else text
     return load({**problem.train.document, "tolerance": table})
 
 
-def _table(problem: _Problem) -> dict[str, Any]:
-    """`[tolerance]` of the document, with full paths."""
-    return dict(cast(Mapping[str, Any], problem.train.document["tolerance"]))
+def _drawn_of(stated: Mapping[str, Any]) -> str:
+    """Which draw of an entry has grades: its own one, its common one where it has no other."""
+    return "own" if "own" in stated else "common"
 
 
 def _fresh(problem: _Problem, train: Train, samples: int, seed: int) -> tuple[Band, int]:
     """Quantile of K_gamma of the train with its band, of a run with a seed of its own, and its number of samples."""
     drawn, plan = tolerance_map(train), sampling_plan(samples, seed=seed)
-    pieces = (
-        (piece, piece_of_samples(drawn, plan, problem.sampled.method, False, piece)) for piece in range(plan.pieces)
-    )
+    pieces = (piece_of_samples(drawn, plan, problem.sampled.method, False, piece) for piece in range(plan.pieces))
     tally, _ = sampled(drawn, plan, pieces)
     bands = tally.quantile_bands(np.array([problem.probability]))
     at = MEAN_LOADS.index(problem.sampled.definition), len(drawn.pair)
@@ -312,9 +311,10 @@ def _out_of_reach(problem: _Problem, columns: GradeColumns | None) -> ModelError
     prices, p, at = problem.offered.prices, problem.probability, problem.finest
     exact = problem.sampled.value(at, p)
     closed = columns is not None and abs(columns.value(at, p) - exact) <= _ROUNDING
-    grades: Grades = columns if columns is not None and closed else problem.sampled
+    grades = columns if columns is not None and closed else problem.sampled
     while True:  # single changes downhill: the finest grades where finer is better
-        _, lowest = min((grades.value(one, p), one) for _, _, one in [(0, 0, at), *neighbours(prices, at)])
+        changed = [combination for _, _, combination in neighbours(prices, at)]
+        _, lowest = min((grades.value(combination, p), combination) for combination in [at, *changed])
         if lowest == at:
             break
         at = lowest
@@ -333,17 +333,22 @@ def _out_of_reach(problem: _Problem, columns: GradeColumns | None) -> ModelError
     )
 
 
-# result --------------------------------------------------------------------------------------------------------------
+# result ---------------------------------------------------------------------------------------------------------------
 
 
-def _described(problem: _Problem, found: _Found) -> tuple[Columns, list[CodedText]]:
-    """Variables of the result and its warnings."""
-    grades: Grades = found.columns or problem.sampled
-    prices, p, at = problem.offered.prices, problem.probability, found.combination
+def _variables(problem: _Problem, found: _Verified) -> Columns:
+    """Variables of the result."""
+    prices, p, at, grades = problem.offered.prices, problem.probability, found.combination, found.grades
     texts = [[grade.text for grade in row] for row in problem.offered.grades]
-    stated = [_stated(problem, name) for name in problem.names]
-    places = [row.index(text) if text in row else -1 for row, text in zip(texts, stated, strict=True)]
-    paid = [row[place] if place >= 0 else math.nan for row, place in zip(prices, places, strict=True)]
+    entries = [problem.table[name] for name in problem.names]
+    stated = [str(entry[_drawn_of(entry)] if isinstance(entry, dict) else entry) for entry in entries]
+    paid = [
+        row[grades_of.index(text)] if text in grades_of else math.nan
+        for row, grades_of, text in zip(prices, texts, stated, strict=True)
+    ]
+    # of the drawing as it is, on the samples of the search
+    definition, common = MEAN_LOADS.index(problem.sampled.definition), problem.sampled
+    as_drawn = problem.drawn.evaluate(common.uniform, method=common.method).k[:, definition].max(axis=1)
     variables: Columns = {
         "drawn_grade": ("tolerance", np.array(stated, dtype=object)),
         "drawn_grade_price": ("tolerance", np.array(paid)),
@@ -354,28 +359,15 @@ def _described(problem: _Problem, found: _Found) -> tuple[Columns, list[CodedTex
         "total_price": ((), found.choice.price),
         "price_bound": ((), found.choice.bound),
         "drawn_price": ((), math.fsum(paid)),
-        "drawn_k_gamma": ((), _drawn_value(problem)),
+        "drawn_k_gamma": ((), order_statistic(np.nan_to_num(as_drawn, nan=np.inf), p)),
         "found_k_gamma": ((), grades.value(at, p)),
         "reached_k_gamma": ((), float(found.reached.value.item())),
         "reached_k_gamma_low": ((), float(found.reached.low.item())),
         "reached_k_gamma_high": ((), float(found.reached.high.item())),
     }
-    if found.columns is not None:
-        variables |= _front(problem, found.columns)
-    return variables, _messages(problem, found, grades)
-
-
-def _stated(problem: _Problem, name: str) -> str:
-    """Text of the entry in the file, of its own draw where it has one."""
-    stated = _table(problem)[name]
-    return str(stated.get("own", stated.get("common")) if isinstance(stated, dict) else stated)
-
-
-def _drawn_value(problem: _Problem) -> float:
-    """K_gamma of the drawing as it is, on the samples of the search."""
-    given = problem.sampled
-    found = problem.drawn.evaluate(given.uniform, method=given.method).k[:, MEAN_LOADS.index(given.definition)]
-    return order_statistic(np.nan_to_num(found.max(axis=1), nan=np.inf), problem.probability)
+    if isinstance(grades, GradeColumns):
+        variables |= _front(problem, grades)
+    return variables
 
 
 def _steps(problem: _Problem, grades: Grades, at: Combination, texts: Sequence[Sequence[str]]) -> Columns:
@@ -404,7 +396,7 @@ def _front(problem: _Problem, columns: GradeColumns) -> Columns:
     Each target lies just below what the grades of the last one reach, so that none is left out but for small steps.
     """
     prices, p = problem.offered.prices, problem.probability
-    ends = [columns.value(one, p) for one in (problem.finest, problem.coarsest)]
+    ends = [columns.value(combination, p) for combination in (problem.finest, problem.coarsest)]
     target, points = max(ends), list[tuple[float, float]]()
     while (choice := allocate_grades(columns, prices, target, p, most=_MOST_FRONT)).combination is not None:
         reached = columns.value(choice.combination, p)
@@ -414,53 +406,31 @@ def _front(problem: _Problem, columns: GradeColumns) -> Columns:
     return {"front_price": ("front", price), "front_k_gamma": ("front", factor)}
 
 
-def _messages(problem: _Problem, found: _Found, grades: Grades) -> list[CodedText]:
+def _messages(problem: _Problem, found: _Verified) -> list[CodedText]:
     """What the user should know: no proof, grades that are not monotone, contact that opens, a target not confirmed."""
     prices, p = problem.offered.prices, problem.probability
     messages = []
-    compared, failed = not_monotone(grades, prices, (problem.finest, found.combination, problem.coarsest), p)
+    compared, failed = not_monotone(found.grades, prices, (problem.finest, found.combination, problem.coarsest), p)
     for entry, grade, _ in failed[:1]:
         words = f"{problem.offered.grades[entry][grade].text} of {problem.names[entry]}"
-        messages.append(
-            coded(
-                "grades-not-monotone",
-                f"in {len(failed)} of {compared} comparisons a finer grade has the larger K_gamma, first {words}",
-            )
-        )
+        text = f"in {len(failed)} of {compared} comparisons a finer grade has the larger K_gamma, first {words}"
+        messages.append(coded("grades-not-monotone", text))
     if found.choice.proof == "open":
-        messages.append(
-            coded(
-                "search-stopped", f"the search ended after {found.choice.tried} combinations: a cheaper one may be left"
-            )
-        )
-    if found.columns is not None:
-        off = differing(found.columns, problem.sampled, problem.coarsest, problem.target)
+        text = f"the search ended after {found.choice.tried} combinations: a cheaper one may be left"
+        messages.append(coded("search-stopped", text))
+    if isinstance(found.grades, GradeColumns):
+        off = differing(found.grades, problem.sampled, problem.coarsest, problem.target)
         if off:
-            messages.append(
-                coded(
-                    "bound-of-closed-contact",
-                    f"contact opens at the coarsest grades: {off} of {len(problem.sampled.uniform)} samples lie on the "
-                    "other side of the target then; the bound is that of closed contact",
-                )
+            text = (
+                f"contact opens at the coarsest grades: {off} of {len(problem.sampled.uniform)} samples lie on the "
+                "other side of the target then; the bound is that of closed contact"
             )
+            messages.append(coded("bound-of-closed-contact", text))
     reached = float(found.reached.value.item())
     if reached > problem.target:
-        messages.append(
-            coded(
-                "target-missed",
-                f"the fresh run reaches {reached:.5g}, above the target {problem.target:g}: no margin is left",
-            )
-        )
+        text = f"the fresh run reaches {reached:.5g}, above the target {problem.target:g}: no margin is left"
+        messages.append(coded("target-missed", text))
     elif found.searched < problem.target:
-        messages.append(
-            coded(
-                "target-tightened",
-                f"searched with a target of {found.searched:.5g}, so that the fresh run meets that asked for",
-            )
-        )
+        text = f"searched with a target of {found.searched:.5g}, so that the fresh run meets that asked for"
+        messages.append(coded("target-tightened", text))
     return messages
-
-
-def _report(progress: Progress, done: float) -> None:
-    if progress is not None:
-        progress(done)

@@ -1,14 +1,11 @@
-"""What sampling, statistics, shares and curves ask of a map from uniforms to load factors.
-
-Tolerances of a train as a map from uniform numbers to load sharing: every draw moves columns of one load map.
-"""
+"""Tolerances of a train as a map from uniform numbers to load sharing: every draw moves columns of one load map."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,97 +25,15 @@ from ...train.train import Train
 from ...warning_codes import CodedText
 from .sources import (
     Kind,
-    Shift,
     Source,
     drawn_paths,
+    mean_of,
     shift_of,
     sources_of,
     unit_deviations,
     unit_overrides,
     values_text,
 )
-
-if TYPE_CHECKING:
-    from ...document.correlation import Correlations
-    from ...document.tolerances import Tolerance
-
-
-class SampledValues(Protocol):
-    """Values of S samples: D definitions (`MEAN_LOADS`), g groups (pair and side), w meshes; nan of failed ones."""
-
-    @property
-    def k(self) -> Array:
-        """Load factor of every group, (S, D, g) [1]."""
-
-    @property
-    def load(self) -> Array:
-        """N F_i / sum F of every mesh, (S, D, w) [1]."""
-
-    @property
-    def least(self) -> Array:
-        """Least force of every mesh, (S, w) [N]."""
-
-    @property
-    def open(self) -> NDArray[np.bool_]:
-        """Whether contact opens or a link plays, (S,)."""
-
-    @property
-    def failed(self) -> NDArray[np.bool_]:
-        """Whether there is no solution, (S,)."""
-
-
-class SampleMap(Protocol):
-    """A map from uniforms to load factors: E drawing entries, d uniforms."""
-
-    @property
-    def entries(self) -> tuple[Tolerance, ...]:
-        """Drawing entries, (E,)."""
-
-    @property
-    def dimension_entry(self) -> NDArray[np.int64]:
-        """Entry of every uniform, (d,)."""
-
-    @property
-    def mesh(self) -> tuple[str, ...]:
-        """Names of the whole meshes, (w,)."""
-
-    @property
-    def pair(self) -> tuple[str, ...]:
-        """Names of the groups, pair and side, (g,)."""
-
-    @property
-    def correlations(self) -> tuple[Correlations, ...]:
-        """Groups of entries whose draws are correlated."""
-
-    @property
-    def lawful(self) -> bool:
-        """Whether links follow laws, each sample of which takes an equilibrium at every phase."""
-
-    @property
-    def unmoved(self) -> Collection[str]:
-        """Paths of entries that move no column; `warnings` say why."""
-
-    @property
-    def warnings(self) -> tuple[CodedText, ...]:
-        """What the user should know of the map."""
-
-    def evaluate(
-        self,
-        u: Array,
-        *,
-        scale: Array | None = None,
-        torque: float = 1.0,
-        method: ContactMethod = "auto",
-        dense: bool = False,
-    ) -> SampledValues:
-        """Values of (S, d) uniforms; scale : (E,) factors on the spreads.  torque : factor on the load.
-
-        dense : open contact at many slow phases.
-        """
-
-    def overrides(self, u_row: Array, *, scale: Array | None = None) -> Mapping[str, object]:
-        """What makes a model file that sample."""
-
 
 SAMPLES = 2**13
 """Samples that are worked on at once: products of one shape have the same bits whatever else is evaluated."""
@@ -127,8 +42,7 @@ SAMPLES = 2**13
 _LEAST_SAMPLES = 2**8
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SampleValues:
+class SampleValues(NamedTuple):
     """Load sharing of S samples, definitions D "mean-load" and "mean-load-turning".
 
     k : (S, D, g) coefficient of every group [1].  load : (S, D, w) N F_i / sum F of each mesh [1].
@@ -198,7 +112,8 @@ class ToleranceMap:
     @property
     def unmoved(self) -> frozenset[str]:
         """Paths of entries that move no column; `warnings` say why."""
-        return frozenset(self.entries[i].path for one in self.sources if not one.effect for i in one.entry.values())
+        idle = [source for source in self.sources if not source.effect]
+        return frozenset(self.entries[i].path for source in idle for i in source.entry.values())
 
     def evaluate(
         self,
@@ -227,29 +142,25 @@ class ToleranceMap:
         if not ((uniform > 0) & (uniform < 1)).all():
             raise ModelError("no uniform numbers", path="u", allowed="above 0 and below 1")
         factors = self._scale(scale)
+        if not len(uniform):
+            g, w, no = len(self.group), len(self.mesh), np.zeros(0, bool)
+            return SampleValues(np.zeros((0, 2, g)), np.zeros((0, 2, w)), np.zeros((0, w)), no, no)
         pieces = [
             self._piece(uniform[first : first + SAMPLES], factors, torque, method, dense)
             for first in range(0, len(uniform), SAMPLES)
         ]
-        names = ("k", "load", "least", "open", "failed")
-        g, w = len(self.group), len(self.mesh)
-        empty = {"k": (0, 2, g), "load": (0, 2, w), "least": (0, w), "open": (0,), "failed": (0,)}
-        if not pieces:
-            return SampleValues(
-                **{name: np.zeros(shape, bool if len(shape) == 1 else float) for name, shape in empty.items()}
-            )
-        return SampleValues(**{name: np.concatenate([getattr(piece, name) for piece in pieces]) for name in names})
+        return SampleValues(*(np.concatenate(values) for values in zip(*pieces, strict=True)))
 
     def overrides(self, u_row: ArrayLike, *, scale: ArrayLike | None = None) -> dict[str, object]:
         """Overrides with which `load` resolves the train of one sample; u_row : (d,)."""
         drawn = self._draws(np.asarray(u_row, float)[None], self._scale(scale))
-        found: dict[str, object] = {}
+        overrides: dict[str, object] = {}
         for source in self.sources:
-            found |= source.overrides({name: drawn[entry] for name, entry in source.entry.items()})
-        for place in dict.fromkeys(one.entry for one in self.moved):
-            own = self.entries[place]
-            found[own.path] = values_text(drawn[place][0].real.tolist(), own.unit)
-        return found
+            overrides |= source.overrides({name: drawn[entry] for name, entry in source.entry.items()})
+        for index in dict.fromkeys(number.entry for number in self.moved):
+            entry = self.entries[index]
+            overrides[entry.path] = values_text(drawn[index][0].real.tolist(), entry.unit)
+        return overrides
 
     def with_entries(self, entries: Sequence[Tolerance]) -> ToleranceMap:
         """The same map with other distributions of the same paths; no structure is built anew.
@@ -259,10 +170,10 @@ class ToleranceMap:
         ModelError : another path, or another number of uniform numbers.
         """
         new = tuple(entries)
-        if [one.path for one in new] != [one.path for one in self.entries]:
-            raise ModelError("other paths", path="entries", allowed=", ".join(one.path for one in self.entries))
-        places = _dimensions(new)
-        if not np.array_equal(places, self.dimension_entry):
+        paths = [entry.path for entry in self.entries]
+        if [entry.path for entry in new] != paths:
+            raise ModelError("other paths", path="entries", allowed=", ".join(paths))
+        if not np.array_equal(_dimensions(new), self.dimension_entry):
             raise ModelError("draws of another dimension", path="entries", allowed="a number for a number")
         return replace(self, entries=new)
 
@@ -277,7 +188,7 @@ class ToleranceMap:
 
     def _draws(self, u: Array, scale: Sequence[float]) -> list[NDArray[np.inexact]]:
         """Draws (S, count) of every entry [SI]."""
-        found: list[NDArray[np.inexact]] = []
+        draws: list[NDArray[np.inexact]] = []
         at = 0
         first = {entry.path: int(np.searchsorted(self.dimension_entry, i)) for i, entry in enumerate(self.entries)}
         for correlation in self.correlations:
@@ -286,16 +197,15 @@ class ToleranceMap:
             value: NDArray[np.inexact] = np.zeros((len(u), 1))
             if entry.own is not None:
                 own, size = entry.own.scaled(factor), entry.own.dimensions
-                part = u[:, at : at + entry.count * size].reshape(len(u), entry.count, size)
-                drawn = own.quantile(part)
+                drawn = own.quantile(u[:, at : at + entry.count * size].reshape(len(u), entry.count, size))
                 value = np.abs(drawn) if entry.phase == "marked" else drawn
                 at += entry.count * size
             if entry.common is not None:
                 common, size = entry.common.scaled(factor), entry.common.dimensions
                 value = value + common.quantile(u[:, None, at : at + size])
                 at += size
-            found.append(value)
-        return found
+            draws.append(value)
+        return draws
 
     def factors(self, u: Array, scale: Sequence[float], torque: float = 1.0) -> tuple[Array, Array]:
         """Factors (S, C) on the columns of the map, and stiffness (S, V) of its rows that vary [N/m].
@@ -311,11 +221,11 @@ class ToleranceMap:
         factors = np.zeros((len(u), len(self.load_map.stretch.column)))
         factors[:, : self.column.size] = sizes[:, self.column]
         stiffness = np.tile(self.load_map.flexible.stiffness[self.rows], (len(u), 1))
-        for one in self.moved:
-            change = drawn[one.entry][:, one.planet].real - one.mean
-            stiffness += np.multiply.outer(change, one.slope)
-            if one.column >= 0:
-                factors[:, one.column] = torque * change
+        for number in self.moved:
+            change = drawn[number.entry][:, number.planet].real - number.mean
+            stiffness += np.multiply.outer(change, number.slope)
+            if number.column >= 0:
+                factors[:, number.column] = torque * change
         return factors, stiffness
 
     def _piece(
@@ -326,7 +236,7 @@ class ToleranceMap:
         size = max(_LEAST_SAMPLES, 1 << (S - 1).bit_length())
         full = u if S == size else np.concatenate([u, np.broadcast_to(u[-1:], (size - S, u.shape[1]))])
         factors, stiffness = self.factors(full, scale, torque)
-        found = sample_loads(
+        loads = sample_loads(
             self.load_map,
             factors,
             torque=torque,
@@ -337,26 +247,23 @@ class ToleranceMap:
             laws=self.tables if method == "static" and self.tables is not None else self.laws,
             dense=dense,
         )
-        k = found.k[:, :, self.chosen]
+        k = loads.k[:, :, self.chosen]
         # without load, or with a load of the other sense, nothing is shared
-        failed = found.failed | ~np.isfinite(k).all(axis=(1, 2))
+        failed = loads.failed | ~np.isfinite(k).all(axis=(1, 2))
         return SampleValues(
             k=np.where(failed[:, None, None], np.nan, k),
-            load=np.where(failed[:, None, None], np.nan, found.load),
-            least=np.where(failed[:, None], np.nan, found.least),
-            open=found.open,
+            load=np.where(failed[:, None, None], np.nan, loads.load),
+            least=np.where(failed[:, None], np.nan, loads.least),
+            open=loads.open,
             failed=failed,
         )
 
 
 def _dimensions(entries: Sequence[Tolerance]) -> NDArray[np.int64]:
     """Entry of every uniform number, (d,): all own draws of an entry, then its common one."""
-    counts = [
-        (0 if one.own is None else one.count * one.own.dimensions)
-        + (0 if one.common is None else one.common.dimensions)
-        for one in entries
-    ]
-    return np.repeat(np.arange(len(entries)), counts)
+    own = [0 if entry.own is None else entry.count * entry.own.dimensions for entry in entries]
+    common = [0 if entry.common is None else entry.common.dimensions for entry in entries]
+    return np.repeat(np.arange(len(entries)), np.add(own, common))
 
 
 def tolerance_map(train: Train) -> ToleranceMap:
@@ -375,63 +282,64 @@ def tolerance_map(train: Train) -> ToleranceMap:
         raise ModelError("no tolerance is given", path="tolerance", allowed='"PATH" = "normal(mean, deviation)"')
     tables: dict[str, tuple[Kind, list[str]]] = {}
     of_table: dict[str, dict[str, int]] = {}
-    moved: list[tuple[int, int]] = []
-    for place, entry in enumerate(entries):
+    numbers: list[tuple[int, int]] = []  # entry and planet of each torque and stiffness
+    for index, entry in enumerate(entries):
         if not entry.path.startswith("deviations."):
-            moved += [(place, planet) for planet in range(entry.count)]
+            numbers += [(index, planet) for planet in range(entry.count)]
             continue
         table, component, kind = drawn_paths(entry.path, vector=entry.vector)
         tables.setdefault(table, (kind, []))[1].append(component)
-        of_table.setdefault(table, {})[component] = place
-    at_means: dict[str, object] = {
-        entries[place].path: values_text([_mean(entries[place])], entries[place].unit) for place, _ in moved
-    }
+        of_table.setdefault(table, {})[component] = index
+    drawn = [entries[index] for index, _ in numbers]
+    at_means: dict[str, object] = {entry.path: values_text([mean_of(entry)], entry.unit) for entry in drawn}
     unit_train = load(document, {**at_means, **unit_overrides(tables, document)})
     items, keys = unit_deviations(unit_train, tables)
     names = list(dict.fromkeys(keys))
     sources, notes = sources_of(document, tables, of_table, entries, names)
     bare = replace(
         unit_train,
-        displacements=tuple(one for one in unit_train.displacements if one.path not in tables),
-        mesh_errors=tuple(one for one in unit_train.mesh_errors if one.path not in tables),
+        displacements=tuple(item for item in unit_train.displacements if item.path not in tables),
+        mesh_errors=tuple(error for error in unit_train.mesh_errors if error.path not in tables),
     )
     exact = assemble(bare)
     base = linear(exact)
-    shifts = [shift_of(document, at_means, entries[place], planet) for place, planet in moved]
+    shifts = [shift_of(document, at_means, entries[index], planet) for index, planet in numbers]
     links = np.flatnonzero(np.any([shift.link for shift in shifts], axis=0)) if shifts else np.zeros(0, np.int64)
     meshes = np.flatnonzero(np.any([shift.mesh for shift in shifts], axis=0)) if shifts else np.zeros(0, np.int64)
-    columns = [
-        *unit_lines(unit_train, items),
-        *(_torque_line(exact, shift.force) for shift in shifts if shift.force.any()),
-    ]
-    made = load_map(base, linear_columns(exact, columns), links=links)
-    loaded = np.flatnonzero(nominal_signs(made)[1])
+    torques = [shift.force for shift in shifts if shift.force.any()]
+    columns = [*unit_lines(unit_train, items), *(_torque_line(exact, force) for force in torques)]
+    base_map = load_map(base, linear_columns(exact, columns), links=links)
+    loaded = np.flatnonzero(nominal_signs(base_map)[1])
     if not loaded.size:
-        allowed = "a torque"
-        raise ModelError("load sharing needs a load, and no mesh carries any", path="operation.torque", allowed=allowed)
-    place_of = {key: i for i, key in enumerate(names)}
+        problem = "load sharing needs a load, and no mesh carries any"
+        raise ModelError(problem, path="operation.torque", allowed="a torque")
+    torque_columns = iter(range(len(keys), len(columns)))
     return ToleranceMap(
         entries=entries,
         dimension_entry=_dimensions(entries),
-        mesh=made.face.name,
-        pair=tuple(made.pair[i] for i in loaded),
-        group=tuple(made.group[i] for i in loaded),
+        mesh=base_map.face.name,
+        pair=tuple(base_map.pair[i] for i in loaded),
+        group=tuple(base_map.group[i] for i in loaded),
         warnings=(*base.warnings, *notes),
         sources=tuple(sources),
         correlations=correlations_of(train),
-        moved=tuple(_moved(moved, shifts, meshes, links, len(keys))),
-        column=np.array([place_of[key] for key in keys], np.int64),
-        rows=np.concatenate([meshes, made.mesh_count + made.far.size + np.arange(links.size)]).astype(np.int64),
-        load_map=made,
+        moved=tuple(
+            Moved(
+                entry=index,
+                planet=planet,
+                mean=shift.mean,
+                slope=np.concatenate([shift.mesh[meshes], shift.link[links]]),
+                column=next(torque_columns) if shift.force.any() else -1,
+            )
+            for (index, planet), shift in zip(numbers, shifts, strict=True)
+        ),
+        column=np.array([names.index(key) for key in keys], np.int64),
+        rows=np.concatenate([meshes, base_map.mesh_count + base_map.far.size + np.arange(links.size)]).astype(np.int64),
+        load_map=base_map,
         chosen=loaded,
         laws=law_map(exact, columns) if exact.groups else None,
         tables=law_map(exact, columns, tables=True) if exact.meshes.laws else None,
     )
-
-
-def _mean(entry: Tolerance) -> float:
-    """Mean of the number of an entry [SI]."""
-    return sum(float(one.mean.real) for one in (entry.own, entry.common) if one is not None)
 
 
 def _torque_line(system: System, force: Array) -> Line:
@@ -444,23 +352,3 @@ def _torque_line(system: System, force: Array) -> Line:
         link_gap=np.zeros(len(system.links.name), complex),
         force=loads,
     )
-
-
-def _moved(
-    places: Sequence[tuple[int, int]],
-    shifts: Sequence[Shift],
-    meshes: NDArray[np.int64],
-    links: NDArray[np.int64],
-    column: int,
-) -> Iterator[Moved]:
-    """What the numbers of entries move; column : of the first torque among those of the map."""
-    for (place, planet), shift in zip(places, shifts, strict=True):
-        torque = bool(shift.force.any())
-        yield Moved(
-            entry=place,
-            planet=planet,
-            mean=shift.mean,
-            slope=np.concatenate([shift.mesh[meshes], shift.link[links]]),
-            column=column if torque else -1,
-        )
-        column += torque

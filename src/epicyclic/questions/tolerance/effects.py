@@ -1,22 +1,23 @@
-"""K_gamma of the train over one thing at a time: spread of a tolerance, torque, support stiffness, number of planets.
+"""What buys what: variance shares of K_gamma, and its quantiles over one thing at a time.
 
-All points take the same uniforms (common random numbers), so that differences of quantiles are those of the drawing and
-not of the draw.  Values are those of the first definition.
-
-What buys what: variance shares, slopes and curves of one study, on so few samples that they cost less than it.
+Variance shares, of each entry of the drawing, are by pick and freeze.  Curves are over the spread of a tolerance, the
+torque, a support stiffness and the number of planets, the others as drawn.  All points take the same uniforms (common
+random numbers), so that differences of quantiles are those of the drawing and not of the draw.  All of them are on so
+few samples that they cost less than the study.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
-from typing import Any
+from itertools import count
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...document.tolerances import Tolerance
 from ...engine.sampling import PIECE, SamplingPlan, scramble_uniforms
 from ...errors import ConvergenceError, ModelError
 from ...statics.mean_load import MEAN_LOADS
@@ -24,13 +25,10 @@ from ...statics.sample_loads import ContactMethod
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
-from .columns import SampleMap, tolerance_map
-from .shares import variance_shares
-from .statistics import system_value
+from .columns import ToleranceMap, tolerance_map
+from .statistics import with_system
 
 Array = NDArray[np.float64]
-MapOf = Callable[[Mapping[str, object]], SampleMap]
-Step = Callable[[], None]
 
 SCALES = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
 """Factors on the spread of a tolerance."""
@@ -43,155 +41,11 @@ PLANETS = (3, 4, 5, 6, 7)
 
 # largest factor on a support stiffness: above those of the curve, because uniform numbers end below 1
 _SUPPORT_RANGE = 2 * SUPPORT_SCALES[-1]
-
 # scales whose difference gives the slope at 1: wide, because the noise of a quantile falls with the step, while the
 # curvature of the root of a sum of squares costs 1 % here
 _BELOW, _ABOVE = SCALES.index(0.75), SCALES.index(1.25)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ScaleCurves:
-    """Quantiles over the spread of each of E tolerances.
-
-    system : (E, scales, P) of the train.  slope : (D, g, P, E) by the factor on the spread, at 1.
-    """
-
-    system: Array
-    slope: Array
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PlanetCurve:
-    """Quantiles over the number of planets, (n, P), and why points are missing: number -> reason."""
-
-    value: Array
-    left_out: Mapping[int, str]
-
-
-def scale_curves(
-    samples: SampleMap, plan: SamplingPlan, probability: Array, *, method: ContactMethod, step: Step
-) -> ScaleCurves:
-    """Quantiles over the spread of each tolerance, the others as drawn; plan : of one scramble's rows."""
-    u = scramble_uniforms(plan, 0, samples.dimension_entry.size)
-    count = len(samples.entries)
-    nominal = _quantiles(samples.evaluate(u, method=method).k, probability)
-    step()
-    found = np.empty((count, len(SCALES), *nominal.shape))
-    for entry in range(count):
-        for place, factor in enumerate(SCALES):
-            if factor == 1.0:
-                found[entry, place] = nominal
-                continue
-            scale = np.ones(count)
-            scale[entry] = factor
-            found[entry, place] = _quantiles(samples.evaluate(u, scale=scale, method=method).k, probability)
-            step()
-    slope = (found[:, _ABOVE] - found[:, _BELOW]) / (SCALES[_ABOVE] - SCALES[_BELOW])
-    return ScaleCurves(system=found[:, :, 0, -1], slope=np.moveaxis(slope[:, :, :-1], 0, -1))
-
-
-def torque_curve(
-    samples: SampleMap, plan: SamplingPlan, probability: Array, *, method: ContactMethod, step: Step
-) -> Array:
-    """Quantiles of the train over the torque, (torques, P)."""
-    u = scramble_uniforms(plan, 0, samples.dimension_entry.size)
-    found = []
-    for factor in TORQUE_SCALES:
-        found.append(_system_quantiles(samples.evaluate(u, torque=factor, method=method).k, probability))
-        step()
-    return np.array(found)
-
-
-def support_curves(
-    samples: SampleMap,
-    paths: Sequence[str],
-    plan: SamplingPlan,
-    probability: Array,
-    *,
-    method: ContactMethod,
-    step: Step,
-) -> Array:
-    """Quantiles of the train over one support stiffness after the other, (supports, scales, P).
-
-    Parameters
-    ----------
-    samples : map of the train with a tolerance `support_tolerance` of each of the paths, behind its own.
-    """
-    names = [entry.path for entry in samples.entries]
-    place = {path: names.index(path) for path in paths}
-    drawn = ~np.isin(samples.dimension_entry, list(place.values()))
-    u = np.full((plan.rows, drawn.size), 1.0 / _SUPPORT_RANGE)
-    u[:, drawn] = scramble_uniforms(plan, 0, int(drawn.sum()))
-    found = np.full((len(paths), len(SUPPORT_SCALES), probability.size), np.nan)
-    for number, path in enumerate(paths):
-        own = samples.dimension_entry == place[path]
-        for column, factor in enumerate(SUPPORT_SCALES):
-            varied = np.where(own, factor / _SUPPORT_RANGE, u)
-            found[number, column] = _system_quantiles(samples.evaluate(varied, method=method).k, probability)
-            step()
-    return found
-
-
-def support_tolerance(stiffness: float) -> str:
-    """Distribution whose uniform number is a factor on a stiffness [N/m], per `_SUPPORT_RANGE`."""
-    return f"uniform(0 N/m, {_SUPPORT_RANGE * stiffness!r} N/m)"
-
-
-def planet_curve(
-    map_of: MapOf,
-    path: str,
-    plan: SamplingPlan,
-    probability: Array,
-    *,
-    method: ContactMethod,
-    step: Step,
-    nominal: Mapping[int, Array],
-) -> PlanetCurve:
-    """Quantiles of the train over the number of planets, the torque held.
-
-    Parameters
-    ----------
-    map_of : overrides -> map of the model with them.  path : of the number of planets.
-    nominal : number -> quantiles (P,) that are known.
-    """
-    found = np.full((len(PLANETS), probability.size), np.nan)
-    left_out = {}
-    for place, number in enumerate(PLANETS):
-        try:
-            if number in nominal:
-                found[place] = nominal[number]
-                continue
-            samples = map_of({path: number})
-            u = scramble_uniforms(plan, 0, samples.dimension_entry.size)
-            found[place] = _system_quantiles(samples.evaluate(u, method=method).k, probability)
-        except (ModelError, ConvergenceError) as error:
-            left_out[number] = str(error)
-        finally:
-            step()
-    return PlanetCurve(value=found, left_out=left_out)
-
-
-def _quantiles(k: Array, probability: Array) -> Array:
-    """Quantiles of every group and of the train last, (D, g + 1, P), failed samples left out; k : (S, D, g)."""
-    all_ = np.concatenate([k, system_value(k)[..., None]], axis=2)
-    known = all_[~np.isnan(all_).any(axis=(1, 2))]
-    if not len(known):
-        return np.full((*all_.shape[1:], probability.size), np.nan)
-    found = np.quantile(known, probability, axis=0, method="hazen")
-    # a quantile with hardly a sample beyond it is none
-    found[(1 - probability) * len(known) < _LEAST_BEYOND] = np.nan
-    return np.moveaxis(found, 0, -1)
-
-
 # samples beyond a quantile of a curve; common random numbers make the curve smooth, not right
 _LEAST_BEYOND = 8
-
-
-def _system_quantiles(k: Array, probability: Array) -> Array:
-    """Quantiles of the train by the first definition, (P,)."""
-    return np.asarray(_quantiles(k[:, :1], probability)[0, -1])
-
-
 # rows of an evaluation at least: 10 samples beyond the 99 % quantile
 _LEAST = 2**10
 # share of the samples of the study that variance shares, and that curves may take together
@@ -201,19 +55,58 @@ _SHARE = 0.25
 _TOLD, _NO_CHANGE = 2**5, 1e-6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(slots=True, kw_only=True, eq=False)
 class EffectColumns:
     """Variables and coordinates of the effects, what was left out and why, and samples of each evaluation."""
 
-    columns: Mapping[str, tuple[Any, Any]] = field(default_factory=dict)
-    coords: Mapping[Any, Any] = field(default_factory=dict)
-    left_out: Mapping[str, str] = field(default_factory=dict)
+    columns: dict[str, tuple[Any, Any]] = field(default_factory=dict)
+    coords: dict[Any, Any] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)
     samples: int = 0
+
+
+class Shares(NamedTuple):
+    """Shares of the variance, each (..., E) [1]; nan where there is no variance.
+
+    first : of a group alone.  total : of a group with all its interactions.  Both lie in 0..1: an estimate beyond, by
+    the samples it has, is the end.  Totals of several groups add up to more than 1 where they interact.
+    """
+
+    first: Array
+    total: Array
+
+
+class _Common(NamedTuple):
+    """What all points of the curves have in common.
+
+    plan : of one scramble, whose rows every point takes.  probability : (P,) of the quantiles.
+    step : called after each point.
+    """
+
+    plan: SamplingPlan
+    probability: Array
+    method: ContactMethod
+    step: Callable[[], None]
+
+    def uniforms(self, dimensions: int) -> Array:
+        """Uniforms (rows, dimensions) of every point."""
+        return scramble_uniforms(self.plan, 0, dimensions)
+
+    def quantiles(self, drawn: ToleranceMap, u: Array, *, scale: Array | None = None, torque: float = 1.0) -> Array:
+        """Quantiles of every group and of the train last, (D, g + 1, P), failed samples left out."""
+        factor = with_system(drawn.evaluate(u, scale=scale, torque=torque, method=self.method).k)
+        known = factor[~np.isnan(factor).any(axis=(1, 2))]
+        if not len(known):
+            return np.full((*factor.shape[1:], self.probability.size), np.nan)
+        quantiles = np.quantile(known, self.probability, axis=0, method="hazen")
+        # a quantile with hardly a sample beyond it is none
+        quantiles[(1 - self.probability) * len(known) < _LEAST_BEYOND] = np.nan
+        return np.moveaxis(quantiles, 0, -1)
 
 
 def effects_of(
     train: Train,
-    drawn: SampleMap,
+    drawn: ToleranceMap,
     plan: SamplingPlan,
     chosen: str,
     *,
@@ -234,40 +127,31 @@ def effects_of(
     """
     if chosen == "none":
         return EffectColumns()
-    count = len(drawn.entries)
-    few = _few(plan, count * len(SCALES) + len(TORQUE_SCALES))
+    entries = len(drawn.entries)
+    few = _few(plan, entries * len(SCALES) + len(TORQUE_SCALES))
     supports = _supports(train) if chosen == "all" else {}
-    evaluations = count * (len(SCALES) - 1) + 1 + len(TORQUE_SCALES) + len(supports) * len(SUPPORT_SCALES)
-    step = _counter(progress, evaluations + (len(PLANETS) if chosen == "all" else 0))
-    columns, coords, left_out = _shares(drawn, plan, method)
-    curves = scale_curves(drawn, few, probability, method=method, step=step)
-    deviation = np.array([_deviation(one) for one in drawn.entries])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.where(deviation > 0, curves.slope / deviation, np.nan)
-    columns |= {
-        "quantile_slope": (("definition", "pair", "probability", "tolerance"), slope),
-        "tolerance_deviation": ("tolerance", deviation),
-        "tolerance_unit": ("tolerance", np.array([one.unit for one in drawn.entries], dtype=object)),
-        "k_gamma_by_scale": (("tolerance", "scale", "probability"), curves.system),
-        "k_gamma_by_torque": (
-            ("torque_scale", "probability"),
-            torque_curve(drawn, few, probability, method=method, step=step),
-        ),
-    }
-    coords |= {"scale": np.array(SCALES), "torque_scale": np.array(TORQUE_SCALES)}
+    points = entries * (len(SCALES) - 1) + 1 + len(TORQUE_SCALES) + len(supports) * len(SUPPORT_SCALES)
+    points += len(PLANETS) if chosen == "all" else 0
+    numbers = count(1)
+
+    def step() -> None:
+        if progress is not None:
+            progress(min(1.0, next(numbers) / points))
+
+    common = _Common(plan=few, probability=probability, method=method, step=step)
+    effects = EffectColumns(samples=few.rows)
+    _add_shares(effects, drawn, plan, method)
+    nominal = _add_spreads(effects, drawn, common)
+    _add_torques(effects, drawn, common)
     if chosen == "all":
-        nominal = curves.system[0, SCALES.index(1.0)]
-        for more in (
-            _supports_columns(train, supports, few, probability, method, step),
-            _planets_columns(train, nominal, few, probability, method, step),
-        ):
-            columns, coords, left_out = columns | more[0], coords | more[1], left_out | more[2]
+        _add_supports(effects, train, supports, common)
+        _add_planets(effects, train, nominal, common)
     else:
-        left_out |= dict.fromkeys(("k_gamma_by_support", "k_gamma_by_planets"), "by default from 65536 samples")
-    return EffectColumns(columns=columns, coords=coords, left_out=left_out, samples=few.rows)
+        effects.left_out |= dict.fromkeys(("k_gamma_by_support", "k_gamma_by_planets"), "by default from 65536 samples")
+    return effects
 
 
-def without_effect(drawn: SampleMap, plan: SamplingPlan, *, method: ContactMethod) -> list[CodedText]:
+def without_effect(drawn: ToleranceMap, plan: SamplingPlan, *, method: ContactMethod) -> list[CodedText]:
     """Warnings of entries whose spread moves K_gamma by nothing: the same samples, once with that entry at its mean.
 
     Entries that move the largest load while turning, but not its mean, are told apart.  Those of which the map has told
@@ -280,22 +164,22 @@ def without_effect(drawn: SampleMap, plan: SamplingPlan, *, method: ContactMetho
     few = SamplingPlan(samples=_TOLD, scrambles=1, rows=_TOLD, seed=plan.seed, sampler=plan.sampler)
     u = scramble_uniforms(few, 0, drawn.dimension_entry.size)
     whole = drawn.evaluate(u, method=method).k
-    still: list[str] = []
+    idle: list[str] = []
     averaged: list[str] = []
-    for place, entry in enumerate(drawn.entries):
+    for i, entry in enumerate(drawn.entries):
         if entry.path in drawn.unmoved:
             continue
         scale = np.ones(len(drawn.entries))
-        scale[place] = 0.0
+        scale[i] = 0.0
         at_mean = drawn.evaluate(u, scale=scale, method=method).k
         same = np.asarray(np.isclose(at_mean, whole, rtol=0, atol=_NO_CHANGE, equal_nan=True).all(axis=(0, 2)))
         if same.all():
-            still.append(entry.path)
+            idle.append(entry.path)
         elif same[MEAN_LOADS.index("mean-load")]:
             averaged.append(entry.path)
     by_nothing = f"K_gamma by less than {_NO_CHANGE:g} in each of {_TOLD} trains"
     words = {
-        f"has no effect: moves {by_nothing}": still,
+        f"has no effect: moves {by_nothing}": idle,
         f"moves {by_nothing}, what turns averages out; the largest load while turning follows": averaged,
     }
     return [
@@ -312,58 +196,128 @@ def _few(plan: SamplingPlan, evaluations: int) -> SamplingPlan:
     return SamplingPlan(samples=rows, scrambles=1, rows=rows, seed=plan.seed, sampler="sobol")
 
 
-def _counter(progress: Callable[[float], None] | None, of: int) -> Callable[[], None]:
-    """Function that reports one step more of so many."""
-    done = 0
-
-    def step() -> None:
-        nonlocal done
-        done += 1
-        if progress is not None:
-            progress(min(1.0, done / of))
-
-    return step
+# variance shares ------------------------------------------------------------------------------------------------------
 
 
-def _shares(
-    drawn: SampleMap, plan: SamplingPlan, method: ContactMethod
-) -> tuple[dict[str, Any], dict[Any, Any], dict[str, str]]:
+def variance_shares(
+    evaluate: Callable[[Array], Array], group: NDArray[np.int64], plan: SamplingPlan, *, groups: int
+) -> Shares:
+    """Shares of groups of uniforms in the variance of scalars.
+
+    Of two independent points of a low-discrepancy sequence, a and b, the uniforms of one group at a time are exchanged:
+    E + 2 evaluations give the shares of E groups.  First order by Saltelli's estimator with centred values
+    [saltelli2010], total by Jansen's [jansen1999].
+
+    Parameters
+    ----------
+    evaluate : (S, d) uniforms -> (S, ...) scalars; rows with nan are left out.
+    group : (d,) group of each uniform, from 0.  groups : number of groups E.
+    plan : of one scramble's rows and seed.
+    """
+    uniforms = scramble_uniforms(plan, 0, 2 * group.size)
+    first, second = uniforms[:, : group.size], uniforms[:, group.size :]
+    exchanged = [np.where(group == number, second, first) for number in range(groups)]
+    values = np.stack([evaluate(u) for u in (first, second, *exchanged)])
+    known = np.isfinite(values).all(axis=tuple(i for i in range(values.ndim) if i != 1))
+    values = values[:, known]
+    if not values.shape[1]:
+        empty = np.full((*values.shape[2:], len(exchanged)), np.nan)
+        return Shares(first=empty, total=empty)
+    centre = values[:2].mean(axis=(0, 1))
+    variance = np.square(values[:2] - centre).mean(axis=(0, 1))
+    a, b, mixed = values[0], values[1] - centre, values[2:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        alone = (b * (mixed - a)).mean(axis=1) / variance
+        total = np.square(mixed - a).mean(axis=1) / (2 * variance)
+    # less than rounding of the values themselves is no variance
+    nothing = variance <= (1e-12 * np.abs(centre)) ** 2
+    shares = [np.where(nothing, np.nan, np.clip(share, 0.0, 1.0)) for share in (alone, total)]
+    return Shares(*(np.moveaxis(share, 0, -1) for share in shares))
+
+
+def _add_shares(effects: EffectColumns, drawn: ToleranceMap, plan: SamplingPlan, method: ContactMethod) -> None:
     """Variance shares of K_gamma by drawing entry; correlated entries share one number."""
-    paths = [one.path for one in drawn.entries]
+    paths = [entry.path for entry in drawn.entries]
     group = np.arange(len(paths))
-    left_out = {}
-    for one in drawn.correlations:
-        members = np.isin(paths, one.paths)
+    for correlation in drawn.correlations:
+        members = np.isin(paths, correlation.paths)
         group[members] = group[members].min()
-        left_out[f"sobol_first, {', '.join(one.paths)}"] = "correlated: the shares of all of them together"
+        together = ", ".join(correlation.paths)
+        effects.left_out[f"sobol_first, {together}"] = "correlated: the shares of all of them together"
     _, group = np.unique(group, return_inverse=True)
-    count = int(group.max()) + 1
-    found = variance_shares(
+    groups = int(group.max()) + 1
+    shares = variance_shares(
         lambda u: drawn.evaluate(u, method=method).k,
         group[drawn.dimension_entry],
-        _few(plan, count + 2),
-        groups=count,
+        _few(plan, groups + 2),
+        groups=groups,
     )
     over = ("definition", "pair", "tolerance")
-    columns = {"sobol_first": (over, found.first[..., group]), "sobol_total": (over, found.total[..., group])}
-    return columns, {"tolerance": paths}, left_out
+    effects.columns |= {
+        "sobol_first": (over, shares.first[..., group]),
+        "sobol_total": (over, shares.total[..., group]),
+    }
+    effects.coords["tolerance"] = paths
 
 
-def _deviation(entry: Any) -> float:
+# curves ---------------------------------------------------------------------------------------------------------------
+
+
+def _add_spreads(effects: EffectColumns, drawn: ToleranceMap, common: _Common) -> Array:
+    """Quantiles over the spread of each tolerance and their slopes at 1; those of the train as drawn (P,), returned."""
+    u = common.uniforms(drawn.dimension_entry.size)
+    nominal = common.quantiles(drawn, u)
+    common.step()
+    entries = len(drawn.entries)
+    curve = np.empty((entries, len(SCALES), *nominal.shape))
+    for entry in range(entries):
+        for i, factor in enumerate(SCALES):
+            if factor == 1.0:
+                curve[entry, i] = nominal
+                continue
+            scale = np.ones(entries)
+            scale[entry] = factor
+            curve[entry, i] = common.quantiles(drawn, u, scale=scale)
+            common.step()
+    slope = (curve[:, _ABOVE] - curve[:, _BELOW]) / (SCALES[_ABOVE] - SCALES[_BELOW])
+    deviation = np.array([_deviation(entry) for entry in drawn.entries])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = np.where(deviation > 0, np.moveaxis(slope[:, :, :-1], 0, -1) / deviation, np.nan)
+    effects.columns |= {
+        "quantile_slope": (("definition", "pair", "probability", "tolerance"), slope),
+        "tolerance_deviation": ("tolerance", deviation),
+        "tolerance_unit": ("tolerance", np.array([entry.unit for entry in drawn.entries], dtype=object)),
+        "k_gamma_by_scale": (("tolerance", "scale", "probability"), curve[:, :, 0, -1]),
+    }
+    effects.coords["scale"] = np.array(SCALES)
+    return np.asarray(nominal[0, -1])
+
+
+def _deviation(entry: Tolerance) -> float:
     """Standard deviation of a drawing entry, own and common draws together, in SI."""
-    return math.hypot(*(one.std for one in (entry.own, entry.common) if one is not None))
+    return math.hypot(*(draw.std for draw in (entry.own, entry.common) if draw is not None))
+
+
+def _add_torques(effects: EffectColumns, drawn: ToleranceMap, common: _Common) -> None:
+    """Quantiles of the train over the torque."""
+    u = common.uniforms(drawn.dimension_entry.size)
+    curve = []
+    for factor in TORQUE_SCALES:
+        curve.append(common.quantiles(drawn, u, torque=factor)[0, -1])
+        common.step()
+    effects.columns["k_gamma_by_torque"] = (("torque_scale", "probability"), np.array(curve))
+    effects.coords["torque_scale"] = np.array(TORQUE_SCALES)
 
 
 def _supports(train: Train) -> dict[str, float]:
     """Path -> lateral stiffness [N/m] of the elastic supports of central members, alike in both directions."""
-    varied = {str(path) for path in _toleranced(train)}
-    found = {}
+    stiffness = {}
     for link in train.links:
-        path, (x, y) = f"{link.path}.radial", link.stiffness[:2]
+        x, y = link.stiffness[:2]
         if link.kind == "support" and link.path.startswith("stages.") and x == y and 0 < x < np.inf:
-            if not any(one.startswith(link.path) for one in varied):
-                found[path] = float(x)
-    return found
+            if not any(path.startswith(link.path) for path in _toleranced(train)):
+                stiffness[f"{link.path}.radial"] = float(x)
+    return stiffness
 
 
 def _toleranced(train: Train) -> Mapping[str, object]:
@@ -371,67 +325,58 @@ def _toleranced(train: Train) -> Mapping[str, object]:
     return table if isinstance(table, dict) else {}
 
 
-def _supports_columns(
-    train: Train,
-    supports: Mapping[str, float],
-    plan: SamplingPlan,
-    probability: Array,
-    method: ContactMethod,
-    step: Callable[[], None],
-) -> tuple[dict[str, Any], dict[Any, Any], dict[str, str]]:
-    """Curves over support stiffness, with one map in which they all vary."""
+def _add_supports(effects: EffectColumns, train: Train, supports: Mapping[str, float], common: _Common) -> None:
+    """Quantiles of the train over one support stiffness after the other, by one map in which they all are drawn.
+
+    The uniform number of a stiffness is its factor per `_SUPPORT_RANGE`.
+    """
     name = "k_gamma_by_support"
     if not supports:
-        return {}, {}, {name: "no central member has an elastic support without tolerance"}
-    ranges = {path: support_tolerance(stiffness) for path, stiffness in supports.items()}
+        effects.left_out[name] = "no central member has an elastic support without tolerance"
+        return
+    ranges = {path: f"uniform(0 N/m, {_SUPPORT_RANGE * nominal!r} N/m)" for path, nominal in supports.items()}
+    curve = np.full((len(supports), len(SUPPORT_SCALES), common.probability.size), np.nan)
     try:
-        samples = tolerance_map(load({**train.document, "tolerance": {**_toleranced(train), **ranges}}))
-        curves = support_curves(samples, list(supports), plan, probability, method=method, step=step)
+        drawn = tolerance_map(load({**train.document, "tolerance": {**_toleranced(train), **ranges}}))
+        paths = [entry.path for entry in drawn.entries]
+        dimensions = [drawn.dimension_entry == paths.index(path) for path in supports]
+        others = ~np.any(dimensions, axis=0)
+        u = np.full((common.plan.rows, others.size), 1.0 / _SUPPORT_RANGE)
+        u[:, others] = common.uniforms(int(others.sum()))
+        for number, varied in enumerate(dimensions):
+            for i, factor in enumerate(SUPPORT_SCALES):
+                at = np.where(varied, factor / _SUPPORT_RANGE, u)
+                curve[number, i] = common.quantiles(drawn, at)[0, -1]
+                common.step()
     except (ModelError, ConvergenceError) as error:
-        return {}, {}, {name: str(error)}
-    columns = {
-        name: (("support", "support_scale", "probability"), curves),
+        effects.left_out[name] = str(error)
+        return
+    effects.columns |= {
+        name: (("support", "support_scale", "probability"), curve),
         "support_stiffness": (("support", "support_scale"), np.outer(list(supports.values()), SUPPORT_SCALES)),
     }
-    return columns, {"support": list(supports), "support_scale": np.array(SUPPORT_SCALES)}, {}
+    effects.coords |= {"support": list(supports), "support_scale": np.array(SUPPORT_SCALES)}
 
 
-def _planets_columns(
-    train: Train,
-    nominal: Array,
-    plan: SamplingPlan,
-    probability: Array,
-    method: ContactMethod,
-    step: Callable[[], None],
-) -> tuple[dict[str, Any], dict[Any, Any], dict[str, str]]:
-    """Curve over the number of planets, with a map of each number; nominal : (P,) quantiles of that of the file."""
-    try:
-        path = _planets_path(train)
-    except ModelError as error:
-        return {}, {}, {"k_gamma_by_planets": error.problem}
-    known = {train.planets[path.split(".")[1]]: nominal}
-    map_of = partial(_map_of, train)
-    curve = planet_curve(map_of, path, plan, probability, method=method, step=step, nominal=known)
-    left_out = {f"k_gamma_by_planets, {number}": reason for number, reason in curve.left_out.items()}
-    columns = {"k_gamma_by_planets": (("planets", "probability"), curve.value)}
-    return columns, {"planets": np.array(PLANETS)}, left_out
-
-
-def _map_of(train: Train, overrides: Mapping[str, object]) -> SampleMap:
-    return tolerance_map(load(dict(train.document), dict(overrides)))
-
-
-def _planets_path(train: Train) -> str:
-    """Path of the one number of planets of a file.
-
-    Raises
-    ------
-    ModelError : there is none, or more than one.
-    """
+def _add_planets(effects: EffectColumns, train: Train, nominal: Array, common: _Common) -> None:
+    """Quantiles of the train over the number of planets, the torque held; nominal : (P,) of the number in the file."""
+    name = "k_gamma_by_planets"
     stages = train.document.get("stages", {})
     assert isinstance(stages, dict)
-    paths = [f"stages.{name}.planets" for name, stage in stages.items() if "planets" in stage]
-    if len(paths) != 1:
-        words = "planets stand at given angles" if not paths else "several stages have planets"
-        raise ModelError(words, path="stages")
-    return paths[0]
+    counted = [stage for stage, table in stages.items() if "planets" in table]
+    if len(counted) != 1:
+        effects.left_out[name] = "several stages have planets" if counted else "planets stand at given angles"
+        return
+    curve = np.full((len(PLANETS), common.probability.size), np.nan)
+    for i, planets in enumerate(PLANETS):
+        if planets == train.planets[counted[0]]:
+            curve[i] = nominal
+        else:
+            try:
+                drawn = tolerance_map(load(dict(train.document), {f"stages.{counted[0]}.planets": planets}))
+                curve[i] = common.quantiles(drawn, common.uniforms(drawn.dimension_entry.size))[0, -1]
+            except (ModelError, ConvergenceError) as error:
+                effects.left_out[f"{name}, {planets}"] = str(error)
+        common.step()
+    effects.columns[name] = (("planets", "probability"), curve)
+    effects.coords["planets"] = np.array(PLANETS)

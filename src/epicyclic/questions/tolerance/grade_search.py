@@ -1,8 +1,7 @@
-"""K_gamma of combinations of grades on common random numbers: as columns where it is linear, else one by one.
-
-Cheapest grades that keep a load factor below a target in a share of samples: best-first search, and what it proves.
+"""Cheapest grades that keep a load factor below a target in a share of samples: best-first search, and what it proves.
 
 A combination is one grade for each entry, (E,) places in its list, which stands from the finest grade to the coarsest.
+K_gamma of combinations is on common random numbers: a sum of columns where it is linear, else evaluated one by one.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +23,27 @@ from ...statics.sample_loads import ContactMethod
 from .columns import ToleranceMap
 
 Array = NDArray[np.float64]
+Combination = tuple[int, ...]
+Proof = Literal["samples", "monotone", "open"]
+
+# place of a grade that is not chosen yet
+_FREE = -1
+# share of the sum of prices below which two totals are the same: rounding of sums
+_SAME = 1e-12
+# samples that are counted first: a combination that fails mostly shows it in those with the largest values
+_PIECES = (1024, 8192)
+
+
+def order_statistic(values: Array, probability: float) -> float:
+    """Least of the values (S,) that at least a share `probability` of them does not exceed."""
+    place = len(values) - 1 - allowed_above(len(values), probability)
+    return float(np.partition(values, place)[place])
+
+
+def allowed_above(samples: int, probability: float) -> int:
+    """Largest number of samples above a target that is met with a probability; below one sample: none."""
+    # 1e-9: 0.99 * 16384 and its like are not to be rounded up across a whole number
+    return min(samples - 1, samples - math.ceil(probability * samples - 1e-9))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -42,121 +62,6 @@ class GradeSet:
         return [[grade.price for grade in row] for row in self.grades]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SampledGrades:
-    """Load factors of combinations, each evaluated on the same samples.
-
-    uniform : (S, d).  values : load factors (S,) of the combinations asked for, each evaluated once.
-    """
-
-    drawn: ToleranceMap
-    offered: GradeSet
-    uniform: Array
-    definition: str
-    method: ContactMethod
-    values: dict[Combination, Array] = field(default_factory=dict)
-
-    @classmethod
-    def of(
-        cls, drawn: ToleranceMap, offered: GradeSet, *, samples: int, seed: int, definition: str, method: ContactMethod
-    ) -> SampledGrades:
-        """With samples as `tolerance` draws them."""
-        plan = sampling_plan(samples, seed=seed)
-        d, rows = drawn.dimension_entry.size, plan.together * plan.rows
-        pieces = [piece_uniforms(plan, piece, d)[:rows] for piece in range(plan.pieces)]
-        return cls(drawn=drawn, offered=offered, uniform=np.concatenate(pieces), definition=definition, method=method)
-
-    def factors(self, combination: Combination) -> Array:
-        """Load factor of every sample (S,) [1], the largest of all pairs; inf where no state was found."""
-        if combination not in self.values:
-            graded_map = graded(self.drawn, self.offered, combination)
-            found = graded_map.evaluate(self.uniform, method=self.method).k[:, MEAN_LOADS.index(self.definition)]
-            self.values[combination] = np.nan_to_num(found.max(axis=1), nan=np.inf)
-        return self.values[combination]
-
-    def value(self, combination: Combination, probability: float) -> float:
-        """Load factor that is not exceeded with the probability [1]."""
-        return order_statistic(self.factors(combination), probability)
-
-    def meets(self, combination: Combination, target: float, probability: float) -> bool:
-        """Whether no more samples than the probability leaves lie above the target."""
-        above = int(np.count_nonzero(self.factors(combination) > target))
-        return above <= allowed_above(len(self.uniform), probability)
-
-
-def graded(drawn: ToleranceMap, offered: GradeSet, combination: Combination) -> ToleranceMap:
-    """The map with the distributions of a combination in the place of those drawn."""
-    entries = list(drawn.entries)
-    for place, row, grade in zip(offered.entry, offered.grades, combination, strict=True):
-        entries[place] = with_grade(entries[place], row[grade])
-    return drawn.with_entries(entries)
-
-
-def with_grade(entry: Tolerance, grade: Grade) -> Tolerance:
-    """The entry with a grade in the place of its own draw; of its common one where it has no other."""
-    if entry.own is not None:
-        return replace(entry, own=grade.distribution)
-    return replace(entry, common=grade.distribution)
-
-
-def grade_columns(sampled: SampledGrades) -> GradeColumns:
-    """Columns of the load sharing at closed contact, by mean-load, in which the errors of the entries are linear.
-
-    What each grade adds is the difference it makes while all other entries with grades are at their means: torques and
-    stiffnesses, which are not linear, keep their samples.
-    """
-    drawn, offered = sampled.drawn, sampled.offered
-    loaded = np.concatenate(sampled.drawn.group)
-
-    def loads(entries: Sequence[Tolerance], still: Sequence[int]) -> Array:
-        scale = np.ones(len(entries))
-        scale[list(still)] = 0.0
-        found = drawn.with_entries(entries).evaluate(sampled.uniform, scale=scale, method="linear").load[:, 0]
-        return np.nan_to_num(found[:, loaded], nan=np.inf)
-
-    base = loads(drawn.entries, offered.entry)
-    change = []
-    for place, row in zip(offered.entry, offered.grades, strict=True):
-        others = [other for other in offered.entry if other != place]
-        found = []
-        for grade in row:
-            entries = list(drawn.entries)
-            entries[place] = with_grade(entries[place], grade)
-            with np.errstate(invalid="ignore"):  # a sample without load has no sharing, whatever the grades
-                found.append(loads(entries, others) - base)
-        change.append(np.stack(found))
-    return GradeColumns.of(base, change)
-
-
-def differing(columns: GradeColumns, sampled: SampledGrades, combination: Combination, target: float) -> int:
-    """Samples that the sum of columns and an evaluation put on different sides of a target."""
-    return int(
-        np.count_nonzero((columns.factors(combination) > target) != (_in_order(columns, sampled, combination) > target))
-    )
-
-
-def largest_difference(columns: GradeColumns, sampled: SampledGrades, combination: Combination, below: float) -> float:
-    """Largest difference of the two [1] among samples whose evaluated load factor is at most `below`."""
-    exact = _in_order(columns, sampled, combination)
-    found = np.abs(columns.factors(combination) - exact)[exact <= below]
-    return float(found.max(initial=0.0))
-
-
-def _in_order(columns: GradeColumns, sampled: SampledGrades, combination: Combination) -> Array:
-    return np.asarray(sampled.factors(combination)[columns.order])
-
-
-Combination = tuple[int, ...]
-Proof = Literal["samples", "monotone", "open"]
-
-# place of a grade that is not chosen yet
-_FREE = -1
-# share of the sum of prices below which two totals are the same: rounding of sums
-_SAME = 1e-12
-# samples that are counted first: a combination that fails mostly shows it in those with the largest values
-_PIECES = (1024, 8192)
-
-
 class Grades(Protocol):
     """Load factor of combinations of grades on one set of samples."""
 
@@ -167,36 +72,6 @@ class Grades(Protocol):
     def meets(self, combination: Combination, target: float, probability: float) -> bool:
         """Whether no more samples than the probability leaves lie above the target."""
         ...
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Allocation:
-    """Grades found.
-
-    combination : None where none was found.  price : its total; inf of None.
-    bound : no combination costs less, by `proof`: ``samples`` without any assumption, by enumeration with a bound that
-        holds in every sample; ``monotone`` where no finer grade makes it worse; ``open`` where the search ended early.
-    first : combination of the greedy search, the first that met the target.  tried : combinations and parts of such.
-    """
-
-    combination: Combination | None
-    price: float
-    bound: float
-    proof: Proof
-    first: Combination | None
-    tried: int
-
-
-def order_statistic(values: Array, probability: float) -> float:
-    """Least of the values (S,) that at least a share `probability` of them does not exceed."""
-    place = len(values) - 1 - allowed_above(len(values), probability)
-    return float(np.partition(values, place)[place])
-
-
-def allowed_above(samples: int, probability: float) -> int:
-    """Largest number of samples above a target that is met with a probability; below one sample: none."""
-    # 1e-9: 0.99 * 16384 and its like are not to be rounded up across a whole number
-    return min(samples - 1, samples - math.ceil(probability * samples - 1e-9))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -216,10 +91,10 @@ class GradeColumns:
     @classmethod
     def of(cls, base: Array, change: Sequence[Array]) -> GradeColumns:
         """Columns with the samples in order of their load factor with the coarsest grades, the largest first."""
-        coarsest = (base + sum((one[-1] for one in change), np.zeros_like(base))).max(axis=1)
+        coarsest = (base + sum((grades[-1] for grades in change), np.zeros_like(base))).max(axis=1)
         order = np.argsort(-coarsest, kind="stable")
-        kept = tuple(np.ascontiguousarray(one[:, order]) for one in change)
-        least = np.stack([one.min(axis=0) for one in kept]) if kept else np.zeros((0, *base.shape))
+        kept = tuple(np.ascontiguousarray(grades[:, order]) for grades in change)
+        least = np.stack([grades.min(axis=0) for grades in kept]) if kept else np.zeros((0, *base.shape))
         return cls(base=np.ascontiguousarray(base[order]), change=kept, least=least, order=order)
 
     def factors(self, combination: Combination) -> Array:
@@ -256,6 +131,123 @@ class GradeColumns:
         return total
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SampledGrades:
+    """Load factors of combinations of grades, each evaluated on the same samples.
+
+    uniform : (S, d).  values : load factors (S,) of the combinations asked for, each evaluated once.
+    """
+
+    drawn: ToleranceMap
+    offered: GradeSet
+    uniform: Array
+    definition: str
+    method: ContactMethod
+    values: dict[Combination, Array] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls, drawn: ToleranceMap, offered: GradeSet, *, samples: int, seed: int, definition: str, method: ContactMethod
+    ) -> SampledGrades:
+        """With samples as `tolerance` draws them."""
+        plan = sampling_plan(samples, seed=seed)
+        d, rows = drawn.dimension_entry.size, plan.together * plan.rows
+        pieces = [piece_uniforms(plan, piece, d)[:rows] for piece in range(plan.pieces)]
+        return cls(drawn=drawn, offered=offered, uniform=np.concatenate(pieces), definition=definition, method=method)
+
+    def factors(self, combination: Combination) -> Array:
+        """Load factor of every sample (S,) [1], the largest of all pairs; inf where no state was found."""
+        if combination not in self.values:
+            entries = list(self.drawn.entries)
+            for index, row, grade in zip(self.offered.entry, self.offered.grades, combination, strict=True):
+                entries[index] = with_grade(entries[index], row[grade])
+            k = self.drawn.with_entries(entries).evaluate(self.uniform, method=self.method).k
+            largest = k[:, MEAN_LOADS.index(self.definition)].max(axis=1)
+            self.values[combination] = np.nan_to_num(largest, nan=np.inf)
+        return self.values[combination]
+
+    def value(self, combination: Combination, probability: float) -> float:
+        """Load factor that is not exceeded with the probability [1]."""
+        return order_statistic(self.factors(combination), probability)
+
+    def meets(self, combination: Combination, target: float, probability: float) -> bool:
+        """Whether no more samples than the probability leaves lie above the target."""
+        above = int(np.count_nonzero(self.factors(combination) > target))
+        return above <= allowed_above(len(self.uniform), probability)
+
+
+def with_grade(entry: Tolerance, grade: Grade) -> Tolerance:
+    """The entry with a grade in the place of its own draw; of its common one where it has no other."""
+    if entry.own is not None:
+        return replace(entry, own=grade.distribution)
+    return replace(entry, common=grade.distribution)
+
+
+def grade_columns(sampled: SampledGrades) -> GradeColumns:
+    """Columns of the load sharing at closed contact, by mean-load, in which the errors of the entries are linear.
+
+    What each grade adds is the difference it makes while all other entries with grades are at their means: torques and
+    stiffnesses, which are not linear, keep their samples.
+    """
+    drawn, offered = sampled.drawn, sampled.offered
+    loaded = np.concatenate(drawn.group)
+
+    def loads(entries: Sequence[Tolerance], at_mean: Sequence[int]) -> Array:
+        scale = np.ones(len(entries))
+        scale[list(at_mean)] = 0.0
+        load = drawn.with_entries(entries).evaluate(sampled.uniform, scale=scale, method="linear").load[:, 0]
+        return np.nan_to_num(load[:, loaded], nan=np.inf)
+
+    base = loads(drawn.entries, offered.entry)
+    changes = []
+    for index, row in zip(offered.entry, offered.grades, strict=True):
+        others = [other for other in offered.entry if other != index]
+        change = []
+        for grade in row:
+            entries = list(drawn.entries)
+            entries[index] = with_grade(entries[index], grade)
+            with np.errstate(invalid="ignore"):  # a sample without load has no sharing, whatever the grades
+                change.append(loads(entries, others) - base)
+        changes.append(np.stack(change))
+    return GradeColumns.of(base, changes)
+
+
+def differing(columns: GradeColumns, sampled: SampledGrades, combination: Combination, target: float) -> int:
+    """Samples that the sum of columns and an evaluation put on different sides of a target."""
+    exact = _in_order(columns, sampled, combination)
+    return int(np.count_nonzero((columns.factors(combination) > target) != (exact > target)))
+
+
+def largest_difference(columns: GradeColumns, sampled: SampledGrades, combination: Combination, below: float) -> float:
+    """Largest difference of the two [1] among samples whose evaluated load factor is at most `below`."""
+    exact = _in_order(columns, sampled, combination)
+    return float(np.abs(columns.factors(combination) - exact)[exact <= below].max(initial=0.0))
+
+
+def _in_order(columns: GradeColumns, sampled: SampledGrades, combination: Combination) -> Array:
+    return np.asarray(sampled.factors(combination)[columns.order])
+
+
+# search ---------------------------------------------------------------------------------------------------------------
+
+
+class Allocation(NamedTuple):
+    """Grades found.
+
+    combination : None where none was found.  price : its total; inf of None.
+    bound : no combination costs less, by `proof`: ``samples`` without any assumption, by enumeration with a bound that
+        holds in every sample; ``monotone`` where no finer grade makes it worse; ``open`` where the search ended early.
+    first : combination of the greedy search, the first that met the target.  tried : combinations and parts of such.
+    """
+
+    combination: Combination | None
+    price: float
+    bound: float
+    proof: Proof
+    first: Combination | None
+    tried: int
+
+
 def allocate_grades(
     grades: Grades,
     prices: Sequence[Sequence[float]],
@@ -290,18 +282,20 @@ def allocate_grades(
     first = _greedy(grades, prices, meets, target, probability)
     below = math.inf if first is None else total_price(prices, first)
     better, bound, complete, tried = _best_first(prices, may_meet_monotone, below, most)
-    found = better or first
-    price = math.inf if found is None else total_price(prices, found)
+    cheapest = better or first
+    price = math.inf if cheapest is None else total_price(prices, cheapest)
     proof: Proof = "monotone" if complete else "open"
     if isinstance(grades, GradeColumns) and most_proof:
         columns = grades
-        proven = _best_first(prices, lambda part: columns.may_meet(part, target, probability), price, most_proof)
-        tried += proven[3]
-        if proven[0] is not None:
-            found, price = proven[0], total_price(prices, proven[0])
-        if proven[2]:
+        better, _, complete, more = _best_first(
+            prices, lambda part: columns.may_meet(part, target, probability), price, most_proof
+        )
+        tried += more
+        if better is not None:
+            cheapest, price = better, total_price(prices, better)
+        if complete:
             bound, proof = price, "samples"
-    return Allocation(combination=found, price=price, bound=min(bound, price), proof=proof, first=first, tried=tried)
+    return Allocation(cheapest, price, min(bound, price), proof, first, tried)
 
 
 def total_price(prices: Sequence[Sequence[float]], combination: Combination) -> float:
@@ -365,20 +359,20 @@ def _greedy(
     value = math.nan
     while not meets(at):
         value = grades.value(at, probability) if math.isnan(value) else value
-        tried = [(grades.value(one, probability), one) for _, _, one in neighbours(prices, at)]
-        lowest, lowest_at = min(tried, default=(math.inf, at))
+        changed = [combination for _, _, combination in neighbours(prices, at)]
+        lowest, lowest_at = min(((grades.value(c, probability), c) for c in changed), default=(math.inf, at))
         if lowest >= value:
             return None
         at, value = lowest_at, lowest
     while True:
-        changes = [
-            (total_price(prices, other), other)
+        cheaper = [
+            _with(at, entry, grade)
             for entry, row in enumerate(prices)
             for grade in range(len(row))
             if row[grade] < row[at[entry]]
-            for other in (_with(at, entry, grade),)
         ]
-        better = next((other for _, other in sorted(changes) if meets(other)), None)
+        cheapest_first = sorted((total_price(prices, combination), combination) for combination in cheaper)
+        better = next((combination for _, combination in cheapest_first if meets(combination)), None)
         if better is None:
             return at
         at = better

@@ -1,10 +1,10 @@
-"""Torques and stiffnesses that tolerances draw: what they change in a System, found by assembling it anew.
+"""What tolerances draw: deviations as columns of a load map, torques and stiffnesses as what they change in a System.
 
-Deviations that tolerances draw: from the numbers of a file to the columns of a load map.
+Torques and stiffnesses: the System is assembled anew with other values of the number.
 
-A source is one table of the file (`deviations.main.planet.run_out`) with its components.  Each of its planets has a
-complex size z = x + j y, which moves two columns, those of Re z and of Im z, and where it is given a size along the
-axis.  A gap has a real size, a turning error the size A exp(j phase).
+Deviations: a source is one table of the file (`deviations.main.planet.run_out`) with its components.  Each of its
+planets has a complex size z = x + j y, which moves two columns, those of Re z and of Im z, and where it is given a size
+along the axis.  A gap has a real size, a turning error the size A exp(j phase).
 """
 
 from __future__ import annotations
@@ -28,10 +28,25 @@ from ...warning_codes import CodedText, coded
 
 Array = NDArray[np.float64]
 
+Kind = Literal["vector", "gap", "error", "nothing"]
+Drawn = Mapping[str, NDArray[np.inexact]]
+"""Draws (S, n) or (S, 1) of the entries of one source, by component; "" is a whole vector."""
+
 # Step of the value per its mean, and per its deviation where that is larger.
 _STEP = 1e-2
 # Relative difference that is rounding.
 _ROUNDING = 1e-9
+_VECTORS = ("run_out", "bearing_run_out", "position", "tilt")
+# Size of the deviation that columns are taken from [m, rad]: its effect is linear, and this size passes every check.
+_UNIT = 1e-6
+# Kinds that leave the mesh-cycle mean at rest as it is: an error at mesh orders, and a force of speed.
+_WITHOUT_EFFECT = {
+    "profile": "it is at mesh orders, without a part in a mesh-cycle mean",
+    "unbalance": "it needs speed",
+}
+
+
+# torques and stiffnesses ----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,6 +68,11 @@ def values_text(values: Sequence[float], unit: str) -> str:
     return f"{text} {unit}".strip()
 
 
+def mean_of(entry: Tolerance) -> float:
+    """Mean of the number of an entry, own and common draws together [SI]."""
+    return sum(float(draw.mean.real) for draw in (entry.own, entry.common) if draw is not None)
+
+
 def shift_of(
     document: Mapping[str, object], at_means: Mapping[str, object], entry: Tolerance, planet: int = 0
 ) -> Shift:
@@ -67,8 +87,8 @@ def shift_of(
     ------
     ModelError : it changes more than torques and stiffnesses, or those not in proportion.
     """
-    mean = sum(float(one.mean.real) for one in (entry.own, entry.common) if one is not None)
-    spread = max(one.std for one in (entry.own, entry.common) if one is not None)
+    mean = mean_of(entry)
+    spread = max(draw.std for draw in (entry.own, entry.common) if draw is not None)
     step = max(spread, _STEP * abs(mean)) or 1.0
     if 0 < abs(mean) < 2 * step:  # a stiffness stays above zero
         step = abs(mean) / 2
@@ -82,21 +102,21 @@ def shift_of(
         return assemble(replace(train, mesh_errors=tuple(e for e in train.mesh_errors if e.cause != "contact")))
 
     base = loaded(mean)
-    values = [_changes(entry.path, base, loaded(mean + part * step)) for part in (1.0, 0.5)]
-    for whole, half in zip(*values, strict=True):
+    whole_step, half_step = (_changes(entry.path, base, loaded(mean + share * step)) for share in (1.0, 0.5))
+    for whole, half in zip(whole_step, half_step, strict=True):
         if np.any(np.abs(whole - 2 * half) > _ROUNDING * (np.abs(whole).max(initial=0.0) + 1e-300)):
             raise ModelError(
                 "torques or stiffnesses do not change in proportion to it",
                 path=f"tolerance.{entry.path}",
                 allowed="a torque, a stiffness of a mesh, a support, a bearing or a coupling",
             )
-    if not any(part.any() for part in values[0]):
+    if not any(change.any() for change in whole_step):
         raise ModelError(
             "it changes neither a torque nor a stiffness at rest",
             path=f"tolerance.{entry.path}",
             allowed="deviations, torques, stiffnesses of meshes, supports, bearings and couplings",
         )
-    mesh, link, force = (part / step for part in values[0])
+    mesh, link, force = (change / step for change in whole_step)
     return Shift(mean=mean, mesh=mesh, link=link, force=force)
 
 
@@ -113,19 +133,19 @@ def _changes(path: str, base: System, other: System) -> tuple[Array, Array, Arra
         and _equal(base.M, other.M)
         and [(group.name, repr(group.law)) for group in base.groups] == [(g.name, repr(g.law)) for g in other.groups]
     )
-    lines = [[line for line in one.lines if not at_mesh_order(one, line)] for one in (base, other)]
+    lines = [[line for line in system.lines if not at_mesh_order(system, line)] for system in (base, other)]
     same = same and [line.frequency for line in lines[0]] == [line.frequency for line in lines[1]]
     if same:
         mesh = other.meshes.stiffness - base.meshes.stiffness
-        for part in base.meshes.laws:  # a tangent that follows the load: that of the mean load stays
-            mesh[part.rows] = 0.0
+        for law in base.meshes.laws:  # a tangent that follows the load: that of the mean load stays
+            mesh[law.rows] = 0.0
         link = other.links.stiffness - base.links.stiffness
         L = base.links.B
         same = _equal(other.K - (L * link) @ L.T, base.K)
-        for one, two in zip(*lines, strict=True):
-            pulled = L @ (link * two.link_gap)
-            same &= _equal(one.gap, two.gap) and _equal(one.link_gap, two.link_gap)
-            same &= _equal(one.force[0], two.force[0] - pulled, np.abs(pulled).max(initial=0.0))
+        for before, after in zip(*lines, strict=True):
+            pulled = L @ (link * after.link_gap)
+            same &= _equal(before.gap, after.gap) and _equal(before.link_gap, after.link_gap)
+            same &= _equal(before.force[0], after.force[0] - pulled, np.abs(pulled).max(initial=0.0))
     if not same:
         raise ModelError(
             "it changes more than torques and stiffnesses",
@@ -151,18 +171,7 @@ def _equal(a: NDArray[Any], b: NDArray[Any], size: float = 0.0) -> bool:
     return bool(np.all(np.abs(a[finite] - b[finite]) <= _ROUNDING * largest))
 
 
-Kind = Literal["vector", "gap", "error", "nothing"]
-Drawn = Mapping[str, NDArray[np.inexact]]
-"""Draws (S, n) or (S, 1) of the entries of one source, by component; "" is a whole vector."""
-
-_VECTORS = ("run_out", "bearing_run_out", "position", "tilt")
-# Size of the deviation that columns are taken from [m, rad]: its effect is linear, and this size passes every check.
-_UNIT = 1e-6
-# Kinds that leave the mesh-cycle mean at rest as it is: an error at mesh orders, and a force of speed.
-_WITHOUT_EFFECT = {
-    "profile": "it is at mesh orders, without a part in a mesh-cycle mean",
-    "unbalance": "it needs speed",
-}
+# sources of deviations ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -207,23 +216,22 @@ class Source:
     def add(self, factors: Array, drawn: Drawn) -> None:
         """Write the sizes of S samples into their columns of the factors (S, C)."""
         z = self.sizes(drawn)
-        for part, values in ((0, z.real), (1, z.imag)):
-            own = self.across[:, part] >= 0
-            factors[:, self.across[own, part]] = np.broadcast_to(values, (len(factors), self.count))[:, own]
-        own = self.along >= 0
-        if own.any():
-            values = self._value(drawn, "z")
-            factors[:, self.along[own]] = np.broadcast_to(values, (len(factors), self.count))[:, own]
+        sizes = [(self.across[:, 0], z.real), (self.across[:, 1], z.imag)]
+        if (self.along >= 0).any():
+            sizes.append((self.along, self._value(drawn, "z")))
+        for column, values in sizes:
+            moved = column >= 0
+            factors[:, column[moved]] = np.broadcast_to(values, (len(factors), self.count))[:, moved]
 
     def overrides(self, drawn: Drawn) -> dict[str, object]:
         """Values of one sample by path, as `load` takes them; drawn : of one sample, (1, n)."""
-        found: dict[str, object] = {}
+        overrides: dict[str, object] = {}
         for name, value in drawn.items():
             path = self.table if self.kind in ("gap", "nothing") else f"{self.table}.{name}".removesuffix(".")
-            own = self._spread(value)[0]
-            parts = {f"{path}.x": own.real, f"{path}.y": own.imag} if not name else {path: own.real}
-            found |= {place: values_text(part.tolist(), self.unit[name]) for place, part in parts.items()}
-        return found
+            z = self._spread(value)[0]
+            numbers = {path: z.real} if name else {f"{path}.x": z.real, f"{path}.y": z.imag}
+            overrides |= {key: values_text(size.tolist(), self.unit[name]) for key, size in numbers.items()}
+        return overrides
 
     def _value(self, drawn: Drawn, name: str) -> Array:
         """Component (S, n) drawn, or nominal (1, n)."""
@@ -269,21 +277,6 @@ def drawn_paths(path: str, *, vector: bool) -> tuple[str, str, Kind]:
     )
 
 
-def _wanted(table: str, kind: Kind, components: Sequence[str], document: Mapping[str, object]) -> dict[str, str]:
-    """Components of a table that need columns, with the text of a unit size of each."""
-    if kind == "nothing":
-        return {}
-    if kind == "gap":
-        return {"": f"{_UNIT} m"}
-    if kind == "error":
-        return {"amplitude": f"{_UNIT} m", "phase": "0 rad"}
-    present = _table_at(document, table)
-    named = {*components, *(present if isinstance(present, Mapping) else ())}
-    unit = f"{_UNIT} {'rad' if table.endswith('.tilt') else 'm'}"
-    across = {"x": unit, "y": unit} if named & {"", "x", "y", "amplitude", "phase"} else {}
-    return across | ({"z": unit} if "z" in named else {})
-
-
 def unit_overrides(
     tables: Mapping[str, tuple[Kind, Sequence[str]]], document: Mapping[str, object]
 ) -> dict[str, object]:
@@ -291,19 +284,29 @@ def unit_overrides(
 
     tables : path -> kind, components that are drawn.
     """
-    return {
-        f"{table}.{name}" if name else table: text
-        for table, (kind, components) in tables.items()
-        for name, text in _wanted(table, kind, components, document).items()
-    }
+    overrides: dict[str, object] = {}
+    for table, (kind, components) in tables.items():
+        if kind == "gap":
+            overrides[table] = f"{_UNIT} m"
+        elif kind == "error":
+            overrides |= {f"{table}.amplitude": f"{_UNIT} m", f"{table}.phase": "0 rad"}
+        elif kind == "vector":
+            stated = _table_at(document, table)
+            named = {*components, *(stated if isinstance(stated, Mapping) else ())}
+            unit = f"{_UNIT} {'rad' if table.endswith('.tilt') else 'm'}"
+            if named & {"", "x", "y", "amplitude", "phase"}:
+                overrides |= {f"{table}.x": unit, f"{table}.y": unit}
+            if "z" in named:
+                overrides[f"{table}.z"] = unit
+    return overrides
 
 
 def _table_at(document: Mapping[str, object], path: str) -> object:
     """What stands at a path of the document, None where nothing does."""
-    here: object = document
-    for part in path.split("."):
-        here = here.get(part) if isinstance(here, Mapping) else None
-    return here
+    value: object = document
+    for key in path.split("."):
+        value = value.get(key) if isinstance(value, Mapping) else None
+    return value
 
 
 # columns --------------------------------------------------------------------------------------------------------------
@@ -347,13 +350,13 @@ def _displaced_units(item: Displacement) -> list[tuple[str, Displacement]]:
         return [("along", replace(item, vector=item.vector / _UNIT))]
     turns = item.frequency != 0
     z = size[0] if turns else size[0].real + 1j * size[1].real
-    found = []
+    displacements = []
     for part, unit in (("re", 1.0), ("im", 1j)):
-        own = z / (1 + 1j) / _UNIT * unit
+        size_one = z / (1 + 1j) / _UNIT * unit
         vector = np.zeros(6, complex)
-        vector[first : first + 2] = (own, -1j * own) if turns else (own.real, own.imag)
-        found.append((part, replace(item, vector=vector)))
-    return found
+        vector[first : first + 2] = (size_one, -1j * size_one) if turns else (size_one.real, size_one.imag)
+        displacements.append((part, replace(item, vector=vector)))
+    return displacements
 
 
 def sources_of(
@@ -372,32 +375,31 @@ def sources_of(
     document : of the file.  entries : table -> component -> index of its entry among those `given`.
     keys : of every column, as of `unit_deviations`, each once.
     """
-    place = {key: i for i, key in enumerate(keys)}
-    nominal = read(document).model.deviations
-    found, warnings = [], []
+    column = {key: i for i, key in enumerate(keys)}
+    deviations = read(document).model.deviations
+    sources, warnings = [], []
     for table, (kind, _) in tables.items():
+        drawn = {name: given[index] for name, index in entries[table].items()}
         branches = sorted({branch for path, branch, _ in keys if path == table and branch is not None})
-        own = {name: given[index] for name, index in entries[table].items()}
-        owners: list[int | None] = [*branches] or [None] * max(one.count for one in own.values())
-        n = len(owners)
-        across = np.array([[place.get((table, b, part), -1) for part in ("re", "im")] for b in owners], np.int64)
-        along = np.array([place.get((table, b, "along"), -1) for b in owners], np.int64)
-        stated = {} if kind in ("gap", "nothing") else _nominal(nominal, table, n)
+        owners: list[int | None] = [*branches] or [None] * max(entry.count for entry in drawn.values())
+        across = [[column.get((table, branch, part), -1) for part in ("re", "im")] for branch in owners]
+        along = [column.get((table, branch, "along"), -1) for branch in owners]
+        stated = {} if kind in ("gap", "nothing") else _nominal(deviations, table, len(owners))
         source = Source(
             table=table,
             kind=kind,
-            unit={name: one.unit for name, one in own.items()},
+            unit={name: entry.unit for name, entry in drawn.items()},
             entry=entries[table],
-            nominal={name: value for name, value in stated.items() if name not in entries[table]},
-            across=across,
-            along=along,
+            nominal={name: value for name, value in stated.items() if name not in drawn},
+            across=np.array(across, np.int64),
+            along=np.array(along, np.int64),
         )
         if not source.effect:
             known = (why for name, why in _WITHOUT_EFFECT.items() if f".{name}" in table)
             why = next(known, "nothing holds what it moves, or it turns and no speed is given")
             warnings.append(coded("tolerance-without-effect", f"tolerance of {table} has no effect: {why}"))
-        found.append(source)
-    return found, warnings
+        sources.append(source)
+    return sources, warnings
 
 
 def _nominal(deviations: object, table: str, count: int) -> dict[str, Array]:
@@ -405,11 +407,12 @@ def _nominal(deviations: object, table: str, count: int) -> dict[str, Array]:
     path = table.removeprefix("deviations.")
     group = "meshes" if ".meshes." in path else "members"
     owner, _, kind = path.partition(".errors.") if ".errors." in path else path.rpartition(".")
-    here = getattr(deviations, group).get(owner)
-    here = None if here is None else here.errors.get(kind) if ".errors." in path else getattr(here, kind, None)
-    if here is None:
+    stated = getattr(deviations, group).get(owner)
+    if stated is not None:
+        stated = stated.errors.get(kind) if ".errors." in path else getattr(stated, kind, None)
+    if stated is None:
         return {}
-    values = {name: getattr(here, name, None) for name in ("amplitude", "phase", "x", "y", "z")}
+    values = {name: getattr(stated, name, None) for name in ("amplitude", "phase", "x", "y", "z")}
     return {
         name: np.broadcast_to(np.asarray(value, float), count) for name, value in values.items() if value is not None
     }

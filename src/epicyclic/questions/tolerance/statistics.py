@@ -1,6 +1,4 @@
-"""The worst samples of a tolerance study as model files that give their value by themselves.
-
-Statistics of a tolerance study: what a piece of samples leaves behind, and what all pieces say together.
+"""Statistics of a tolerance study: what a piece of samples leaves behind, and what all pieces say together.
 
 A piece leaves integer histograms, integer counts, sums and its worst samples.  Integers add up to the same in any
 order; sums are added in the order of the pieces; worst samples are ordered by value and number.  Memory does not grow
@@ -15,23 +13,17 @@ Bands of independent samples: order statistics (derived here).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import bdtrik, betaincinv, stdtrit
 
-from ...document.writer import model_text
-from ...engine.sampling import SamplingPlan, sample_number, scramble_uniforms
-from ...errors import ModelError
-from ...results.files import write_text
-from ...train.resolution import load
-from ...train.train import Train
-from .columns import SampledValues, SampleMap
-from .shares import (
+from ...engine.sampling import SamplingPlan, sample_number
+from .columns import SampleValues
+from .histograms import (
     BINS,
     COARSE_BINS,
     LEAST_EXCESS,
@@ -48,74 +40,6 @@ from .shares import (
 )
 
 Array = NDArray[np.float64]
-
-
-def worst_uniforms(drawn: SampleMap, plan: SamplingPlan, number: NDArray[np.int64]) -> Array:
-    """Uniforms (n, d) of samples; number : (n,) as of `sample_number`."""
-    dimensions = drawn.dimension_entry.size
-    rows = [scramble_uniforms(plan, one // plan.rows, dimensions)[one % plan.rows] for one in number.tolist()]
-    return np.array(rows).reshape(-1, dimensions)
-
-
-def write_worst(
-    folder: Path, train: Train, samples: Sequence[Mapping[str, object]], value: Array, number: NDArray[np.int64]
-) -> tuple[Path, ...]:
-    """Write each sample as a model file ``worst-01.toml``, ``worst-02.toml``, ...; the worst first.
-
-    The files have no tolerances: what was drawn stands in the place of the nominal numbers.
-
-    Parameters
-    ----------
-    folder : made where it is not there; its parent must be.  samples : overrides of each.
-    value : K_gamma of the samples [1].  number : of them.
-
-    Raises
-    ------
-    ModelError : a file cannot be written.
-    """
-    make_folder(folder)
-    paths = []
-    for place, (changes, k, sample) in enumerate(zip(samples, value.tolist(), number.tolist(), strict=True), start=1):
-        title = f"{train.title}, sample {sample}, K_gamma {k:.9g}"
-        drawn = load(_without_tolerances(train.document, changes), {**changes, "title": title})
-        path = folder / f"worst-{place:02d}.toml"
-        write_text(path, model_text(drawn.document))
-        paths.append(path)
-    return tuple(paths)
-
-
-def _without_tolerances(document: Mapping[str, object], changed: Iterable[str]) -> dict[str, object]:
-    """The tables of a file without its tolerances, and without reasons for what is drawn now."""
-    paths = [*changed, "tolerance"]
-    reasons = document.get("assumed", {})
-    assert isinstance(reasons, Mapping)
-    left = {
-        path: reason
-        for path, reason in reasons.items()
-        if not any(f"{one}.".startswith(f"{path}.") or f"{path}.".startswith(f"{one}.") for one in paths)
-    }
-    kept = {name: value for name, value in document.items() if name not in ("tolerance", "assumed")}
-    return {**kept, "assumed": left} if left else kept
-
-
-def make_folder(folder: Path) -> None:
-    """Make a folder where it is not there.
-
-    Raises
-    ------
-    ModelError : it cannot be made, or something lies there, of which nothing is overwritten.
-    """
-    try:
-        folder.mkdir(exist_ok=True)
-        there = sorted(path.name for path in folder.iterdir())
-    except OSError as error:
-        problem = f"cannot be written: {error.strerror or error}"
-        raise ModelError(problem, path="worst", given=str(folder), allowed="a folder") from error
-    if there:
-        problem = f"the folder is not empty ({there[0]})"
-        raise ModelError(problem, path="worst", given=str(folder), allowed="a new or empty folder")
-
-
 Counts = NDArray[np.int64]
 
 CONFIDENCE = 0.95
@@ -142,9 +66,9 @@ class Band:
     high: Array
 
 
-def system_value(k: Array) -> Array:
-    """The largest of the groups of every sample, (S, D) [1]; k : (S, D, g)."""
-    return np.asarray(k.max(axis=2))
+def with_system(k: Array) -> Array:
+    """Load factors of the groups and, last, of the train: the largest of them, (S, D, g + 1) [1]; k : (S, D, g)."""
+    return np.concatenate([k, k.max(axis=2, keepdims=True)], axis=2)
 
 
 def probabilities_of(samples: int) -> Array:
@@ -152,7 +76,7 @@ def probabilities_of(samples: int) -> Array:
     return np.array([p for p in _PROBABILITIES if samples * (1 - p) >= _BEYOND or p == _PROBABILITIES[0]])
 
 
-def piece_statistics(values: SampledValues, plan: SamplingPlan, piece: int) -> dict[str, NDArray[Any]]:
+def piece_statistics(values: SampleValues, plan: SamplingPlan, piece: int) -> dict[str, NDArray[Any]]:
     """What a piece leaves, arrays of fixed shapes, s scrambles a piece, Q = g + 1 + w quantities (groups, the train,
     meshes).
 
@@ -166,9 +90,7 @@ def piece_statistics(values: SampledValues, plan: SamplingPlan, piece: int) -> d
     count = plan.together * plan.rows
     scrambled = (plan.together, plan.rows)
     failed = values.failed[:count]
-    k = values.k[:count]
-    factor = np.concatenate([k, system_value(k)[..., None]], axis=2)
-    factor = np.where(failed[:, None, None], np.nan, factor)
+    factor = np.where(failed[:, None, None], np.nan, with_system(values.k[:count]))
     load = np.where(failed[:, None, None], np.nan, values.load[:count])
     quantity = np.concatenate([factor, load], axis=2).reshape(count, -1)
     index = bin_index(quantity)
@@ -214,7 +136,9 @@ def _worst(value: Array, number: NDArray[np.int64]) -> tuple[Array, NDArray[np.i
 class SampleTally:
     """All pieces together, added one after the other.
 
-    plan : of the samples.  definitions, groups, meshes : D, g, w.
+    plan : of the samples.  definitions, groups, meshes : D, g, w.  done : samples added.
+    open : of them, those in which contact opens or a link plays.  failed : those without a solution, which count
+    nowhere else.
     """
 
     plan: SamplingPlan
@@ -222,13 +146,13 @@ class SampleTally:
     groups: int
     meshes: int
     done: int = 0
+    open: int = 0
+    failed: int = 0
     _fine: NDArray[np.signedinteger[Any]] = field(init=False)
     _coarse: NDArray[np.signedinteger[Any]] = field(init=False)
     _top: Array = field(init=False)
     _size: Counts = field(init=False)
     _apart: Counts = field(init=False)
-    _open: int = 0
-    _failed: int = 0
     _sums: list[Array] = field(default_factory=list)
     _worst: tuple[Array, NDArray[np.int64]] = field(init=False)
 
@@ -244,34 +168,30 @@ class SampleTally:
         self._apart = np.zeros((batches, self.meshes + 1), np.int64)
         self._worst = np.full(_WORST, -np.inf), np.full(_WORST, -1, np.int64)
 
-    def add(self, piece: int, found: Mapping[str, NDArray[Any]]) -> None:
+    def add(self, piece: int, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Add what a piece left; pieces come in their order."""
-        for place in range(self.plan.together):
-            batch = (piece * self.plan.together + place) % len(self._size)
-            index = unpacked(found["bins"][place].reshape(len(self._fine), -1))
+        for scramble in range(self.plan.together):
+            batch = (piece * self.plan.together + scramble) % len(self._size)
+            index = unpacked(arrays["bins"][scramble].reshape(len(self._fine), -1))
             _add(self._fine, index, BINS)
             _add(self._coarse[batch], coarse_index(index), COARSE_BINS)
-            failed = int(found["failed"][place])
+            failed = int(arrays["failed"][scramble])
             self._size[batch] += self.plan.rows - failed
-            self._apart[batch] += found["apart"][place]
-            self._open += int(found["open"][place])
-            self._failed += failed
+            self._apart[batch] += arrays["apart"][scramble]
+            self.open += int(arrays["open"][scramble])
+            self.failed += failed
             self.done += self.plan.rows
-        bin_before, bin_new = self._top[:, 0], found["top"][:, 0]
-        both = np.array([self._top[:, 1] + found["top"][:, 1], np.maximum(self._top[:, 2], found["top"][:, 2])]).T
-        of_one = np.where((bin_new > bin_before)[:, None], found["top"], self._top)
-        of_one[bin_new == bin_before, 1:] = both[bin_new == bin_before]
-        self._top = of_one
+        top = arrays["top"]
+        higher, same = top[:, 0] > self._top[:, 0], top[:, 0] == self._top[:, 0]
+        both = np.array([self._top[:, 1] + top[:, 1], np.maximum(self._top[:, 2], top[:, 2])]).T
+        self._top = np.where(higher[:, None], top, self._top)
+        self._top[same, 1:] = both[same]
         # one by one: a sum of numpy depends on how its array lies in memory
-        self._sums += list(np.stack([found["sum"], found["square"]], axis=1))
+        self._sums += list(np.stack([arrays["sum"], arrays["square"]], axis=1))
         if len(self._sums) >= _HELD:
             self._sums = [self._summed()]
-        value, number = (np.concatenate(pair) for pair in zip(self._worst, self._worst_of(found), strict=True))
-        self._worst = _worst(value, number)
-
-    @staticmethod
-    def _worst_of(found: Mapping[str, NDArray[Any]]) -> tuple[Array, NDArray[np.int64]]:
-        return np.asarray(found["worst"]), np.asarray(found["worst_sample"])
+        value, number = self._worst
+        self._worst = _worst(np.append(value, arrays["worst"]), np.append(number, arrays["worst_sample"]))
 
     def _summed(self) -> Array:
         """Sums of K - 1 and its square, (2, D, g + 1), each rounded once."""
@@ -279,19 +199,9 @@ class SampleTally:
         flat = [math.fsum(column) for column in stacked.reshape(len(stacked), -1).T.tolist()]
         return np.array(flat).reshape(stacked.shape[1:])
 
-    @property
-    def open(self) -> int:
-        """Samples in which contact opens or a link plays."""
-        return self._open
-
-    @property
-    def failed(self) -> int:
-        """Samples without a solution: they count nowhere else."""
-        return self._failed
-
     def mean_and_deviation(self) -> tuple[Array, Array]:
         """Mean and standard deviation of K, (D, g + 1) [1] each, the train last; nan without samples."""
-        count = self.done - self._failed
+        count = self.done - self.failed
         if not count:
             empty = np.full((self.definitions, self.groups + 1), np.nan)
             return empty, empty
@@ -304,22 +214,22 @@ class SampleTally:
     def quantile_bands(self, probability: Array) -> Band:
         """Quantiles of every quantity, (D, Q, P) [1]."""
         edges, coarse = bin_edges(), coarse_edges()
-        found = np.empty((3, len(self._fine), probability.size))
-        for place, counts in enumerate(self._fine):
-            bins = self._with_top(place, occupied(counts, edges))
+        band = np.empty((3, len(self._fine), probability.size))
+        for quantity, counts in enumerate(self._fine):
+            bins = self._with_top(quantity, occupied(counts, edges))
             value = quantiles(bins, probability)
-            below = fraction_below(self._coarse[:, place], coarse, value)
+            below = fraction_below(self._coarse[:, quantity], coarse, value)
             low, high = self._probability_band(probability, below)
-            found[:, place] = value, quantiles(bins, low), quantiles(bins, high)
-        value, low, high = found.reshape(3, self.definitions, -1, probability.size)
+            band[:, quantity] = value, quantiles(bins, low), quantiles(bins, high)
+        value, low, high = band.reshape(3, self.definitions, -1, probability.size)
         return Band(value=value, low=np.minimum(low, value), high=np.maximum(high, value))
 
-    def _with_top(self, place: int, bins: tuple[Counts, Array, Array]) -> tuple[Counts, Array, Array]:
+    def _with_top(self, quantity: int, bins: tuple[Counts, Array, Array]) -> tuple[Counts, Array, Array]:
         """Occupied bins of a quantity, the highest only as wide as its mean and its largest value have it."""
         counts, lower, upper = bins
         if not counts.size or not np.isfinite(upper[-1]):
             return bins
-        _, total, largest = self._top[place]
+        _, total, largest = self._top[quantity]
         lower, upper = lower.copy(), upper.copy()
         lower[-1] = max(lower[-1], 1.0 + min(2 * total / counts[-1] - largest, largest))
         upper[-1] = 1.0 + largest
@@ -330,7 +240,7 @@ class SampleTally:
 
         below : (batches, P), share of the samples of each batch below the quantile.
         """
-        count = max(self.done - self._failed, 1)
+        count = max(self.done - self.failed, 1)
         tail = (1 - CONFIDENCE) / 2
         if self.plan.sampler == "random":
             # ranks between which the quantile of the population lies: numbers of a binomial distribution
@@ -346,21 +256,16 @@ class SampleTally:
         edges, coarse = bin_edges(), coarse_edges()
         # equal shares are 1 up to rounding, which does not exceed a limit of 1
         limits = np.where(np.abs(limits - 1.0) <= LEAST_EXCESS, edges[BINS // 2 + 1], limits)
-        wanted = self.groups + 1
         values, batches = [], []
-        each = self.groups + 1 + self.meshes
-        for definition in range(self.definitions):
-            for quantity in range(wanted):
-                place = definition * each + quantity
-                # as many as gather at the largest value do not exceed a limit that stands there
-                read = np.where(limits >= 1.0 + self._top[place, 2] - LEAST_EXCESS, np.inf, limits)
-                values.append(1.0 - fraction_below(self._fine[place][None], edges, read)[0])
-                batches.append(1.0 - fraction_below(self._coarse[:, place], coarse, read))
+        quantities = np.arange(len(self._fine)).reshape(self.definitions, -1)
+        for quantity in quantities[:, : self.groups + 1].ravel():
+            # as many as gather at the largest value do not exceed a limit that stands there
+            read = np.where(limits >= 1.0 + self._top[quantity, 2] - LEAST_EXCESS, np.inf, limits)
+            values.append(1.0 - fraction_below(self._fine[quantity][None], edges, read)[0])
+            batches.append(1.0 - fraction_below(self._coarse[:, quantity], coarse, read))
+        shape = self.definitions, self.groups + 1, len(limits)
         value, batch = np.array(values), np.array(batches).transpose(1, 0, 2)
-        return self._share_band(
-            value.reshape(self.definitions, wanted, -1),
-            batch.reshape(len(batch), self.definitions, wanted, -1),
-        )
+        return self._share_band(value.reshape(shape), batch.reshape(len(batch), *shape))
 
     def separation(self) -> Band:
         """Probability that a mesh is open at some instant, (w + 1,) [1], any mesh last."""
@@ -374,7 +279,7 @@ class SampleTally:
 
         Where no sample is seen the batches have no spread, and the band of independent samples says what is possible.
         """
-        count = max(self.done - self._failed, 1)
+        count = max(self.done - self.failed, 1)
         tail = (1 - CONFIDENCE) / 2
         seen = np.rint(value * count)
         exact_low = np.where(seen > 0, betaincinv(np.maximum(seen, 1), count - seen + 1, tail), 0.0)
@@ -389,21 +294,20 @@ class SampleTally:
     def histogram(self) -> tuple[Array, Counts]:
         """Edges (b + 1,) of even bins from the least to the largest K, and counts (D, g + 1, b), the train last."""
         edges = bin_edges()
-        each = self.groups + 1 + self.meshes
-        fine = self._fine.reshape(self.definitions, each, -1)[:, : self.groups + 1]
+        fine = self._fine.reshape(self.definitions, -1, BINS)[:, : self.groups + 1]
         used = np.flatnonzero(fine.sum(axis=(0, 1)))
         low, high = (1.0, 1.0) if not used.size else (edges[max(used[0], 1)], edges[min(used[-1] + 1, BINS - 1)])
         even = np.linspace(low, high, _SHOWN + 1)
         shown = np.unique(edges[np.clip(np.searchsorted(edges, even), 1, BINS - 1)])
         if shown.size < 2:
             shown = edges[BINS // 2 : BINS // 2 + 2]
-        return shown, np.array([[display_histogram(one, edges, shown) for one in rows] for rows in fine])
+        return shown, np.array([[display_histogram(counts, edges, shown) for counts in rows] for rows in fine])
 
     def worst(self) -> tuple[Array, NDArray[np.int64]]:
         """Largest K of the train by the first definition, and the numbers of their samples, the worst first."""
         value, number = self._worst
-        there = number >= 0
-        return value[there], number[there]
+        known = number >= 0
+        return value[known], number[known]
 
 
 def _add(counts: NDArray[Any], index: NDArray[np.int32], bins: int) -> None:

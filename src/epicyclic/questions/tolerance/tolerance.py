@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from functools import partial
 from pathlib import Path
@@ -14,29 +14,25 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...document.writer import model_text
 from ...engine.block_store import BlockJob, hash_of, machine, run_blocks
 from ...engine.cost import Counted, require_time
-from ...engine.sampling import PIECE, Sampler, SamplingPlan, piece_uniforms, sampling_plan
+from ...engine.sampling import PIECE, Sampler, SamplingPlan, piece_uniforms, sampling_plan, scramble_uniforms
 from ...engine.source import Overrides, Source, train_of
 from ...engine.workers import one_thread
 from ...errors import ModelError
 from ...results.dataset import dataset
+from ...results.files import write_text
 from ...statics.mean_load import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
 from ...system.assembly import train_provenance
+from ...train.resolution import load
+from ...train.train import Train
 from ...warning_codes import CodedText, coded
-from .columns import SampleMap, tolerance_map
+from .columns import ToleranceMap, tolerance_map
 from .effects import effects_of, without_effect
-from .shares import WIDTH
-from .statistics import (
-    CONFIDENCE,
-    SampleTally,
-    make_folder,
-    piece_statistics,
-    probabilities_of,
-    worst_uniforms,
-    write_worst,
-)
+from .histograms import WIDTH
+from .statistics import CONFIDENCE, SampleTally, piece_statistics, probabilities_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -105,12 +101,19 @@ def tolerance(
     """
     train = train_of(source, overrides=overrides)
     plan = sampling_plan(samples, seed=seed, sampler=sampler)
-    limit = _checked_limits(limits)
+    limit = np.asarray(limits, dtype=float)
+    if limit.ndim != 1 or not (np.isfinite(limit).all() and (limit > 0).all()):
+        raise ModelError("no limit of a load factor", path="limit", given=list(limits), allowed="above 0, 1.15")
     if worst is not None:
-        make_folder(worst)  # before the work
+        _make_folder(worst)  # before the work
     drawn = tolerance_map(train)
-    if raw and store is None:
-        _check_raw(plan, drawn)
+    if raw and store is None and plan.samples > _most_raw(drawn):
+        raise ModelError(
+            "raw samples do not fit in a result",
+            path="raw",
+            given=f"{plan.samples} samples",
+            allowed=f"at most {_most_raw(drawn)} samples, or a store that keeps them",
+        )
     _check_time(plan, drawn, method, workers=workers or 1, kept=store is not None)
     chosen = effects or ("all" if plan.samples >= _ALL_EFFECTS else "shares")
     job = BlockJob(
@@ -135,7 +138,13 @@ def tolerance(
             job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=_part(progress, 0.0, share)
         )
         with closing(blocks):
-            tally, rows = sampled(drawn, plan, _pieces(plan, blocks))
+            # arrays of a block have one row a piece
+            pieces = (
+                {name: array[i] for name, array in arrays.items()}
+                for _, arrays in blocks
+                for i in range(plan.pieces_of_block)
+            )
+            tally, rows = sampled(drawn, plan, pieces)
         further = effects_of(
             train,
             drawn,
@@ -146,14 +155,8 @@ def tolerance(
             progress=_part(progress, share, 1.0),
         )
         idle = without_effect(drawn, plan, method=method)
-    value, number = tally.worst()
-    u = worst_uniforms(drawn, plan, number)
-    found = [drawn.overrides(row) for row in u]
-    if worst is not None:
-        write_worst(worst, train, found, value, number)
-    columns, coords = _statistics(drawn, tally, limit)
-    columns |= _worst_columns(value, number, found, drawn.evaluate(u, method=method).load[:, 0])
-    columns |= {"turning_shortfall": ((), _shortfall(drawn, plan, u, method)), **further.columns}
+    columns, coords = _statistics(drawn, tally, np.unique(limit))
+    columns |= {**_worst_columns(train, drawn, tally, method, worst), **further.columns}
     if reference:
         columns["reference_k_gamma"] = ("reference", np.array(list(reference.values()), dtype=float))
         coords["reference"] = list(reference)
@@ -161,11 +164,11 @@ def tolerance(
         columns["k_gamma_sample"] = (("sample", "definition", "pair"), rows)
     result = dataset(
         columns,
-        {**coords, **further.coords, "worst": np.arange(1, len(value) + 1)},
+        {**coords, **further.coords, "worst": np.arange(1, len(columns["worst_sample"][1]) + 1)},
         verb="tolerance",
         options={"samples": plan.samples, "seed": seed, "method": method, "sampler": sampler, "effects": chosen},
         provenance=train_provenance(train),
-        warnings=[*drawn.warnings, *idle, *_warnings(tally, samples, plan), *_searched(tally, columns)],
+        warnings=[*drawn.warnings, *idle, *_warnings(tally, samples, float(columns["turning_shortfall"][1]))],
     )
     return result.assign_attrs(
         samples=plan.samples,
@@ -185,33 +188,6 @@ def tolerance(
     )
 
 
-def _shortfall(drawn: SampleMap, plan: SamplingPlan, worst: Array, method: ContactMethod) -> float:
-    """Share by which K_gamma while turning of open samples rises with many slow phases [1]; worst : (n, d) of them.
-
-    0 where links follow laws, which are asked at the same phases.
-    """
-    if drawn.lawful:
-        return 0.0
-    u = np.concatenate([worst, piece_uniforms(plan, 0, worst.shape[1])[:_SEARCHED]])
-    found = drawn.evaluate(u, method=method)
-    if not found.open.any():
-        return 0.0
-    dense = drawn.evaluate(u[found.open], method=method, dense=True).k[:, 1]
-    return max(0.0, float(np.nanmax(dense / found.k[found.open, 1], initial=1.0)) - 1.0)
-
-
-def _searched(tally: SampleTally, columns: Columns) -> list[CodedText]:
-    """What the search for the largest load while turning leaves where contact opens; nothing of less than 1e-4."""
-    shortfall = float(columns["turning_shortfall"][1])
-    if shortfall < _SHORTFALL:
-        return []
-    text = (
-        f"the largest load while turning of {tally.open} samples whose contact opens is searched for and may be low: "
-        f"by up to {100 * shortfall:.2g} % in those that were searched with four times as many slow phases"
-    )
-    return [coded("turning-searched", text)]
-
-
 def _part(progress: Progress, start: float, end: float) -> Progress:
     """Progress of one part of the work, from and to a share of the whole; counts stay those of the part."""
     if progress is None:
@@ -229,63 +205,46 @@ def _part(progress: Progress, start: float, end: float) -> Progress:
 
 
 def sampled(
-    drawn: SampleMap, plan: SamplingPlan, pieces: Iterator[tuple[int, Mapping[str, NDArray[Any]]]]
+    drawn: ToleranceMap, plan: SamplingPlan, pieces: Iterable[Mapping[str, NDArray[Any]]]
 ) -> tuple[SampleTally, Array | None]:
     """Statistics of all pieces, and raw K (samples, D, g) [1] where it was kept and fits in memory.
 
     Parameters
     ----------
-    pieces : number and arrays of each in their order, as of `run_blocks`.
+    pieces : arrays of each in their order, as of `piece_of_samples`.
     """
     tally = SampleTally(plan=plan, definitions=len(MEAN_LOADS), groups=len(drawn.pair), meshes=len(drawn.mesh))
     raw: list[Array] = []
-    fits = _raw_numbers(plan, drawn) <= _MOST_RAW
-    for piece, found in pieces:
-        tally.add(piece, found)
-        if "k" in found and fits:
-            raw.append(np.asarray(found["k"]))
+    fits = plan.samples <= _most_raw(drawn)
+    for number, piece in enumerate(pieces):
+        tally.add(number, piece)
+        if "k" in piece and fits:
+            raw.append(np.asarray(piece["k"]))
     return tally, np.concatenate(raw) if raw else None
 
 
-def _pieces(
-    plan: SamplingPlan, blocks: Iterator[tuple[int, Mapping[str, NDArray[Any]]]]
-) -> Iterator[tuple[int, Mapping[str, NDArray[Any]]]]:
-    """Number and arrays of the pieces of all blocks, in their order."""
-    for block, found in blocks:
-        for place in range(plan.pieces_of_block):
-            yield block * plan.pieces_of_block + place, {name: array[place] for name, array in found.items()}
-
-
 def block_of_samples(
-    drawn: SampleMap, plan: SamplingPlan, method: ContactMethod, raw: bool, block: int
+    drawn: ToleranceMap, plan: SamplingPlan, method: ContactMethod, raw: bool, block: int
 ) -> dict[str, NDArray[Any]]:
     """What the pieces of one block leave, each array with one row a piece: a function of the block's number alone."""
     first, count = block * plan.pieces_of_block, plan.pieces_of_block
-    found = [piece_of_samples(drawn, plan, method, raw, first + place) for place in range(count)]
-    return {name: np.stack([one[name] for one in found]) for name in found[0]}
+    pieces = [piece_of_samples(drawn, plan, method, raw, piece) for piece in range(first, first + count)]
+    return {name: np.stack([piece[name] for piece in pieces]) for name in pieces[0]}
 
 
 def piece_of_samples(
-    drawn: SampleMap, plan: SamplingPlan, method: ContactMethod, raw: bool, piece: int
+    drawn: ToleranceMap, plan: SamplingPlan, method: ContactMethod, raw: bool, piece: int
 ) -> dict[str, NDArray[Any]]:
     """What one piece leaves: a function of its number alone; with `raw` also ``k`` (samples, D, g) [1]."""
     with one_thread():
         values = drawn.evaluate(piece_uniforms(plan, piece, drawn.dimension_entry.size), method=method)
-        found = piece_statistics(values, plan, piece)
+        arrays = piece_statistics(values, plan, piece)
     if raw:
-        found["k"] = np.ascontiguousarray(values.k[: plan.together * plan.rows])
-    return found
+        arrays["k"] = np.ascontiguousarray(values.k[: plan.together * plan.rows])
+    return arrays
 
 
-def _checked_limits(limits: Sequence[float]) -> Array:
-    """Limits in their order, each once."""
-    values = np.asarray(limits, dtype=float)
-    if values.ndim != 1 or not (np.isfinite(values).all() and (values > 0).all()):
-        raise ModelError("no limit of a load factor", path="limit", given=list(limits), allowed="above 0, 1.15")
-    return np.unique(values)
-
-
-def _check_time(plan: SamplingPlan, drawn: SampleMap, method: ContactMethod, *, workers: int, kept: bool) -> None:
+def _check_time(plan: SamplingPlan, drawn: ToleranceMap, method: ContactMethod, *, workers: int, kept: bool) -> None:
     """Refuse more samples than are done in an hour, or in a month where a store keeps what is done.
 
     Links with laws take as long as their play has it: a few samples say so.
@@ -308,22 +267,12 @@ def _check_time(plan: SamplingPlan, drawn: SampleMap, method: ContactMethod, *, 
     )
 
 
-def _raw_numbers(plan: SamplingPlan, drawn: SampleMap) -> int:
-    return plan.samples * len(MEAN_LOADS) * len(drawn.pair)
+def _most_raw(drawn: ToleranceMap) -> int:
+    """Raw samples that a Dataset may hold."""
+    return _MOST_RAW // (len(MEAN_LOADS) * len(drawn.pair))
 
 
-def _check_raw(plan: SamplingPlan, drawn: SampleMap) -> None:
-    if _raw_numbers(plan, drawn) > _MOST_RAW:
-        most = _MOST_RAW // (len(MEAN_LOADS) * len(drawn.pair))
-        raise ModelError(
-            "raw samples do not fit in a result",
-            path="raw",
-            given=f"{plan.samples} samples",
-            allowed=f"at most {most} samples, or a store that keeps them",
-        )
-
-
-def _statistics(drawn: SampleMap, tally: SampleTally, limit: Array) -> tuple[Columns, dict[Any, Any]]:
+def _statistics(drawn: ToleranceMap, tally: SampleTally, limit: Array) -> tuple[Columns, dict[Any, Any]]:
     """Variables of the samples and their coordinates."""
     probability = probabilities_of(tally.plan.samples)
     groups = len(drawn.pair)
@@ -362,34 +311,115 @@ def _statistics(drawn: SampleMap, tally: SampleTally, limit: Array) -> tuple[Col
     return columns, coords
 
 
+def _warnings(tally: SampleTally, asked: int, shortfall: float) -> list[CodedText]:
+    """Samples that were rounded up or failed, and what the search for the largest load while turning leaves.
+
+    shortfall : of that search where contact opens [1]; nothing is said of less than 1e-4.
+    """
+    plan, messages = tally.plan, []
+    if plan.samples != asked:
+        text = f"{asked} samples rounded up to {plan.samples}, {plan.scrambles} scrambles of {plan.rows}"
+        messages.append(coded("points-rounded", text))
+    if tally.failed:
+        text = (
+            f"{tally.failed} of {tally.done} samples have no solution, or no load of the nominal sense to share "
+            "(a torque drawn at zero or beyond, a stiffness below zero or too far from others for "
+            "double precision), and count nowhere"
+        )
+        messages.append(coded("points-failed", text))
+    if shortfall >= _SHORTFALL:
+        text = (
+            f"the largest load while turning of {tally.open} samples whose contact opens is searched for and may "
+            f"be low: by up to {100 * shortfall:.2g} % in those that were searched with four times as many slow "
+            "phases"
+        )
+        messages.append(coded("turning-searched", text))
+    return messages
+
+
+# worst samples --------------------------------------------------------------------------------------------------------
+
+
 def _worst_columns(
-    value: Array, number: NDArray[np.int64], found: Sequence[Mapping[str, object]], load: Array
+    train: Train, drawn: ToleranceMap, tally: SampleTally, method: ContactMethod, folder: Path | None
 ) -> Columns:
-    texts = np.array([json.dumps(dict(one), default=str) for one in found], dtype=object)
+    """Variables of the worst samples, and how far their search falls short; model files of them in a folder."""
+    plan, d = tally.plan, drawn.dimension_entry.size
+    value, number = tally.worst()
+    rows = [scramble_uniforms(plan, sample // plan.rows, d)[sample % plan.rows] for sample in number.tolist()]
+    u = np.array(rows).reshape(-1, d)
+    overrides = [drawn.overrides(row) for row in u]
+    if folder is not None:
+        _write_worst(folder, train, overrides, value, number)
+    texts = [json.dumps(changes, default=str) for changes in overrides]
     return {
         "worst_k_gamma": ("worst", value),
         "worst_sample": ("worst", number),
-        "worst_overrides": ("worst", texts),
-        "worst_load_sharing": (("worst", "mesh"), load),
+        "worst_overrides": ("worst", np.array(texts, dtype=object)),
+        "worst_load_sharing": (("worst", "mesh"), drawn.evaluate(u, method=method).load[:, 0]),
+        "turning_shortfall": ((), _shortfall(drawn, plan, u, method)),
     }
 
 
-def _warnings(tally: SampleTally, asked: int, plan: SamplingPlan) -> list[CodedText]:
-    messages = []
-    if plan.samples != asked:
-        messages.append(
-            coded(
-                "points-rounded",
-                f"{asked} samples rounded up to {plan.samples}, {plan.scrambles} scrambles of {plan.rows}",
-            )
-        )
-    if tally.failed:
-        messages.append(
-            coded(
-                "points-failed",
-                f"{tally.failed} of {tally.done} samples have no solution, or no load of the nominal sense to share "
-                "(a torque drawn at zero or beyond, a stiffness below zero or too far from others for "
-                "double precision), and count nowhere",
-            )
-        )
-    return messages
+def _shortfall(drawn: ToleranceMap, plan: SamplingPlan, worst: Array, method: ContactMethod) -> float:
+    """Share by which K_gamma while turning of open samples rises with many slow phases [1]; worst : (n, d) of them.
+
+    0 where links follow laws, which are asked at the same phases.
+    """
+    if drawn.lawful:
+        return 0.0
+    u = np.concatenate([worst, piece_uniforms(plan, 0, worst.shape[1])[:_SEARCHED]])
+    values = drawn.evaluate(u, method=method)
+    if not values.open.any():
+        return 0.0
+    dense = drawn.evaluate(u[values.open], method=method, dense=True).k[:, 1]
+    return max(0.0, float(np.nanmax(dense / values.k[values.open, 1], initial=1.0)) - 1.0)
+
+
+def _write_worst(
+    folder: Path, train: Train, samples: Sequence[Mapping[str, object]], value: Array, number: NDArray[np.int64]
+) -> None:
+    """Write each sample as a model file ``worst-01.toml``, ``worst-02.toml``, ... that gives its value by itself.
+
+    The worst is the first.  The files have no tolerances: what was drawn stands in the place of the nominal numbers,
+    without reasons why those were assumed.
+
+    Parameters
+    ----------
+    folder : of `_make_folder`.  samples : overrides of each.  value : K_gamma of the samples [1].  number : of them.
+
+    Raises
+    ------
+    ModelError : a file cannot be written.
+    """
+    document = {name: table for name, table in train.document.items() if name not in ("tolerance", "assumed")}
+    reasons = train.document.get("assumed", {})
+    assert isinstance(reasons, Mapping)
+    for place, (changes, k, sample) in enumerate(zip(samples, value.tolist(), number.tolist(), strict=True), start=1):
+        drawn = [f"{path}." for path in (*changes, "tolerance")]
+        kept = {
+            path: reason
+            for path, reason in reasons.items()
+            if not any(f"{path}.".startswith(other) or other.startswith(f"{path}.") for other in drawn)
+        }
+        title = f"{train.title}, sample {sample}, K_gamma {k:.9g}"
+        sample_train = load({**document, "assumed": kept} if kept else document, {**changes, "title": title})
+        write_text(folder / f"worst-{place:02d}.toml", model_text(sample_train.document))
+
+
+def _make_folder(folder: Path) -> None:
+    """Make a folder where it is not there.
+
+    Raises
+    ------
+    ModelError : it cannot be made, or something lies there, of which nothing is overwritten.
+    """
+    try:
+        folder.mkdir(exist_ok=True)
+        there = sorted(path.name for path in folder.iterdir())
+    except OSError as error:
+        problem = f"cannot be written: {error.strerror or error}"
+        raise ModelError(problem, path="worst", given=str(folder), allowed="a folder") from error
+    if there:
+        problem = f"the folder is not empty ({there[0]})"
+        raise ModelError(problem, path="worst", given=str(folder), allowed="a new or empty folder")

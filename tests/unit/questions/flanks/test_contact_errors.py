@@ -89,6 +89,13 @@ def test_profile_errors_add_to_the_transmission_error() -> None:
     assert worst.attrs["cycle"] == 0.0
 
 
+def test_the_cycle_asked_for_is_that_of_a_profile_error_too() -> None:
+    wave = {"samples": 32, "profile_error": "5 um", "profile_phase": "30 deg"}
+    first, chosen = (teeth(**wave, **more) for more in ({}, {"cycle": 2.5}))
+    assert (first.attrs["cycle"], chosen.attrs["cycle"]) == (0.0, 2.5)
+    assert swing(chosen) == pytest.approx(swing(first), rel=1e-9)  # it repeats in every cycle
+
+
 def test_pitch_deviations_of_the_file() -> None:
     # the pair at the pitch point has the deviations of the teeth that meet there, one of each gear
     train = epicyclic.load(model(sun={"pitch": SUN.tolist()}, planet={"pitch": PLANET.tolist()}))

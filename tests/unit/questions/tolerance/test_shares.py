@@ -10,7 +10,7 @@ from floating_sun import FloatingSun
 from scipy.special import ndtri
 
 from epicyclic.engine.sampling import SamplingPlan
-from epicyclic.questions.tolerance.shares import variance_shares
+from epicyclic.questions.tolerance.effects import variance_shares
 
 PLAN = SamplingPlan(samples=2**13, scrambles=1, rows=2**13, seed=1, sampler="sobol")
 

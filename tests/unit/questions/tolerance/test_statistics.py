@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from epicyclic.engine.sampling import Sampler, piece_uniforms, sampling_plan
-from epicyclic.questions.tolerance.shares import (
+from epicyclic.questions.tolerance.histograms import (
     BINS,
     FAILED,
     bin_edges,
@@ -41,7 +40,7 @@ def tally_of(
     for piece in range(plan.pieces):
         values = drawn.evaluate(piece_uniforms(plan, piece, count))
         if not meshes:
-            values = replace(values, load=values.load[:, :, :0], least=values.least[:, :0])
+            values = values._replace(load=values.load[:, :, :0], least=values.least[:, :0])
         tally.add(piece, piece_statistics(values, plan, piece))
     return tally
 

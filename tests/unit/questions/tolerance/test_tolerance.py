@@ -17,7 +17,7 @@ from epicyclic.cli.main import app
 from epicyclic.document.drives import drive_titles
 from epicyclic.engine.sampling import SamplingPlan
 from epicyclic.errors import ModelError
-from epicyclic.questions.tolerance.shares import variance_shares
+from epicyclic.questions.tolerance.effects import variance_shares
 
 # four equal planets round a floating sun, mesh and pin stiffnesses given: TIP is the gap of a pin per its error
 MODULE, TEETH, TORQUE, ANGLE = 4e-3, 24, 800.0, math.radians(20)
