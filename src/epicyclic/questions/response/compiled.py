@@ -13,18 +13,65 @@ Lanes are independent: each keeps the vectors up to its own convergence, whateve
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ...machine_code import compiled
 from ...system.system import Array
-from .balance import CondensedOperators, Workspace, workspace
+from .balance import CondensedOperators
 
 Index = NDArray[np.int64]
 _LANES = 8
 _TINY = 1e-300
 # Vectors before a restart, how often to restart, and what a cycle in single precision may gain.
 _BASIS, _RESTARTS, _GAIN = 60, 4, 1e-6
+
+
+class Workspace(NamedTuple):
+    """Arrays for one group of speeds side by side, 8 lanes: H = 8 J, X = 2 H, K Krylov vectors.
+
+    values, forces : (m + r, X).  work : (n, X).
+    stiffness_factor : (2, H) frame^2 and frame, of Kg and Cskew.  rate_factor : (2, H) w frame and w, of G and C
+        [rad/s].
+    inverse : (2, n, H) 1/D.  vectors : (K + 1, n, X).  rows : (K, X).  triangle : (K, K, 8).  rotations : (2, K, 8).
+    projected : (K + 1, 8) right side.  along : (K + 2, 8).  used : (8,) vectors of each lane.
+    """
+
+    values: Array
+    forces: Array
+    work: Array
+    stiffness_factor: Array
+    rate_factor: Array
+    inverse: Array
+    vectors: Array
+    rows: Array
+    triangle: Array
+    rotations: Array
+    projected: Array
+    along: Array
+    used: Index
+
+
+def workspace(operators: CondensedOperators, J: int, *, lanes: int, basis: int) -> Workspace:
+    """Workspace for J harmonics and `basis` Krylov vectors, in the precision of the operators."""
+    (c, n), half, kind = operators.read.shape, J * lanes, operators.read.dtype
+    return Workspace(
+        values=np.empty((c, 2 * half), kind),
+        forces=np.empty((c, 2 * half), kind),
+        work=np.empty((n, 2 * half), kind),
+        stiffness_factor=np.empty((2, half), kind),
+        rate_factor=np.empty((2, half), kind),
+        inverse=np.empty((2, n, half), kind),
+        vectors=np.empty((basis + 1, n, 2 * half), kind),
+        rows=np.empty((basis + 1, 2 * half), kind),
+        triangle=np.empty((basis, basis, lanes)),
+        rotations=np.empty((2, basis, lanes)),
+        projected=np.empty((basis + 1, lanes)),
+        along=np.empty((basis + 2, lanes)),
+        used=np.empty(lanes, np.int64),
+    )
 
 
 def solve_points(

@@ -322,9 +322,7 @@ def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     if links.skew.size:
         skew_force = ready.frame_factor(block.speed)[:, None, None] * np.tensordot(links.skew, stretch, axes=1)
     lattice = ready.kernel(block.truncation, shifted=shifted).lattice
-    shafts = range(len(ready.lines.shaft)) if shifted else (None,)
-    errors = [link_errors(ready.system, ready.lines, lattice, shaft=shaft) for shaft in shafts]
-    stretch -= np.stack(errors, axis=1)[:, None]
+    stretch -= link_errors(ready.system, ready.lines, lattice)[:, None]
     force = links.stiffness[:, None, None, None] * stretch
     if links.damping.any():
         omega = solved.frequency.reshape(block.speed.size, -1, J)
