@@ -347,9 +347,9 @@ def _block(
     if before is not None:
         points = ready.kernel(before.truncation, shifted=False).lattice.points.tolist()
         more = ready.kernel(truncation, shifted=False).lattice.points.tolist()
-        index = {tuple(point): i for i, point in enumerate(more)}
+        column = {tuple(point): i for i, point in enumerate(more)}
         y = np.zeros((speed.size, 2, len(more), before.mesh.y.shape[3]))
-        y[:, :, [index[tuple(point)] for point in points]] = before.mesh.y
+        y[:, :, [column[tuple(point)] for point in points]] = before.mesh.y
         guess = Guess(y=y, scale=before.mesh.scale)
     mesh = _solve(ready, speed, truncation=truncation, tolerance=tolerance, shifted=False, guess=guess)
     residual = np.maximum(mesh.residual, truncation_norm(mesh.truncation_residual))
