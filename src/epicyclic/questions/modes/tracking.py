@@ -211,9 +211,9 @@ def locus_events(path: list[ModeSet], slope: Callable[[float], tuple[Array, Arra
         d = mean[pair[0]] - mean[pair[1]]
         size = _EQUAL * (mean[pair[0]] + mean[pair[1]])
         # a crossing is where the difference changes sign, at its smallest size
-        for k, after in pairwise(np.flatnonzero(np.abs(d) > size)):
+        for k, after in pairwise(np.flatnonzero(np.abs(d) > size).tolist()):
             if d[k] * d[after] < 0:
-                least = int(k + np.argmin(np.abs(d[k : after + 1])))
+                least = k + int(np.argmin(np.abs(d[k : after + 1])))
                 events.append((least, _locus_event("crossing", path[least], groups, pair, slope)))
         for k in _local_minima(d):
             event = _locus_event("veering", path[k], groups, pair, slope)

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product as combinations
 from math import lcm
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -323,7 +324,7 @@ def _distinct_rows(B: Array, tone: Index) -> tuple[Index, Index]:
 def _joined(axis: Axis, owner: Index) -> Axis:
     """An axis whose rows are sums of the meshes with one owner (m,)."""
     rows, row = np.unique(owner[axis.meshes], return_inverse=True)
-    sums: dict[str, Array] = {}
+    sums: dict[str, Any] = {}
     for name in ("own_product", "line_product", "own_tail", "line_tail"):
         matrices = getattr(axis, name)
         sums[name] = np.zeros((rows.size, *matrices.shape[1:]))
