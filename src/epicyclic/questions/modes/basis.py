@@ -83,7 +83,7 @@ def mean_modes(system: System) -> tuple[Array, Array]:
         raise ModelError(f"masses and stiffnesses are too far apart for modes; least mass or inertia on {lightest}")
     if squared.size and squared[0] < -NOISE * largest:
         raise ModelError("the mean stiffness has a negative eigenvalue: the train is statically unstable")
-    small, soft = (int(squared.searchsorted(part * largest, side="right")) for part in (NOISE, SOFT))
+    small, soft = (int(squared.searchsorted(share * largest, side="right")) for share in (NOISE, SOFT))
     squared[:small] = 0.0
     if not soft or (soft == small and _all_free(system, shapes[:, :small])):
         return squared, shapes
@@ -121,14 +121,14 @@ def _eigenpairs(system: System) -> tuple[Array, Array]:
     )
     if not info:
         return squared, shapes
-    massless = [place for place, mass in enumerate(np.diag(system.M).tolist()) if not mass > 0]
+    massless = [i for i, mass in enumerate(np.diag(system.M).tolist()) if not mass > 0]
     if not massless:
         raise ModelError("the mass matrix is not positive definite")
     # the first coordinate without mass or inertia gives the path
     body, direction = system.dofs.body[massless[0]], system.dofs.direction[massless[0]]
     key = {"x": "mass", "y": "mass", "z": "mass", "rz": "inertia"}.get(direction, "tilt_inertia")
     member = f"stages.{'.'.join(body.split('/')[:2])}" if "/" in body else f"bodies.{body}"
-    names = ", ".join(system.dofs.names[place] for place in massless)
+    names = ", ".join(system.dofs.names[i] for i in massless)
     problem = f"the mass matrix is not positive definite, no mass or inertia on {names}"
     raise ModelError(problem, path=f"{member}.{key}", allowed="above zero")
 
@@ -210,11 +210,11 @@ def modal_form(system: System) -> Modal:
     # A rigid mode strains no mesh: what is left is rounding, which 1/omega^2 of a slow shaft order would blow up.
     gaps[:, rigid] = pulls[:, rigid] = 0.0
     C = forces @ (system.C + (B * system.meshes.damping) @ B.T) @ shapes
-    given = np.diag(C).copy()
+    diagonal = np.diag(C).copy()
     np.fill_diagonal(C, 0.0)
     matrices = {"G": system.G, "Kg": system.Kg, "Cskew": system.Cskew}
     coupling = {name: np.ascontiguousarray((forces @ A @ shapes).T) for name, A in matrices.items() if A.any()}
-    if np.abs(C).max(initial=0.0) > 1e-12 * np.abs(given).max(initial=0.0):
+    if np.abs(C).max(initial=0.0) > 1e-12 * np.abs(diagonal).max(initial=0.0):
         coupling["C"] = np.ascontiguousarray(C.T)
     return Modal(
         squared=squared,
@@ -223,6 +223,6 @@ def modal_form(system: System) -> Modal:
         forces=forces,
         gaps=np.ascontiguousarray(gaps),
         pulls=np.ascontiguousarray(pulls),
-        damping=2 * (system.zeta or 0.0) * omega + given,
+        damping=2 * (system.zeta or 0.0) * omega + diagonal,
         coupling=coupling,
     )

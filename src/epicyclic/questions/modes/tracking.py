@@ -116,11 +116,11 @@ def match_modes(before: ModeSet, after: ModeSet) -> tuple[ModeSet, float]:
 def _insert(at: Callable[[float], ModeSet], path: list[ModeSet], value: float) -> list[ModeSet]:
     """The path with one more value; later sets are matched anew where the new set shows that a match was mistaken."""
     side = 1.0 if path[-1].value >= path[0].value else -1.0
-    place = int(np.searchsorted([side * state.value for state in path], side * value))
-    new, rest = match_modes(path[place - 1], at(value))[0], path[place:]
+    number = int(np.searchsorted([side * state.value for state in path], side * value))
+    new, rest = match_modes(path[number - 1], at(value))[0], path[number:]
     if np.allclose(match_modes(new, rest[0])[0].omega_squared, rest[0].omega_squared, rtol=_EQUAL, atol=0.0):
-        return [*path[:place], new, *rest]
-    path = [*path[:place], new]
+        return [*path[:number], new, *rest]
+    path = [*path[:number], new]
     for state in rest:
         path.append(match_modes(path[-1], state)[0])
     return path

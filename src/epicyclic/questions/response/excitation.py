@@ -103,9 +103,9 @@ def excitation(system: System, modal: Modal) -> LineExcitation:
 def require_damping(system: System) -> None:
     """Raise ModelError where nothing damps: no damping is given, or all of it is zero."""
     if not (system.zeta or np.any(system.C) or np.any(system.meshes.damping)):
-        given = "only zero damping is given" if system.damped else "no damping is given"
+        problem = "only zero damping is given" if system.damped else "no damping is given"
         raise ModelError(
-            f"{given}, so the response never settles",
+            f"{problem}, so the response never settles",
             path="damping",
             allowed='e.g. damping = { modal = "3 %" }',
         )

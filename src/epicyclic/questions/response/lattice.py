@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product as combinations
 from math import lcm
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +49,7 @@ class Lattice:
         return int(self.points.shape[1])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Bundle:
+class Bundle(NamedTuple):
     """Lines of lattice points along one axis that do not pass through the origin.
 
     rests : (lines, D) orders that the points of a line share, 0 along the axis.

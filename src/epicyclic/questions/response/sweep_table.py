@@ -9,7 +9,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -67,8 +67,7 @@ _POINTS, _POINTS_OF_MANY_TONES = 200, 100
 _SAME = 1e-9
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReportedLines:
+class ReportedLines(NamedTuple):
     """Spectral lines reported, in the order of their frequency.
 
     frequency : exact [Hz at the operating speed].  label : cause, and the mesh orders it is shifted by.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,8 +66,7 @@ class Signal:
         return joined
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Envelopes:
+class Envelopes(NamedTuple):
     """All harmonics but the multiples of one tone, gathered modulo that tone.
 
     rests : (R, D) orders of the other tones.  shaft : (R,) index of the shaft line, -1 of mesh orders.

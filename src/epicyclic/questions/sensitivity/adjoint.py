@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,8 +63,7 @@ class SystemNumbers:
     line_force: ComplexArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ForceMeasure:
+class ForceMeasure(NamedTuple):
     """Q of every whole mesh, (w, P) [N^2], and dQ/d(amplitude) of every row of its spectra.
 
     mesh : (m, P, J + T), shaft : (m, P S, J + T) complex [N], weighted dQ = Re(conj(seed) d amplitude); harmonics kept,

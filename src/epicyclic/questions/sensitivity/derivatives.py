@@ -14,6 +14,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
@@ -70,8 +71,7 @@ class Parameter:
         return {**dict(self.companions), **dict.fromkeys(self.leaves, self.number.text(values))}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ParameterDerivative:
+class ParameterDerivative(NamedTuple):
     """Derivative of a System's numbers per unit of one parameter, or why there is none.
 
     change : derivatives, per unit of the parameter as written; None where there is none.  problem : "" or the reason.
@@ -82,8 +82,7 @@ class ParameterDerivative:
     problem: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SystemDerivatives:
+class SystemDerivatives(NamedTuple):
     """A linearised System and its derivatives along parameters.
 
     system : with an empty line at every frequency that a parameter would excite.  along : one entry a parameter.
@@ -93,8 +92,7 @@ class SystemDerivatives:
     along: tuple[ParameterDerivative, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Stencil:
+class _Stencil(NamedTuple):
     """Systems at steps of one parameter, and weights of two difference quotients of them of one order.
 
     coarse, fine : weights of the quotients with steps h and h/2, per unit of the parameter.
