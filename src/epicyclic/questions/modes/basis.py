@@ -1,11 +1,9 @@
-"""Modes that are soft beside the stiffest, and whether motions strain nothing (derived here).
+"""The modal basis of the undamped mean system at standstill, shared by modes, load sharing and response.
 
 Rounding of a symmetric eigenproblem is n eps of the largest omega^2: a mode 1e6 times slower than the fastest is lost
 in it.  With the rows weighted by the roots of stiffness, W = [sqrt(k) b], the mean stiffness
 is W W^T, and the singular values of M^-1/2 W are the natural frequencies, right to n eps of the largest omega: twice
-the range in powers of ten.
-
-The modal basis of the undamped mean system at standstill, shared by modes, load sharing and response.
+the range in powers of ten.  So modes that are soft beside the stiffest are found (derived here).
 """
 
 from __future__ import annotations
@@ -32,64 +30,30 @@ SOFT = 1e-8
 _STRAIN = 1e-6
 # Relative error of a natural frequency that is worth a warning.
 _COARSE = 1e-6
-
-
-def all_free(system: System, shapes: Array) -> bool:
-    """Whether mass-normalised shapes (n, r) strain no row, where that shows without a decomposition of the rows.
-
-    False also where M is not diagonal, or what K holds beside links strains: `free_motions` has the answer.
-    """
-    mass, links, meshes = system.M.diagonal(), system.links, system.meshes
-    if np.count_nonzero(system.M) > mass.size:
-        return False
-    held, stiffness, driven = links.B, links.stiffness, meshes.B
-    # columns are chosen only where some are left out: the copy takes as long as the products
-    if np.count_nonzero(stiffness) < stiffness.size or not math.isfinite(stiffness @ stiffness):
-        linear = np.isfinite(stiffness) & (stiffness != 0)
-        held, stiffness = held[:, linear], stiffness[linear]
-    if np.count_nonzero(meshes.stiffness) < meshes.stiffness.size:
-        driven = driven[:, meshes.stiffness != 0]
-    rows = np.concatenate([driven, held], axis=1)
-    strain = rows.T @ shapes
-    rest = system.K @ shapes - held @ (stiffness[:, None] * strain[driven.shape[1] :])
-    size = system.K.diagonal()
-    if np.count_nonzero(rest * rest > (REST**2 * size)[:, None] * (size @ (shapes * shapes))):
-        return False
-    return not np.count_nonzero(strain * strain > (_STRAIN**2 / mass @ (rows * rows))[:, None])
-
-
-def soft_modes(rows: Array, free: Array, rest: Array) -> tuple[Array, Array]:
-    """omega^2 (n,) [rad^2/s^2], rising, those of free motions exactly 0, and orthonormal motions (n, n).
-
-    rows : (n, R) W in coordinates of unit mass [1/s].  free, rest : of `free_motions`.
-    """
-    motions, omega, _ = scipy.linalg.svd(rest.T @ rows, full_matrices=False)
-    squared = np.concatenate([np.zeros(free.shape[1]), omega[::-1] ** 2])
-    return squared, np.concatenate([free, rest @ motions[:, ::-1]], axis=1)
-
-
-def spread_warnings(squared: Array) -> list[CodedText]:
-    """Warning where natural frequencies are so far apart that the lowest are not right to 1e-6.
-
-    squared : (n,) omega^2 [rad^2/s^2].
-    """
-    omega = np.sqrt(squared)
-    error = omega.size * np.finfo(float).eps * float(omega.max(initial=0.0)) / np.where(omega > 0, omega, np.inf)
-    coarse = error > _COARSE
-    if not np.any(coarse):
-        return []
-    return [
-        coded(
-            "frequencies-rounded",
-            f"{np.count_nonzero(coarse)} natural frequencies up to {omega[coarse].max() / (2 * np.pi):.3g} Hz stand "
-            f"beside {omega.max() / (2 * np.pi):.3g} Hz: double precision has them right to "
-            f"{error.max():.1g} of themselves",
-        )
-    ]
-
-
 # Squared frequencies above are of no train [rad^2/s^2]; products of shapes with so little mass are no numbers.
 _HIGHEST = 1e40
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Modal:
+    """A System in energy-weighted modal coordinates y = weight * x, q = Phi x; what no speed changes.
+
+    The weight makes |y| the root of the strain energy, so that one residual norm serves soft and stiff modes alike.
+    squared : (n,) omega_r^2 [rad^2/s^2], 0 of a rigid mode.  rigid : (n,) bool.
+    shapes : (n, n) Phi / weight: q = shapes @ y.  forces : (n, n) weight * Phi^T: y-row force = forces @ F.
+    gaps : (m, n) B^T shapes: mesh gap of y.  pulls : (m, n) weight * Phi^T B, transposed: force of a mesh on y rows.
+    damping : (n,) 2 zeta_r omega_r plus the modal diagonal of the given dampers [1/s].
+    coupling : transposed (n, n) operators G, Kg, Cskew and the off-diagonal part of C; absent where they are zero.
+    """
+
+    squared: Array
+    rigid: NDArray[np.bool_]
+    shapes: Array
+    forces: Array
+    gaps: Array
+    pulls: Array
+    damping: Array
+    coupling: dict[str, Array]
 
 
 def mean_modes(system: System) -> tuple[Array, Array]:
@@ -119,9 +83,9 @@ def mean_modes(system: System) -> tuple[Array, Array]:
         raise ModelError(f"masses and stiffnesses are too far apart for modes; least mass or inertia on {lightest}")
     if squared.size and squared[0] < -NOISE * largest:
         raise ModelError("the mean stiffness has a negative eigenvalue: the train is statically unstable")
-    small, soft = (int(squared.searchsorted(part * largest, side="right")) for part in (NOISE, SOFT))
+    small, soft = (int(squared.searchsorted(share * largest, side="right")) for share in (NOISE, SOFT))
     squared[:small] = 0.0
-    if not soft or (soft == small and all_free(system, shapes[:, :small])):
+    if not soft or (soft == small and _all_free(system, shapes[:, :small])):
         return squared, shapes
     rows = stiffness_rows(system)
     if rows is None:
@@ -131,8 +95,10 @@ def mean_modes(system: System) -> tuple[Array, Array]:
     free, rest = free_motions(scaled)
     if free.shape[1] == small == soft:
         return squared, shapes
-    found, motions = soft_modes(scaled, free, rest)
-    return found, scipy.linalg.solve_triangular(root.T, motions, lower=False)
+    motions, omega, _ = scipy.linalg.svd(rest.T @ scaled, full_matrices=False)
+    motions = np.concatenate([free, rest @ motions[:, ::-1]], axis=1)
+    squared = np.concatenate([np.zeros(free.shape[1]), omega[::-1] ** 2])
+    return squared, scipy.linalg.solve_triangular(root.T, motions, lower=False)
 
 
 def _eigenpairs(system: System) -> tuple[Array, Array]:
@@ -153,45 +119,62 @@ def _eigenpairs(system: System) -> tuple[Array, Array]:
     squared, shapes, info = dsygvd(
         (stiffness + stiffness.T).T / 2, ((mass + mass.T) / 2).T, overwrite_a=1, overwrite_b=1
     )
-    if info:
-        raise _massless(system)
-    return squared, shapes
-
-
-def _massless(system: System) -> ModelError:
-    """What to raise where M is not positive definite: the first coordinate without mass or inertia gives the path."""
-    masses = zip(system.dofs.body, system.dofs.direction, np.diag(system.M), strict=True)
-    found = [(body, direction) for body, direction, mass in masses if not mass > 0]
-    if not found:
-        return ModelError("the mass matrix is not positive definite")
-    body, direction = found[0]
+    if not info:
+        return squared, shapes
+    massless = [i for i, mass in enumerate(np.diag(system.M).tolist()) if not mass > 0]
+    if not massless:
+        raise ModelError("the mass matrix is not positive definite")
+    # the first coordinate without mass or inertia gives the path
+    body, direction = system.dofs.body[massless[0]], system.dofs.direction[massless[0]]
     key = {"x": "mass", "y": "mass", "z": "mass", "rz": "inertia"}.get(direction, "tilt_inertia")
     member = f"stages.{'.'.join(body.split('/')[:2])}" if "/" in body else f"bodies.{body}"
-    names = ", ".join(f"{name}/{along}" for name, along in found)
+    names = ", ".join(system.dofs.names[i] for i in massless)
     problem = f"the mass matrix is not positive definite, no mass or inertia on {names}"
-    return ModelError(problem, path=f"{member}.{key}", allowed="above zero")
+    raise ModelError(problem, path=f"{member}.{key}", allowed="above zero")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Modal:
-    """A System in energy-weighted modal coordinates y = weight * x, q = Phi x; what no speed changes.
+def _all_free(system: System, shapes: Array) -> bool:
+    """Whether mass-normalised shapes (n, r) strain no row, where that shows without a decomposition of the rows.
 
-    The weight makes |y| the root of the strain energy, so that one residual norm serves soft and stiff modes alike.
-    squared : (n,) omega_r^2 [rad^2/s^2], 0 of a rigid mode.  rigid : (n,) bool.
-    shapes : (n, n) Phi / weight: q = shapes @ y.  forces : (n, n) weight * Phi^T: y-row force = forces @ F.
-    gaps : (m, n) B^T shapes: mesh gap of y.  pulls : (m, n) weight * Phi^T B, transposed: force of a mesh on y rows.
-    damping : (n,) 2 zeta_r omega_r plus the modal diagonal of the given dampers [1/s].
-    coupling : transposed (n, n) operators G, Kg, Cskew and the off-diagonal part of C; absent where they are zero.
+    False also where M is not diagonal, or what K holds beside links strains: `free_motions` has the answer.
     """
+    mass, links, meshes = system.M.diagonal(), system.links, system.meshes
+    if np.count_nonzero(system.M) > mass.size:
+        return False
+    held, stiffness, driven = links.B, links.stiffness, meshes.B
+    # columns are chosen only where some are left out: the copy takes as long as the products
+    if np.count_nonzero(stiffness) < stiffness.size or not math.isfinite(stiffness @ stiffness):
+        linear = np.isfinite(stiffness) & (stiffness != 0)
+        held, stiffness = held[:, linear], stiffness[linear]
+    if np.count_nonzero(meshes.stiffness) < meshes.stiffness.size:
+        driven = driven[:, meshes.stiffness != 0]
+    rows = np.concatenate([driven, held], axis=1)
+    strain = rows.T @ shapes
+    rest = system.K @ shapes - held @ (stiffness[:, None] * strain[driven.shape[1] :])
+    size = system.K.diagonal()
+    if np.count_nonzero(rest * rest > (REST**2 * size)[:, None] * (size @ (shapes * shapes))):
+        return False
+    return not np.count_nonzero(strain * strain > (_STRAIN**2 / mass @ (rows * rows))[:, None])
 
-    squared: Array
-    rigid: NDArray[np.bool_]
-    shapes: Array
-    forces: Array
-    gaps: Array
-    pulls: Array
-    damping: Array
-    coupling: dict[str, Array]
+
+def spread_warnings(squared: Array) -> list[CodedText]:
+    """Warning where natural frequencies are so far apart that the lowest are not right to 1e-6.
+
+    squared : (n,) omega^2 [rad^2/s^2].
+    """
+    omega = np.sqrt(squared)
+    error = omega.size * np.finfo(float).eps * float(omega.max(initial=0.0)) / np.where(omega > 0, omega, np.inf)
+    coarse = error > _COARSE
+    if not np.any(coarse):
+        return []
+    return [
+        coded(
+            "frequencies-rounded",
+            f"{np.count_nonzero(coarse)} natural frequencies up to {omega[coarse].max() / (2 * np.pi):.3g} Hz stand "
+            f"beside {omega.max() / (2 * np.pi):.3g} Hz: double precision has them right to "
+            f"{error.max():.1g} of themselves",
+        )
+    ]
 
 
 def modal_weights(squared: Array, rigid: NDArray[np.bool_]) -> Array:
@@ -227,11 +210,11 @@ def modal_form(system: System) -> Modal:
     # A rigid mode strains no mesh: what is left is rounding, which 1/omega^2 of a slow shaft order would blow up.
     gaps[:, rigid] = pulls[:, rigid] = 0.0
     C = forces @ (system.C + (B * system.meshes.damping) @ B.T) @ shapes
-    given = np.diag(C).copy()
+    diagonal = np.diag(C).copy()
     np.fill_diagonal(C, 0.0)
     matrices = {"G": system.G, "Kg": system.Kg, "Cskew": system.Cskew}
     coupling = {name: np.ascontiguousarray((forces @ A @ shapes).T) for name, A in matrices.items() if A.any()}
-    if np.abs(C).max(initial=0.0) > 1e-12 * np.abs(given).max(initial=0.0):
+    if np.abs(C).max(initial=0.0) > 1e-12 * np.abs(diagonal).max(initial=0.0):
         coupling["C"] = np.ascontiguousarray(C.T)
     return Modal(
         squared=squared,
@@ -240,6 +223,6 @@ def modal_form(system: System) -> Modal:
         forces=forces,
         gaps=np.ascontiguousarray(gaps),
         pulls=np.ascontiguousarray(pulls),
-        damping=2 * (system.zeta or 0.0) * omega + given,
+        damping=2 * (system.zeta or 0.0) * omega + diagonal,
         coupling=coupling,
     )

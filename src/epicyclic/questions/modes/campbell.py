@@ -1,7 +1,4 @@
-"""Where mesh orders meet natural frequencies as the speed changes: the resonances of a Campbell diagram.
-
-Natural frequencies over speed: the Campbell diagram.
-"""
+"""Campbell diagram: natural frequencies over speed, and the speeds at which mesh orders meet them."""
 
 from __future__ import annotations
 
@@ -26,6 +23,8 @@ if TYPE_CHECKING:
 OPERATION = (0.05, 1.3)
 # Mesh orders that count; as many as a sweep reports.  The stiffness of a mesh falls off faster than 1/order.
 MESH_ORDERS = 12
+# Share of the largest |mu| within which modes are repeated.
+_REPEATED = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,29 +69,25 @@ def mesh_crossings(
     count = np.array([run.stop - run.start for run in runs], dtype=np.int64)
     order = np.arange(1, orders + 1)
     speed = frequency[first][:, None, None] / (np.asarray(tones, dtype=float)[:, None] * order)
-    mode, tone, place = np.nonzero((low <= speed) & (speed <= high))
-    met = speed[mode, tone, place]
-    rank = np.lexsort((order[place], tone, mode, met))
+    mode, tone, column = np.nonzero((low <= speed) & (speed <= high))
+    met = speed[mode, tone, column]
+    rank = np.lexsort((order[column], tone, mode, met))
     return MeshCrossings(
         mode=first[mode][rank],
         count=count[mode][rank],
         tone=tone[rank].astype(np.int64),
-        order=order[place][rank],
+        order=order[column][rank],
         relative_speed=met[rank],
     )
 
 
 def tones_of_meshes(system: System) -> dict[Fraction, list[str]]:
     """Mesh frequencies above zero at the operating speed [Hz], that of the first mesh first: stages that have each."""
-    found: dict[Fraction, dict[str, None]] = {}
+    stages_of: dict[Fraction, dict[str, None]] = {}
     for stage, tone in zip(system.meshes.stage, system.meshes.tone.tolist(), strict=True):
         if system.tones and system.tones[tone] > 0:
-            found.setdefault(system.tones[tone], {})[stage] = None
-    return {tone: list(stages) for tone, stages in found.items()}
-
-
-# Share of the largest |mu| within which modes are repeated.
-_REPEATED = 1e-9
+            stages_of.setdefault(system.tones[tone], {})[stage] = None
+    return {tone: list(stages) for tone, stages in stages_of.items()}
 
 
 def campbell(
@@ -118,56 +113,26 @@ def campbell(
     ------
     ModelError : no speeds, a speed that is not finite, or what `whirl` raises.
     """
+    from ...results.dataset import dataset
+
     speeds = np.atleast_1d(np.asarray(relative_speeds, dtype=float))
     if not speeds.size or not np.all(np.isfinite(speeds)):
         raise ModelError("speeds must be finite numbers", given=relative_speeds, path="relative_speeds")
     system = linear(system)
     modes = eigen(system)
     tracked: list[Whirl] = []
-    alike = np.zeros(0, dtype=int)
+    alike = np.zeros(len(modes.omega_squared), dtype=int)
     for i, speed in enumerate(speeds):
-        here = whirl(system, relative_speed=float(speed), damped=damped, modes=modes)
-        tracked.append(_tracked(tracked[-1], here, system, alike) if tracked else here)
-        alike = _repeated(tracked[-1].mu, alike if i else np.zeros(here.mu.size, dtype=int))
+        turning = whirl(system, relative_speed=float(speed), damped=damped, modes=modes)
+        tracked.append(_tracked(tracked[-1], turning, system, alike) if tracked else turning)
+        alike = _repeated(tracked[-1].mu, alike)
         if progress is not None:
             progress((i + 1) / speeds.size)
-    return _dataset(system, speeds, tracked, damped)
-
-
-def _tracked(before: Whirl, here: Whirl, system: System, alike: np.ndarray) -> Whirl:
-    """Modes of `here` in the order of `before`: the assignment of largest M-weighted modal correlation, (n, n) [1].
-
-    alike : (n,) labels of modes of `before` that were repeated at every speed so far.  The base of their eigenspace is
-    arbitrary, so correlation does not tell which of them leads to which: of the branches the lower one is the first.
-    """
-    from scipy.optimize import linear_sum_assignment  # a third of a second that no sweep needs
-
-    correlation = np.abs(before.vectors.conj().T @ system.M @ here.vectors) ** 2
-    _, order = linear_sum_assignment(correlation, maximize=True)
-    for label in np.unique(alike):
-        rows = np.flatnonzero(alike == label)
-        order[rows] = order[rows][np.argsort(here.mu.imag[order[rows]], kind="stable")]
-    return Whirl(mu=here.mu[order], vectors=here.vectors[:, order])
-
-
-def _repeated(mu: np.ndarray, alike: np.ndarray) -> np.ndarray:
-    """Labels (n,) of modes that are alike so far and whose mu (n,) [rad/s] are equal here but for rounding."""
-    rank = np.lexsort((mu.imag, alike))
-    apart = np.abs(np.diff(mu[rank])) > _REPEATED * np.abs(mu).max()
-    found = np.zeros_like(alike)
-    found[rank[1:]] = np.cumsum(apart | (np.diff(alike[rank]) != 0))
-    return found
-
-
-def _dataset(system: System, speeds: np.ndarray, tracked: list[Whirl], damped: bool) -> xr.Dataset:
-    """The labelled result; mode kinds are those of the last speed.  speeds : (s,) per operating speed [1]."""
-    from ...results.dataset import dataset
-
     last = tracked[-1]
     rank = np.lexsort((np.abs(last.mu.real), last.mu.imag))
     kinds = np.empty(len(rank), dtype=object)
     kinds[rank] = classify_modes(system, last.mu[rank], last.vectors[:, rank]).kind
-    stages = {stage: tone for stage, tone in zip(system.meshes.stage, system.meshes.tone, strict=True)}
+    stages = dict(zip(system.meshes.stage, system.meshes.tone, strict=True))
     tones = np.array([float(system.tones[tone]) if system.tones else np.nan for tone in stages.values()])
     return dataset(
         {
@@ -185,3 +150,28 @@ def _dataset(system: System, speeds: np.ndarray, tracked: list[Whirl], damped: b
         provenance=system.provenance,
         warnings=system.warnings,
     )
+
+
+def _tracked(before: Whirl, after: Whirl, system: System, alike: np.ndarray) -> Whirl:
+    """Modes of `after` in the order of `before`: the assignment of largest M-weighted modal correlation, (n, n) [1].
+
+    alike : (n,) labels of modes of `before` that were repeated at every speed so far.  The base of their eigenspace is
+    arbitrary, so correlation does not tell which of them leads to which: of the branches the lower one is the first.
+    """
+    from scipy.optimize import linear_sum_assignment  # a third of a second that no sweep needs
+
+    correlation = np.abs(before.vectors.conj().T @ system.M @ after.vectors) ** 2
+    _, order = linear_sum_assignment(correlation, maximize=True)
+    for label in np.unique(alike):
+        rows = np.flatnonzero(alike == label)
+        order[rows] = order[rows][np.argsort(after.mu.imag[order[rows]], kind="stable")]
+    return Whirl(mu=after.mu[order], vectors=after.vectors[:, order])
+
+
+def _repeated(mu: np.ndarray, alike: np.ndarray) -> np.ndarray:
+    """Labels (n,) of modes that are alike so far and whose mu (n,) [rad/s] are equal but for rounding."""
+    rank = np.lexsort((mu.imag, alike))
+    apart = np.abs(np.diff(mu[rank])) > _REPEATED * np.abs(mu).max()
+    labels = np.zeros_like(alike)
+    labels[rank[1:]] = np.cumsum(apart | (np.diff(alike[rank]) != 0))
+    return labels

@@ -1,6 +1,7 @@
-"""Natural frequencies, kinds, shapes and shares of strain and kinetic energy of a train, as a labelled Dataset.
+"""Modes of a train and the matrices of its mean linear system, as labelled Datasets.
 
-The mean linear system as matrices, for other programs: what modes and harmonic superposition stand on.
+Modes have natural frequencies, kinds, shapes and shares of strain and kinetic energy.  The matrices, for other
+programs, are what modes and harmonic superposition stand on,
 
     M q'' + (C + G) q' + K q = F u + B (k e + c e') + f        gaps  B^T q - e,  mesh forces  k gap + c gap'
 
@@ -25,7 +26,8 @@ from .eigen import ClassifiedModes, classify_modes, damping_ratios, eigen, norma
 if TYPE_CHECKING:
     import xarray as xr
 
-_DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+_LENGTHS = ("x", "y", "z")
+_DIRECTIONS = (*_LENGTHS, "rx", "ry", "rz")
 
 
 def modal(system: System, *, relative_speed: float = 0.0, damped: bool = False) -> xr.Dataset:
@@ -33,7 +35,7 @@ def modal(system: System, *, relative_speed: float = 0.0, damped: bool = False) 
 
     At standstill and undamped the shapes are real; otherwise they are complex: the motion of a coordinate is
     Re(shape exp(2 pi i frequency t)), decaying with the damping ratio.  Shapes have their largest component at 1
-    (torsion as u = R rz).  Modes of one frequency have a fixed basis, see `classification.canonical_basis`.  A rigid
+    (torsion as u = R rz).  Modes of one frequency have a fixed basis, see `eigen.canonical_basis`.  A rigid
     mode has frequency exactly 0 and no strain energy (share nan).
 
     Parameters
@@ -55,35 +57,22 @@ def modal(system: System, *, relative_speed: float = 0.0, damped: bool = False) 
         ratios = damping_ratios(system, modes)
         vectors: NDArray[np.inexact] = modes.vectors
     else:
-        result = whirl(system, relative_speed=relative_speed, damped=damped, modes=modes)
-        values, vectors, angular, growth = result.mu, result.vectors, result.mu.imag, result.mu.real
-        ratios = _ratios(result.mu) if damped else np.full(len(angular), np.nan)
+        turning = whirl(system, relative_speed=relative_speed, damped=damped, modes=modes)
+        values, vectors, angular, growth = turning.mu, turning.vectors, turning.mu.imag, turning.mu.real
+        size = np.abs(values)
+        ratios = np.full(len(size), np.nan)
+        if damped:  # nan for rigid modes
+            ratios = np.where(size > 0, -growth / np.where(size > 0, size, 1.0), np.nan)
     options = {"relative_speed": float(relative_speed), "damped": bool(damped)}
     kinds = classify_modes(system, values, vectors)
     free = modes.vectors[:, modes.omega_squared == 0]
-    warnings = (
-        *unheld_warnings(system, free),
-        *_growing(growth, angular),
-        *spread_warnings(modes.omega_squared),
-    )
-    return _dataset(system, angular, ratios, kinds, np.abs(values) == 0, options, warnings)
-
-
-def _ratios(mu: NDArray[np.complex128]) -> Array:
-    """Damping ratio -Re mu / |mu| of complex eigenvalues (n,) [1], nan for rigid modes."""
-    size = np.abs(mu)
-    return np.where(size > 0, -mu.real / np.where(size > 0, size, 1.0), np.nan)
-
-
-def _growing(growth: Array, angular: Array) -> tuple[CodedText, ...]:
-    """A warning where a growth rate (n,) [1/s] is positive.
-
-    1e-6 of the largest frequency is rounding of a defective root.
-    """
+    warnings = unheld_warnings(system, free)
     worst = float(np.max(growth, initial=0.0))
-    if worst <= 1e-6 * float(np.max(angular, initial=0.0)):
-        return ()
-    return (coded("mode-grows", f"a mode grows at {worst:.4g} 1/s: the train is unstable at this speed"),)
+    # 1e-6 of the largest frequency is rounding of a defective root
+    if worst > 1e-6 * float(np.max(angular, initial=0.0)):
+        warnings.append(coded("mode-grows", f"a mode grows at {worst:.4g} 1/s: the train is unstable at this speed"))
+    warnings += spread_warnings(modes.omega_squared)
+    return _dataset(system, angular, ratios, kinds, np.abs(values) == 0, options, warnings)
 
 
 def _dataset(
@@ -103,7 +92,9 @@ def _dataset(
 
     dofs = system.dofs
     vectors = kinds.vectors * normalisation(kinds.vectors, dofs.radius)
-    radius = _body_radius(system)
+    turning = {b: R for b, d, R in zip(dofs.body, dofs.direction, dofs.radius, strict=True) if d == "rz"}
+    # R of each body's u = R rz; 1 where rz is not a coordinate of its own
+    radius = np.array([turning.get(body, 1.0) for body in dofs.bodies])
     full = (dofs.expand @ vectors).reshape(len(dofs.bodies), 6, -1)
     full[:, 5] *= radius[:, None]
     result = dataset(
@@ -123,7 +114,7 @@ def _dataset(
             "dof": np.array(dofs.names, dtype=object),
             "body": np.array(dofs.bodies, dtype=object),
             "direction": np.array(_DIRECTIONS, dtype=object),
-            "connection": np.array(_connection_names(system), dtype=object),
+            "connection": np.array([*faces(system.meshes).name, *dict.fromkeys(system.links.link)], dtype=object),
             "reference_radius": ("body", radius),
         },
         verb="modes",
@@ -136,20 +127,8 @@ def _dataset(
     return result
 
 
-def _body_radius(system: System) -> Array:
-    """R of each body's u = R rz, (bodies,) [m]; 1 where rz is not a coordinate of its own."""
-    dofs = system.dofs
-    own = {b: R for b, d, R in zip(dofs.body, dofs.direction, dofs.radius, strict=True) if d == "rz"}
-    return np.array([own.get(body, 1.0) for body in dofs.bodies])
-
-
-def _connection_names(system: System) -> tuple[str, ...]:
-    """Names of the meshes (slices together), then of the links, in order."""
-    return (*faces(system.meshes).name, *dict.fromkeys(system.links.link))
-
-
 def _strain_energy_share(system: System, vectors: NDArray[np.inexact], rigid: NDArray[np.bool_]) -> Array:
-    """Share of the strain energy in each mesh and link; of a complex mode the mean over its cycle.
+    """Share of the strain energy in each mesh (slices together) and link; of a complex mode the mean over its cycle.
 
     Parameters
     ----------
@@ -183,13 +162,10 @@ def _kinetic_energy_share(system: System, vectors: NDArray[np.inexact]) -> Array
 
 
 def _normalised_energy(energy: Array, empty: NDArray[np.bool_]) -> Array:
-    """Energies (parts, modes) per column sum [1]; nan in `empty` columns (modes,) and in those that sum to zero."""
+    """Energies (rows, modes) per column sum [1]; nan in `empty` columns (modes,) and in those that sum to zero."""
     total = energy.sum(axis=0)
     empty = empty | ~(total > 0)
     return np.where(empty, np.nan, energy / np.where(empty, 1.0, total))
-
-
-_LENGTHS = ("x", "y", "z")
 
 
 def mean_matrices(system: System, *, relative_speed: float = 1.0) -> xr.Dataset:
@@ -242,7 +218,7 @@ def mean_matrices(system: System, *, relative_speed: float = 1.0) -> xr.Dataset:
         "port_torque": ("port", system.force[ports]),
         "excitation": (("equation", "line"), load),
         "gap_error": (("mesh_row", "line"), error),
-        "excitation_frequency": ("line", np.array([relative_speed * float(one.frequency) for one in system.lines])),
+        "excitation_frequency": ("line", np.array([relative_speed * float(line.frequency) for line in system.lines])),
         "coordinate_body": ("dof", list(system.dofs.body)),
         "coordinate_direction": ("dof", list(system.dofs.direction)),
         "coordinate_unit": ("dof", ["m" if length else "rad" for length in lengths]),
@@ -258,12 +234,10 @@ def mean_matrices(system: System, *, relative_speed: float = 1.0) -> xr.Dataset:
             "equation": names,
             "mesh_row": list(meshes.name),
             "link_row": list(links.name),
-            "port": [names[place] for place in ports],
+            "port": [names[port] for port in ports],
             "body": list(system.dofs.bodies),
-            "full_coordinate": [
-                f"{body}/{way}" for body in system.dofs.bodies for way in ("x", "y", "z", *"rx ry rz".split())
-            ],
-            "line": ["; ".join(one.causes) for one in system.lines],
+            "full_coordinate": [f"{body}/{direction}" for body in system.dofs.bodies for direction in _DIRECTIONS],
+            "line": ["; ".join(line.causes) for line in system.lines],
         },
         verb="matrices",
         options={"relative_speed": relative_speed},
@@ -274,12 +248,9 @@ def mean_matrices(system: System, *, relative_speed: float = 1.0) -> xr.Dataset:
 
 def _ports(system: System) -> list[int]:
     """Coordinates rz of the members that no carrier carries round, and of all with an external torque."""
-    turning = [place for place, way in enumerate(system.dofs.direction) if way == "rz"]
-    return [
-        place
-        for place in turning
-        if system.force[place] or not any(part.isdigit() for part in system.dofs.body[place].split("/"))
-    ]
+    dofs = system.dofs
+    carried = [any(word.isdigit() for word in body.split("/")) for body in dofs.body]
+    return [i for i, way in enumerate(dofs.direction) if way == "rz" and (system.force[i] or not carried[i])]
 
 
 def _damping(system: System) -> Array:
@@ -295,11 +266,11 @@ def _damping(system: System) -> Array:
 
 def _excitation(system: System, s: float) -> tuple[ComplexArray, ComplexArray]:
     """Errors of the mesh rows (m, h) [m] and loads of all causes (n, h) [N, N m] of every line."""
-    meshes, n = system.meshes, len(system.force)
-    error, load = np.zeros((len(meshes.name), len(system.lines)), complex), np.zeros((n, len(system.lines)), complex)
-    for place, line in enumerate(system.lines):
+    meshes, count = system.meshes, len(system.lines)
+    error, load = np.zeros((len(meshes.name), count), complex), np.zeros((len(system.force), count), complex)
+    for column, line in enumerate(system.lines):
         omega = 2 * np.pi * s * float(line.frequency)
-        error[:, place] = line.gap
-        load[:, place] = line.force[0] + s * line.force[1] + s**2 * line.force[2]
-        load[:, place] += meshes.B @ ((meshes.stiffness + 1j * omega * meshes.damping) * line.gap)
+        error[:, column] = line.gap
+        load[:, column] = line.force[0] + s * line.force[1] + s**2 * line.force[2]
+        load[:, column] += meshes.B @ ((meshes.stiffness + 1j * omega * meshes.damping) * line.gap)
     return error, load

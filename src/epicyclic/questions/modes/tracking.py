@@ -80,36 +80,7 @@ def track_modes(at: Callable[[float], ModeSet], values: Sequence[float], *, dept
         else:
             path.append(state)
             todo.pop()
-    return _refined(at, path)
-
-
-def match_modes(before: ModeSet, here: ModeSet) -> tuple[ModeSet, float]:
-    """`here` in the order of the loci of `before`, repeated eigenspaces rotated to them.
-
-    And the least modal correlation.
-
-    Correlation of a mode is the share of its kinetic energy in the eigenspace assigned to it, 0..1: the modal assurance
-    criterion [allemang1982] with M as weight, summed over the eigenspace.
-    """
-    overlap = before.vectors.T @ ((before.M + here.M) / 2) @ here.vectors
-    rising = np.argsort(here.omega_squared, kind="stable")
-    spaces = [rising[run] for run in repeated_roots(here.omega_squared[rising])]
-    energy = np.empty_like(overlap)
-    for space in spaces:
-        energy[:, space] = (overlap[:, space] ** 2).sum(axis=1, keepdims=True)
-    _, column = scipy.optimize.linear_sum_assignment(energy, maximize=True)
-    vectors, squared = np.empty_like(here.vectors), np.empty_like(here.omega_squared)
-    for space in spaces:
-        mine = np.flatnonzero(np.isin(column, space))
-        left, _, right = np.linalg.svd(overlap[np.ix_(mine, space)].T)
-        vectors[:, mine] = here.vectors[:, space] @ (left @ right)
-        squared[mine] = here.omega_squared[space].mean() if space.size > 1 else here.omega_squared[space]
-    correlation = float(energy[np.arange(column.size), column].min(initial=1.0))
-    return ModeSet(value=here.value, omega_squared=squared, vectors=vectors, M=here.M), correlation
-
-
-def _refined(at: Callable[[float], ModeSet], path: list[ModeSet]) -> list[ModeSet]:
-    """The path with more values, until crossings and closest approaches are located."""
+    # more values, until crossings and closest approaches are located
     for _ in range(_REFINEMENTS):
         wanted = _refinement_values(path)
         if not wanted:
@@ -119,14 +90,37 @@ def _refined(at: Callable[[float], ModeSet], path: list[ModeSet]) -> list[ModeSe
     return path
 
 
+def match_modes(before: ModeSet, after: ModeSet) -> tuple[ModeSet, float]:
+    """`after` in the order of the loci of `before`, repeated eigenspaces rotated to them; least modal correlation.
+
+    Correlation of a mode is the share of its kinetic energy in the eigenspace assigned to it, 0..1: the modal assurance
+    criterion [allemang1982] with M as weight, summed over the eigenspace.
+    """
+    overlap = before.vectors.T @ ((before.M + after.M) / 2) @ after.vectors
+    rising = np.argsort(after.omega_squared, kind="stable")
+    spaces = [rising[run] for run in repeated_roots(after.omega_squared[rising])]
+    energy = np.empty_like(overlap)
+    for space in spaces:
+        energy[:, space] = (overlap[:, space] ** 2).sum(axis=1, keepdims=True)
+    _, column = scipy.optimize.linear_sum_assignment(energy, maximize=True)
+    vectors, squared = np.empty_like(after.vectors), np.empty_like(after.omega_squared)
+    for space in spaces:
+        loci = np.flatnonzero(np.isin(column, space))
+        left, _, right = np.linalg.svd(overlap[np.ix_(loci, space)].T)
+        vectors[:, loci] = after.vectors[:, space] @ (left @ right)
+        squared[loci] = after.omega_squared[space].mean() if space.size > 1 else after.omega_squared[space]
+    correlation = float(energy[np.arange(column.size), column].min(initial=1.0))
+    return ModeSet(value=after.value, omega_squared=squared, vectors=vectors, M=after.M), correlation
+
+
 def _insert(at: Callable[[float], ModeSet], path: list[ModeSet], value: float) -> list[ModeSet]:
     """The path with one more value; later sets are matched anew where the new set shows that a match was mistaken."""
     side = 1.0 if path[-1].value >= path[0].value else -1.0
-    place = int(np.searchsorted([side * state.value for state in path], side * value))
-    new, rest = match_modes(path[place - 1], at(value))[0], path[place:]
+    number = int(np.searchsorted([side * state.value for state in path], side * value))
+    new, rest = match_modes(path[number - 1], at(value))[0], path[number:]
     if np.allclose(match_modes(new, rest[0])[0].omega_squared, rest[0].omega_squared, rtol=_EQUAL, atol=0.0):
-        return [*path[:place], new, *rest]
-    path = [*path[:place], new]
+        return [*path[:number], new, *rest]
+    path = [*path[:number], new]
     for state in rest:
         path.append(match_modes(path[-1], state)[0])
     return path
@@ -138,20 +132,20 @@ def _refinement_values(path: list[ModeSet]) -> list[float]:
     squared = np.array([state.omega_squared for state in path])
     groups = repeated_loci(squared)
     mean = _mean_roots(squared, groups)
-    found: dict[float, None] = {}
+    wanted: dict[float, None] = {}
     for first, second in _adjacent_pairs(mean):
         d, size = mean[first] - mean[second], _EQUAL * (mean[first] + mean[second])
         near = np.abs(d) <= size
         for k in np.flatnonzero((d[:-1] * d[1:] < 0) & ~near[:-1] & ~near[1:]).tolist():
             # the chord finds a crossing in a few steps; halves close in on two loci that only seem to change places
-            found[float(x[k] - d[k] * (x[k + 1] - x[k]) / (d[k + 1] - d[k]))] = None
-            found[float(x[k] + x[k + 1]) / 2] = None
+            wanted[float(x[k] - d[k] * (x[k + 1] - x[k]) / (d[k + 1] - d[k]))] = None
+            wanted[float(x[k] + x[k + 1]) / 2] = None
         for k in _local_minima(d):
             value = _parabola_vertex(x[k - 1 : k + 2], d[k - 1 : k + 2] ** 2)
             if abs(value - x[k]) > 1e-3 * min(abs(x[k] - x[k - 1]), abs(x[k + 1] - x[k])) and not near[k]:
-                found[value] = None
+                wanted[value] = None
     apart = 1e-9 * float(np.ptp(x))
-    return [value for value in found if np.abs(x - value).min() > apart]
+    return [value for value in wanted if np.abs(x - value).min() > apart]
 
 
 def _mean_roots(squared: Array, groups: Sequence[tuple[int, ...]]) -> Array:
@@ -166,18 +160,15 @@ def _adjacent_pairs(mean: Array) -> list[tuple[int, int]]:
 
 
 def _local_minima(d: Array) -> list[int]:
-    """Indices of the inner minima of |d|, d (values,) of one sign.
-
-    From which it grows to both sides by `_GAP_GROWTH`.
-    """
-    size, found = np.abs(d), []
+    """Indices of inner minima of |d|, d (values,) of one sign, from which it grows to both sides by `_GAP_GROWTH`."""
+    size, minima = np.abs(d), []
     for k in np.flatnonzero((size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:])) + 1:
         left, right = (np.flatnonzero(side > _GAP_GROWTH * size[k]) for side in (size[:k], size[k:]))
         if left.size and right.size:
             dip = slice(int(left[-1]) + 1, int(k + right[0]))
             if int(np.argmin(size[dip])) + dip.start == k and np.all(d[dip] * d[k] > 0):
-                found.append(int(k))
-    return found
+                minima.append(int(k))
+    return minima
 
 
 def _parabola_vertex(x: Array, y: Array) -> float:
@@ -185,8 +176,8 @@ def _parabola_vertex(x: Array, y: Array) -> float:
     (a, b, c), (u, v, w) = x, y
     slope, other = (v - u) / (b - a), (w - v) / (c - b)
     bend = (other - slope) / (c - a)
-    place = (a + b) / 2 - slope / (2 * bend) if bend != 0 else b
-    return float(np.clip(place, min(a, c), max(a, c)))
+    vertex = (a + b) / 2 - slope / (2 * bend) if bend != 0 else b
+    return float(np.clip(vertex, min(a, c), max(a, c)))
 
 
 def repeated_loci(squared: Array) -> list[tuple[int, ...]]:
@@ -195,10 +186,10 @@ def repeated_loci(squared: Array) -> list[tuple[int, ...]]:
     same = np.ones((n, n), bool)
     for row in squared:
         rising = np.argsort(row, kind="stable")
-        here = np.zeros((n, n), bool)
+        equal = np.zeros((n, n), bool)
         for run in repeated_roots(row[rising]):
-            here[np.ix_(rising[run], rising[run])] = True
-        same &= here
+            equal[np.ix_(rising[run], rising[run])] = True
+        same &= equal
     return list(dict.fromkeys(tuple(np.flatnonzero(row).tolist()) for row in same))
 
 
@@ -215,29 +206,20 @@ def locus_events(path: list[ModeSet], slope: Callable[[float], tuple[Array, Arra
     squared = np.array([state.omega_squared for state in path])
     groups = repeated_loci(squared)
     mean = _mean_roots(squared, groups)
-    found: list[tuple[int, LocusEvent]] = []
+    events: list[tuple[int, LocusEvent]] = []
     for pair in _adjacent_pairs(mean):
         d = mean[pair[0]] - mean[pair[1]]
         size = _EQUAL * (mean[pair[0]] + mean[pair[1]])
-        found += [(k, _locus_event("crossing", path[k], groups, pair, slope)) for k in _sign_changes(d, size)]
+        # a crossing is where the difference changes sign, at its smallest size
+        for k, after in pairwise(np.flatnonzero(np.abs(d) > size).tolist()):
+            if d[k] * d[after] < 0:
+                least = k + int(np.argmin(np.abs(d[k : after + 1])))
+                events.append((least, _locus_event("crossing", path[least], groups, pair, slope)))
         for k in _local_minima(d):
             event = _locus_event("veering", path[k], groups, pair, slope)
             if abs(d[k]) > size[k] and event.index > _EXCHANGED:
-                found.append((k, event))
-    return [event for _, event in sorted(found, key=lambda one: one[0])]
-
-
-def _sign_changes(d: Array, size: Array) -> list[int]:
-    """Places where a difference d (values,) changes sign, at its smallest size.
-
-    `size` (values,) is what counts as zero.
-    """
-    found = []
-    for k, after in pairwise(np.flatnonzero(np.abs(d) > size)):
-        if d[k] * d[after] < 0:
-            run = np.arange(k, after + 1)
-            found.append(int(run[np.argmin(np.abs(d[run]))]))
-    return found
+                events.append((k, event))
+    return [event for _, event in sorted(events, key=lambda item: item[0])]
 
 
 def _locus_event(
@@ -247,10 +229,7 @@ def _locus_event(
     pair: tuple[int, int],
     slope: Callable[[float], tuple[Array, Array]],
 ) -> LocusEvent:
-    """The event of two groups of loci at one mode set: coupling [perkins1986.
-
-    lin2001] and veering index [dubois2011].
-    """
+    """The event of two groups of loci at one mode set: coupling [perkins1986; lin2001], veering index [dubois2011]."""
     first, second = (list(groups[number]) for number in pair)
     low, high = float(state.omega_squared[first].mean()), float(state.omega_squared[second].mean())
     dK, dM = slope(state.value)
@@ -258,12 +237,11 @@ def _locus_event(
     form = state.vectors.T @ (dK - middle * dM) @ state.vectors
     block = form[np.ix_(first, second)]
     coupling = float(np.linalg.norm(block, 2))
-    mine, other = (float(np.trace(form[np.ix_(one, one)])) / len(one) for one in (first, second))
-    half = ((mine - other) / 2) ** 2
-    cross = coupling**2 / (half + coupling**2) if coupling > 0 else 0.0
-    share = 0.0
+    slopes = [float(np.trace(form[np.ix_(loci, loci)])) / len(loci) for loci in (first, second)]
+    half = ((slopes[0] - slopes[1]) / 2) ** 2
+    index = coupling**2 / (half + coupling**2) if coupling > 0 else 0.0
     if kind == "veering":
-        share = _rotation_share(form, state, first, second) * _rotation_share(form, state, second, first)
+        index *= _rotation_share(form, state, first, second) * _rotation_share(form, state, second, first)
     return LocusEvent(
         kind=kind,
         value=state.value,
@@ -272,21 +250,20 @@ def _locus_event(
         second=groups[pair[1]],
         gap=abs(high - low),
         coupling=coupling,
-        index=cross * share if kind == "veering" else cross,
+        index=index,
     )
 
 
-def _rotation_share(form: Array, state: ModeSet, mine: list[int], other: list[int]) -> float:
-    """Share 0..1 of the rotation of the shapes `mine` that goes into the shapes `other`; form .
+def _rotation_share(form: Array, state: ModeSet, loci: list[int], other: list[int]) -> float:
+    """Share 0..1 of the rotation of the shapes of some loci that goes into the shapes of others.
 
-    (n, n) phi^T (K' - w^2 M') phi.
+    form : (n, n) phi^T (K' - w^2 M') phi.
     """
-    own = float(state.omega_squared[mine].mean())
-    rest = np.setdiff1d(np.arange(len(form)), mine)
-    away = state.omega_squared[rest] - own
+    root = float(state.omega_squared[loci].mean())
+    rest = np.setdiff1d(np.arange(len(form)), loci)
+    away = state.omega_squared[rest] - root
     safe = np.abs(away) > 0
-    turning = np.where(
-        safe, (form[np.ix_(np.array(mine), rest)] ** 2).sum(axis=0) / np.where(safe, away, 1.0) ** 2, 0.0
-    )
+    strength = (form[np.ix_(np.array(loci), rest)] ** 2).sum(axis=0)
+    turning = np.where(safe, strength / np.where(safe, away, 1.0) ** 2, 0.0)
     total = float(turning.sum())
     return float(turning[np.isin(rest, other)].sum()) / total if total > 0 else 0.0

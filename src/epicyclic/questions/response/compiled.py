@@ -13,18 +13,65 @@ Lanes are independent: each keeps the vectors up to its own convergence, whateve
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ...machine_code import compiled
 from ...system.system import Array
-from .balance import CondensedOperators, Workspace, workspace
+from .balance import CondensedOperators
 
 Index = NDArray[np.int64]
 _LANES = 8
 _TINY = 1e-300
 # Vectors before a restart, how often to restart, and what a cycle in single precision may gain.
 _BASIS, _RESTARTS, _GAIN = 60, 4, 1e-6
+
+
+class Workspace(NamedTuple):
+    """Arrays for one group of speeds side by side, 8 lanes: H = 8 J, X = 2 H, K Krylov vectors.
+
+    values, forces : (m + r, X).  work : (n, X).
+    stiffness_factor : (2, H) frame^2 and frame, of Kg and Cskew.  rate_factor : (2, H) w frame and w, of G and C
+        [rad/s].
+    inverse : (2, n, H) 1/D.  vectors : (K + 1, n, X).  rows : (K, X).  triangle : (K, K, 8).  rotations : (2, K, 8).
+    projected : (K + 1, 8) right side.  along : (K + 2, 8).  used : (8,) vectors of each lane.
+    """
+
+    values: Array
+    forces: Array
+    work: Array
+    stiffness_factor: Array
+    rate_factor: Array
+    inverse: Array
+    vectors: Array
+    rows: Array
+    triangle: Array
+    rotations: Array
+    projected: Array
+    along: Array
+    used: Index
+
+
+def workspace(operators: CondensedOperators, J: int, *, lanes: int, basis: int) -> Workspace:
+    """Workspace for J harmonics and `basis` Krylov vectors, in the precision of the operators."""
+    (c, n), half, kind = operators.read.shape, J * lanes, operators.read.dtype
+    return Workspace(
+        values=np.empty((c, 2 * half), kind),
+        forces=np.empty((c, 2 * half), kind),
+        work=np.empty((n, 2 * half), kind),
+        stiffness_factor=np.empty((2, half), kind),
+        rate_factor=np.empty((2, half), kind),
+        inverse=np.empty((2, n, half), kind),
+        vectors=np.empty((basis + 1, n, 2 * half), kind),
+        rows=np.empty((basis + 1, 2 * half), kind),
+        triangle=np.empty((basis, basis, lanes)),
+        rotations=np.empty((2, basis, lanes)),
+        projected=np.empty((basis + 1, lanes)),
+        along=np.empty((basis + 2, lanes)),
+        used=np.empty(lanes, np.int64),
+    )
 
 
 def solve_points(
@@ -55,8 +102,8 @@ def solve_points(
     left, calls = np.empty(P), np.empty(P, np.int64)
     single = CondensedOperators._make(each.astype(np.float32) if each.dtype == float else each for each in operators)
     spaces = workspace(operators, J, lanes=_LANES, basis=0), workspace(single, J, lanes=_LANES, basis=_BASIS)
-    given = operators, single, *spaces, frequency, np.ascontiguousarray(frame), flat
-    _solve_all(*given, y, scale, left, calls, start is None, tolerance, mean)
+    fixed = operators, single, *spaces, frequency, np.ascontiguousarray(frame), flat
+    _solve_all(*fixed, y, scale, left, calls, start is None, tolerance, mean)
     return y.reshape(right.shape), left / scale, scale, int(calls.max(initial=0))
 
 
@@ -110,10 +157,8 @@ def _copy(space: Workspace, single_space: Workspace) -> None:
     """Frame factors, frequencies and 1/D in single precision.  Loops: slices would make numba compile an error text."""
     for i in range(2):
         for x in range(single_space.stiffness_factor.shape[1]):
-            single_space.stiffness_factor[i, x], single_space.rate_factor[i, x] = (
-                space.stiffness_factor[i, x],
-                space.rate_factor[i, x],
-            )
+            single_space.stiffness_factor[i, x] = space.stiffness_factor[i, x]
+            single_space.rate_factor[i, x] = space.rate_factor[i, x]
             for r in range(single_space.inverse.shape[1]):
                 single_space.inverse[i, r, x] = space.inverse[i, r, x]
 
@@ -149,12 +194,12 @@ def _prepare(operators: CondensedOperators, space: Workspace, frequency: Array, 
 
 
 @compiled
-def _precondition(inverse: Array, given: Array, out: Array) -> None:
-    """out = D^-1 given, both (n, X), 1/D as (2, n, H)."""
+def _precondition(inverse: Array, values: Array, out: Array) -> None:
+    """out = D^-1 values, both (n, X), 1/D as (2, n, H)."""
     half = inverse.shape[2]
-    for r in range(given.shape[0]):
+    for r in range(values.shape[0]):
         for x in range(half):
-            real, imag = given[r, x], given[r, half + x]
+            real, imag = values[r, x], values[r, half + x]
             out[r, x] = inverse[0, r, x] * real + inverse[1, r, x] * imag
             out[r, half + x] = inverse[0, r, x] * imag - inverse[1, r, x] * real
 
@@ -162,33 +207,29 @@ def _precondition(inverse: Array, given: Array, out: Array) -> None:
 @compiled
 def _apply(operators: CondensedOperators, space: Workspace, y: Array, out: Array) -> None:
     """out = y + D^-1 coupling y, both (n, X)."""
-    values, forces, work, stiffness_factor, rate_factor = (
-        space.values,
-        space.forces,
-        space.work,
-        space.stiffness_factor,
-        space.rate_factor,
-    )
+    values, forces, rate_factor = space.values, space.forces, space.rate_factor
     m, J2 = operators.own.shape[0], operators.own.shape[1]
     np.dot(operators.read, y, values)
     for k in range(m):
         np.dot(operators.own[k], values[k].reshape(J2, _LANES), forces[k].reshape(J2, _LANES))
     forces[m:] = 0.0
     for e in range(operators.row.size):
-        given, out_row = values[operators.column[e]], forces[operators.row[e]]
-        _entry(operators.stiff[:, e], operators.rate[:, e], stiffness_factor, rate_factor, given, out_row)
-    np.dot(operators.push, forces, work)
+        value, force = values[operators.column[e]], forces[operators.row[e]]
+        _entry(operators.stiff[:, e], operators.rate[:, e], space.stiffness_factor, rate_factor, value, force)
+    np.dot(operators.push, forces, space.work)
     for r in range(y.shape[0]):
-        _finish(work[r], y[r], rate_factor[1], operators.diagonal[r], space.inverse[0, r], space.inverse[1, r], out[r])
+        _finish(
+            space.work[r], y[r], rate_factor[1], operators.diagonal[r], space.inverse[0, r], space.inverse[1, r], out[r]
+        )
 
 
 @compiled
-def _entry(stiff: Array, rate: Array, stiffness_factor: Array, rate_factor: Array, given: Array, out: Array) -> None:
-    """Add one entry of the operators to a force (X,): out += (stiffness + i rate) given."""
+def _entry(stiff: Array, rate: Array, stiffness_factor: Array, rate_factor: Array, values: Array, out: Array) -> None:
+    """Add one entry of the operators to a force (X,): out += (stiffness + i rate) values."""
     half = stiffness_factor.shape[1]
     s0, s1, r0, r1 = stiff[0], stiff[1], rate[0], rate[1]
     f2, f1, wf, w = stiffness_factor[0], stiffness_factor[1], rate_factor[0], rate_factor[1]
-    real, imag = given[:half], given[half:]
+    real, imag = values[:half], values[half:]
     out_real, out_imag = out[:half], out[half:]
     for x in range(half):
         k, c = s0 * f2[x] + s1 * f1[x], r0 * wf[x] + r1 * w[x]
@@ -200,14 +241,9 @@ def _entry(stiff: Array, rate: Array, stiffness_factor: Array, rate_factor: Arra
 def _finish(work: Array, y: Array, rate_factor: Array, diagonal: float, re: Array, im: Array, out: Array) -> None:
     """out = y + D^-1 (work without the diagonal of the dampers, which D holds), of one mode (X,)."""
     half = rate_factor.size
-    work_real, work_imag, y_real, y_imag, out_real, out_imag = (
-        work[:half],
-        work[half:],
-        y[:half],
-        y[half:],
-        out[:half],
-        out[half:],
-    )
+    work_real, work_imag = work[:half], work[half:]
+    y_real, y_imag = y[:half], y[half:]
+    out_real, out_imag = out[:half], out[half:]
     for x in range(half):
         extra = rate_factor[x] * diagonal
         a, b = work_real[x] + extra * y_imag[x], work_imag[x] - extra * y_real[x]
@@ -221,11 +257,11 @@ def _products(rows: Array, vectors: Array, y: Array, out: Array) -> None:
     k, n, X = vectors.shape
     rows[:k] = 0.0
     for r in range(n):
-        mine = y[r]
+        y_row = y[r]
         for i in range(k):
             row, vector = rows[i], vectors[i, r]
             for x in range(X):
-                row[x] += vector[x] * mine[x]
+                row[x] += vector[x] * y_row[x]
     for i in range(k):
         out[i] = 0.0
         for a in range(X // _LANES):
@@ -242,23 +278,23 @@ def _combine(rows: Array, factors: Array, vectors: Array, y: Array) -> None:
             for q in range(_LANES):
                 rows[i, a * _LANES + q] = factors[i, q]
     for r in range(n):
-        mine = y[r]
+        y_row = y[r]
         for i in range(k):
             row, vector = rows[i], vectors[i, r]
             for x in range(X):
-                mine[x] += row[x] * vector[x]
+                y_row[x] += row[x] * vector[x]
 
 
 @compiled
-def _stretch(rows: Array, factor: Array, given: Array, out: Array) -> None:
-    """out (n, X) = factor (8,) times given, lane by lane."""
+def _stretch(rows: Array, factor: Array, values: Array, out: Array) -> None:
+    """out (n, X) = factor (8,) times values, lane by lane."""
     row = rows[0]
     for a in range(row.size // _LANES):
         for q in range(_LANES):
             row[a * _LANES + q] = factor[q]
-    for r in range(given.shape[0]):
+    for r in range(values.shape[0]):
         for x in range(row.size):
-            out[r, x] = row[x] * given[r, x]
+            out[r, x] = row[x] * values[r, x]
 
 
 @compiled
@@ -326,13 +362,13 @@ def _gmres(
 
 
 @compiled
-def _take(which: NDArray[np.bool_], given: Array, out: Array) -> None:
+def _take(which: NDArray[np.bool_], values: Array, out: Array) -> None:
     """Copy the lanes `which` (8,) of (n, X)."""
     for r in range(out.shape[0]):
         for a in range(out.shape[1] // _LANES):
             for q in range(_LANES):
                 if which[q]:
-                    out[r, a * _LANES + q] = given[r, a * _LANES + q]
+                    out[r, a * _LANES + q] = values[r, a * _LANES + q]
 
 
 @compiled

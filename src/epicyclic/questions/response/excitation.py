@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -61,6 +60,19 @@ class LineExcitation:
         axes = self.axis.tolist()
         return [system.meshes.stage[axes.index(axis)] for axis in range(len(self.tones))]
 
+    def solved_together(self, *, shifted: bool) -> list[list[tuple[Point, bool, Line]]]:
+        """Groups of lines that share a solution: one of all mesh orders, or (`shifted`) one a shaft frequency.
+
+        A line is (lattice point, whether its conjugate stands there, line): a . f - frequency, conjugated, is at -a
+        around +frequency.
+        """
+        if not shifted:
+            return [[(point, False, line) for point, line in self.mesh]]
+        return [
+            [(tuple(-a for a in point) if minus else point, minus, line) for point, minus, line in shaft.members]
+            for shaft in self.shaft
+        ]
+
     @property
     def highest(self) -> tuple[int, ...]:
         """Highest order of each tone at which a line stands, (D,)."""
@@ -78,22 +90,22 @@ def excitation(system: System, modal: Modal) -> LineExcitation:
     """
     require_damping(system)
     tones = mesh_tones(system)
-    places = [(_multiple(tones, line.frequency), line) for line in system.lines]
-    _balanced(system, modal)
+    points = [(_multiple(tones, line.frequency), line) for line in system.lines]
+    _require_balance(system, modal)
     return LineExcitation(
         tones=tones,
         axis=np.array([tones.index(system.tones[i]) for i in system.meshes.tone], dtype=np.int64),
-        mesh=tuple((point, line) for point, line in places if point is not None),
-        shaft=_grouped(tones, [line for point, line in places if point is None]),
+        mesh=tuple((point, line) for point, line in points if point is not None),
+        shaft=_grouped(tones, [line for point, line in points if point is None]),
     )
 
 
 def require_damping(system: System) -> None:
     """Raise ModelError where nothing damps: no damping is given, or all of it is zero."""
     if not (system.zeta or np.any(system.C) or np.any(system.meshes.damping)):
-        given = "only zero damping is given" if system.damped else "no damping is given"
+        problem = "only zero damping is given" if system.damped else "no damping is given"
         raise ModelError(
-            f"{given}, so the response never settles",
+            f"{problem}, so the response never settles",
             path="damping",
             allowed='e.g. damping = { modal = "3 %" }',
         )
@@ -106,15 +118,15 @@ def mesh_tones(system: System) -> tuple[Fraction, ...]:
     ------
     ModelError : there is none, or one is zero.
     """
-    used = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
-    if not used or min(used) <= 0:
+    tones = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
+    if not tones or min(tones) <= 0:
         turns = any(system.body_turns)
         reason = ": the members of each stage turn as one" if turns else ""
         allowed = "members that turn against each other" if turns else "the speed of one member"
         raise ModelError(
             f"the response needs a mesh frequency above zero{reason}", path="operation.speed", allowed=allowed
         )
-    return used
+    return tones
 
 
 def _multiple(tones: tuple[Fraction, ...], frequency: Fraction) -> Point | None:
@@ -141,7 +153,7 @@ def _grouped(tones: tuple[Fraction, ...], lines: list[Line]) -> tuple[Shaft, ...
     return tuple(Shaft(frequency=base, members=tuple(members)) for base, members in groups.items())
 
 
-def _balanced(system: System, modal: Modal) -> None:
+def _require_balance(system: System, modal: Modal) -> None:
     """Refuse mean forces that work on a rigid mode: nothing would hold the train in place.
 
     Raises
@@ -152,8 +164,8 @@ def _balanced(system: System, modal: Modal) -> None:
     shapes = modal.shapes[:, modal.rigid]
     work, size = np.abs(shapes.T @ mean), np.abs(shapes.T) @ np.abs(mean)
     if np.any(work > _BALANCE * size):
-        if found := unheld(shapes, mean, system.dofs.names):
-            raise unheld_error(found)
+        if coordinates := unheld(shapes, mean, system.dofs.names):
+            raise unheld_error(coordinates)
         worst = int(np.argmax(work / np.where(size > 0, size, 1.0)))
         name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
         raise ModelError(
@@ -164,58 +176,42 @@ def _balanced(system: System, modal: Modal) -> None:
         )
 
 
-def mesh_order_excitation(
+def line_excitation(
     system: System, lines: LineExcitation, speed: Array, lattice: Lattice
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Errors (m, P, J) [m] and forces (P, J, n) [N, N m] at the points of a mirrored lattice.
+    """Errors (m, P S, J) [m] and forces (P S, J, n) [N, N m] at the points of a lattice, speeds outermost.
 
+    Of a mirrored lattice those of the mesh orders, S = 1, constant loads included; else of every shaft group.
     speed : (P,) relative to the operating speed.
     """
-    place = _places(lattice)
-    error = np.zeros((len(system.meshes.name), speed.size, len(lattice.points)), complex)
-    force = np.zeros((speed.size, len(lattice.points), system.force.size), complex)
-    force[:, 0] = system.force
-    for point, line in lines.mesh:
-        error[:, :, place(point)] += line.gap[:, None]
-        force[:, place(point)] += _line_force(line, speed)
-    error[:, :, 0], force[:, 0] = error[:, :, 0].real, force[:, 0].real
+    groups, index = lines.solved_together(shifted=not lattice.mirrored), _point_index(lattice)
+    count, J = len(groups), len(lattice.points)
+    error = np.zeros((len(system.meshes.name), speed.size * count, J), complex)
+    force = np.zeros((speed.size * count, J, system.force.size), complex)
+    if lattice.mirrored:
+        force[:, 0] = system.force
+    for number, members in enumerate(groups):
+        for point, conjugate, line in members:
+            gap, push = line.gap[:, None], speed_powers(speed) @ line.force
+            error[:, number::count, index[point]] += gap.conj() if conjugate else gap
+            force[number::count, index[point]] += push.conj() if conjugate else push
+    if lattice.mirrored:
+        error[:, :, 0], force[:, 0] = error[:, :, 0].real, force[:, 0].real
     return error, force
 
 
-def shaft_order_excitation(
-    system: System, lines: LineExcitation, speed: Array, lattice: Lattice
-) -> tuple[ComplexArray, ComplexArray]:
-    """Errors (m, P S, J) [m] and forces (P S, J, n) [N, N m] of every shaft group at every speed, speeds outermost.
+def link_errors(system: System, lines: LineExcitation, lattice: Lattice) -> ComplexArray:
+    """Errors of the link rows at the points of a lattice, (p, S, J) [m, rad], S as of `line_excitation`.
 
-    speed : (P,) relative to the operating speed.
+    No speed changes them.
     """
-    count, where = len(lines.shaft), _places(lattice)
-    error = np.zeros((len(system.meshes.name), speed.size * count, len(lattice.points)), complex)
-    force = np.zeros((speed.size * count, len(lattice.points), system.force.size), complex)
-    for place, shaft in enumerate(lines.shaft):
-        for point, conjugate, line in shaft.members:
-            at = where(_around_shaft(point, conjugate=conjugate))
-            gap, push = line.gap[:, None], _line_force(line, speed)
-            error[:, place::count, at] += gap.conj() if conjugate else gap
-            force[place::count, at] += push.conj() if conjugate else push
-    return error, force
-
-
-def link_errors(system: System, lines: LineExcitation, lattice: Lattice, *, shaft: int | None) -> ComplexArray:
-    """Errors of the link rows at the lattice points, (p, J) [m, rad]; no speed changes them.
-
-    shaft : index of the shaft group; None: mesh orders.
-    """
-    place = _places(lattice)
-    error = np.zeros((len(system.links.name), len(lattice.points)), complex)
-    if shaft is None:
-        for point, line in lines.mesh:
-            error[:, place(point)] += line.link_gap
-        error[:, 0] = error[:, 0].real
-        return error
-    for point, conjugate, line in lines.shaft[shaft].members:
-        gap = line.link_gap.conj() if conjugate else line.link_gap
-        error[:, place(_around_shaft(point, conjugate=conjugate))] += gap
+    groups, index = lines.solved_together(shifted=not lattice.mirrored), _point_index(lattice)
+    error = np.zeros((len(system.links.name), len(groups), len(lattice.points)), complex)
+    for number, members in enumerate(groups):
+        for point, conjugate, line in members:
+            error[:, number, index[point]] += line.link_gap.conj() if conjugate else line.link_gap
+    if lattice.mirrored:
+        error[:, :, 0] = error[:, :, 0].real
     return error
 
 
@@ -224,17 +220,6 @@ def speed_powers(speed: Array) -> Array:
     return np.stack([np.ones_like(speed), speed, speed**2], axis=1)
 
 
-def _around_shaft(point: Point, *, conjugate: bool) -> Point:
-    """Lattice point around +frequency: a . f - frequency stands at -a there once conjugated."""
-    return tuple(-order for order in point) if conjugate else point
-
-
-def _places(lattice: Lattice) -> Callable[[Point], int]:
+def _point_index(lattice: Lattice) -> dict[Point, int]:
     """Index of a point among the points of a lattice."""
-    return {tuple(point): i for i, point in enumerate(lattice.points.tolist())}.__getitem__
-
-
-def _line_force(line: Line, speed: Array) -> ComplexArray:
-    """Force of a line at relative speeds (P,), (P, n) [N, N m]."""
-    force: ComplexArray = speed_powers(speed) @ line.force
-    return force
+    return {tuple(point): i for i, point in enumerate(lattice.points.tolist())}

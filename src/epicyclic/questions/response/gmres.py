@@ -1,8 +1,7 @@
-"""GMRES on many linear systems at once: one array, one operator call an iteration [saad1986].
+"""GMRES [saad1986], and the refinement of a response near a resonance of light damping as far as numbers allow.
 
-One system alone has a form of its own: its arrays are so small that calls of NumPy are what it costs.
-
-How well a response near a resonance of light damping is determined, and its refinement as far as numbers allow.
+Many linear systems are solved at once: one array, one operator call an iteration.  One system alone has a form of its
+own: its arrays are so small that calls of NumPy are what it costs.
 
 A residual r of the balance A y = b is an error A^-1 r, which a sharp resonance amplifies.  The amplification is found
 by solving for a unit force on the coordinates that are near resonance.  Besides r, double precision itself perturbs A:
@@ -22,6 +21,20 @@ from ...system.system import Array
 from ..modes.basis import Modal
 
 _TINY = 1e-300
+# Least |D| of the preconditioner, per omega_r^2.  At a resonance of the mean system without damping D is 0 although the
+# varying stiffness and the gyroscopic terms leave the system regular: 1/D would make the right side, and with it the
+# scale of residuals, as large as one likes.  D stays above this from a damping ratio of 5e-5 on.
+FLOOR = 1e-4
+# Damping ratio below which a resonance is asked: above, it amplifies a residual less than 5000 times, and the
+# tolerances hold.
+_LIGHT = 1e-4
+# Distance from a natural frequency, of omega^2, below which a harmonic may be resonant: gyroscopic and varying terms
+# shift the resonances of the mean system by a few per cent.
+_NEAR = 0.1
+# Residual of the solution for the amplification: its size is wanted, not its digits.
+_PROBE = 1e-2
+# Refinements at most; each gains at least three digits or none.
+_ROUNDS = 3
 
 
 def gmres(
@@ -75,10 +88,14 @@ def _cycle(
     g[:, 0] = norm
     k = 0
     while k < basis:
-        h, V[k + 1] = _orthogonal(apply(V[k]), V[: k + 1])
-        rotated = np.matmul(Q[:, : k + 1, : k + 1], h[:, : k + 1, None])[:, :, 0]
+        known, w = V[: k + 1].transpose(1, 0, 2), apply(V[k])
+        along = np.matmul(known, w[:, :, None])[:, :, 0]
+        w = w - np.matmul(along[:, None, :], known)[:, 0]
+        left = _norm(w)
+        V[k + 1] = w / np.maximum(left, _TINY)[:, None]
+        rotated = np.matmul(Q[:, : k + 1, : k + 1], along[:, :, None])[:, :, 0]
         R[:, :k, k] = rotated[:, :k]
-        R[:, k, k] = _rotate(Q, g, k, rotated[:, k], h[:, k + 1])
+        R[:, k, k] = _rotate(Q, g, k, rotated[:, k], left)
         k += 1
         if not np.any(np.abs(g[:, k]) > 0.5 * target):
             break
@@ -151,17 +168,6 @@ def _length(x: Array) -> float:
     return float(np.sqrt(x @ x))
 
 
-def _orthogonal(w: Array, V: Array) -> tuple[Array, Array]:
-    """Components of w (P, N) along V (k, P, N) with the remaining norm appended, (P, k + 1), and the new unit vector
-    (P, N).
-    """
-    basis = V.transpose(1, 0, 2)
-    along = np.matmul(basis, w[:, :, None])[:, :, 0]
-    w = w - np.matmul(along[:, None, :], basis)[:, 0]
-    left = _norm(w)
-    return np.concatenate([along, left[:, None]], axis=1), w / np.maximum(left, _TINY)[:, None]
-
-
 def _rotate(Q: Array, g: Array, k: int, diagonal: Array, below: Array) -> Array:
     """Rotate `below` (P,) into the diagonal by a Givens rotation, in Q and g too; returns the new diagonal (P,)."""
     length = np.maximum(np.hypot(diagonal, below), _TINY)
@@ -190,28 +196,12 @@ def _norm(x: Array) -> Array:
     return norm
 
 
-# Least |D| of the preconditioner, per omega_r^2.  At a resonance of the mean system without damping D is 0 although the
-# varying stiffness and the gyroscopic terms leave the system regular: 1/D would make the right side, and with it the
-# scale of residuals, as large as one likes.  D stays above this from a damping ratio of 5e-5 on.
-FLOOR = 1e-4
-# Damping ratio below which a resonance is asked: above, it amplifies a residual less than 5000 times, and the
-# tolerances hold.
-_LIGHT = 1e-4
-# Distance from a natural frequency, of omega^2, below which a harmonic may be resonant: gyroscopic and varying terms
-# shift the resonances of the mean system by a few per cent.
-_NEAR = 0.1
-# Residual of the solution for the amplification: its size is wanted, not its digits.
-_PROBE = 1e-2
-# Refinements at most; each gains at least three digits or none.
-_ROUNDS = 3
-
-
 def near_sharp_resonance(modal: Modal, frequency: Array) -> NDArray[np.bool_]:
     """Points (P,) with a harmonic near the natural frequency of a mode of light damping.
 
     frequency : (P, J) [rad/s].
     """
-    light = (modal.damping**2 < 4 * _LIGHT**2 * modal.squared) & ~modal.rigid
+    light = _lightly_damped(modal)
     if not np.any(light):
         return np.zeros(len(frequency), dtype=bool)
     squared = modal.squared[light]
@@ -266,7 +256,7 @@ def _amplification(modal: Modal, rows: Callable[[Array], Array], frequency: Arra
     inf where the resonance is narrower than rounding.
     """
     distance = np.abs(modal.squared - frequency[:, None] ** 2)
-    near = (distance < _NEAR * modal.squared) & (modal.damping**2 < 4 * _LIGHT**2 * modal.squared) & ~modal.rigid
+    near = (distance < _NEAR * modal.squared) & _lightly_damped(modal)
     # the signs are fixed and without pattern, so that the unit forces do not cancel along a resonant motion
     signs = np.random.default_rng(1).choice([-1.0, 1.0], size=(2, *near.shape))
     force = np.where(near, signs, 0.0).reshape(1, -1)
@@ -277,3 +267,9 @@ def _amplification(modal: Modal, rows: Callable[[Array], Array], frequency: Arra
     if not left[0] <= _PROBE:
         return np.inf, noise
     return max(1.0, float(np.linalg.norm(answer))), noise
+
+
+def _lightly_damped(modal: Modal) -> NDArray[np.bool_]:
+    """Elastic modes (n,) whose damping ratio is so small that their resonance is asked."""
+    light: NDArray[np.bool_] = (modal.damping**2 < 4 * _LIGHT**2 * modal.squared) & ~modal.rigid
+    return light

@@ -1,4 +1,4 @@
-"""Lattice of the mesh frequencies: the combinations kept in the balance, and their exact frequencies.
+"""Lattice of the mesh frequencies: combinations kept in the balance, their exact frequencies, products on them.
 
 A point a = (a_1 .. a_D) stands for the frequency a . f.  A mesh depends on one tone, so its stiffness couples points
 along that one axis: the lattice is a bundle of independent lines.  Points of equal frequency (tones in the ratio 3/7,
@@ -6,8 +6,7 @@ say) stay apart: the equation is linear on the torus of the tone phases, and the
 whatever the ratio.  Sums over time, as an RMS, add amplitudes of equal frequency first; frequencies are compared as
 fractions (docs/design.md, exact frequencies).
 
-Products of mesh stiffness and gap as exact convolutions of harmonics, along the axis of each mesh's tone.
-
+Products of mesh stiffness and gap are exact convolutions of harmonics, along the axis of each mesh's tone.
 Harmonics of P points are held as (m, P, 2 J): real and imaginary parts of J lattice points.  With one tone a product
 is one small matrix a mesh; with several tones, one for the multiples of the tone and one for all other lines along
 its axis.  Derived here: no aliasing, since no product is sampled.
@@ -20,6 +19,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product as combinations
 from math import lcm
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +49,7 @@ class Lattice:
         return int(self.points.shape[1])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Bundle:
+class Bundle(NamedTuple):
     """Lines of lattice points along one axis that do not pass through the origin.
 
     rests : (lines, D) orders that the points of a line share, 0 along the axis.
@@ -74,14 +73,15 @@ def kept_points(harmonics: tuple[int, ...], cross: int, *, mirrored: bool) -> La
     if D == 1:
         orders = np.arange(0 if mirrored else -harmonics[0], harmonics[0] + 1, dtype=np.int64)
         return Lattice(points=orders[:, None], mirrored=mirrored, own=(np.arange(orders.size, dtype=np.int64),))
-    points = [_on_axis(j, a, D) for j, H in enumerate(harmonics) for a in range(-H, H + 1)]
-    points += _combined(D, cross)
+    origin, reach = (0,) * D, range(-cross, cross + 1)
+    points = [_along(origin, j, a) for j, H in enumerate(harmonics) for a in range(-H, H + 1)]
+    points += [p for p in combinations(reach, repeat=D) if sum(map(abs, p)) <= cross and sum(map(bool, p)) > 1]
     if mirrored:
         points = [point for point in points if _leads(point)]
     ordered = sorted(set(points), key=lambda p: (any(p) if mirrored else False, p))
     place = {point: i for i, point in enumerate(ordered)}
     own = tuple(
-        np.array([place[_on_axis(j, a, D)] for a in range(0 if mirrored else -H, H + 1)], dtype=np.int64)
+        np.array([place[_along(origin, j, a)] for a in range(0 if mirrored else -H, H + 1)], dtype=np.int64)
         for j, H in enumerate(harmonics)
     )
     return Lattice(points=np.array(ordered, dtype=np.int64).reshape(-1, D), mirrored=mirrored, own=own)
@@ -93,15 +93,9 @@ def on_axis(points: Index, axis: int) -> NDArray[np.bool_]:
     return alone
 
 
-def _combined(D: int, cross: int) -> list[Point]:
-    """Combinations of two or more of D tones up to |a_1| + .. + |a_D| = cross."""
-    reach = range(-cross, cross + 1)
-    return [p for p in combinations(reach, repeat=D) if sum(map(abs, p)) <= cross and sum(map(bool, p)) > 1]
-
-
-def _on_axis(axis: int, order: int, D: int) -> Point:
-    """The multiple `order` of one tone as a lattice point of D axes."""
-    return (*(0,) * axis, order, *(0,) * (D - axis - 1))
+def _along(rest: Sequence[int], axis: int, order: int) -> Point:
+    """The point `rest` with another order along one axis."""
+    return (*rest[:axis], order, *rest[axis + 1 :])
 
 
 def _leads(point: Iterable[int]) -> bool:
@@ -161,16 +155,16 @@ class LineFrequencies:
     @property
     def constant(self) -> NDArray[np.bool_]:
         """Harmonics of frequency 0 (R,), which make up the mean."""
-        found: NDArray[np.bool_] = (self.distinct == 0).astype(bool)[self.line]
-        return found
+        constant: NDArray[np.bool_] = (self.distinct == 0).astype(bool)[self.line]
+        return constant
 
     def index_of(self, frequencies: Sequence[Fraction]) -> Index:
         """Index in `distinct` of each frequency [Hz] (L,), -1 where no harmonic has it."""
         wanted = [frequency * self.unit for frequency in frequencies]
         steps = np.array([int(f) for f in wanted], dtype=object)
-        place = np.minimum(np.searchsorted(self.distinct, steps), max(self.distinct.size - 1, 0))
-        known = [f.denominator == 1 and self.distinct[i] == f for f, i in zip(wanted, place, strict=True)]
-        return np.where(np.array(known, dtype=bool), place, -1)
+        index = np.minimum(np.searchsorted(self.distinct, steps), max(self.distinct.size - 1, 0))
+        known = [f.denominator == 1 and self.distinct[i] == f for f, i in zip(wanted, index, strict=True)]
+        return np.where(np.array(known, dtype=bool), index, -1)
 
     def merged(self, values: ComplexArray) -> ComplexArray:
         """Amplitudes (..., R) with those of equal frequency added, (..., F): value = Re sum A_f exp(i w_f t)."""
@@ -294,20 +288,20 @@ def kernel(system: System, tone: Index, harmonics: tuple[int, ...], cross: int, 
     lattice = kept_points(harmonics, cross, mirrored=mirrored)
     D = lattice.tones
     bundles = [bundle(lattice, j) for j in range(D)]
-    lengths = [_length(system, tone == j) for j in range(D)]
+    lengths = []  # harmonics of the stiffness of the meshes of each tone
+    for j in range(D):
+        used = np.flatnonzero(np.any(system.meshes.variation[tone == j] != 0, axis=0))
+        lengths.append(int(used[-1]) + 1 if used.size else 0)
     truncated = _truncated_points(lattice, bundles, lengths)
     axes = tuple(
         _axis(system, np.flatnonzero(tone == j), lengths[j], lattice, bundles[j], truncated, j) for j in range(D)
     )
     several = np.count_nonzero(truncated, axis=1) != 1
-    truncated_kind = (
-        np.where(several, D, np.argmax(truncated != 0, axis=1)) if truncated.size else np.zeros(0, np.int64)
-    )
     distinct, owner = _distinct_rows(system.meshes.B, tone)
     return Kernel(
         lattice=lattice,
         truncated=truncated,
-        truncated_kind=truncated_kind,
+        truncated_kind=np.where(several, D, np.argmax(truncated != 0, axis=1)),
         axes=axes,
         joined=tuple(_joined(axis, owner) for axis in axes) if len(distinct) < len(owner) else axes,
         distinct=distinct,
@@ -320,41 +314,27 @@ def _distinct_rows(B: Array, tone: Index) -> tuple[Index, Index]:
     Both sides of a herringbone mesh are one where nothing tilts.
     """
     columns = np.vstack([tone, B]).T + 0.0  # -0 is 0
-    found: dict[bytes, int] = {}
-    owner = [found.setdefault(column.tobytes(), len(found)) for column in columns]
-    first = [owner.index(place) for place in range(len(found))]
+    number: dict[bytes, int] = {}
+    owner = [number.setdefault(column.tobytes(), len(number)) for column in columns]
+    first = [owner.index(row) for row in range(len(number))]
     return np.array(first, np.int64), np.array(owner, np.int64)
 
 
 def _joined(axis: Axis, owner: Index) -> Axis:
     """An axis whose rows are sums of the meshes with one owner (m,)."""
-    mine, place = np.unique(owner[axis.meshes], return_inverse=True)
-
-    def total(matrices: Array) -> Array:
-        result = np.zeros((mine.size, *matrices.shape[1:]))
-        np.add.at(result, place, matrices)
-        return result
-
-    return replace(
-        axis,
-        meshes=mine,
-        own_product=total(axis.own_product),
-        line_product=total(axis.line_product),
-        own_tail=total(axis.own_tail),
-        line_tail=total(axis.line_tail),
-    )
-
-
-def _length(system: System, mine: NDArray[np.bool_]) -> int:
-    """Number of harmonics of the stiffness of the meshes marked in `mine` (m,)."""
-    used = np.flatnonzero(np.any(system.meshes.variation[mine] != 0, axis=0))
-    return int(used[-1]) + 1 if used.size else 0
+    rows, row = np.unique(owner[axis.meshes], return_inverse=True)
+    sums: dict[str, Any] = {}
+    for name in ("own_product", "line_product", "own_tail", "line_tail"):
+        matrices = getattr(axis, name)
+        sums[name] = np.zeros((rows.size, *matrices.shape[1:]))
+        np.add.at(sums[name], row, matrices)
+    return replace(axis, meshes=rows, **sums)
 
 
 def _truncated_points(lattice: Lattice, bundles: Sequence[Bundle], lengths: Sequence[int]) -> Index:
     """Points (T, D) that some product reaches and that are not kept, one of a and -a of a real signal."""
     kept = {tuple(point) for point in lattice.points.tolist()}
-    found: dict[Point, None] = {}
+    truncated: dict[Point, None] = {}
     for axis, (lines, L) in enumerate(zip(bundles, lengths, strict=True)):
         top = len(lattice.own[axis]) - 1 if lattice.mirrored else len(lattice.own[axis]) // 2
         ends = [top + step for step in range(1, L + 1)]
@@ -366,14 +346,9 @@ def _truncated_points(lattice: Lattice, bundles: Sequence[Bundle], lengths: Sequ
             reached += [_along(rest, axis, a) for a in range(at[0] - L, at[-1] + L + 1)]
         for point in reached:
             opposite = tuple(-a for a in point)
-            if point not in kept and not (lattice.mirrored and (opposite in kept or opposite in found)):
-                found[point] = None
-    return np.array(list(found), dtype=np.int64).reshape(-1, lattice.tones)
-
-
-def _along(rest: Sequence[int], axis: int, order: int) -> Point:
-    """The point `rest` with another order along one axis."""
-    return (*rest[:axis], order, *rest[axis + 1 :])
+            if point not in kept and not (lattice.mirrored and (opposite in kept or opposite in truncated)):
+                truncated[point] = None
+    return np.array(list(truncated), dtype=np.int64).reshape(-1, lattice.tones)
 
 
 def _axis(system: System, meshes: Index, L: int, lattice: Lattice, lines: Bundle, truncated: Index, j: int) -> Axis:
@@ -389,11 +364,9 @@ def _axis(system: System, meshes: Index, L: int, lattice: Lattice, lines: Bundle
     width, wide = np.arange(-half, half + 1), np.arange(-half - L, half + L + 1)
     J = len(lattice.points)
     take, mirror = lines.take[: lines.several], lines.mirror[: lines.several]
-    out = [(tuple(np.zeros(lattice.tones, int)), own), *((tuple(rest), width) for rest in lines.rests[: lines.several])]
-    truncated_lines = [
-        (tuple(np.zeros(lattice.tones, int)), own_truncated),
-        *((tuple(rest), wide) for rest in lines.rests),
-    ]
+    origin = (0,) * lattice.tones
+    out = [(origin, own), *((tuple(rest), width) for rest in lines.rests[: lines.several])]
+    truncated_lines = [(origin, own_truncated), *((tuple(rest), wide) for rest in lines.rests)]
     return Axis(
         meshes=meshes,
         own=_parts(lattice.own[j], np.ones(own.size), J),
@@ -440,10 +413,10 @@ def _back(points: Index, lines: Sequence[tuple[Point, Index]], axis: int, *, mir
         first += 2 * orders.size
     place, sign = np.full((2, len(points)), first, dtype=np.int64), np.ones((2, len(points)))
     for i, point in enumerate(points.tolist()):
-        if (found := slots.get(tuple(point))) is not None:
-            place[:, i] = found
-        elif mirrored and (found := slots.get(tuple(-a for a in point))) is not None:
-            place[:, i], sign[1, i] = found, -1.0
+        if (slot := slots.get(tuple(point))) is not None:
+            place[:, i] = slot
+        elif mirrored and (slot := slots.get(tuple(-a for a in point))) is not None:
+            place[:, i], sign[1, i] = slot, -1.0
     return _gather(place.ravel(), sign.ravel())
 
 
@@ -475,9 +448,8 @@ def product(kernel: Kernel, gap: Array, *, joined: bool = False) -> Array:
         return only
     out = np.empty_like(gap)
     for axis in axes:
-        mine = _padded(gap, axis.meshes)
         parts = (axis.own, axis.own_product), (axis.lines, axis.line_product)
-        out[axis.meshes] = _gathered(_times(mine, parts), axis.back)
+        out[axis.meshes] = _convolved(gap[axis.meshes], parts, axis.back)
     return out
 
 
@@ -488,9 +460,8 @@ def truncated_product(kernel: Kernel, gap: Array) -> Array:
         return only
     out = np.empty((*gap.shape[:2], 2 * len(kernel.truncated)))
     for axis in kernel.axes:
-        mine = _padded(gap, axis.meshes)
         parts = (axis.own, axis.own_tail), (axis.every, axis.line_tail)
-        out[axis.meshes] = _gathered(_times(mine, parts), axis.tail_back)
+        out[axis.meshes] = _convolved(gap[axis.meshes], parts, axis.tail_back)
     return out
 
 
@@ -506,12 +477,24 @@ def to_complex(parts: Array) -> ComplexArray:
     return value
 
 
-def _padded(rows: Array, mine: Index) -> Array:
-    """Some rows of (m, P, C), with a column of zeros at the end."""
-    padded = np.empty((mine.size, rows.shape[1], rows.shape[2] + 1))
-    padded[:, :, :-1] = rows[mine]
-    padded[:, :, -1] = 0.0
-    return padded
+def _convolved(rows: Array, parts: Sequence[tuple[Gather, Array]], back: Gather) -> Array:
+    """Gathered columns of rows (m, P, C) times one matrix a mesh, part by part, and gathered again.
+
+    parts : gather and matrices (m, W, W') of each.  back : of the lines of all parts, one after the other.
+    """
+    m, P, C = rows.shape
+    padded = np.zeros((m, P, C + 1))  # the last column reads 0
+    padded[:, :, :-1] = rows
+    lines = [gather.place.size // matrix.shape[1] for gather, matrix in parts]
+    sizes = [count * matrix.shape[2] for count, (_, matrix) in zip(lines, parts, strict=True)]
+    result, first = np.empty((m, P, sum(sizes) + 1)), 0
+    for count, size, (gather, matrix) in zip(lines, sizes, parts, strict=True):
+        picked = _gathered(padded, gather).reshape(m, P, count, matrix.shape[1])
+        out = result[:, :, first : first + size].reshape(m, P, count, matrix.shape[2])
+        np.matmul(picked, matrix[:, None], out=out)
+        first += size
+    result[:, :, -1] = 0.0
+    return _gathered(result, back)
 
 
 def _gathered(rows: Array, gather: Gather) -> Array:
@@ -520,21 +503,3 @@ def _gathered(rows: Array, gather: Gather) -> Array:
     if gather.mirrors:
         picked *= gather.sign
     return picked
-
-
-def _times(rows: Array, parts: Sequence[tuple[Gather, Array]]) -> Array:
-    """Gathered columns times one matrix a mesh, lines one after the other, part by part, then a column of zeros.
-
-    rows : (m, P, C).  parts : gather and matrices (m, W, W') of each.
-    """
-    m, P = rows.shape[:2]
-    lines = [gather.place.size // matrix.shape[1] for gather, matrix in parts]
-    sizes = [count * matrix.shape[2] for count, (_, matrix) in zip(lines, parts, strict=True)]
-    result, first = np.empty((m, P, sum(sizes) + 1)), 0
-    for count, size, (gather, matrix) in zip(lines, sizes, parts, strict=True):
-        picked = _gathered(rows, gather).reshape(m, P, count, matrix.shape[1])
-        out = result[:, :, first : first + size].reshape(m, P, count, matrix.shape[2])
-        np.matmul(picked, matrix[:, None], out=out)
-        first += size
-    result[:, :, -1] = 0.0
-    return result

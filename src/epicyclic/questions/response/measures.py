@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,12 @@ from .lattice import LineFrequencies, on_axis
 from .waveform import Signal, Spectrum, peak, tone_waveform, torus_waveform, valley
 
 Index = NDArray[np.int64]
+# Phases of each tone on the grid: least, by the number of tones.
+_GRID = {1: 128, 2: 48, 3: 32}
+# Directions, over half a turn, from which the largest length of a pair of rows is looked for, and steps from the best
+# one: lengths of up to five random lines then lie within 3e-4 of those of 2000 directions (2e-3 from 18 directions).
+_TOWARDS = np.array([[np.cos(angle), np.sin(angle)] for angle in np.arange(24) * (np.pi / 24)])
+_TURNS = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,46 +71,47 @@ class Signals:
     links: Signal | None = None
 
 
+class Range(NamedTuple):
+    """Extremes of the rows of a signal.
+
+    low, high : smallest and largest value of every row (rows, P).  length : largest length of pairs of rows (pairs, P).
+    """
+
+    low: Array
+    high: Array
+    length: Array
+
+
 def sweep_measures(signals: Signals, layout: Layout) -> dict[str, Array]:
     """All measures by name: rows first, then orders or lines where there are, speeds last.
 
-    Forces (rows, P) [N, N m]; `mesh_force_order` (w, orders, P), `mesh_force_line` (w, L, P) [N]; accelerations [m/s2].
+    Forces (rows, P) [N, N m], K_v [1] [iso6336, 6]; `mesh_force_order` (w, orders, P), `mesh_force_line` (w, L, P) [N];
+    `amplitude` half the range of every coordinate [m]; accelerations [m/s2, rad/s2], of body centres (nb, P).
     """
-    found = _mesh_measures(signals.force, layout)
-    if signals.motion is not None:
-        found |= _motion_measures(signals.motion, signals.speed, layout)
-    if signals.links is not None:
-        found |= link_measures(signals.links, layout.pairs, layout.turn)
-    return found
-
-
-def _mesh_measures(force: Signal, layout: Layout) -> dict[str, Array]:
-    """Measures of the mesh forces, (w, P) [N] and K_v [1] [iso6336, 6]; amplitudes (w, orders or L, P) [N]."""
+    force, motion = signals.force, signals.motion
     low, high = force_extremes(force, axis=layout.axis)
     average = mean(force)
-    return {
+    measures = {
         "mesh_force_mean": average,
         "mesh_force_rms": np.sqrt(mean_square(force)),
         "mesh_force_peak": high,
         "mesh_force_minimum": low,
         "mesh_force_peak_to_peak": high - low,
         "dynamic_factor": dynamic_factor(high, average, layout.groups, layout.rounding),
-        "mesh_force_order": order_amplitudes(force, layout.axis, layout.orders),
-        "mesh_force_line": line_amplitudes(force, layout.frequencies),
+        "mesh_force_order": np.abs(order_harmonics(force, layout.axis, layout.orders)),
+        "mesh_force_line": np.abs(line_harmonics(force, layout.frequencies)),
     }
-
-
-def _motion_measures(motion: Signal, speed: Array, layout: Layout) -> dict[str, Array]:
-    """Half the range of every coordinate, (n, P) [m], and RMS accelerations in the frame of the coordinates.
-
-    speed : (P,) relative.  Accelerations (n, P) [m/s2, rad/s2], of body centres (nb, P) [m/s2].
-    """
-    span = ranges(motion)
-    return {
-        "amplitude": layout.radius[:, None] * (span.high - span.low) / 2,
-        "acceleration_rms": speed**2 * np.sqrt(mean_square(motion, derivative=2)),
-        "body_acceleration_rms": speed**2 * np.sqrt(_translation_square(motion, layout.translation)),
-    }
+    if motion is not None:
+        span, square = ranges(motion), signals.speed**2
+        # accelerations are those in the frame of the coordinates
+        measures |= {
+            "amplitude": layout.radius[:, None] * (span.high - span.low) / 2,
+            "acceleration_rms": square * np.sqrt(mean_square(motion, derivative=2)),
+            "body_acceleration_rms": square * np.sqrt(_translation_square(motion, layout.translation)),
+        }
+    if signals.links is not None:
+        measures |= link_measures(signals.links, layout.pairs, layout.turn)
+    return measures
 
 
 def link_measures(links: Signal, pairs: Index, turn: Sequence[Fraction]) -> dict[str, Array]:
@@ -114,7 +122,7 @@ def link_measures(links: Signal, pairs: Index, turn: Sequence[Fraction]) -> dict
     span, average, square = ranges(links, pairs), mean(links), mean_square(links)
     x, y = pairs.T
     constant, varying = np.hypot(average[x], average[y]), square[x] + square[y]
-    held = [place for place, row in enumerate(x) if turn and turn[row]]
+    held = [pair for pair, row in enumerate(x) if turn and turn[row]]
     standing = _standing_forces(links, pairs[held], [turn[row] for row in x[held]])
     varying[held] = np.maximum(varying[held] + constant[held] ** 2 - standing**2, 0.0)
     constant[held] = standing
@@ -137,12 +145,12 @@ def _standing_forces(links: Signal, pairs: Index, turn: Sequence[Fraction]) -> A
 
     pairs : (k, 2) link rows.  turn : (k,) of their frames, exact, not 0 [rev/s at the operating speed].
     """
-    found = np.zeros((len(pairs), links.values.shape[1]))
-    for one in set(turn):
-        mine = [place for place, other in enumerate(turn) if other == one]
-        x, y = line_harmonics(links, [abs(one)])[pairs[mine].T, 0]
-        found[mine] = np.abs(x - 1j * y if one > 0 else x + 1j * y) / 2
-    return found
+    standing = np.zeros((len(pairs), links.values.shape[1]))
+    for speed in set(turn):
+        alike = [pair for pair, other in enumerate(turn) if other == speed]
+        x, y = line_harmonics(links, [abs(speed)])[pairs[alike].T, 0]
+        standing[alike] = np.abs(x - 1j * y if speed > 0 else x + 1j * y) / 2
+    return standing
 
 
 def dynamic_factor(largest: Array, transmitted: Array, groups: Sequence[MeshGroup], rounding: float) -> Array:
@@ -199,33 +207,18 @@ def _translation_square(motion: Signal, translation: Array) -> Array:
     return total
 
 
-def order_amplitudes(force: Signal, axis: Index, orders: int) -> Array:
-    """Amplitude of every mesh force at multiples 1 .. orders of its own tone, (w, orders, P) [N]; 0 beyond those kept.
-
-    axis : (w,) tone of each mesh.
-    """
-    size: Array = np.abs(order_harmonics(force, axis, orders))
-    return size
-
-
 def order_harmonics(signal: Signal, axis: Index, orders: int) -> ComplexArray:
     """One-sided harmonics of every row at multiples 1 .. orders of a tone, (rows, orders, P); 0 beyond those kept.
 
     axis : (rows,) the tone of each row.
     """
     points, amplitude = signal.orders.points, signal.orders.amplitude[:, :, 0]
-    found = np.zeros((amplitude.shape[0], orders, amplitude.shape[1]), complex)
+    harmonics = np.zeros((amplitude.shape[0], orders, amplitude.shape[1]), complex)
     for tone in range(points.shape[1]):
-        mine = np.flatnonzero(axis == tone)
-        place = np.flatnonzero(on_axis(points, tone) & (points[:, tone] > 0) & (points[:, tone] <= orders))
-        found[np.ix_(mine, points[place, tone] - 1)] = amplitude[mine][..., place].transpose(0, 2, 1)
-    return found
-
-
-def line_amplitudes(signal: Signal, frequencies: Sequence[Fraction]) -> Array:
-    """Amplitude at exact frequencies [Hz at the operating speed], (rows, L, P)."""
-    size: Array = np.abs(line_harmonics(signal, frequencies))
-    return size
+        rows = np.flatnonzero(axis == tone)
+        kept = np.flatnonzero(on_axis(points, tone) & (points[:, tone] > 0) & (points[:, tone] <= orders))
+        harmonics[np.ix_(rows, points[kept, tone] - 1)] = amplitude[rows][..., kept].transpose(0, 2, 1)
+    return harmonics
 
 
 def line_harmonics(signal: Signal, frequencies: Sequence[Fraction]) -> ComplexArray:
@@ -237,34 +230,13 @@ def line_harmonics(signal: Signal, frequencies: Sequence[Fraction]) -> ComplexAr
     wanted[-1] = -1
     rows = np.flatnonzero(wanted[line_frequencies.line] >= 0)
     values = np.where(line_frequencies.negative[rows], amplitude[..., rows].conj(), amplitude[..., rows])
-    found = np.zeros((len(reported), *amplitude.shape[:2]), complex)
-    np.add.at(found, wanted[line_frequencies.line[rows]], np.moveaxis(values, -1, 0))
-    return found.transpose(1, 0, 2)
-
-
-# Phases of each tone on the grid: least, by the number of tones.
-_GRID = {1: 128, 2: 48, 3: 32}
-# Directions, over half a turn, from which the largest length of a pair of rows is looked for, and steps from the best
-# one: lengths of up to five random lines then lie within 3e-4 of those of 2000 directions (2e-3 from 18 directions).
-_TOWARDS = np.array([[np.cos(angle), np.sin(angle)] for angle in np.arange(24) * (np.pi / 24)])
-_TURNS = 3
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Range:
-    """Extremes of the rows of a signal.
-
-    low, high : smallest and largest value of every row (rows, P).  length : largest length of pairs of rows (pairs, P).
-    """
-
-    low: Array
-    high: Array
-    length: Array
+    harmonics = np.zeros((len(reported), *amplitude.shape[:2]), complex)
+    np.add.at(harmonics, wanted[line_frequencies.line[rows]], np.moveaxis(values, -1, 0))
+    return harmonics.transpose(1, 0, 2)
 
 
 def force_extremes(force: Signal, *, axis: Index) -> tuple[Array, Array]:
-    """Smallest and largest mesh force over the torus of the tone phases with all shaft lines at their worst, (m, P)
-    [N].
+    """Smallest and largest mesh force (m, P) [N] over the torus of the tone phases, all shaft lines at their worst.
 
     max over theta_1 .. theta_D of f + sum |A_s|: reached if the tones and lines take all combinations of phases.
     axis : (m,) the tone of each force.
@@ -273,21 +245,18 @@ def force_extremes(force: Signal, *, axis: Index) -> tuple[Array, Array]:
     if lines is None and value.ndim == 3:
         return valley(value), peak(value)
     reach = 0.0 if lines is None else np.abs(lines).sum(axis=2)
-    return -torus_maximum(axis, reach - value), torus_maximum(axis, reach + value)
+    return -_torus_maximum(axis, reach - value), _torus_maximum(axis, reach + value)
 
 
-def torus_maximum(own: Index, values: Array) -> Array:
-    """Largest value over the torus, (m, P, N_1, .., N_D) -> (m, P), refined along the tone of each mesh.
-
-    own : (m,) tone of each mesh.
-    """
+def _torus_maximum(tone: Index, values: Array) -> Array:
+    """Largest value over the torus, (m, P, N_1, .., N_D) -> (m, P), refined along the tone of each mesh (m,)."""
     if values.ndim == 3:
         return peak(values)
     result = np.empty(values.shape[:2])
     for axis in range(values.ndim - 2):
-        mine = own == axis
+        rows = tone == axis
         others = tuple(2 + other for other in range(values.ndim - 2) if other != axis)
-        result[mine] = peak(values[mine].max(axis=others))
+        result[rows] = peak(values[rows].max(axis=others))
     return result
 
 
@@ -299,15 +268,14 @@ def ranges(signal: Signal, pairs: Index | None = None) -> Range:
     a bound.
     """
     pairs = np.zeros((0, 2), np.int64) if pairs is None else pairs
-    if signal.orders.points.shape[1] == 1:
-        value, lines = _phase_waveforms(signal)
-        length = _largest_length(value[pairs.T], None if lines is None else lines[pairs.T])
-        if lines is None:
-            return Range(low=valley(value), high=peak(value), length=length)
-        reach = np.abs(lines).sum(axis=2)
-        return Range(low=-peak(reach - value), high=peak(reach + value), length=length)
-    low, high = _tone_sum_bounds(signal)
-    return Range(low=low, high=high, length=_tone_sum_lengths(signal, pairs))
+    if signal.orders.points.shape[1] > 1:
+        return _tone_sum_range(signal, pairs)
+    value, lines = _phase_waveforms(signal)
+    length = _largest_length(value[pairs.T], None if lines is None else lines[pairs.T])
+    if lines is None:
+        return Range(low=valley(value), high=peak(value), length=length)
+    reach = np.abs(lines).sum(axis=2)
+    return Range(low=-peak(reach - value), high=peak(reach + value), length=length)
 
 
 def _largest_length(value: Array, lines: ComplexArray | None) -> Array:
@@ -322,7 +290,7 @@ def _largest_length(value: Array, lines: ComplexArray | None) -> Array:
     # the neighbours of one that is not are looked at, for the parabola of the peak.
     x, y = value / np.where(size > 0, size, 1.0)
     least = size + np.abs(x[:, :, None] * lines[0] + y[:, :, None] * lines[1]).sum(axis=2)
-    square_x, square_y = (part.real**2 + part.imag**2 for part in lines)
+    square_x, square_y = (row.real**2 + row.imag**2 for row in lines)
     product = lines[0].real * lines[1].real + lines[0].imag * lines[1].imag
     across = np.sqrt((square_x - square_y) ** 2 + 4 * product**2)
     most = size + np.sqrt(0.5 * (square_x + square_y + across)).sum(axis=2)
@@ -352,53 +320,46 @@ def _longest(value: Array, lines: ComplexArray) -> Array:
         phase = along.conj() / np.where(size > 0, size, 1.0)
         x, y = (sense * v + (a * phase).real.sum(axis=0) for v, a in zip(value, lines, strict=True))
         best: Array = np.hypot(x, y)
-        x, y = (part / np.where(best > 0, best, 1.0) for part in (x, y))
+        x, y = (component / np.where(best > 0, best, 1.0) for component in (x, y))
     return best
 
 
-def _tone_sum_lengths(signal: Signal, pairs: Index) -> Array:
-    """Bound of the length of pairs of rows (k, 2), (k, P): the largest of `_tone_sum_bounds` over their directions."""
-    waves, others = _single_tones(signal)
-    other: Array = sum(np.abs(np.tensordot(_TOWARDS, one[pairs.T], axes=1)).sum(axis=3) for one in others)
-    along = [np.tensordot(_TOWARDS, wave[pairs.T], axes=1) for wave in waves]
-    low, high = sum(map(valley, along), start=-other), sum(map(peak, along), start=other)
-    return peak(np.moveaxis(np.maximum(-low, high), 0, -1))
-
-
 def _phase_waveforms(signal: Signal) -> tuple[Array, ComplexArray | None]:
-    """Values of the tones over the grid of their phases (rows, P, N_1, ..), and shaft lines there (rows, P, S, N_1,
-    ..), None without.
+    """Values of the tones over the grid of their phases (rows, P, N_1, ..) and shaft lines there, None without.
+
+    Shaft lines : (rows, P, S, N_1, ..).
     """
     counts = phase_grid(signal.orders)
     value: Array = torus_waveform(signal.orders, counts, signal.cross)[:, :, 0]
     return value, None if signal.lines is None else torus_waveform(signal.lines, counts, signal.cross)
 
 
-def _tone_sum_bounds(signal: Signal) -> tuple[Array, Array]:
-    """Sums of the smallest and of the largest values of single tones, everything else at its worst, (rows, P)."""
-    waves, others = _single_tones(signal)
-    other: Array = sum(np.abs(one).sum(axis=2) for one in others)
-    return sum(map(valley, waves), start=-other), sum(map(peak, waves), start=other)
+def _tone_sum_range(signal: Signal, pairs: Index) -> Range:
+    """Sums of the smallest and of the largest values of single tones, everything else at its worst: bounds.
 
-
-def _single_tones(signal: Signal) -> tuple[list[Array], list[ComplexArray]]:
-    """Values of each tone alone over the grid of its phase (rows, P, N), the mean in the first, and amplitudes (rows,
-    P, K) of everything else.
+    The length of a pair of rows (k, 2) is the largest such bound over its directions.
     """
     orders = signal.orders
     combined = np.count_nonzero(orders.points, axis=1) > 1
-    others = [orders.amplitude[..., combined]] + ([] if signal.lines is None else [signal.lines.amplitude])
+    rest = [orders.amplitude[..., combined]] + ([] if signal.lines is None else [signal.lines.amplitude])
+    rest = [amplitude.reshape(*amplitude.shape[:2], -1) for amplitude in rest]
+    # each tone alone over the grid of its phase, (rows, P, N), the mean in the first
     waves = [
         tone_waveform(orders, axis, np.arange(count) / count, mean=axis == 0)[:, :, 0]
         for axis, count in enumerate(phase_grid(orders))
     ]
-    return waves, [one.reshape(*one.shape[:2], -1) for one in others]
+    reach: Array = sum(np.abs(amplitude).sum(axis=2) for amplitude in rest)
+    low, high = sum(map(valley, waves), start=-reach), sum(map(peak, waves), start=reach)
+    reach = sum(np.abs(np.tensordot(_TOWARDS, amplitude[pairs.T], axes=1)).sum(axis=3) for amplitude in rest)
+    along = [np.tensordot(_TOWARDS, wave[pairs.T], axes=1) for wave in waves]
+    least, most = sum(map(valley, along), start=-reach), sum(map(peak, along), start=reach)
+    return Range(low=low, high=high, length=peak(np.moveaxis(np.maximum(-least, most), 0, -1)))
 
 
 def phase_grid(orders: Spectrum) -> list[int]:
     """Grid points of every tone's phase: enough for the harmonics of the tone, with one tone four times that."""
     points = orders.points
     D = points.shape[1]
-    own = np.count_nonzero(points, axis=1) <= 1
+    multiples = points[np.count_nonzero(points, axis=1) <= 1]
     least, times = _GRID.get(D, 16), 4 if D == 1 else 1
-    return [max(least, times * (2 * int(np.abs(points[own, j]).max(initial=0)) + 1)) for j in range(D)]
+    return [max(least, times * (2 * int(np.abs(multiples[:, j]).max(initial=0)) + 1)) for j in range(D)]

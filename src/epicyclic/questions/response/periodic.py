@@ -1,8 +1,7 @@
 """Steady response at one speed over the cycle of a mesh frequency: mesh orders, and an envelope for each other line.
 
-Plain harmonic superposition: every frequency alone on the mean system, for comparison with the full solution.
-
-With dbar the mean gap, K xbar = F, and dk the varying part of a mesh stiffness,
+For comparison with it plain harmonic superposition: every frequency alone on the mean system.  With dbar the mean gap,
+K xbar = F, and dk the varying part of a mesh stiffness,
 
     Z(w) X = sum of (k0 + i w c) e B - dk dbar B,    force = k0 (dbar + dX) + dk dbar + c dX'
 
@@ -13,7 +12,6 @@ e - dbar dk / (k0 + i w c), so that one solver serves both (derived here).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -112,16 +110,20 @@ def periodic_by_tone(
 
 def _over_phase(ready: Response, block: Block, axis: int, samples: int | None, tolerance: float) -> Periodic:
     """A solved block (P = 1) over the phase of the tone of one axis."""
-    harmonics = block.truncation[axis]
-    mine = np.flatnonzero(mesh_axis(ready) == axis)
-    least = max(64, alias_free_samples(ready, harmonics))
-    count = samples_per_cycle(ready.system.meshes, mine, least) if samples is None else checked_samples(samples)
-    theta = np.arange(count) / count
+    harmonics, meshes, tones = block.truncation[axis], ready.system.meshes, mesh_axis(ready)
+    if samples is None:
+        least = max(64, alias_free_samples(ready, harmonics))
+        samples = samples_per_cycle(meshes, np.flatnonzero(tones == axis), least)
+    theta = np.arange(checked_samples(samples)) / samples
     force, motion = force_spectrum(ready, block, shifted=False), motion_spectrum(ready, block, shifted=False)
     lines = _other_lines(ready, force, motion, axis, theta)
     if block.shaft is not None:
-        force_lines, motion_lines = (find(ready, block, shifted=True) for find in (force_spectrum, motion_spectrum))
-        lines += _other_lines(ready, force_lines, motion_lines, axis, theta)
+        shaft_force, shaft_motion = (find(ready, block, shifted=True) for find in (force_spectrum, motion_spectrum))
+        lines += _other_lines(ready, shaft_force, shaft_motion, axis, theta)
+    bound = None
+    if len(ready.lines.tones) > 1:
+        every = whole_mesh_signal(force_signal(ready, block), faces(meshes))
+        bound = force_extremes(every, axis=tones)[1][:, 0]
     return Periodic(
         tone=ready.lines.tones[axis],
         relative_speed=float(block.speed[0]),
@@ -131,15 +133,8 @@ def _over_phase(ready: Response, block: Block, axis: int, samples: int | None, t
         lines=tuple(_significant(ready, lines, tolerance)),
         harmonics=harmonics,
         residual=float(block.residual[0]),
-        bound=_bound(ready, block) if len(ready.lines.tones) > 1 else None,
+        bound=bound,
     )
-
-
-def _bound(ready: Response, block: Block) -> Array:
-    """Largest force of every whole mesh (w,) [N] of a solved block (P = 1)."""
-    force = whole_mesh_signal(force_signal(ready, block), faces(ready.system.meshes))
-    bound: Array = force_extremes(force, axis=mesh_axis(ready))[1][:, 0]
-    return bound
 
 
 def _other_lines(ready: Response, force: Spectrum, motion: Spectrum, axis: int, theta: Array) -> list[ShaftLine]:
@@ -149,36 +144,22 @@ def _other_lines(ready: Response, force: Spectrum, motion: Spectrum, axis: int, 
     """
     pushed, moved = envelopes(force, axis, theta), envelopes(motion, axis, theta)
     known = {(s, *rest): i for i, (s, rest) in enumerate(zip(moved.shaft.tolist(), moved.rests.tolist(), strict=True))}
+    stages = list(zip(ready.lines.axis.tolist(), ready.system.meshes.stage, strict=True))
     lines = []
     for i, (s, rest) in enumerate(zip(pushed.shaft.tolist(), pushed.rests.tolist(), strict=True)):
-        at = known.get((s, *rest))
-        still = np.zeros((moved.values.shape[0], theta.size), complex)
-        shaft = ready.lines.shaft[s] if s >= 0 else None
-        combined = sum((a * tone for a, tone in zip(rest, ready.lines.tones, strict=True)), Fraction(0))
-        lines.append(
-            _with_positive_frequency(
-                combined + (shaft.frequency if shaft is not None else 0),
-                shaft.causes if shaft is not None else _mesh_causes(ready, rest),
-                pushed.values[:, 0, i],
-                still if at is None else moved.values[:, 0, at],
-            )
-        )
+        frequency = sum((a * tone for a, tone in zip(rest, ready.lines.tones, strict=True)), Fraction(0))
+        if s >= 0:
+            shaft = ready.lines.shaft[s]
+            frequency, causes = frequency + shaft.frequency, shaft.causes
+        else:
+            causes = tuple(dict.fromkeys(f"{stage} mesh" for tone, stage in stages if rest[tone]))
+        force_wave, wave = pushed.values[:, 0, i], np.zeros((moved.values.shape[0], theta.size), complex)
+        if (s, *rest) in known:
+            wave = moved.values[:, 0, known[s, *rest]]
+        if frequency < 0:  # Re z = Re conj z
+            frequency, force_wave, wave = -frequency, force_wave.conj(), wave.conj()
+        lines.append(ShaftLine(frequency=frequency, causes=causes, force=force_wave, displacement=wave))
     return lines
-
-
-def _with_positive_frequency(
-    frequency: Fraction, causes: tuple[str, ...], force: ComplexArray, moved: ComplexArray
-) -> ShaftLine:
-    """A line of positive frequency: Re z = Re conj z; force (m, Nt), moved (n, Nt)."""
-    if frequency < 0:
-        frequency, force, moved = -frequency, force.conj(), moved.conj()
-    return ShaftLine(frequency=frequency, causes=causes, force=force, displacement=moved)
-
-
-def _mesh_causes(ready: Response, orders: Sequence[int]) -> tuple[str, ...]:
-    """``<stage> mesh`` of every tone in a combination."""
-    stages = zip(ready.lines.axis.tolist(), ready.system.meshes.stage, strict=True)
-    return tuple(dict.fromkeys(f"{stage} mesh" for axis, stage in stages if orders[axis]))
 
 
 def _significant(ready: Response, lines: list[ShaftLine], tolerance: float) -> list[ShaftLine]:
@@ -189,8 +170,8 @@ def _significant(ready: Response, lines: list[ShaftLine], tolerance: float) -> l
     force = np.array([np.abs(line.force).max(axis=1) for line in lines])
     moved = np.array([np.abs(radius * line.displacement).max(axis=1) for line in lines])
     size = np.zeros(len(lines))
-    for part in (force, moved):
-        size = np.maximum(size, (part / max(float(part.max()), np.finfo(float).tiny)).max(axis=1))
+    for signal in (force, moved):
+        size = np.maximum(size, (signal / max(float(signal.max()), np.finfo(float).tiny)).max(axis=1))
     order = np.argsort(size)
     needless = set(order[np.cumsum(size[order]) < tolerance].tolist())
     return [line for i, line in enumerate(lines) if i not in needless]
@@ -198,12 +179,13 @@ def _significant(ready: Response, lines: list[ShaftLine], tolerance: float) -> l
 
 def solve_speed(system: System, relative_speed: float, tolerance: float) -> tuple[Response, Block]:
     """Solve one speed; arguments and errors as of `periodic`."""
-    speed = checked_speed(relative_speed)
+    if not (math.isfinite(relative_speed) and relative_speed > 0):
+        raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
     if not 0 < tolerance < 1:
         raise ModelError("out of range", path="tolerance", given=tolerance, allowed="between 0 and 1")
     ready = response(system)
-    require_stable_mean(ready, speed)
-    block = next(respond(ready, np.array([speed]), tolerance=tolerance))
+    require_stable_mean(ready, float(relative_speed))
+    block = next(respond(ready, np.array([float(relative_speed)]), tolerance=tolerance))
     if not block.residual[0] <= max(_ACCEPTED, 100 * tolerance):
         frequency = float(ready.lines.tone) * relative_speed
         raise ConvergenceError(
@@ -230,18 +212,6 @@ def checked_samples(samples: int) -> int:
     return samples
 
 
-def checked_speed(relative_speed: float) -> float:
-    """A relative speed above zero [1].
-
-    Raises
-    ------
-    ModelError : it is not a finite number above zero.
-    """
-    if not (math.isfinite(relative_speed) and relative_speed > 0):
-        raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
-    return float(relative_speed)
-
-
 def superposed(system: System, relative_speed: float) -> System:
     """The System of constant mesh stiffness whose steady response is the superposition at one relative speed.
 
@@ -256,33 +226,22 @@ def superposed(system: System, relative_speed: float) -> System:
         relative_speed=relative_speed,
     )
     gap = mean.force.mean(axis=1) / meshes.stiffness
-    gaps = {line.frequency: line.gap for line in system.lines}
     extra: dict[Fraction, ComplexArray] = {}
     for number in np.unique(meshes.tone):
-        mine = meshes.tone == number
+        rows = meshes.tone == number
         for order in range(1, meshes.variation.shape[1] + 1):
             frequency = system.tones[number] * order
-            part = _error(system, gap, order, 2 * np.pi * float(frequency) * relative_speed)
-            extra[frequency] = extra.get(frequency, np.zeros(len(gap), complex)) + np.where(mine, part, 0.0)
-    known = tuple(replace(line, gap=line.gap + extra.get(line.frequency, 0.0)) for line in system.lines)
-    fresh = tuple(_line(system, f, value) for f, value in extra.items() if f not in gaps and value.any())
-    return replace(static, lines=tuple(sorted(known + fresh, key=lambda line: line.frequency)))
-
-
-def _error(system: System, gap: Array, order: int, omega: float) -> ComplexArray:
-    """Error that acts as one harmonic of dk dbar, (m,) [m]; gap : (m,) mean gap [m], omega : [rad/s]."""
-    meshes = system.meshes
-    force = meshes.stiffness * meshes.variation[:, order - 1] * gap
-    error: ComplexArray = -force / (meshes.stiffness + 1j * omega * meshes.damping)
-    return error
-
-
-def _line(system: System, frequency: Fraction, gap: ComplexArray) -> Line:
-    """Line of mesh errors `gap` (m,) [m] at a frequency [Hz at the operating speed]."""
-    return Line(
-        frequency=frequency,
-        gap=gap,
-        link_gap=np.zeros(len(system.links.name), complex),
-        force=np.zeros((3, len(system.force)), complex),
-        causes=("mesh stiffness",),
-    )
+            omega = 2 * np.pi * float(frequency) * relative_speed
+            # the error that acts as this harmonic of dk dbar
+            force = meshes.stiffness * meshes.variation[:, order - 1] * gap
+            error = -force / (meshes.stiffness + 1j * omega * meshes.damping)
+            extra[frequency] = extra.get(frequency, np.zeros(len(gap), complex)) + np.where(rows, error, 0.0)
+    lines = [replace(line, gap=line.gap + extra.get(line.frequency, 0.0)) for line in system.lines]
+    known = {line.frequency for line in lines}
+    no_link_error, no_force = np.zeros(len(system.links.name), complex), np.zeros((3, len(system.force)), complex)
+    lines += [
+        Line(frequency=frequency, gap=error, link_gap=no_link_error, force=no_force, causes=("mesh stiffness",))
+        for frequency, error in extra.items()
+        if frequency not in known and error.any()
+    ]
+    return replace(static, lines=tuple(sorted(lines, key=lambda line: line.frequency)))

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 # A mode with less than a hundredth of the amplitude of an order, at its own frequency, is not excited by it: what moves
 # is the other modes.
 _EXCITED = 1e-4
-
 # Resonances this close to operation are marked: half-power widths are 2 zeta, at most a tenth for usual damping, and
 # natural frequencies of a drawing are known to some 10 %.
 BAND = 0.2
@@ -81,22 +80,27 @@ def with_resonances(
         return result
     frequency = np.asarray(result["frequency"].values, dtype=float)
     low, high = OPERATION if band is None else (max(1 - band, OPERATION[0]), 1 + band)
-    found = mesh_crossings(frequency, [float(tone) for tone in tones], low=low, high=high)
+    crossings = mesh_crossings(frequency, [float(tone) for tone in tones], low=low, high=high)
     if hertz is not None:
-        found = found.chosen((hertz[0] <= frequency[found.mode]) & (frequency[found.mode] <= hertz[1]))
-    forces = _forces(linear(system), found, tuple(tones), _mode_shapes(result))
-    connection, connection_share = _largest_share(result, "strain_energy_share", "connection", found)
-    body, body_share = _largest_share(result, "kinetic_energy_share", "body", found)
-    stage = np.array([", ".join(stages) for stages in tones.values()], dtype=object)[found.tone]
+        crossings = crossings.chosen((hertz[0] <= frequency[crossings.mode]) & (frequency[crossings.mode] <= hertz[1]))
+    # shapes in the coordinates of the System [m, rad], of modes with u = R rz
+    radius = dict(zip(result["body"].values.tolist(), result["reference_radius"].values.tolist(), strict=True))
+    dofs = [str(name).rpartition("/") for name in result["dof"].values]
+    scale = np.array([radius[body] if direction == "rz" else 1.0 for body, _, direction in dofs])
+    shapes = result["shape"].transpose("dof", "mode").values / scale[:, None]
+    forces = _forces(linear(system), crossings, tuple(tones), shapes)
+    connection, connection_share = _largest_share(result, "strain_energy_share", "connection", crossings)
+    body, body_share = _largest_share(result, "kinetic_energy_share", "body", crossings)
+    stage = np.array([", ".join(stages) for stages in tones.values()], dtype=object)[crossings.tone]
     columns = {
-        "mode": found.mode + 1,
-        "multiplicity": found.count,
-        "frequency": frequency[found.mode],
-        "kind": result["mode_kind"].values[found.mode],
-        "order": found.order,
+        "mode": crossings.mode + 1,
+        "multiplicity": crossings.count,
+        "frequency": frequency[crossings.mode],
+        "kind": result["mode_kind"].values[crossings.mode],
+        "order": crossings.order,
         "stage": stage,
-        "speed": found.relative_speed,
-        "near": np.abs(found.relative_speed - 1) <= (BAND if band is None else band),
+        "speed": crossings.relative_speed,
+        "near": np.abs(crossings.relative_speed - 1) <= (BAND if band is None else band),
         "connection": connection,
         "connection_share": connection_share,
         "body": body,
@@ -121,7 +125,7 @@ def with_resonances(
 
 
 def excited_modes(
-    system: System, found: MeshCrossings, shapes: Array, *, compiled: bool | None = None
+    system: System, crossings: MeshCrossings, shapes: Array, *, compiled: bool | None = None
 ) -> NDArray[np.object_]:
     """``resonance_excited`` of crossings (c,) alone: "yes", "no", "" where it is not known.
 
@@ -131,7 +135,7 @@ def excited_modes(
     """
     # shaft orders are lines of their own: the motion at the mesh orders is the same without them
     how = {"shaft_orders": False, "compiled": compiled}
-    return _excited(_forces(linear(system), found, tuple(tones_of_meshes(system)), shapes, how).share)
+    return _excited(_forces(linear(system), crossings, tuple(tones_of_meshes(system)), shapes, how).share)
 
 
 def _excited(share: Array) -> NDArray[np.object_]:
@@ -139,17 +143,18 @@ def _excited(share: Array) -> NDArray[np.object_]:
     return np.where(np.isnan(share), "", np.where(share >= _EXCITED, "yes", "no")).astype(object)
 
 
-def _largest_share(result: xr.Dataset, name: str, dim: str, found: MeshCrossings) -> tuple[NDArray[np.object_], Array]:
+def _largest_share(
+    result: xr.Dataset, name: str, dim: str, crossings: MeshCrossings
+) -> tuple[NDArray[np.object_], Array]:
     """Connection or body with most of the energy at every crossing (c,), branches and sides together, and its share."""
     keys = [
-        "/".join(word for word in str(one).split("/") if not word.isdigit() and word not in _SIDES)
-        for one in result[dim].values
+        "/".join(word for word in str(label).split("/") if not word.isdigit() and word not in _SIDES)
+        for label in result[dim].values
     ]
     groups = list(dict.fromkeys(keys))
     shares = result[name].transpose(dim, "mode").values
-    of_mode = [
-        shares[:, first : first + count].mean(axis=1) for first, count in zip(found.mode, found.count, strict=True)
-    ]
+    pairs = zip(crossings.mode, crossings.count, strict=True)
+    of_mode = [shares[:, first : first + count].mean(axis=1) for first, count in pairs]
     member = np.array([[key == group for key in keys] for group in groups], dtype=float)
     total = np.array(of_mode).reshape(len(of_mode), len(keys)) @ member.T
     if not groups:
@@ -159,20 +164,9 @@ def _largest_share(result: xr.Dataset, name: str, dim: str, found: MeshCrossings
     return np.where(np.isfinite(share), np.array(groups, dtype=object)[most], ""), share
 
 
-def _mode_shapes(result: xr.Dataset) -> Array:
-    """Shapes (n, modes) in the coordinates of the System [m, rad], of modes with u = R rz."""
-    dofs = [str(name).rpartition("/") for name in result["dof"].values]
-    radius = {
-        str(body): float(R) for body, R in zip(result["body"].values, result["reference_radius"].values, strict=True)
-    }
-    scale = np.array([radius[body] if direction == "rz" else 1.0 for body, _, direction in dofs])
-    shapes: Array = result["shape"].transpose("dof", "mode").values / scale[:, None]
-    return shapes
-
-
 def _forces(
     system: System,
-    found: MeshCrossings,
+    crossings: MeshCrossings,
     tones: tuple[Fraction, ...],
     shapes: Array,
     how: Mapping[str, Any] | None = None,
@@ -181,7 +175,7 @@ def _forces(
 
     how : options of `sweep`; None: its own, shaft orders where there is one mesh frequency.
     """
-    count = len(found.relative_speed)
+    count = len(crossings.relative_speed)
     empty = _Forces(
         factor=np.full(count, np.nan),
         mesh=np.full(count, "", dtype=object),
@@ -191,8 +185,8 @@ def _forces(
         pulls=np.zeros(count, bool),
     )
     try:
-        for tone in np.unique(found.tone):
-            _enter_forces(empty, system, found, int(tone), tones, shapes, how or {"shaft_orders": len(tones) == 1})
+        for tone in np.unique(crossings.tone):
+            _enter_forces(empty, system, crossings, int(tone), tones, shapes, how or {"shaft_orders": len(tones) == 1})
     except ModelError as error:
         return replace(empty, note=f"no forces: {error}")
     notes = ["K_v: the mesh orders of one stage at a time, without shaft orders"] if count and len(tones) > 1 else []
@@ -207,39 +201,39 @@ def _forces(
 def _enter_forces(
     forces: _Forces,
     system: System,
-    found: MeshCrossings,
-    place_of_tone: int,
+    crossings: MeshCrossings,
+    number: int,
     tones: tuple[Fraction, ...],
     shapes: Array,
     how: Mapping[str, Any],
 ) -> None:
-    """Enter the forces at the crossings of one mesh frequency."""
+    """Enter the forces at the crossings of one mesh frequency, that of a number."""
     from .steady import sweep
 
-    tone, one = tones[place_of_tone], len(tones) == 1
-    places = np.flatnonzero(found.tone == place_of_tone)
-    speeds, at = np.unique(found.relative_speed[places], return_inverse=True)
-    own = np.array([system.tones[i] == tone for i in system.meshes.tone])
-    excited = system if one else of_one_tone(system, tone, own)
+    tone, meshes = tones[number], system.meshes
+    entries = np.flatnonzero(crossings.tone == number)
+    speeds, column = np.unique(crossings.relative_speed[entries], return_inverse=True)
+    driven = np.array([system.tones[i] == tone for i in meshes.tone])
+    excited = system if len(tones) == 1 else of_one_tone(system, tone, driven)
     swept = sweep(excited, relative_speed=speeds, orders=MESH_ORDERS, forces_alone=True, **how)
-    factor = swept["dynamic_factor"].transpose("mesh", "speed").values[:, at]
-    amplitude = swept["mesh_force_order"].transpose("order", "mesh", "speed").values
-    lowest = swept["mesh_force_minimum"].transpose("mesh", "speed").values[:, at]
-    mine = own[faces(system.meshes).first]
-    amplitude = amplitude[:, mine][..., at]
+    factors = swept["dynamic_factor"].transpose("mesh", "speed").values
+    lowest = swept["mesh_force_minimum"].transpose("mesh", "speed").values
+    whole = driven[faces(meshes).first]
+    amplitude = swept["mesh_force_order"].transpose("order", "mesh", "speed").values[:, whole]
     motion = swept["displacement_harmonic"].transpose("order", "speed", "dof").values / system.dofs.radius
-    for column, place in enumerate(places):
-        loaded = np.isfinite(factor[:, column])
-        forces.pulls[place] = (lowest[loaded, column] < 0).any()
-        order = amplitude[found.order[place] - 1, :, column]
-        forces.amplitude[place] = np.max(order) if np.isfinite(order).all() else np.nan
+    for entry, speed in zip(entries, column, strict=True):
+        factor, order = factors[:, speed], crossings.order[entry] - 1
+        loaded = np.isfinite(factor)
+        forces.pulls[entry] = (lowest[loaded, speed] < 0).any()
+        force = amplitude[order, :, speed]
+        forces.amplitude[entry] = np.max(force) if np.isfinite(force).all() else np.nan
         if loaded.any():
             # of equal branches the first: rounding does not choose
-            (most,) = first_largest(factor[:, column])
-            forces.factor[place], forces.mesh[place] = np.nanmax(factor[:, column]), str(swept["mesh"].values[most])
-        space = shapes[:, found.mode[place] : found.mode[place] + found.count[place]]
-        forces.share[place], made = _mode_part(system, space, motion[found.order[place] - 1, at[column]])
-        forces.own[place] = np.max(made[mine])
+            (most,) = first_largest(factor)
+            forces.factor[entry], forces.mesh[entry] = np.nanmax(factor), str(swept["mesh"].values[most])
+        space = shapes[:, crossings.mode[entry] : crossings.mode[entry] + crossings.count[entry]]
+        forces.share[entry], made = _mode_part(system, space, motion[order, speed])
+        forces.own[entry] = np.max(made[whole])
 
 
 def _mode_part(system: System, space: Array, motion: ComplexArray) -> tuple[float, Array]:

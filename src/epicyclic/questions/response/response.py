@@ -1,8 +1,6 @@
-"""Linear steady response of a System at many speeds: blocks of speeds, harmonics added until the truncation is
-small.
+"""Linear steady response of a System at many speeds: blocks of speeds, harmonics added until the truncation is small.
 
 Whether the mean system has a steady motion at a speed: centripetal terms may exceed the stiffness (derived here).
-
 In the turning axes of a carrier a body of mass m loses s^2 m Omega^2 of its stiffness.  Where K + s^2 Kg is positive
 definite the mean deflection is unique and nothing drives a vibration.  At the first speed where it is singular the mean
 deflection has a pole, the critical speed of the whirling body; beyond it dampers that turn with the body drive it, and
@@ -28,7 +26,7 @@ from ...warning_codes import CodedText, coded
 from ..modes.basis import Modal, modal_form
 from ..modes.eigen import eigen, whirl
 from .balance import Batch, CondensedOperators, Guess, HarmonicSolution, condensed_operators, solve
-from .excitation import LineExcitation, excitation, mesh_order_excitation, shaft_order_excitation
+from .excitation import LineExcitation, excitation, line_excitation
 from .lattice import Integers, Kernel, LineFrequencies, frequency_unit, integer_frequencies, kernel, line_frequencies
 
 FrameSpeed = Literal["kinematic", "operating"]
@@ -50,6 +48,11 @@ _CROSS, _STEP, _LAST = 10, 4, {2: 34, 3: 18}
 # times the lower mesh frequency need 42 to 50.  50 are 2600 points.
 _FURTHER = {2: 50, 3: 26}
 _REFUSED = 1e-4
+MEAN_UNSTABLE = "mean system unstable"
+"""Status of a speed without a steady motion."""
+# Growth per largest |mu| that is more than rounding of a double eigenvalue (1e-8).
+_GROWTH = 1e-7
+_FASTEST = 1e50
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -129,12 +132,12 @@ class Response:
         """
         key = (truncation, shafts, truncated)
         if key not in self.line_frequencies_made:
-            parts, unit = [], 1
+            harmonics, unit = [], 1
             for shifted in (False, True)[: 1 + shafts]:
                 steps, unit = self.exact_frequencies(truncation, shifted=shifted)
                 J = len(self.kernel(truncation, shifted=shifted).lattice.points)
-                parts.append((steps if truncated else steps[:, :J]).ravel())
-            self.line_frequencies_made[key] = line_frequencies(np.concatenate(parts), unit)
+                harmonics.append((steps if truncated else steps[:, :J]).ravel())
+            self.line_frequencies_made[key] = line_frequencies(np.concatenate(harmonics), unit)
         return self.line_frequencies_made[key]
 
 
@@ -163,10 +166,12 @@ class Block:
     @property
     def uncertainty(self) -> Array:
         """Bound of the relative error near resonances of light damping, (P,) [1]; 0 elsewhere."""
-        parts = [part.uncertainty for part in (self.mesh, self.shaft) if part is not None]
-        found = [part.reshape(self.speed.size, -1).max(axis=1) for part in parts if part.size]
-        result: Array = np.max([np.zeros(self.speed.size), *found], axis=0)
-        return result
+        bounds = [np.zeros(self.speed.size)]
+        for solved in (self.mesh, self.shaft):
+            if solved is not None and solved.uncertainty.size:
+                bounds.append(solved.uncertainty.reshape(self.speed.size, -1).max(axis=1))
+        worst: Array = np.max(bounds, axis=0)
+        return worst
 
 
 def response(
@@ -182,8 +187,7 @@ def response(
     ----------
     frame_speed : as of `Response`.
     compiled : solve by numba, which gives the same numbers to the tolerance; None does so where numba is installed and
-        the
-        job is so large that loading it pays.  Several mesh frequencies are always solved by numpy.
+        the job is so large that loading it pays.  Several mesh frequencies are always solved by numpy.
     asks_laws : as of `statics.tangent.linear`, for contact loss.
 
     Raises
@@ -251,9 +255,9 @@ def respond_part(
             waiting[:0] = [(*chunk, _select(first, _among(index, chunk[0]))) for chunk in again]
 
 
-def _among(index: Index, part: Index) -> NDArray[np.bool_]:
-    """Which of the speeds `index` (P,) are in a part of them, mostly all: (P,)."""
-    return np.ones(index.size, bool) if part.size == index.size else np.isin(index, part)
+def _among(index: Index, some: Index) -> NDArray[np.bool_]:
+    """Which of the speeds `index` (P,) are among some of them, mostly all: (P,)."""
+    return np.ones(index.size, bool) if some.size == index.size else np.isin(index, some)
 
 
 def _use_numba(ready: Response, start: Index, points: int, *, shaft_orders: bool) -> bool:
@@ -269,19 +273,16 @@ def _use_numba(ready: Response, start: Index, points: int, *, shaft_orders: bool
 
 def initial_truncation(ready: Response) -> Index:
     """Initial harmonics of each tone and cross order, (D + 1,)."""
-    varying = bool(ready.system.meshes.variation.any())
-    combined = _CROSS if varying and len(ready.lines.tones) > 1 else 0
-    return np.array(
-        [*(max(8 if len(ready.lines.tones) == 1 else 12, highest) for highest in ready.lines.highest), combined],
-        dtype=np.int64,
-    )
+    several = len(ready.lines.tones) > 1
+    combined = _CROSS if several and ready.system.meshes.variation.any() else 0
+    harmonics = [max(12 if several else 8, highest) for highest in ready.lines.highest]
+    return np.array([*harmonics, combined], dtype=np.int64)
 
 
 def largest_truncation(ready: Response, speed: Array) -> Index:
-    """Largest harmonics and cross order at relative speeds (P,), (P, D + 1): four times what reaches beyond the highest
-    mode.
+    """Largest harmonics and cross order at relative speeds (P,), (P, D + 1).
 
-    The highest mode is reached with 1.7 f_highest / f_mesh harmonics.
+    Four times what reaches beyond the highest mode, 1.7 f_highest / f_mesh harmonics.
     """
     start = initial_truncation(ready)
     highest = float(np.sqrt(ready.modal.squared.max(initial=0.0)))
@@ -342,7 +343,14 @@ def _block(
     ready: Response, index: Index, speed: Array, *, truncation: Truncation, tolerance: float, before: Block | None
 ) -> Block:
     """Mesh orders of relative speeds (P,), without shaft orders; before : solution with fewer harmonics."""
-    guess = None if before is None else _guess(ready, before, truncation)
+    guess = None
+    if before is not None:
+        points = ready.kernel(before.truncation, shifted=False).lattice.points.tolist()
+        more = ready.kernel(truncation, shifted=False).lattice.points.tolist()
+        column = {tuple(point): i for i, point in enumerate(more)}
+        y = np.zeros((speed.size, 2, len(more), before.mesh.y.shape[3]))
+        y[:, :, [column[tuple(point)] for point in points]] = before.mesh.y
+        guess = Guess(y=y, scale=before.mesh.scale)
     mesh = _solve(ready, speed, truncation=truncation, tolerance=tolerance, shifted=False, guess=guess)
     residual = np.maximum(mesh.residual, truncation_norm(mesh.truncation_residual))
     return Block(index=index, speed=speed, truncation=truncation, mesh=mesh, shaft=None, residual=residual)
@@ -351,20 +359,9 @@ def _block(
 def _with_shaft(ready: Response, block: Block, *, tolerance: float) -> Block:
     """A block with its shaft orders solved."""
     shaft = _solve(ready, block.speed, truncation=block.truncation, tolerance=tolerance, shifted=True)
-    worst = (
-        np.maximum(shaft.residual, truncation_norm(shaft.truncation_residual)).reshape(block.speed.size, -1).max(axis=1)
-    )
+    residual = np.maximum(shaft.residual, truncation_norm(shaft.truncation_residual))
+    worst = residual.reshape(block.speed.size, -1).max(axis=1)
     return replace(block, shaft=shaft, residual=np.maximum(block.residual, worst))
-
-
-def _guess(ready: Response, before: Block, truncation: Truncation) -> Guess:
-    """Solution with fewer harmonics prolonged to a larger truncation."""
-    old, new = (ready.kernel(count, shifted=False).lattice.points.tolist() for count in (before.truncation, truncation))
-    place = {tuple(point): i for i, point in enumerate(new)}
-    P, _, _, n = before.mesh.y.shape
-    y = np.zeros((P, 2, len(new), n))
-    y[:, :, [place[tuple(point)] for point in old]] = before.mesh.y
-    return Guess(y=y, scale=before.mesh.scale)
 
 
 def _solve(
@@ -378,15 +375,14 @@ def _solve(
 ) -> HarmonicSolution:
     """Solve mesh orders, or shaft orders (`shifted`), at relative speeds (P,)."""
     made = ready.kernel(truncation, shifted=shifted)
-    excite = shaft_order_excitation if shifted else mesh_order_excitation
-    error, force = excite(ready.system, ready.lines, speed, made.lattice)
-    at, truncated_frequency = ready.frequency(truncation, shifted=shifted)
+    error, force = line_excitation(ready.system, ready.lines, speed, made.lattice)
+    # of every line (S, J) and (S, T), speeds outermost
+    omega, truncated_omega = ready.frequency(truncation, shifted=shifted)
+    count = speed.size * len(omega)
     rows = Batch(
-        frequency=np.multiply.outer(speed, at).reshape(speed.size * len(at), at.shape[1]),
-        truncated_frequency=np.multiply.outer(speed, truncated_frequency).reshape(
-            speed.size * len(at), truncated_frequency.shape[1]
-        ),
-        frame=np.repeat(ready.frame_factor(speed), len(at)),
+        frequency=np.multiply.outer(speed, omega).reshape(count, omega.shape[1]),
+        truncated_frequency=np.multiply.outer(speed, truncated_omega).reshape(count, truncated_omega.shape[1]),
+        frame=np.repeat(ready.frame_factor(speed), len(omega)),
         error=error,
         force=force,
     )
@@ -415,35 +411,27 @@ def _select(block: Block, keep: NDArray[np.bool_]) -> Block:
         return block
 
     def pick(solved: HarmonicSolution) -> HarmonicSolution:
-        mine = np.repeat(keep, solved.residual.size // keep.size)
-        return HarmonicSolution(
-            y=solved.y[mine],
-            gap=solved.gap[:, mine],
-            frequency=solved.frequency[mine],
-            residual=solved.residual[mine],
-            truncation_residual=solved.truncation_residual[mine],
-            scale=solved.scale[mine],
-            calls=solved.calls,
-            uncertainty=solved.uncertainty[mine] if solved.uncertainty.size else solved.uncertainty,
-            truncated_force=None if solved.truncated_force is None else solved.truncated_force[:, mine],
+        points = np.repeat(keep, solved.residual.size // keep.size)
+        return replace(
+            solved,
+            y=solved.y[points],
+            gap=solved.gap[:, points],
+            frequency=solved.frequency[points],
+            residual=solved.residual[points],
+            truncation_residual=solved.truncation_residual[points],
+            scale=solved.scale[points],
+            uncertainty=solved.uncertainty[points] if solved.uncertainty.size else solved.uncertainty,
+            truncated_force=None if solved.truncated_force is None else solved.truncated_force[:, points],
         )
 
-    return Block(
+    return replace(
+        block,
         index=block.index[keep],
         speed=block.speed[keep],
-        truncation=block.truncation,
         mesh=pick(block.mesh),
         shaft=None if block.shaft is None else pick(block.shaft),
         residual=block.residual[keep],
     )
-
-
-MEAN_UNSTABLE = "mean system unstable"
-"""Status of a speed without a steady motion."""
-
-# Growth per largest |mu| that is more than rounding of a double eigenvalue (1e-8).
-_GROWTH = 1e-7
-_FASTEST = 1e50
 
 
 def critical_speed(ready: Response) -> tuple[float, str]:
@@ -453,27 +441,20 @@ def critical_speed(ready: Response) -> tuple[float, str]:
     -------
     (relative speed [1], name of a coordinate, "" where there is none).
     """
-    system, shapes, centripetal = ready.system, _elastic_shapes(ready), _centripetal(ready)
+    dofs, (shapes, centripetal) = ready.system.dofs, _centripetal(ready)
     if not centripetal.any():
         return math.inf, ""
     values, vectors = np.linalg.eigh(centripetal)
     if values[0] >= 0:
         return math.inf, ""
-    motion = np.abs(system.dofs.radius * (shapes @ vectors[:, 0]))
-    return float(1 / math.sqrt(-values[0])), system.dofs.names[int(np.argmax(motion))]
+    motion = np.abs(dofs.radius * (shapes @ vectors[:, 0]))
+    return float(1 / math.sqrt(-values[0])), dofs.names[int(np.argmax(motion))]
 
 
-def _elastic_shapes(ready: Response) -> Array:
-    """Shapes (n, e) of the elastic modes, of unit strain energy."""
-    shapes: Array = ready.modal.shapes[:, ~ready.modal.rigid]
-    return shapes
-
-
-def _centripetal(ready: Response) -> Array:
-    """Kg of the elastic modes per their stiffness, (e, e) [1]."""
-    shapes, Kg = _elastic_shapes(ready), ready.system.Kg
-    result: Array = shapes.T @ ((Kg + Kg.T) / 2) @ shapes
-    return result
+def _centripetal(ready: Response) -> tuple[Array, Array]:
+    """Shapes (n, e) of the elastic modes, of unit strain energy, and their Kg per stiffness, (e, e) [1]."""
+    shapes, Kg = ready.modal.shapes[:, ~ready.modal.rigid], ready.system.Kg
+    return shapes, shapes.T @ ((Kg + Kg.T) / 2) @ shapes
 
 
 def unstable_speeds(ready: Response, speed: Array) -> NDArray[np.bool_]:
@@ -483,20 +464,20 @@ def unstable_speeds(ready: Response, speed: Array) -> NDArray[np.bool_]:
     it).  Speeds below the critical one are not asked.
     """
     frame = ready.frame_factor(speed)
-    found = np.zeros(speed.size, dtype=bool)
+    grows = np.zeros(speed.size, dtype=bool)
     # no eigenvalue is above the Frobenius norm: most trains are far from their critical speed by that alone
     fastest = float(np.max(frame, initial=0.0))
-    if fastest < _FASTEST and fastest**2 * np.linalg.norm(_centripetal(ready)) < 1:
-        return found
+    if fastest < _FASTEST and fastest**2 * np.linalg.norm(_centripetal(ready)[1]) < 1:
+        return grows
     # the square of a frame speed overflows far above any train: the response then says that it is not finite
     fast = (frame >= critical_speed(ready)[0]) & (frame < _FASTEST)
     if not np.any(fast):
-        return found
+        return grows
     modes = eigen(ready.system)
     for value in np.unique(frame[fast]):
         mu = whirl(ready.system, relative_speed=float(value), damped=True, modes=modes).mu
-        found[frame == value] = np.max(mu.real, initial=0.0) > _GROWTH * np.max(np.abs(mu), initial=0.0)
-    return found
+        grows[frame == value] = np.max(mu.real, initial=0.0) > _GROWTH * np.max(np.abs(mu), initial=0.0)
+    return grows
 
 
 def require_stable_mean(ready: Response, speed: float) -> None:

@@ -1,7 +1,4 @@
-"""Steady response at one speed as a labelled Dataset.
-
-Steady response over a range of speeds, linear contact, shaft orders included.
-"""
+"""Steady response at one speed and over a range of speeds as labelled Datasets: linear contact, shaft orders too."""
 
 from __future__ import annotations
 
@@ -67,6 +64,12 @@ if TYPE_CHECKING:
     from ...engine.run_folder import RunFolder
 
 
+# Highest mesh order that a sweep reports.
+_ORDERS = 100
+# Largest residual of a speed, per tolerance.
+_ACCEPTED = 100.0
+
+
 def steady(
     system: System,
     *,
@@ -114,31 +117,33 @@ def steady(
     lowest = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else low
     factor = dynamic_factor(high, mean(every), parallel_meshes(system.meshes), rounding_of(system))
     radius = system.dofs.radius[:, None]
+    top = block.harmonics + system.meshes.variation.shape[1]
     combined, labels = _combinations(ready, force, motion, relative_speed)
+    links, link_labels = _link_variables(ready, block, theta, top)
     result = dataset(
         {
             "mesh_force": (("mesh", "mesh_phase"), _by_mesh(ready, force, theta)[:, 0].real),
             "displacement": (("dof", "mesh_phase"), radius * tone_waveform(motion, 0, theta)[:, 0, 0].real),
-            "mesh_force_harmonic": (("mesh", "harmonic"), _harmonics(ready, force, block.harmonics)),
-            "displacement_harmonic": (
-                ("dof", "harmonic"),
-                radius * _orders(motion, 0, block.harmonics + _stiffness_harmonics(ready)),
+            "mesh_force_harmonic": (
+                ("mesh", "harmonic"),
+                _own_tone(ready, [_orders(force, tone, top) for tone in range(len(ready.lines.tones))]),
             ),
+            "displacement_harmonic": (("dof", "harmonic"), radius * _orders(motion, 0, top)),
             **combined,
             "mesh_force_rms": ("mesh", np.sqrt(mean_square(every)[:, 0])),
             "mesh_force_bound": ("mesh", high[:, 0]),
             "mesh_force_minimum": ("mesh", low[:, 0]),
             "dynamic_factor": ("mesh", factor[:, 0]),
-            **_link_variables(ready, block, theta),
+            **links,
             **_line_variables(ready, block, shafts, theta),
             "residual": ((), block.residual[0]),
         },
         {
             "mesh": list(face.name),
             "dof": list(system.dofs.names),
-            **_link_names(system),
+            **link_labels,
             "mesh_phase": theta,
-            "harmonic": np.arange(block.harmonics + _stiffness_harmonics(ready) + 1),
+            "harmonic": np.arange(top + 1),
             **labels,
             "line": np.array(["; ".join(shaft.causes) for shaft in ready.lines.shaft], dtype=object),
             "mesh_frequency": float(ready.lines.tone) * relative_speed,
@@ -151,33 +156,30 @@ def steady(
     return with_bounds_named(result, len(ready.lines.tones))
 
 
-def _link_variables(ready: Response, block: Block, theta: Array) -> dict[str, Any]:
-    """Link forces at multiples of the first mesh frequency over theta (Nt,), and their measures over all
-    frequencies.
+def _link_variables(
+    ready: Response, block: Block, theta: Array, top: int
+) -> tuple[dict[str, Any], dict[Hashable, Any]]:
+    """Variables and coordinates of links: forces at multiples of the first mesh frequency, measures of all frequencies.
+
+    theta : (Nt,) mesh phase.  top : highest harmonic.
     """
-    if not ready.system.links.name:
-        return {}
+    names = ready.system.links
+    if not names.name:
+        return {}, {}
     links, pairs = link_signal(ready, block), lateral_pairs(ready.system)
-    found = {name: values[:, 0] for name, values in link_measures(links, pairs, ready.system.links.turn).items()}
-    by_bearing = {
-        name: ("bearing", values) for name, values in found.items() if name.startswith("bearing") and values.size
-    }
-    return {
+    variables: dict[str, Any] = {
         "link_force": (("link_row", "mesh_phase"), tone_waveform(links.orders, 0, theta)[:, 0, 0].real),
-        "link_force_harmonic": (
-            ("link_row", "harmonic"),
-            _orders(links.orders, 0, block.harmonics + _stiffness_harmonics(ready)),
-        ),
-        **{name: ("link_row", values) for name, values in found.items() if name.startswith("link")},
-        **by_bearing,
+        "link_force_harmonic": (("link_row", "harmonic"), _orders(links.orders, 0, top)),
     }
-
-
-def _link_names(system: System) -> dict[Hashable, Any]:
-    """Coordinates of the link rows and of the bearings."""
-    links, pairs = system.links, lateral_pairs(system)
-    names: dict[Hashable, Any] = {"link_row": list(links.name)} if links.name else {}
-    return {**names, "bearing": [links.link[x] for x in pairs[:, 0]]} if len(pairs) else names
+    for name, values in link_measures(links, pairs, names.turn).items():
+        if name.startswith("link"):
+            variables[name] = ("link_row", values[:, 0])
+        elif len(pairs):
+            variables[name] = ("bearing", values[:, 0])
+    labels: dict[Hashable, Any] = {"link_row": list(names.name)}
+    if len(pairs):
+        labels["bearing"] = [names.link[x] for x in pairs[:, 0]]
+    return variables, labels
 
 
 def tension_warnings(system: System, lowest: Array, factor: Array) -> list[CodedText]:
@@ -215,30 +217,18 @@ def _with_factor(system: System, factor: Array) -> NDArray[np.bool_]:
     return loaded
 
 
-def _stiffness_harmonics(ready: Response) -> int:
-    """Number of harmonics of the mesh stiffness."""
-    return int(ready.system.meshes.variation.shape[1])
-
-
 def _by_mesh(ready: Response, spectrum: Spectrum, theta: Array) -> NDArray[Any]:
     """Multiples of each mesh's own tone over its phase theta (Nt,), (m, S, Nt)."""
     return _own_tone(ready, [tone_waveform(spectrum, axis, theta)[:, 0] for axis in range(len(ready.lines.tones))])
 
 
-def _orders(spectrum: Spectrum, axis: int, harmonics: int) -> ComplexArray:
-    """One-sided harmonics 0..H of one tone, (rows, H + 1): value = Re sum harmonic_h exp(2 pi i h theta)."""
-    own, orders = on_axis(spectrum.points, axis), spectrum.points[:, axis]
-    result = np.zeros((spectrum.amplitude.shape[0], harmonics + 1), complex)
-    known = own & (orders <= harmonics)
+def _orders(spectrum: Spectrum, axis: int, top: int) -> ComplexArray:
+    """One-sided harmonics 0 .. top of one tone, (rows, top + 1): value = Re sum harmonic_h exp(2 pi i h theta)."""
+    orders = spectrum.points[:, axis]
+    result = np.zeros((spectrum.amplitude.shape[0], top + 1), complex)
+    known = on_axis(spectrum.points, axis) & (orders <= top)
     result[:, orders[known]] = spectrum.amplitude[:, 0, 0, known]
     return result
-
-
-def _harmonics(ready: Response, force: Spectrum, highest: int) -> ComplexArray:
-    """Harmonics of each mesh force in its own tone, (m, H + L + 1) [N]."""
-    return _own_tone(
-        ready, [_orders(force, axis, highest + _stiffness_harmonics(ready)) for axis in range(len(ready.lines.tones))]
-    )
 
 
 def _own_tone(ready: Response, by_axis: list[NDArray[Any]]) -> NDArray[Any]:
@@ -274,20 +264,16 @@ def _line_variables(ready: Response, block: Block, shafts: Spectrum | None, thet
     force, largest = np.zeros((m, count, theta.size), complex), np.zeros((m, count))
     if shafts is not None:
         force = _by_mesh(ready, shafts, theta)
-        grid = [
-            max(128 if len(ready.lines.tones) == 1 else 32, alias_free_samples(ready, H)) for H in block.truncation[:-1]
-        ]
-        values = np.abs(torus_waveform(shafts, grid, block.truncation[-1])[:, 0])
+        *harmonics, cross = block.truncation
+        least = 128 if len(harmonics) == 1 else 32
+        grid = [max(least, alias_free_samples(ready, H)) for H in harmonics]
+        values = np.abs(torus_waveform(shafts, grid, cross)[:, 0])
         largest = values.reshape(m, count, -1).max(axis=2)
     return {
         "line_force": (("mesh", "line", "mesh_phase"), force),
         "line_amplitude": (("mesh", "line"), largest),
         "line_frequency": ("line", np.array([float(shaft.frequency) * speed for shaft in ready.lines.shaft])),
     }
-
-
-_ORDERS = 100
-_ACCEPTED = 100.0
 
 
 def sweep(
@@ -342,14 +328,14 @@ def sweep(
     speed = speeds_of(
         ready, mesh_frequency=mesh_frequency, relative_speed=relative_speed, speed_range=speed_range, points=points
     )
-    ranged = mesh_frequency is None and relative_speed is None
     options: dict[str, Any] = {
         "frame_speed": frame_speed,
         "shaft_orders": shaft_orders,
         "orders": orders,
         "tolerance": tolerance,
     }
-    options |= {"speed_range": speed_range or "operation"} if ranged else {}
+    if mesh_frequency is None and relative_speed is None:
+        options["speed_range"] = speed_range or "operation"
     table = empty_table(
         ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders, harmonics=forces_alone
     )
@@ -360,14 +346,14 @@ def sweep(
     unstable[usable] = unstable_speeds(ready, speed[usable])
     table.status[unstable] = MEAN_UNSTABLE
     usable &= ~unstable
-    places, done = np.flatnonzero(usable), int((~usable).sum())
+    solved, done = np.flatnonzero(usable), int((~usable).sum())
 
-    def fill(_: int, solved: list[_Measured]) -> None:
+    def fill(_: int, blocks: list[_Measured]) -> None:
         """Write the blocks of one part into the table."""
         nonlocal done
-        for block in solved:
-            block.fill(table, places[block.index])
-            cross[places[block.index]] = block.truncation[-1]
+        for block in blocks:
+            block.fill(table, solved[block.index])
+            cross[solved[block.index]] = block.truncation[-1]
             done += block.index.size
             if progress is not None:
                 progress(done, speed.size)
@@ -404,25 +390,26 @@ def sweep(
 class _Measured:
     """Measures of one block of speeds.
 
-    found : by name, speeds last, not finite where nothing was found.  minimum : smallest force of every mesh row (m, P)
-        [N].  good : (P,) whether the residual is small enough; the other fields as of `Block`.
+    values : by name, speeds last, not finite where nothing was found.
+    minimum : smallest force of every mesh row (m, P) [N].  good : (P,) whether the residual is small enough.
+    The other fields as of `Block`.
     """
 
     index: NDArray[np.int64]
     truncation: Truncation
     harmonics: int
-    found: dict[str, NDArray[Any]]
+    values: dict[str, NDArray[Any]]
     minimum: Array
     residual: Array
     good: NDArray[np.bool_]
     status: list[str]
 
-    def fill(self, table: SweepTable, place: NDArray[np.int64]) -> None:
-        """Write the measures at the speeds `place` (P,), nan where they did not converge."""
-        table.store(place, self.found, self.good)
-        table.minimum_force[:, place] = np.where(self.good, self.minimum, np.nan)
-        table.values["residual"][place], table.harmonics[place] = self.residual, self.harmonics
-        table.status[place] = self.status
+    def fill(self, table: SweepTable, index: NDArray[np.int64]) -> None:
+        """Write the measures at the speeds `index` (P,), nan where they did not converge."""
+        table.store(index, self.values, self.good)
+        table.minimum_force[:, index] = np.where(self.good, self.minimum, np.nan)
+        table.values["residual"][index], table.harmonics[index] = self.residual, self.harmonics
+        table.status[index] = self.status
 
 
 def _measured(
@@ -444,38 +431,35 @@ def _measured(
 def _block_measures(ready: Response, block: Block, layout: Layout, *, accepted: float, forces_alone: bool) -> _Measured:
     """Measures of one block; accepted : largest relative residual.  forces_alone : of the mesh forces only."""
     face = faces(ready.system.meshes)
-    rows = force_signal(ready, block)
+    rows, motion = force_signal(ready, block), motion_signal(ready, block)
     signals = Signals(
         speed=block.speed,
         force=whole_mesh_signal(rows, face),
-        motion=None if forces_alone else motion_signal(ready, block),
+        motion=None if forces_alone else motion,
         links=link_signal(ready, block) if ready.system.links.name and not forces_alone else None,
     )
     with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
-        found: dict[str, NDArray[Any]] = {**sweep_measures(signals, layout)}
+        values: dict[str, NDArray[Any]] = {**sweep_measures(signals, layout)}
         if forces_alone:
-            motion, first = motion_signal(ready, block), np.zeros(len(layout.radius), dtype=np.int64)
-            found["displacement_harmonic"] = layout.radius[:, None, None] * order_harmonics(
-                motion, first, layout.orders
-            )
-    status = [_status(*values, accepted) for values in zip(block.residual, block.uncertainty, strict=True)]
-    minimum = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else found["mesh_force_minimum"]
+            first = np.zeros(len(layout.radius), dtype=np.int64)
+            harmonics = order_harmonics(motion, first, layout.orders)
+            values["displacement_harmonic"] = layout.radius[:, None, None] * harmonics
+    status = []
+    for residual, uncertainty in zip(block.residual, block.uncertainty, strict=True):
+        if not np.isfinite(residual):
+            status.append("not finite")
+        elif residual > accepted:
+            status.append("not converged")
+        else:
+            status.append("ok" if uncertainty <= accepted else "resonance too sharp for double precision")
+    minimum = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else values["mesh_force_minimum"]
     return _Measured(
         index=block.index,
         truncation=block.truncation,
         harmonics=block.harmonics,
-        found=found,
+        values=values,
         minimum=minimum,
         residual=block.residual,
         good=np.array([text == "ok" for text in status]),
         status=status,
     )
-
-
-def _status(residual: float, uncertainty: float, accepted: float) -> str:
-    """Status of a speed from its relative residual and what a sharp resonance leaves uncertain."""
-    if not np.isfinite(residual):
-        return "not finite"
-    if residual > accepted:
-        return "not converged"
-    return "ok" if uncertainty <= accepted else "resonance too sharp for double precision"

@@ -1,15 +1,15 @@
-"""Table of a sweep, filled speed by speed, and the Dataset made of it: the same for every kind of sweep.
+"""Speeds of a sweep, and its table, filled speed by speed, with the Dataset made of it: for every kind of sweep.
 
-Speeds of a sweep: those asked for, or a range about operation or up to the modes.
+Speeds are those asked for, or a range about operation or up to the modes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,7 +22,6 @@ from ...warning_codes import CodedText
 from ..modes.basis import Modal
 from ..modes.campbell import OPERATION, mesh_crossings
 from .excitation import LineExcitation
-from .lattice import Point
 from .measures import Layout
 from .response import Response
 from .waveform import lateral_pairs
@@ -56,15 +55,19 @@ _ROWS: dict[str, tuple[str, ...]] = {
     "bearing_force_peak": ("bearing",),
     "residual": (),
 }
-
-
 _COMPLEX = ("displacement_harmonic",)
 # Lines of a kind reported at most: a row of each for every mesh and speed has to stay a small array.
 _MAX_LINES = 32
+SpeedRange = Literal["operation", "modes"]
+"""``operation``: 5 to 130 % of the operating speed.  ``modes``: until the first mesh order has passed every mode."""
+# Speeds of a range where nobody says how many: 200 are a smooth curve on a screen; from three mesh frequencies on each
+# costs half a second and more.
+_POINTS, _POINTS_OF_MANY_TONES = 200, 100
+# Speeds closer than this per operating speed are one.
+_SAME = 1e-9
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReportedLines:
+class ReportedLines(NamedTuple):
     """Spectral lines reported, in the order of their frequency.
 
     frequency : exact [Hz at the operating speed].  label : cause, and the mesh orders it is shifted by.
@@ -94,11 +97,11 @@ class SweepTable:
     layout: Layout
     tones: Array
 
-    def store(self, place: Index, found: Mapping[str, NDArray[Any]], good: NDArray[np.bool_]) -> None:
-        """Write the measures of the speeds `place` (P,), nan where `good` (P,) is False."""
-        for name, values in found.items():
+    def store(self, index: Index, measures: Mapping[str, NDArray[Any]], good: NDArray[np.bool_]) -> None:
+        """Write the measures of the speeds `index` (P,), nan where `good` (P,) is False."""
+        for name, values in measures.items():
             if name in self.values:
-                self.values[name][..., place] = np.where(good, values, np.nan)
+                self.values[name][..., index] = np.where(good, values, np.nan)
 
 
 def layout_of(system: System, lines: LineExcitation, *, orders: int, shafts: bool) -> tuple[Layout, ReportedLines]:
@@ -212,67 +215,39 @@ def reported_lines(lines: LineExcitation, stages: Sequence[str], *, orders: int,
     stages : (D,) name of each tone.  orders : highest mesh order reported.  shafts : whether shaft lines count.
     """
     names = ["mesh"] if len(lines.tones) == 1 else [f"{stage} mesh" for stage in stages]
-    found: dict[Fraction, str] = {}
+    labels: dict[Fraction, str] = {}
     if len(lines.tones) > 1:
-        found |= _shells_up_to_limit(lambda shell: _combinations(lines, names, shell), range(1, orders + 1))
+        labels = _shells_up_to_limit(lines, names, [("", Fraction(0))], range(1, orders + 1))
     if shafts and lines.shaft:
-        sides = _shells_up_to_limit(lambda shell: _sidebands(lines, names, shell), range(orders + 1))
-        found = {**sides, **found}
-    ordered = sorted(found.items())
+        bases = [("; ".join(shaft.causes), shaft.frequency) for shaft in lines.shaft]
+        labels = {**_shells_up_to_limit(lines, names, bases, range(orders + 1)), **labels}
+    ordered = sorted(labels.items())
     return ReportedLines(frequency=tuple(f for f, _ in ordered), label=tuple(label for _, label in ordered))
 
 
 def _shells_up_to_limit(
-    shell_of: Callable[[int], Iterator[tuple[Fraction, str]]], shells: Sequence[int]
+    lines: LineExcitation, names: Sequence[str], bases: Sequence[tuple[str, Fraction]], shells: Sequence[int]
 ) -> dict[Fraction, str]:
-    """Lines by frequency, shell after shell of orders, up to the limit; the first shell with lines is complete."""
-    found: dict[Fraction, str] = {}
+    """Labels of lines by frequency, shell after shell of orders, up to the limit; the first with lines is complete.
+
+    A shell holds the lattice points with |a_1| + .. + |a_D| = shell.
+    bases : cause and frequency [Hz at the operating speed] that the points shift; of 0 the points above it alone count.
+    """
+    labels: dict[Fraction, str] = {}
     for shell in shells:
-        more = dict(found)
-        for frequency, label in shell_of(shell):
-            more.setdefault(frequency, label)
-        if found and len(more) > _MAX_LINES:
+        more = dict(labels)
+        for point in product(range(-shell, shell + 1), repeat=len(lines.tones)):
+            if sum(map(abs, point)) != shell:
+                continue
+            tone = sum((a * f for a, f in zip(point, lines.tones, strict=True)), Fraction(0))
+            orders = [f"{a:+d} {name}" for a, name in zip(point, names, strict=True) if a]
+            for cause, base in bases:
+                if base + tone > 0 or (base and base + tone < 0):
+                    more.setdefault(abs(base + tone), " ".join(filter(None, [cause, *orders])))
+        if labels and len(more) > _MAX_LINES:
             break
-        found = more
-    return found
-
-
-def _combinations(lines: LineExcitation, names: Sequence[str], shell: int) -> Iterator[tuple[Fraction, str]]:
-    """Frequency and label of the combinations of one shell."""
-    for point, tone in _shell(lines, shell):
-        if tone > 0:
-            yield tone, _label("", point, names)
-
-
-def _sidebands(lines: LineExcitation, names: Sequence[str], shell: int) -> Iterator[tuple[Fraction, str]]:
-    """Frequency and label of the shaft lines shifted by the mesh orders of one shell."""
-    for point, tone in _shell(lines, shell):
-        for shaft in lines.shaft:
-            if shaft.frequency + tone != 0:
-                yield abs(shaft.frequency + tone), _label("; ".join(shaft.causes), point, names)
-
-
-def _shell(lines: LineExcitation, shell: int) -> Iterator[tuple[Point, Fraction]]:
-    """Lattice points with |a_1| + .. + |a_D| = shell, and their frequencies [Hz at the operating speed]."""
-    for point in product(range(-shell, shell + 1), repeat=len(lines.tones)):
-        if sum(map(abs, point)) == shell:
-            yield point, sum((a * f for a, f in zip(point, lines.tones, strict=True)), Fraction(0))
-
-
-def _label(cause: str, point: Point, names: Sequence[str]) -> str:
-    """Label of a line: its cause and the orders of a lattice point."""
-    parts = [cause, *(f"{a:+d} {name}" for a, name in zip(point, names, strict=True) if a)]
-    return " ".join(part for part in parts if part)
-
-
-SpeedRange = Literal["operation", "modes"]
-"""``operation``: 5 to 130 % of the operating speed.  ``modes``: until the first mesh order has passed every mode."""
-
-# Speeds of a range where nobody says how many: 200 are a smooth curve on a screen; from three mesh frequencies on each
-# costs half a second and more.
-_POINTS, _POINTS_OF_MANY_TONES = 200, 100
-# Speeds closer than this per operating speed are one.
-_SAME = 1e-9
+        labels = more
+    return labels
 
 
 def speeds_of(
@@ -298,9 +273,9 @@ def speeds_of(
     if mesh_frequency is not None and relative_speed is not None:
         raise ModelError("give mesh_frequency or relative_speed, not both")
     if mesh_frequency is not None or relative_speed is not None:
-        for path, given in (("speed_range", speed_range), ("points", points)):
-            if given is not None:
-                raise ModelError("goes without speeds of one's own", path=path, given=given)
+        for path, option in (("speed_range", speed_range), ("points", points)):
+            if option is not None:
+                raise ModelError("goes without speeds of one's own", path=path, given=option)
         if relative_speed is not None:
             return np.atleast_1d(np.asarray(relative_speed, dtype=float))
         return np.atleast_1d(np.asarray(mesh_frequency, dtype=float)) / float(ready.lines.tone)
@@ -308,8 +283,8 @@ def speeds_of(
     tone, tones = float(ready.lines.tone), [float(tone) for tone in ready.lines.tones]
     low, high = range_ends(speed_range or "operation", tone, natural)
     if speed_range != "modes":
-        many = len(tones) > 2
-        return _about_operation(ready.modal, tones, points or (_POINTS_OF_MANY_TONES if many else _POINTS))
+        usual = _POINTS_OF_MANY_TONES if len(tones) > 2 else _POINTS
+        return _about_operation(ready.modal, tones, points or usual)
     if not natural.size:
         return np.array([1.0])
     return np.linspace(low, high, points or _POINTS) / tone
@@ -343,25 +318,20 @@ def _about_operation(modal: Modal, tones: list[float], points: int) -> Array:
     """
     low, high = OPERATION
     omega = np.sqrt(np.where(modal.rigid, 0.0, modal.squared))
-    found = mesh_crossings(omega / (2 * np.pi), tones, low=low, high=high)
-    by_order = np.argsort(found.order, kind="stable")
-    speed, mode = found.relative_speed[by_order], found.mode[by_order]
+    crossings = mesh_crossings(omega / (2 * np.pi), tones, low=low, high=high)
+    by_order = np.argsort(crossings.order, kind="stable")
+    speed, mode = crossings.relative_speed[by_order], crossings.mode[by_order]
     flank = speed * modal.damping[mode] / (2 * omega[mode])
     flanks = np.stack([speed - flank, speed + flank], axis=1).ravel()
     wanted = [1.0, *speed.tolist(), *flanks[(low < flanks) & (flanks < high)].tolist()]
     if points == 1:
         return np.ones(1)
     chosen = wanted[: points // 2]
-    speeds = _distinct([*chosen, *np.linspace(low, high, points - len(chosen)).tolist()])
+    distinct: dict[int, float] = {}  # of those that are one the first alone
+    for value in [*chosen, *np.linspace(low, high, points - len(chosen)).tolist()]:
+        distinct.setdefault(round(value / _SAME), value)
+    speeds = np.sort(list(distinct.values()))
     while len(speeds) < points:  # two of them were one
         widest = int(np.argmax(np.diff(speeds)))
         speeds = np.insert(speeds, widest + 1, (speeds[widest] + speeds[widest + 1]) / 2)
     return speeds
-
-
-def _distinct(speeds: list[float]) -> Array:
-    """Speeds, rising, of those within `_SAME` the first alone."""
-    found: dict[int, float] = {}
-    for one in speeds:
-        found.setdefault(round(one / _SAME), one)
-    return np.sort(list(found.values()))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,8 +66,7 @@ class Signal:
         return joined
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Envelopes:
+class Envelopes(NamedTuple):
     """All harmonics but the multiples of one tone, gathered modulo that tone.
 
     rests : (R, D) orders of the other tones.  shaft : (R,) index of the shaft line, -1 of mesh orders.
@@ -84,7 +83,7 @@ def force_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
 
     Amplitude (m, P, S, J + T); shifted : of the shaft orders.
     """
-    solved = solution_part(block, shifted=shifted)
+    solved = _solution(block, shifted=shifted)
     made, meshes = ready.kernel(block.truncation, shifted=shifted), ready.system.meshes
     gap = solved.gap
     force = to_complex(product(made, gap) + meshes.stiffness[:, None, None] * gap)
@@ -92,30 +91,84 @@ def force_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
         force += 1j * meshes.damping[:, None, None] * solved.frequency * to_complex(gap)
     truncated = truncated_product(made, gap) if solved.truncated_force is None else solved.truncated_force
     return Spectrum(
-        amplitude=per_speed(np.concatenate([force, to_complex(truncated)], axis=2), block),
+        amplitude=_per_speed(np.concatenate([force, to_complex(truncated)], axis=2), block),
         points=np.concatenate([made.lattice.points, made.truncated]),
         mirrored=not shifted,
     )
 
 
+def motion_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
+    """Coordinates [m, rad], amplitude (n, P, S, J); shifted : of the shaft orders."""
+    y = _solution(block, shifted=shifted).y
+    P, _, J, n = y.shape
+    q = (ready.modal.shapes @ y.reshape(-1, n).T).reshape(n, P, 2 * J)
+    points = ready.kernel(block.truncation, shifted=shifted).lattice.points
+    return Spectrum(amplitude=_per_speed(to_complex(q), block), points=points, mirrored=not shifted)
+
+
+def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
+    """Force of every link row [N, N m], amplitude (p, P, S, J); shifted : of the shaft orders."""
+    links, solved = ready.system.links, _solution(block, shifted=shifted)
+    P, _, J, n = solved.y.shape
+    rows = links.B.T @ ready.modal.shapes
+    # A rigid mode strains no link: what is left is rounding, which 1/omega^2 of a slow shaft order would blow up.
+    rows[:, ready.modal.rigid] = 0.0
+    stretch = _per_speed(to_complex((rows @ solved.y.reshape(-1, n).T).reshape(len(rows), P, 2 * J)), block)
+    skew_force = None
+    if links.skew.size:
+        skew_force = ready.frame_factor(block.speed)[:, None, None] * np.tensordot(links.skew, stretch, axes=1)
+    lattice = ready.kernel(block.truncation, shifted=shifted).lattice
+    stretch -= link_errors(ready.system, ready.lines, lattice)[:, None]
+    force = links.stiffness[:, None, None, None] * stretch
+    if links.damping.any():
+        omega = solved.frequency.reshape(block.speed.size, -1, J)
+        force += 1j * links.damping[:, None, None, None] * omega * stretch
+    if skew_force is not None:
+        force += skew_force
+    if links.preload.size and not shifted:
+        force[:, :, 0, 0] += links.preload[:, None]
+    return Spectrum(amplitude=force, points=lattice.points, mirrored=not shifted)
+
+
+def _solution(block: Block, *, shifted: bool) -> HarmonicSolution:
+    """Solution of the mesh orders, or of the shaft orders (`shifted`)."""
+    solved = block.shaft if shifted else block.mesh
+    if solved is None:
+        raise ValueError("no shaft lines were solved")
+    return solved
+
+
+def _per_speed(values: ComplexArray, block: Block) -> ComplexArray:
+    """Amplitudes (rows, P S, K) as (rows, P, S, K)."""
+    return values.reshape(values.shape[0], block.speed.size, -1, values.shape[-1])
+
+
 def force_signal(ready: Response, block: Block) -> Signal:
     """Force of every mesh row [N] at all frequencies, truncated ones included."""
-    shafts = block.shaft is not None
-    return Signal(
-        orders=force_spectrum(ready, block, shifted=False),
-        lines=force_spectrum(ready, block, shifted=True) if shafts else None,
-        line_frequencies=ready.line_frequencies(block.truncation, shafts=shafts, truncated=True),
-        cross=block.truncation[-1],
-    )
+    return _signal(ready, block, force_spectrum, truncated=True)
 
 
 def motion_signal(ready: Response, block: Block) -> Signal:
     """Every coordinate [m, rad] at the frequencies kept."""
+    return _signal(ready, block, motion_spectrum)
+
+
+def link_signal(ready: Response, block: Block) -> Signal:
+    """Force k (B^T q - e) + c d/dt(B^T q - e) + preload of every link row [N, N m] at the frequencies kept.
+
+    Dampers to the housing in a turning frame act on the absolute velocity (docs/conventions.md, inertia in a turning
+    frame): their part s skew B^T q is included.
+    """
+    return _signal(ready, block, _link_spectrum)
+
+
+def _signal(ready: Response, block: Block, spectrum: Callable[..., Spectrum], *, truncated: bool = False) -> Signal:
+    """Signal of the spectrum of mesh orders, and of shaft orders where they were solved."""
     shafts = block.shaft is not None
     return Signal(
-        orders=motion_spectrum(ready, block, shifted=False),
-        lines=motion_spectrum(ready, block, shifted=True) if shafts else None,
-        line_frequencies=ready.line_frequencies(block.truncation, shafts=shafts, truncated=False),
+        orders=spectrum(ready, block, shifted=False),
+        lines=spectrum(ready, block, shifted=True) if shafts else None,
+        line_frequencies=ready.line_frequencies(block.truncation, shafts=shafts, truncated=truncated),
         cross=block.truncation[-1],
     )
 
@@ -150,27 +203,6 @@ def mesh_axis(ready: Response) -> Index:
     return axis
 
 
-def motion_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
-    """Coordinates [m, rad], amplitude (n, P, S, J); shifted : of the shaft orders."""
-    P, _, J, n = solution_part(block, shifted=shifted).y.shape
-    q = (ready.modal.shapes @ solution_part(block, shifted=shifted).y.reshape(-1, n).T).reshape(n, P, 2 * J)
-    points = ready.kernel(block.truncation, shifted=shifted).lattice.points
-    return Spectrum(amplitude=per_speed(to_complex(q), block), points=points, mirrored=not shifted)
-
-
-def solution_part(block: Block, *, shifted: bool) -> HarmonicSolution:
-    """Solution of the mesh orders, or of the shaft orders (`shifted`)."""
-    solved = block.shaft if shifted else block.mesh
-    if solved is None:
-        raise ValueError("no shaft lines were solved")
-    return solved
-
-
-def per_speed(values: ComplexArray, block: Block) -> ComplexArray:
-    """Amplitudes (rows, P S, K) as (rows, P, S, K)."""
-    return values.reshape(values.shape[0], block.speed.size, -1, values.shape[-1])
-
-
 def tone_waveform(spectrum: Spectrum, axis: int, theta: Array, *, mean: bool = True) -> Values:
     """The multiples of one tone over its phase theta (Nt,) [cycles]: (rows, P, S, Nt), real of a real signal.
 
@@ -195,8 +227,8 @@ def _wave(amplitude: ComplexArray, orders: Index, theta: Array, *, real: bool) -
     turns = np.stack([np.cos(angle), -np.sin(angle)], axis=1).reshape(-1, theta.size)
     # real and imaginary parts side by side as they lie in memory: one product of many rows
     both = np.ascontiguousarray(amplitude).view(float).reshape(-1, len(turns))
-    part: Values = (both @ turns).reshape(*amplitude.shape[:-1], theta.size)
-    return part
+    real_part: Values = (both @ turns).reshape(*amplitude.shape[:-1], theta.size)
+    return real_part
 
 
 def torus_waveform(spectrum: Spectrum, counts: Sequence[int], cross: int) -> Values:
@@ -242,8 +274,8 @@ def _along(rows: ComplexArray, orders: Index, theta: Array, *, real: bool) -> Va
     if not real:
         whole: Values = np.exp(1j * angle) @ rows
         return whole
-    part: Values = np.hstack([np.cos(angle), -np.sin(angle)]) @ np.concatenate([rows.real, rows.imag], axis=1)
-    return part
+    real_part: Values = np.hstack([np.cos(angle), -np.sin(angle)]) @ np.concatenate([rows.real, rows.imag], axis=1)
+    return real_part
 
 
 def envelopes(spectrum: Spectrum, axis: int, theta: Array) -> Envelopes:
@@ -283,11 +315,11 @@ def valley(values: Array) -> Array:
     return _vertex(values, np.argmin(values, axis=-1))
 
 
-def _vertex(values: Array, place: Index) -> Array:
-    """Extremum of the parabola through the sample `place` (...) of (..., Nt) and its neighbours, (...)."""
+def _vertex(values: Array, sample: Index) -> Array:
+    """Extremum of the parabola through the sample (...) of (..., Nt) and its neighbours, (...)."""
     count = values.shape[-1]
-    flat, at = values.reshape(-1), np.arange(0, values.size, count).reshape(place.shape)
-    before, top, after = (flat[at + (place + step) % count] for step in (-1, 0, 1))
+    flat, start = values.reshape(-1), np.arange(0, values.size, count).reshape(sample.shape)
+    before, top, after = (flat[start + (sample + step) % count] for step in (-1, 0, 1))
     bend = 2 * top - before - after
     with np.errstate(all="ignore"):
         rise = np.where(bend != 0, (after - before) ** 2 / (8 * bend), 0.0)
@@ -295,56 +327,14 @@ def _vertex(values: Array, place: Index) -> Array:
     return result
 
 
-def link_signal(ready: Response, block: Block) -> Signal:
-    """Force k (B^T q - e) + c d/dt(B^T q - e) + preload of every link row [N, N m] at the frequencies kept.
-
-    Dampers to the housing in a turning frame act on the absolute velocity (docs/conventions.md, inertia in a turning
-    frame): their part s skew B^T q is included.
-    """
-    shafts = block.shaft is not None
-    return Signal(
-        orders=_link_spectrum(ready, block, shifted=False),
-        lines=_link_spectrum(ready, block, shifted=True) if shafts else None,
-        line_frequencies=ready.line_frequencies(block.truncation, shafts=shafts, truncated=False),
-        cross=block.truncation[-1],
-    )
-
-
-def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
-    """Force of every link row [N, N m], amplitude (p, P, S, J); shifted : of the shaft orders."""
-    links, solved = ready.system.links, solution_part(block, shifted=shifted)
-    P, _, J, n = solved.y.shape
-    rows = links.B.T @ ready.modal.shapes
-    # A rigid mode strains no link: what is left is rounding, which 1/omega^2 of a slow shaft order would blow up.
-    rows[:, ready.modal.rigid] = 0.0
-    stretch = per_speed(to_complex((rows @ solved.y.reshape(-1, n).T).reshape(len(rows), P, 2 * J)), block)
-    skew_force = None
-    if links.skew.size:
-        skew_force = ready.frame_factor(block.speed)[:, None, None] * np.tensordot(links.skew, stretch, axes=1)
-    lattice = ready.kernel(block.truncation, shifted=shifted).lattice
-    shafts = range(len(ready.lines.shaft)) if shifted else (None,)
-    errors = [link_errors(ready.system, ready.lines, lattice, shaft=shaft) for shaft in shafts]
-    stretch -= np.stack(errors, axis=1)[:, None]
-    force = links.stiffness[:, None, None, None] * stretch
-    if links.damping.any():
-        omega = solved.frequency.reshape(block.speed.size, -1, J)
-        force += 1j * links.damping[:, None, None, None] * omega * stretch
-    if skew_force is not None:
-        force += skew_force
-    if links.preload.size and not shifted:
-        force[:, :, 0, 0] += links.preload[:, None]
-    return Spectrum(amplitude=force, points=lattice.points, mirrored=not shifted)
-
-
 def lateral_pairs(system: System) -> Index:
     """Link rows x and y, or radial and tangential, of every link that has both, (k, 2)."""
-    place = {name: i for i, name in enumerate(system.links.name)}
-    ends = (("x", "y"), ("radial", "tangential"))
-    links = dict.fromkeys(system.links.link)
+    links = system.links
+    row = {name: i for i, name in enumerate(links.name)}
     pairs = [
-        (place[f"{link}/{first}"], place[f"{link}/{second}"])
-        for link in links
-        for first, second in ends
-        if f"{link}/{first}" in place and f"{link}/{second}" in place
+        (row[f"{link}/{first}"], row[f"{link}/{second}"])
+        for link in dict.fromkeys(links.link)
+        for first, second in (("x", "y"), ("radial", "tangential"))
+        if f"{link}/{first}" in row and f"{link}/{second}" in row
     ]
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)

@@ -1,6 +1,6 @@
-"""Numbers of a System that a parameter may change, side by side: their values, derivatives and weighted sums.
+"""Numbers of a System that a parameter may change, and mesh-force measures with their adjoint solutions; derived here.
 
-Mesh-force measures of a solved block and their adjoint solutions; derived here.
+Numbers stand side by side: their values, derivatives and weighted sums.
 
 A measure is Q = sum |amplitude|^2 / 2 over rows of one whole mesh: all frequencies above 0 (mean square), or one mesh
 order.  Its adjoint solves A* z = dQ/dX, after which any derivative is a sum over harmonics, see `gradient`.
@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +25,15 @@ from ...errors import ConvergenceError, ModelError
 from ...system.system import Array, ComplexArray, Line, System, faces
 from ..modes.basis import Modal, modal_weights
 from ..response.balance import Batch, HarmonicSolution, solve
-from ..response.lattice import Gather, Kernel, LineFrequencies, product, to_complex, to_real
+from ..response.lattice import Gather, Kernel, product, to_complex, to_real
 from ..response.response import Block, Response
 from ..response.waveform import force_signal, force_spectrum, mesh_axis, whole_mesh_signal
+
+Index = NDArray[np.int64]
+# Doubles of one batch of adjoint harmonics; larger than the forward one, whose own arrays are not held beside it.
+_BATCH = 120_000
+# Signs of the coupling matrices in the adjoint operator.
+_SIGN = {"G": -1.0, "C": -1.0, "Kg": 1.0, "Cskew": 1.0}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,85 +63,7 @@ class SystemNumbers:
     line_force: ComplexArray
 
 
-def numbers(system: System) -> SystemNumbers:
-    """Numbers of a System."""
-    meshes, lines = system.meshes, system.lines
-    n, m = meshes.B.shape
-    return SystemNumbers(
-        **{name: getattr(system, name) for name in ("M", "C", "G", "K", "Kg", "Cskew", "force")},
-        B=meshes.B,
-        stiffness=meshes.stiffness,
-        variation=meshes.variation,
-        damping=meshes.damping,
-        zeta=np.array(system.zeta or 0.0),
-        tones=np.array([float(tone) for tone in system.tones]),
-        line_frequency=np.array([float(line.frequency) for line in lines]),
-        line_gap=np.array([line.gap for line in lines], complex).reshape(-1, m),
-        line_force=np.array([line.force for line in lines], complex).reshape(-1, 3, n),
-    )
-
-
-def combined(weights: Sequence[float], parts: Sequence[SystemNumbers]) -> SystemNumbers:
-    """Weighted sum of several.
-
-    Raises
-    ------
-    ModelError : they are not of one shape: something appeared, vanished or was renumbered between them.
-    """
-    first = parts[0]
-    for name in (field.name for field in fields(SystemNumbers)):
-        if len({getattr(part, name).shape for part in parts}) > 1:
-            raise ModelError("moves, meshes or lines of excitation appear or vanish here: no derivative")
-
-    def total(name: str) -> Any:
-        return np.asarray(sum(weight * getattr(part, name) for weight, part in zip(weights, parts, strict=True)))
-
-    return replace(first, **{field.name: total(field.name) for field in fields(SystemNumbers)})
-
-
-def is_nonzero(change: SystemNumbers) -> bool:
-    """Whether any number changes."""
-    return any(bool(getattr(change, field.name).any()) for field in fields(SystemNumbers))
-
-
-def mean_stiffness_change(system: System, change: SystemNumbers) -> Array:
-    """Derivative of K + B k B^T, (n, n) [N/m per unit]."""
-    B, k = system.meshes.B, system.meshes.stiffness
-    mixed = (change.B * k) @ B.T
-    result: Array = change.K + mixed + mixed.T + (B * change.stiffness) @ B.T
-    return result
-
-
-def with_lines(system: System, frequencies: Sequence[Fraction]) -> System:
-    """The System with a line, empty where it has none, at each of the given frequencies [Hz]."""
-    known = {line.frequency for line in system.lines}
-    added = tuple(_empty(system, frequency) for frequency in frequencies if frequency not in known)
-    if not added:
-        return system
-    return replace(system, lines=tuple(sorted((*system.lines, *added), key=lambda line: line.frequency)))
-
-
-def _empty(system: System, frequency: Fraction) -> Line:
-    """Line without errors and forces at a frequency [Hz]."""
-    n, m = system.meshes.B.shape
-    return Line(
-        frequency=frequency,
-        gap=np.zeros(m, complex),
-        link_gap=np.zeros(len(system.links.name), complex),
-        force=np.zeros((3, n), complex),
-        group_gap=np.zeros(system.group_rows.shape[1], complex),
-    )
-
-
-Index = NDArray[np.int64]
-# Doubles of one batch of adjoint harmonics; larger than the forward one, whose own arrays are not held beside it.
-_BATCH = 120_000
-# Signs of the coupling matrices in the adjoint operator.
-_SIGN = {"G": -1.0, "C": -1.0, "Kg": 1.0, "Cskew": 1.0}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ForceMeasure:
+class ForceMeasure(NamedTuple):
     """Q of every whole mesh, (w, P) [N^2], and dQ/d(amplitude) of every row of its spectra.
 
     mesh : (m, P, J + T), shaft : (m, P S, J + T) complex [N], weighted dQ = Re(conj(seed) d amplitude); harmonics kept,
@@ -170,24 +98,97 @@ class AdjointPart:
     truncated_pull: ComplexArray
 
 
+def numbers(system: System) -> SystemNumbers:
+    """Numbers of a System."""
+    meshes, lines = system.meshes, system.lines
+    n, m = meshes.B.shape
+    return SystemNumbers(
+        **{name: getattr(system, name) for name in ("M", "C", "G", "K", "Kg", "Cskew", "force")},
+        B=meshes.B,
+        stiffness=meshes.stiffness,
+        variation=meshes.variation,
+        damping=meshes.damping,
+        zeta=np.array(system.zeta or 0.0),
+        tones=np.array([float(tone) for tone in system.tones]),
+        line_frequency=np.array([float(line.frequency) for line in lines]),
+        line_gap=np.array([line.gap for line in lines], complex).reshape(-1, m),
+        line_force=np.array([line.force for line in lines], complex).reshape(-1, 3, n),
+    )
+
+
+def combined(weights: Sequence[float], terms: Sequence[SystemNumbers]) -> SystemNumbers:
+    """Weighted sum of several.
+
+    Raises
+    ------
+    ModelError : they are not of one shape: something appeared, vanished or was renumbered between them.
+    """
+    totals: dict[str, Any] = {}
+    for name in (field.name for field in fields(SystemNumbers)):
+        arrays = [getattr(term, name) for term in terms]
+        if len({array.shape for array in arrays}) > 1:
+            raise ModelError("moves, meshes or lines of excitation appear or vanish here: no derivative")
+        totals[name] = np.asarray(sum(weight * array for weight, array in zip(weights, arrays, strict=True)))
+    return SystemNumbers(**totals)
+
+
+def is_nonzero(change: SystemNumbers) -> bool:
+    """Whether any number changes."""
+    return any(bool(getattr(change, field.name).any()) for field in fields(SystemNumbers))
+
+
+def mean_stiffness_change(system: System, change: SystemNumbers) -> Array:
+    """Derivative of K + B k B^T, (n, n) [N/m per unit]."""
+    B, k = system.meshes.B, system.meshes.stiffness
+    mixed = (change.B * k) @ B.T
+    result: Array = change.K + mixed + mixed.T + (B * change.stiffness) @ B.T
+    return result
+
+
+def with_lines(system: System, frequencies: Sequence[Fraction]) -> System:
+    """The System with a line, empty where it has none, at each of the given frequencies [Hz]."""
+    known = {line.frequency for line in system.lines}
+    n, m = system.meshes.B.shape
+    empty = Line(
+        frequency=Fraction(0),
+        gap=np.zeros(m, complex),
+        link_gap=np.zeros(len(system.links.name), complex),
+        force=np.zeros((3, n), complex),
+        group_gap=np.zeros(system.group_rows.shape[1], complex),
+    )
+    added = [replace(empty, frequency=frequency) for frequency in frequencies if frequency not in known]
+    if not added:
+        return system
+    return replace(system, lines=tuple(sorted((*system.lines, *added), key=lambda line: line.frequency)))
+
+
 def measure(ready: Response, block: Block, *, harmonic: int | None) -> ForceMeasure:
     """Q of every whole mesh and its derivative with respect to every amplitude.
 
     Parameters
     ----------
     harmonic : a mesh order, of each mesh's own tone; None: all frequencies above 0, of mesh and shaft orders,
-        amplitudes
-        of exactly equal frequency added first.
+        amplitudes of exactly equal frequency added first.
     """
     face, P = faces(ready.system.meshes), block.speed.size
     signal = whole_mesh_signal(force_signal(ready, block), face)
     values, kept = signal.values, signal.orders.points.shape[0]
     if harmonic is None:
-        seed = _line_seed(signal.line_frequencies, values)
+        # amplitudes of the whole line of each harmonic, 0 for the mean
+        lines = signal.line_frequencies
+        whole = values
+        if lines.coincident:
+            whole = lines.merged(values)[:, :, lines.line]
+            whole = np.where(lines.negative, whole.conj(), whole)
+        seed = np.where(lines.constant, 0.0, whole)
     else:
-        at = _own_order(signal.orders.points, mesh_axis(ready), harmonic)
+        # points that are this multiple of each mesh's tone and of no other, (w, K)
+        points, axis = signal.orders.points, mesh_axis(ready)
+        measured = np.zeros((axis.size, points.shape[1]), np.int64)
+        measured[np.arange(axis.size), axis] = harmonic
+        alike = (points[None] == measured[:, None]).all(axis=2)
         seed = np.zeros_like(values)
-        seed[:, :, :kept] = np.where(at[:, None], values[:, :, :kept], 0.0)
+        seed[:, :, :kept] = np.where(alike[:, None], values[:, :, :kept], 0.0)
     square = (seed.conj() * values).real.sum(axis=2) / 2
     rows = seed[face.row]
     shaft = None
@@ -195,23 +196,6 @@ def measure(ready: Response, block: Block, *, harmonic: int | None) -> ForceMeas
         S = signal.lines.amplitude.shape[2]
         shaft = rows[:, :, kept:].reshape(len(rows), P * S, -1)
     return ForceMeasure(square=square, mesh=rows[:, :, :kept], shaft=shaft)
-
-
-def _line_seed(line_frequencies: LineFrequencies, values: ComplexArray) -> ComplexArray:
-    """Amplitudes (w, P, R) replaced by those of their whole line, 0 for the mean: dQ/d(amplitude) of the mean
-    square.
-    """
-    if line_frequencies.coincident:
-        lines = line_frequencies.merged(values)[:, :, line_frequencies.line]
-        values = np.where(line_frequencies.negative, lines.conj(), lines)
-    return np.where(line_frequencies.constant, 0.0, values)
-
-
-def _own_order(points: Index, axis: Index, harmonic: int) -> NDArray[np.bool_]:
-    """Points (K, D) that are this multiple of each mesh's tone and of no other, (w, K); axis : (w,)."""
-    measured = np.zeros((axis.size, points.shape[1]), np.int64)
-    measured[np.arange(axis.size), axis] = harmonic
-    return np.asarray((points[None] == measured[:, None]).all(axis=2), bool)
 
 
 def adjoint_parts(
@@ -252,29 +236,24 @@ def _part(
     made, meshes = ready.kernel(block.truncation, shifted=shifted), ready.system.meshes
     forward = force_spectrum(ready, block, shifted=shifted).amplitude.reshape(*seed.shape)
     J, U = len(made.lattice.points), some.size
-    mine = faces(meshes).row == some[:, None]
-    own = np.where(mine[:, :, None, None], seed[None], 0.0)  # (U, m, B, J + T)
+    rows = faces(meshes).row == some[:, None]
+    seeds = np.where(rows[:, :, None, None], seed[None], 0.0)  # (U, m, B, J + T)
     weight = harmonic_weights(made)
-    kept = np.asarray(own[..., :J] / weight, complex)
-    truncated_pull: ComplexArray = own[..., J:]
+    kept = np.asarray(seeds[..., :J] / weight, complex)
+    truncated_pull: ComplexArray = seeds[..., J:]
     rate = 1j * meshes.damping[:, None, None] * solved.frequency
-    truncated_force = to_complex(truncated_product_adjoint(made, to_real(_flat(truncated_pull)))).reshape(
-        len(meshes.name), U, -1, J
-    )
-    truncated_force = truncated_force.transpose(1, 0, 2, 3) / weight
+    truncated_force = to_complex(truncated_product_adjoint(made, to_real(_flat(truncated_pull))))
+    truncated_force = _of_measures(truncated_force, U) / weight
 
     def to_gap(pull: ComplexArray) -> ComplexArray:
         """dQ/d(gap) (U, m, B, J) of dQ/d(mesh force) (U, m, B, J)."""
-        varying = to_complex(product(made, to_real(_flat(pull)))).reshape(len(meshes.name), U, -1, J)
-        result: ComplexArray = (
-            meshes.stiffness[:, None, None] * pull + varying.transpose(1, 0, 2, 3) - rate * pull + truncated_force
-        )
-        return result
+        varying = _of_measures(to_complex(product(made, to_real(_flat(pull)))), U)
+        press: ComplexArray = meshes.stiffness[:, None, None] * pull + varying - rate * pull + truncated_force
+        return press
 
-    found = _solve(ready, adjoint_modal, block, made, solved, to_gap(kept), tolerance)
-    B = solved.frequency.shape[0]
-    z = (found.y[:, 0] + 1j * found.y[:, 1]).reshape(U, B, J, -1)
-    pull = kept - to_complex(found.gap).reshape(-1, U, B, J).transpose(1, 0, 2, 3)
+    answer = _solve(ready, adjoint_modal, block, made, solved, to_gap(kept), tolerance)
+    z = (answer.y[:, 0] + 1j * answer.y[:, 1]).reshape(U, len(solved.frequency), J, -1)
+    pull = kept - _of_measures(to_complex(answer.gap), U)
     return AdjointPart(
         kernel=made,
         solved=solved,
@@ -310,10 +289,10 @@ def _solve(
     )
     # forces of the adjoint on truncated harmonics are no residual
     bare = replace(made, truncated=made.truncated[:0])
-    found = solve(ready.system, adjoint_modal, bare, rows, tolerance=tolerance)
-    if not np.all(found.residual <= 100 * tolerance):
-        raise ConvergenceError(f"the adjoint solution has a relative residual of {found.residual.max():.3g}")
-    return found
+    answer = solve(ready.system, adjoint_modal, bare, rows, tolerance=tolerance)
+    if not np.all(answer.residual <= 100 * tolerance):
+        raise ConvergenceError(f"the adjoint solution has a relative residual of {answer.residual.max():.3g}")
+    return answer
 
 
 def _flat(values: ComplexArray) -> ComplexArray:
@@ -322,17 +301,22 @@ def _flat(values: ComplexArray) -> ComplexArray:
     return values.transpose(1, 0, 2, 3).reshape(m, U * B, K)
 
 
+def _of_measures(values: ComplexArray, U: int) -> ComplexArray:
+    """(m, U B, K) -> (U, m, B, K), the inverse of `_flat`."""
+    return values.reshape(len(values), U, -1, values.shape[-1]).transpose(1, 0, 2, 3)
+
+
 def adjoint_form(modal: Modal) -> Modal:
     """Modal form whose harmonic-balance operator is the adjoint.
 
     Of factors i w of both signs, C^T and G^T change sign; the energy weights of forces and motions change places.
     """
     weight = modal_weights(modal.squared, modal.rigid) ** 2
-    adjoint_modal = {
+    coupling = {
         name: np.ascontiguousarray(_SIGN[name] * matrix.T * weight / weight[:, None])
         for name, matrix in modal.coupling.items()
     }
-    return replace(modal, damping=-modal.damping, coupling=adjoint_modal)
+    return replace(modal, damping=-modal.damping, coupling=coupling)
 
 
 def harmonic_weights(kernel: Kernel) -> Array:
@@ -342,10 +326,7 @@ def harmonic_weights(kernel: Kernel) -> Array:
 
 
 def truncated_product_adjoint(kernel: Kernel, force: Array) -> Array:
-    """Transpose of `truncated_product`, unweighted.
-
-    Truncated harmonics (m, P, 2 T) to gap harmonics kept (m, P, 2 J).
-    """
+    """Transpose of `truncated_product`, unweighted: truncated harmonics (m, P, 2 T) to harmonics kept (m, P, 2 J)."""
     if len(kernel.axes) == 1:
         only: Array = np.matmul(force, kernel.axes[0].own_tail.transpose(0, 2, 1))
         return only
@@ -363,7 +344,6 @@ def truncated_product_adjoint(kernel: Kernel, force: Array) -> Array:
 
 def _scattered(rows: Array, gather: Gather, size: int) -> Array:
     """Transpose of a gather: rows (m, P, ..) put back into `size` columns; the padding column falls away."""
-    place: NDArray[np.int64] = gather.place.ravel()
     out = np.zeros((*rows.shape[:2], size + 1))
-    out[:, :, place] = rows * gather.sign.ravel()  # a column is gathered once, but for the padding
+    out[:, :, gather.place.ravel()] = rows * gather.sign.ravel()  # a column is gathered once, but for the padding
     return out[:, :, :size]

@@ -1,12 +1,10 @@
-"""Parameters of a model file: every number that may be differentiated, its value, and its overrides.
+"""Parameters of a model file, every number that may be differentiated, and derivatives of a System along them.
 
 Written numbers and derived ones (masses, inertias, mean mesh stiffnesses) are parameters; counts and texts are not.
 
-Derivatives of a System along parameters of its model file: central differences of the assembly, extrapolated.
-
-The map from the file to the matrices is smooth and exact to rounding.  Richardson extrapolation of differences with
-steps h and h/2, h = 1e-3 of the value, therefore gives its derivative to about 1e-10.  Where a value may not go to both
-sides, one-sided differences of third order take their place.
+The map from the file to the matrices is smooth and exact to rounding.  Richardson extrapolation of central differences
+with steps h and h/2, h = 1e-3 of the value, therefore gives its derivative to about 1e-10.  Where a value may not go to
+both sides, one-sided differences of third order take their place.
 """
 
 from __future__ import annotations
@@ -16,6 +14,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,11 +32,20 @@ from .adjoint import SystemNumbers, combined, numbers, with_lines
 
 _COUNTS = ("teeth", "planets", "slices", "count", "order", "seed")
 _TEXTS = ("format", "title", "doi", "notes", "assumed", "tolerance")
-# long lists, whose entries are parameters only where a path names them
+# Long lists, whose entries are parameters only where a path names them
 _TABLES = ("pitch", "values", "deflection")
 _DERIVED = ("mass", "inertia", "tilt_inertia", "stiffness")
 _PAIRS = {"x": ("y", "radial"), "rx": ("ry", "tilt")}
 _INDEXED = re.compile(r"(.*)\[(\d{1,4})\]\s*")
+# Step per value.
+_STEP = 1e-3
+# Step of a value of 0, in the unit it is written in
+_STEP_AT_ZERO = {"": 1e-3, "um": 1.0, "mm": 1e-3, "m": 1e-6, "deg": 1e-2, "rad": 1e-4, "N/m": 1e4, "N m/rad": 1e4}
+# Quotients of steps h and h/2 differ by h^2 f'''/8.  A larger relative difference means that the map is not smooth.
+_SMOOTH = 1e-3
+# Relative rounding of an assembled array
+_ROUNDING = 1e-13
+_NAMES = tuple(field.name for field in fields(SystemNumbers))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +71,42 @@ class Parameter:
         return {**dict(self.companions), **dict.fromkeys(self.leaves, self.number.text(values))}
 
 
+class ParameterDerivative(NamedTuple):
+    """Derivative of a System's numbers per unit of one parameter, or why there is none.
+
+    change : derivatives, per unit of the parameter as written; None where there is none.  problem : "" or the reason.
+    """
+
+    parameter: Parameter
+    change: SystemNumbers | None
+    problem: str = ""
+
+
+class SystemDerivatives(NamedTuple):
+    """A linearised System and its derivatives along parameters.
+
+    system : with an empty line at every frequency that a parameter would excite.  along : one entry a parameter.
+    """
+
+    system: System
+    along: tuple[ParameterDerivative, ...]
+
+
+class _Stencil(NamedTuple):
+    """Systems at steps of one parameter, and weights of two difference quotients of them of one order.
+
+    coarse, fine : weights of the quotients with steps h and h/2, per unit of the parameter.
+    order : of their error.  unchanged : index of the System as it is.  step : h, in the unit of the parameter.
+    """
+
+    systems: tuple[System, ...]
+    coarse: tuple[float, ...]
+    fine: tuple[float, ...]
+    order: int
+    unchanged: int
+    step: float
+
+
 def all_parameters(train: Train) -> list[Parameter]:
     """Every written number without counts, entries of lists one by one, and derived masses and stiffnesses.
 
@@ -70,12 +114,16 @@ def all_parameters(train: Train) -> list[Parameter]:
     """
     document = dict(leaves(dict(train.document)))
     parameters: list[Parameter] = []
-    for path, at in _named_leaves(document).items():
-        parts, number = path.split("."), written(document[at[0]])
-        tabulated = number is not None and number.many and parts[-1] == "force"
-        if number is not None and parts[0] not in _TEXTS and parts[-1] not in (*_COUNTS, *_TABLES) and not tabulated:
-            parameters += _entries(path, at, number)
-    return [*parameters, *(one for one in _derived(train) if not _is_written(one.path, document))]
+    for path, holders in _named_leaves(document).items():
+        first, last, number = path.split(".")[0], path.rpartition(".")[2], written(document[holders[0]])
+        if number is None or first in _TEXTS or last in (*_COUNTS, *_TABLES) or (number.many and last == "force"):
+            continue
+        for index, value in enumerate(number.values):
+            name = f"{path}[{index + 1}]" if number.many else path
+            parameters.append(
+                Parameter(path=name, leaves=holders, value=value, unit=number.unit, number=number, index=index)
+            )
+    return [*parameters, *(derived for derived in _derived(train) if not _is_written(derived.path, document))]
 
 
 def parameter_at(train: Train, text: str) -> Parameter:
@@ -87,27 +135,27 @@ def parameter_at(train: Train, text: str) -> Parameter:
     """
     path, index = (match[1], int(match[2])) if (match := _INDEXED.fullmatch(text)) else (text.strip(), 0)
     document = dict(leaves(dict(train.document)))
-    at = expand_path(path, collect(dict(train.document)), path="path")
-    numbers = [_number_at(leaf, document, train, text) for leaf in at]
-    number = numbers[0]
-    if any(other != number for other in numbers):
-        raise ModelError("stands at values that differ", path=text, given=", ".join(at), allowed="one of these paths")
-    if at[0].rpartition(".")[2] in _COUNTS or (number.whole and at[0].rpartition(".")[2] in _TABLES):
+    holders = expand_path(path, collect(dict(train.document)), path="path")
+    number, *others = (_number_at(leaf, document, train, text) for leaf in holders)
+    if any(other != number for other in others):
+        listed = ", ".join(holders)
+        raise ModelError("stands at values that differ", path=text, given=listed, allowed="one of these paths")
+    last = holders[0].rpartition(".")[2]
+    if last in _COUNTS or (number.whole and last in _TABLES):
         raise ModelError("a whole number: nothing between two of them, so no derivative", path=text)
     if number.many and not index:
         raise ModelError("a list", path=text, allowed=f"one of its entries, {path}[1] .. {path}[{len(number.values)}]")
     if index:
-        number = _listed(number, at[0], train, text, index)
-    name = f"{path}[{index}]" if index else path
+        number = _listed(number, holders[0], train, text, index)
     entry = max(index - 1, 0)
     return Parameter(
-        path=name,
-        leaves=at,
+        path=f"{path}[{index}]" if index else path,
+        leaves=holders,
         value=number.values[entry],
         unit=number.unit,
         number=number,
         index=entry,
-        companions=_companions(train, at[0], document),
+        companions=_companions(train, holders[0], document),
     )
 
 
@@ -127,12 +175,6 @@ def _named_leaves(document: Mapping[str, object]) -> dict[str, tuple[str, ...]]:
         elif not (stiff and twin and document.get(f"{head}.{twin}") == value):
             result[path] = (path,)
     return result
-
-
-def _entries(path: str, at: tuple[str, ...], number: Written) -> Iterator[Parameter]:
-    for index, value in enumerate(number.values):
-        name = f"{path}[{index + 1}]" if number.many else path
-        yield Parameter(path=name, leaves=at, value=value, unit=number.unit, number=number, index=index)
 
 
 def _derived(train: Train) -> Iterator[Parameter]:
@@ -164,11 +206,8 @@ def _is_written(path: str, document: Mapping[str, object]) -> bool:
 def _companions(train: Train, path: str, document: Mapping[str, object]) -> tuple[tuple[str, object], ...]:
     """Derived variation of a mesh whose mean stiffness is derived too: with a given stiffness it would not vary."""
     head, _, last = path.rpartition(".")
-    if (
-        last != "stiffness"
-        or written(document.get(path)) is not None
-        or any(p.startswith(f"{head}.variation") for p in document)
-    ):
+    given = written(document.get(path)) is not None or any(p.startswith(f"{head}.variation") for p in document)
+    if last != "stiffness" or given:
         return ()
     return tuple((v.path, v.value) for v in train.values if v.path == f"{head}.variation" and isinstance(v.value, str))
 
@@ -190,7 +229,7 @@ def _number_at(leaf: str, document: Mapping[str, object], train: Train, text: st
     number = written(document[leaf]) if leaf in document else None
     if number is not None:
         return number
-    derived = {one.path: one.number for one in _derived(train)}
+    derived = {parameter.path: parameter.number for parameter in _derived(train)}
     if leaf in derived:
         return derived[leaf]
     resolved = {value.path: value for value in train.values}
@@ -200,7 +239,7 @@ def _number_at(leaf: str, document: Mapping[str, object], train: Train, text: st
         return replace(number, unit="" if known.unit == "cycles" else known.unit)
     value = document.get(leaf, None if known is None else known.value)
     if value is None or isinstance(value, dict):
-        every = [one.path for one in all_parameters(train)]
+        every = [parameter.path for parameter in all_parameters(train)]
         raise ModelError(
             f"no number at this path{nearest(text, [*every, *resolved, *document])}",
             path=text,
@@ -225,54 +264,6 @@ def _listed(number: Written, leaf: str, train: Train, text: str, index: int) -> 
     return number
 
 
-_STEP = 1e-3
-# step of a value of 0, in the unit it is written in
-_STEP_AT_ZERO = {"": 1e-3, "um": 1.0, "mm": 1e-3, "m": 1e-6, "deg": 1e-2, "rad": 1e-4, "N/m": 1e4, "N m/rad": 1e4}
-# Quotients of steps h and h/2 differ by h^2 f'''/8.  A larger relative difference means that the map is not smooth.
-_SMOOTH = 1e-3
-# relative rounding of an assembled array
-_ROUNDING = 1e-13
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ParameterDerivative:
-    """Derivative of a System's numbers per unit of one parameter, or why there is none.
-
-    change : derivatives, per unit of the parameter as written; None where there is none.  problem : "" or the reason.
-    """
-
-    parameter: Parameter
-    change: SystemNumbers | None
-    problem: str = ""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SystemDerivatives:
-    """A linearised System and its derivatives along parameters.
-
-    system : with an empty line at every frequency that a parameter would excite.  along : one entry a parameter.
-    """
-
-    system: System
-    along: tuple[ParameterDerivative, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Stencil:
-    """Systems at steps of one parameter, and weights of two difference quotients of them of one order.
-
-    coarse, fine : weights of the quotients with steps h and h/2, per unit of the parameter.
-    order : of their error.  here : index of the unchanged System.  step : h, in the unit of the parameter.
-    """
-
-    systems: tuple[System, ...]
-    coarse: tuple[float, ...]
-    fine: tuple[float, ...]
-    order: int
-    here: int
-    step: float
-
-
 def system_derivatives(
     train: Train, parameters: Sequence[Parameter], *, progress: Callable[[float], None] | None = None
 ) -> SystemDerivatives:
@@ -292,29 +283,22 @@ def system_derivatives(
     # tolerances, and reasons for what may be removed, move no number of the System but take time to check
     document = {name: table for name, table in train.document.items() if name not in ("tolerance", "assumed")}
     stencils: list[_Stencil | str] = []
-    for place, parameter in enumerate(parameters):
+    frequencies: dict[Fraction, None] = {}  # that some parameter excites
+    for count, parameter in enumerate(parameters, start=1):
         try:
-            stencils.append(_stencil(document, base, parameter))
+            stencil = _stencil(document, base, parameter)
+            for system in stencil.systems:
+                if system.tones == base.tones:
+                    frequencies |= dict.fromkeys(line.frequency for line in system.lines)
+            stencils.append(stencil)
         except (ModelError, ConvergenceError) as error:
             stencils.append(getattr(error, "problem", None) or str(error))
         if progress is not None:
-            progress((place + 1) / len(parameters))
-    frequencies = [
-        line.frequency
-        for stencil in stencils
-        if isinstance(stencil, _Stencil)
-        for system in stencil.systems
-        if system.tones == base.tones
-        for line in system.lines
-    ]
-    whole = with_lines(base, tuple(dict.fromkeys(frequencies)))
-    return SystemDerivatives(
-        system=whole,
-        along=tuple(
-            _derivative(base, whole, parameter, stencil)
-            for parameter, stencil in zip(parameters, stencils, strict=True)
-        ),
-    )
+            progress(count / len(parameters))
+    whole = with_lines(base, tuple(frequencies))
+    pairs = zip(parameters, stencils, strict=True)
+    along = tuple(_derivative(base, whole, parameter, stencil) for parameter, stencil in pairs)
+    return SystemDerivatives(system=whole, along=along)
 
 
 def _stencil(document: Mapping[str, object], base: System, parameter: Parameter) -> _Stencil:
@@ -339,7 +323,7 @@ def _stencil(document: Mapping[str, object], base: System, parameter: Parameter)
             coarse=tuple(w / (2 * step) for w in (-1, 0, 0, 0, 1)),
             fine=tuple(w / step for w in (0, -1, 0, 1, 0)),
             order=2,
-            here=2,
+            unchanged=2,
             step=step,
         )
     except ModelError:
@@ -362,7 +346,7 @@ def _one_sided_stencil(at: Callable[[float], System], base: System, step: float)
         coarse=tuple(w / (12 * d) for w in (-11, 0, 18, 0, -9, 2)),
         fine=tuple(w / (6 * d) for w in (-11, 18, -9, 2, 0, 0)),
         order=3,
-        here=0,
+        unchanged=0,
         step=abs(d),
     )
 
@@ -374,18 +358,18 @@ def _derivative(base: System, whole: System, parameter: Parameter, stencil: _Ste
     try:
         values = [_aligned(system, base, whole) for system in stencil.systems]
         # differences to the value first: an array that does not change has a derivative of exactly zero
-        differences = [combined([1.0, -1.0], [value, values[stencil.here]]) for value in values]
+        differences = [combined([1.0, -1.0], [value, values[stencil.unchanged]]) for value in values]
         soft = _soft_link_changes(stencil)
         if soft is not None:
-            differences = [replace(one, K=K) for one, K in zip(differences, soft, strict=True)]
+            differences = [replace(change, K=K) for change, K in zip(differences, soft, strict=True)]
         coarse, fine = combined(stencil.coarse, differences), combined(stencil.fine, differences)
     except ModelError as error:
         return ParameterDerivative(parameter=parameter, change=None, problem=error.problem)
     power = 2**stencil.order
     change = combined([power / (power - 1), -1 / (power - 1)], [fine, coarse])
-    rounded = _without_rounding(change, values[stencil.here], stencil.step)
+    rounded = _without_rounding(change, values[stencil.unchanged], stencil.step)
     change = rounded if soft is None else replace(rounded, K=change.K)
-    if any(_differ(name, coarse, change) for name in _NAMES) or _kinked(stencil, values):
+    if not _smooth(coarse, change) or _kinked(stencil, values):
         return ParameterDerivative(parameter=parameter, change=None, problem="not smooth at this value: no derivative")
     return ParameterDerivative(parameter=parameter, change=change)
 
@@ -395,20 +379,21 @@ def _soft_link_changes(stencil: _Stencil) -> list[Array] | None:
 
     A step of a link far softer than the stiffest part is rounding of their sum K, and no rounding of its own rows.
     """
-    here = stencil.systems[stencil.here]
-    rounding = _ROUNDING * float(np.abs(here.K).max(initial=0.0))
-    found = []
+    base = stencil.systems[stencil.unchanged]
+    links = base.links
+    rounding = _ROUNDING * float(np.abs(base.K).max(initial=0.0))
+    changes = []
     for system in stencil.systems:
-        if system.links.name != here.links.name or not np.array_equal(system.links.B, here.links.B):
+        if system.links.name != links.name or not np.array_equal(system.links.B, links.B):
             return None
         with np.errstate(invalid="ignore"):  # rigid in both
-            step = np.nan_to_num(system.links.stiffness - here.links.stiffness)
-        change: Array = (here.links.B * step) @ here.links.B.T
-        if np.abs(system.K - here.K - change).max(initial=0.0) > rounding:
+            step = np.nan_to_num(system.links.stiffness - links.stiffness)
+        change: Array = (links.B * step) @ links.B.T
+        if np.abs(system.K - base.K - change).max(initial=0.0) > rounding:
             return None  # something else changes K too
-        found.append(change)
-    largest = max(float(np.abs(change).max(initial=0.0)) for change in found)
-    return found if 0 < largest and rounding > _SMOOTH * largest else None
+        changes.append(change)
+    largest = max(float(np.abs(change).max(initial=0.0)) for change in changes)
+    return changes if 0 < largest and rounding > _SMOOTH * largest else None
 
 
 def _without_rounding(change: SystemNumbers, value: SystemNumbers, step: float) -> SystemNumbers:
@@ -421,14 +406,15 @@ def _without_rounding(change: SystemNumbers, value: SystemNumbers, step: float) 
     return replace(change, **zeros)
 
 
-_NAMES = tuple(field.name for field in fields(SystemNumbers))
-
-
-def _differ(name: str, coarse: SystemNumbers, change: SystemNumbers) -> bool:
-    """Whether coarse quotient and derivative of one array differ by more than those of a smooth function."""
-    size = float(np.abs(getattr(change, name)).max(initial=0.0))
-    off = float(np.abs(getattr(coarse, name) - getattr(change, name)).max(initial=0.0))
-    return size > 0 and off > _SMOOTH * size
+def _smooth(coarse: SystemNumbers, change: SystemNumbers) -> bool:
+    """Whether coarse quotient and derivative of every array differ by no more than those of a smooth function."""
+    for name in _NAMES:
+        derivative = getattr(change, name)
+        size = float(np.abs(derivative).max(initial=0.0))
+        off = float(np.abs(getattr(coarse, name) - derivative).max(initial=0.0))
+        if size > 0 and off > _SMOOTH * size:
+            return False
+    return True
 
 
 def _kinked(stencil: _Stencil, values: Sequence[SystemNumbers]) -> bool:
@@ -458,12 +444,12 @@ def _aligned(system: System, base: System, whole: System) -> SystemNumbers:
         return numbers(with_lines(system, [line.frequency for line in whole.lines]))
     if len(system.lines) != len(base.lines) or len(system.tones) != len(base.tones):
         raise ModelError("frequencies meet or part beside this speed: no derivative")
-    known = {line.frequency: here for line, here in zip(base.lines, system.lines, strict=True)}
+    known = {line.frequency for line in base.lines}
     share = system.tones[0] / base.tones[0] if base.tones[0] else Fraction(1)
     empty = numbers(with_lines(replace(system, lines=()), [line.frequency * share for line in whole.lines]))
-    here = numbers(system)
-    rows = [place for place, line in enumerate(whole.lines) if line.frequency in known]
+    values = numbers(system)
+    rows = [row for row, line in enumerate(whole.lines) if line.frequency in known]
     arrays = {name: getattr(empty, name).copy() for name in ("line_frequency", "line_gap", "line_force")}
     for name, array in arrays.items():
-        array[rows] = getattr(here, name)
+        array[rows] = getattr(values, name)
     return replace(empty, **arrays)

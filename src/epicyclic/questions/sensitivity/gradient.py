@@ -1,18 +1,16 @@
-"""Derivative of a force measure Q with respect to every number of the System, from forward and adjoint solutions.
-
-With the residual R = Z X + B p - F of every harmonic (Z dynamic stiffness without meshes, p = k(t) gap + c gap'),
-dQ = sum W Re( pull^H dp + press^H dgap - z^H (dZ X + dB p - dF) ), the sum over all harmonics, W their weights; p, gap
-and X held in dp, dgap = dB^T X - de and dZ.  No derivative of the modal basis enters: matrices are projected on the
-basis of the System as it stands.  Modal damping, M Phi diag(2 zeta w) Phi^T M, changes with M and K; in modal
-coordinates dC_ij = 2 zeta (dK_ij + w_i w_j dM_ij) / (w_i + w_j), of repeated roots too.  Derived here.
-
-Derivatives of natural frequencies in closed form; repeated roots as the set into which their eigenspace splits.
+"""Derivatives of natural frequencies in closed form, of mesh-force measures by one adjoint solution a mesh and speed.
 
 At standstill w' = phi^T (K' - w^2 M') phi / (2 w) [fox1968].  Of a repeated root the derivatives along a parameter are
 the eigenvalues of that form projected on its eigenspace: they belong to the group, not to single modes.
 At a speed, undamped, the problem is Hermitian in i w, so the left vector is the right one.
 
-Derivatives of mesh-force measures of the steady response, by one adjoint solution a mesh and speed.
+The derivative of a force measure Q with respect to every number of the System follows from forward and adjoint
+solutions.  With the residual R = Z X + B p - F of every harmonic (Z dynamic stiffness without meshes,
+p = k(t) gap + c gap'),
+dQ = sum W Re( pull^H dp + press^H dgap - z^H (dZ X + dB p - dF) ), the sum over all harmonics, W their weights; p, gap
+and X held in dp, dgap = dB^T X - de and dZ.  No derivative of the modal basis enters: matrices are projected on the
+basis of the System as it stands.  Modal damping, M Phi diag(2 zeta w) Phi^T M, changes with M and K; in modal
+coordinates dC_ij = 2 zeta (dK_ij + w_i w_j dM_ij) / (w_i + w_j), of repeated roots too.  Derived here.
 """
 
 from __future__ import annotations
@@ -45,6 +43,14 @@ from .adjoint import (
 Index = NDArray[np.int64]
 Values = NDArray[Any]  # complex of any kind
 Number = TypeVar("Number", bound=np.inexact)
+# Stiffness change of a rigid mode: rounding of the change itself where the mode stays free; 1e-3 of a spring on it.
+_FREE_STIFFNESS = 1e-9
+# Relative residual asked for: the truncation may be 30 times that, and errs a derivative by some 10 times more.
+_TOLERANCE = 1e-10
+# The adjoint solution has no truncation, and its residual counts once.
+_ADJOINT = 100.0
+# Imbalance on a rigid mode: rounding and the error of the difference quotient of a change; 1e-3 of a spring on it.
+_FREE_FORCE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -102,21 +108,14 @@ class Gradient:
             """Phi^T A Phi of a matrix (n, n)."""
             return Phi.T @ matrix @ Phi
 
-        frame = self.frame
+        frame, mean = self.frame, mean_stiffness_change(ready.system, change)
         total = np.zeros(self.zeta.shape)
-        for matrix, gradient in (
-            (change.K, self.K),
-            (mean_stiffness_change(ready.system, change), self.mean),
-            (change.M, self.M),
-            (change.C, self.C),
-        ):
+        still = (change.K, self.K), (mean, self.mean), (change.M, self.M), (change.C, self.C)
+        for matrix, gradient in still:
             if matrix.any():
                 total += np.einsum("opij,ij->op", gradient, modal(matrix))
-        for matrix, gradient, factor in (
-            (change.Kg, self.K, frame**2),
-            (change.Cskew, self.K, frame),
-            (change.G, self.C, frame),
-        ):
+        turning = (change.Kg, self.K, frame**2), (change.Cskew, self.K, frame), (change.G, self.C, frame)
+        for matrix, gradient, factor in turning:
             if matrix.any():
                 total += np.einsum("opij,ij,p->op", gradient, modal(matrix), factor)
         total += np.einsum("opnm,nm->op", self.B, Phi.T @ change.B)
@@ -128,13 +127,29 @@ class Gradient:
         return np.asarray(total)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ForceDerivatives:
+    """Values and derivatives of one measure of the mesh forces.
+
+    mesh : (w,) whole meshes.  speed : (P,) relative.  value : (w, P) [N].
+    derivative : (changes, w, P) [N per unit]; nan where the value is 0, or where `constrained`.
+    constrained : (changes,) whether the change puts a spring on a rigid mode, so that there is no derivative.
+    """
+
+    mesh: tuple[str, ...]
+    speed: Array
+    value: Array
+    derivative: Array
+    constrained: NDArray[np.bool_]
+
+
 def gradient(ready: Response, basis: Basis, block: Block, parts: Sequence[AdjointPart]) -> Gradient:
     """Gradient of Q: sum of the contributions of mesh and shaft orders."""
-    found = [_of_part(ready, basis, block, part) for part in parts]
-    if len(found) == 1:
-        return found[0]
-    sums = {f.name: sum(getattr(one, f.name) for one in found) for f in fields(Gradient) if f.name != "frame"}
-    return Gradient(frame=found[0].frame, **sums)
+    terms = [_of_part(ready, basis, block, part) for part in parts]
+    if len(terms) == 1:
+        return terms[0]
+    sums = {f.name: sum(getattr(term, f.name) for term in terms) for f in fields(Gradient) if f.name != "frame"}
+    return Gradient(frame=terms[0].frame, **sums)
 
 
 def _of_part(ready: Response, basis: Basis, block: Block, part: AdjointPart) -> Gradient:
@@ -165,7 +180,7 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: AdjointPart) -> 
     truncated = _sum_over_shafts(np.einsum("ombt,mbt->obm", part.truncated_pull.conj(), part.truncated_force).real, P)
     rate = _sum_over_shafts(np.einsum("objm,bjm->obm", pull.conj(), 1j * w * gap).real, P)
     tones, lines = _frequencies(ready, basis, block, part, (x, z, pull))
-    line_gap, line_force, steady = _lines(ready, block, part, (press, z))
+    line_gap, line_force, steady = _lines(ready, block, part, press, z)
     return Gradient(
         M=M + damped_mass,
         C=C,
@@ -218,46 +233,33 @@ def _frequencies(
     by_row = by_row.reshape(by_row.shape[0], P, -1, by_row.shape[2]) * (2 * np.pi * block.speed)[:, None, None]
     lines = np.zeros((*by_row.shape[:2], len(system.lines)))
     if part.shifted:
-        place = {id(line): r for r, line in enumerate(system.lines)}
-        for number, shaft in enumerate(ready.lines.shaft):
-            lines[:, :, place[id(shaft.members[0][2])]] = by_row[:, :, number].sum(axis=2)
-    return by_row.sum(axis=2) @ part.kernel.lattice.points @ _tones(ready), lines
-
-
-def _tones(ready: Response) -> Array:
-    """Incidence of the axes of the lattice on `System.tones`, (D axes, tones)."""
-    tones = ready.system.tones
-    result = np.zeros((len(ready.lines.tones), len(tones)))
-    result[np.arange(len(ready.lines.tones)), [tones.index(tone) for tone in ready.lines.tones]] = 1.0
-    return result
+        number = {id(line): r for r, line in enumerate(system.lines)}
+        for group, shaft in enumerate(ready.lines.shaft):
+            lines[:, :, number[id(shaft.members[0][2])]] = by_row[:, :, group].sum(axis=2)
+    # incidence of the axes of the lattice on the tones of the System, (D axes, tones)
+    axes = np.zeros((len(ready.lines.tones), len(system.tones)))
+    axes[np.arange(len(axes)), [system.tones.index(tone) for tone in ready.lines.tones]] = 1.0
+    return by_row.sum(axis=2) @ part.kernel.lattice.points @ axes, lines
 
 
 def _lines(
-    ready: Response, block: Block, part: AdjointPart, adjoint: tuple[ComplexArray, ComplexArray]
+    ready: Response, block: Block, part: AdjointPart, press: ComplexArray, z: ComplexArray
 ) -> tuple[ComplexArray, ComplexArray, Array]:
     """dQ by the errors (U, P, R, m) and forces (U, P, R, 3, n) of every line, and by the constant force (U, P, n)."""
-    lines, (press, z) = ready.system.lines, adjoint
+    lines = ready.system.lines
     U, P, n, m = z.shape[0], block.speed.size, z.shape[-1], press.shape[-1]
     gaps, forces = np.zeros((U, P, len(lines), m), complex), np.zeros((U, P, len(lines), 3, n), complex)
-    steady = np.zeros((U, P, n))
     row = {tuple(point): i for i, point in enumerate(part.kernel.lattice.points.tolist())}
     number = {id(line): r for r, line in enumerate(lines)}
-    powers = speed_powers(block.speed)
-    if not part.shifted:
-        steady = z[:, :, row[(0,) * part.kernel.lattice.tones]].real
-        for point, line in ready.lines.mesh:
-            force, gap = z[:, :, row[point]], press[:, :, row[point]]
-            if not any(point):
+    groups, powers = ready.lines.solved_together(shifted=part.shifted), speed_powers(block.speed)
+    steady = np.zeros((U, P, n)) if part.shifted else z[:, :, row[(0,) * part.kernel.lattice.tones]].real
+    for group, members in enumerate(groups):
+        for point, conjugate, line in members:
+            force, gap = (adjoint[:, group :: len(groups), row[point]] for adjoint in (z, press))
+            if conjugate:
+                force, gap = force.conj(), gap.conj()
+            elif not part.shifted and not any(point):
                 force, gap = force.real.astype(complex), gap.real.astype(complex)
-            gaps[:, :, number[id(line)]] -= gap
-            forces[:, :, number[id(line)]] += powers[:, :, None] * force[:, :, None]
-        return gaps, forces, steady
-    S = len(ready.lines.shaft)
-    for group, shaft in enumerate(ready.lines.shaft):
-        for point, conjugate, line in shaft.members:
-            at = row[tuple(-order for order in point) if conjugate else point]
-            force, gap = z[:, group::S, at], press[:, group::S, at]
-            force, gap = (force.conj(), gap.conj()) if conjugate else (force, gap)
             gaps[:, :, number[id(line)]] -= gap
             forces[:, :, number[id(line)]] += powers[:, :, None] * force[:, :, None]
     return gaps, forces, steady
@@ -276,30 +278,30 @@ def _variation(part: AdjointPart, ready: Response, P: int) -> ComplexArray:
     padded = np.concatenate([gap, np.zeros((m, B, 1))], axis=2)
     result = np.zeros((U, P, m, L), complex)
     for axis in range(made.lattice.tones):
-        mine = np.flatnonzero(ready.lines.axis == axis)
-        mine_pull, mine_gap = pull[:, mine].conj(), padded[mine]
+        rows = np.flatnonzero(ready.lines.axis == axis)
+        pull_rows, gap_rows = pull[:, rows].conj(), padded[rows]
         for order in range(1, L + 1):
             step = np.zeros(points.shape[1], np.int64)
             step[axis] = order
             # of a real signal the harmonic above is the conjugate of that below, each counted for half of every row
-            down = np.einsum("omba,mba->obm", mine_pull, mine_gap[:, :, _places(known, points - step)])
+            down = np.einsum("omba,mba->obm", pull_rows, gap_rows[:, :, _point_index(known, points - step)])
             if made.lattice.mirrored:
                 total = 2 * down.conj()
             else:
-                up = np.einsum("omba,mba->obm", mine_pull, mine_gap[:, :, _places(known, points + step)])
+                up = np.einsum("omba,mba->obm", pull_rows, gap_rows[:, :, _point_index(known, points + step)])
                 total = (down.conj() + up) / 2
-            result[:, :, mine, order - 1] = _sum_over_shafts(meshes.stiffness[mine] * total, P)
+            result[:, :, rows, order - 1] = _sum_over_shafts(meshes.stiffness[rows] * total, P)
     return result
 
 
-def _places(known: Index, points: Index) -> Index:
+def _point_index(known: Index, points: Index) -> Index:
     """Index of each point (K, D) among the known ones (J, D), J where it is none of them."""
     reach = int(max(np.abs(known).max(initial=0), np.abs(points).max(initial=0)))
     powers = (2 * reach + 1) ** np.arange(known.shape[1])
     keys, wanted = known @ powers, points @ powers
     rank = np.argsort(keys)
-    found = rank[np.clip(np.searchsorted(keys[rank], wanted), 0, keys.size - 1)]
-    return np.asarray(np.where(keys[found] == wanted, found, keys.size), np.int64)
+    nearest = rank[np.clip(np.searchsorted(keys[rank], wanted), 0, keys.size - 1)]
+    return np.asarray(np.where(keys[nearest] == wanted, nearest, keys.size), np.int64)
 
 
 def _two_sided(values: ComplexArray, points: Index) -> tuple[ComplexArray, Index]:
@@ -310,8 +312,7 @@ def _two_sided(values: ComplexArray, points: Index) -> tuple[ComplexArray, Index
 
 
 def rigid_mode_imbalance(ready: Response, basis: Basis, block: Block, change: SystemNumbers) -> Array:
-    """Force that a change leaves on a rigid mode, relative to the forces it brings (P,) [1]: 0 where the mode stays
-    free.
+    """Force that a change leaves on a rigid mode, per force that it brings (P,) [1]: 0 where the mode stays free.
 
     A change that puts a spring on a rigid mode (radii that fit no one centre distance) has no derivative of the
     response.
@@ -336,10 +337,6 @@ def rigid_mode_imbalance(ready: Response, basis: Basis, block: Block, change: Sy
     return np.asarray((np.abs(residual) / np.where(limit > 0, limit, 1.0)).max(axis=1))
 
 
-# Stiffness change of a rigid mode: rounding of the change itself where the mode stays free; 1e-3 of a spring on it.
-_FREE_STIFFNESS = 1e-9
-
-
 def frequency_derivatives(system: System, modes: Modes, changes: Sequence[SystemNumbers]) -> Array:
     """Derivatives of the natural frequencies of the mean system at standstill, undamped [fox1968].
 
@@ -354,23 +351,17 @@ def frequency_derivatives(system: System, modes: Modes, changes: Sequence[System
     """
     result = np.empty((len(changes), len(modes.omega_squared)))
     for row, change in zip(result, changes, strict=True):
-        row[:] = _one(modes, mean_stiffness_change(system, change), change.M)
-    return result
-
-
-def _one(modes: Modes, dK: Array, dM: Array) -> Array:
-    """Derivatives (modes,) [Hz per unit] for changes of stiffness and mass (n, n)."""
-    result = np.zeros(len(modes.omega_squared))
-    stiffness, mass = (modes.vectors.T @ change @ modes.vectors for change in (dK, dM))
-    for group in repeated_roots(modes.omega_squared):
-        squared = float(modes.omega_squared[group].mean())
-        form = stiffness[group, group] - squared * mass[group, group]
-        split = np.linalg.eigvalsh((form + form.T) / 2)
-        if squared > 0:
-            result[group] = split / (4 * np.pi * np.sqrt(squared))
-        else:
-            limit = _FREE_STIFFNESS * float(np.abs(stiffness).max(initial=0.0))
-            result[group] = np.where(np.abs(split) <= limit, 0.0, np.nan)
+        matrices = mean_stiffness_change(system, change), change.M
+        stiffness, mass = (modes.vectors.T @ matrix @ modes.vectors for matrix in matrices)
+        for group in repeated_roots(modes.omega_squared):
+            squared = float(modes.omega_squared[group].mean())
+            form = stiffness[group, group] - squared * mass[group, group]
+            split = np.linalg.eigvalsh((form + form.T) / 2)
+            if squared > 0:
+                row[group] = split / (4 * np.pi * np.sqrt(squared))
+            else:
+                limit = _FREE_STIFFNESS * float(np.abs(stiffness).max(initial=0.0))
+                row[group] = np.where(np.abs(split) <= limit, 0.0, np.nan)
     return result
 
 
@@ -390,50 +381,20 @@ def whirl_derivatives(
     -------
     (changes, modes) [Hz per unit]; nan where mu is 0 or not imaginary (an unstable train).
     """
-    result = np.full((len(changes), len(modes.mu)), np.nan)
+    result, s = np.full((len(changes), len(modes.mu)), np.nan), relative_speed
     for row, change in zip(result, changes, strict=True):
-        dK = mean_stiffness_change(system, change) + relative_speed**2 * change.Kg
+        dK = mean_stiffness_change(system, change) + s**2 * change.Kg
         for group in repeated_roots(modes.mu):
-            mu, V = complex(modes.mu[group].mean()), modes.vectors[:, group]
-            if mu.imag > 0 and abs(mu.real) <= 1e-6 * mu.imag:
-                row[group] = _split(system, change, dK, relative_speed, (1j * mu.imag, V))
+            root, V = complex(modes.mu[group].mean()), modes.vectors[:, group]
+            if not (root.imag > 0 and abs(root.real) <= 1e-6 * root.imag):
+                continue
+            mu = 1j * root.imag
+            above = V.conj().T @ (mu**2 * change.M + mu * s * change.G + dK) @ V
+            below = V.conj().T @ (2 * mu * system.M + s * system.G) @ V
+            # i times `below` is Hermitian and so is `above`: a pair of forms with real eigenvalues
+            roots = scipy.linalg.eigvals(above, -1j * below)
+            row[group] = np.sort(roots.real) / (2 * np.pi)
     return result
-
-
-def _split(system: System, change: SystemNumbers, dK: Array, s: float, pair: tuple[complex, ComplexArray]) -> Array:
-    """Derivatives (g,) [Hz per unit] of a group of g equal roots, pair : (i omega, vectors (n, g)); s : relative
-    speed.
-    """
-    mu, V = pair
-    above = V.conj().T @ (mu**2 * change.M + mu * s * change.G + dK) @ V
-    below = V.conj().T @ (2 * mu * system.M + s * system.G) @ V
-    # i times `below` is Hermitian and so is `above`: a pair of forms with real eigenvalues
-    roots = scipy.linalg.eigvals(above, -1j * below)
-    return np.asarray(np.sort(roots.real)) / (2 * np.pi)
-
-
-# Relative residual asked for: the truncation may be 30 times that, and errs a derivative by some 10 times more.
-_TOLERANCE = 1e-10
-# The adjoint solution has no truncation, and its residual counts once.
-_ADJOINT = 100.0
-# Imbalance on a rigid mode: rounding and the error of the difference quotient of a change; 1e-3 of a spring on it.
-_FREE_FORCE = 1e-6
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ForceDerivatives:
-    """Values and derivatives of one measure of the mesh forces.
-
-    mesh : (w,) whole meshes.  speed : (P,) relative.  value : (w, P) [N].
-    derivative : (changes, w, P) [N per unit]; nan where the value is 0, or where `constrained`.
-    constrained : (changes,) whether the change puts a spring on a rigid mode, so that there is no derivative.
-    """
-
-    mesh: tuple[str, ...]
-    speed: Array
-    value: Array
-    derivative: Array
-    constrained: NDArray[np.bool_]
 
 
 def force_derivatives(
@@ -465,23 +426,35 @@ def force_derivatives(
     ConvergenceError : an adjoint solution does not converge.
     """
     ready = response(system, frame_speed=frame_speed)
-    selected, speed = _mesh_indices(ready, meshes), _checked_speeds(relative_speed)
-    names = tuple(np.array(faces(ready.system.meshes).name, object)[selected])
+    names = faces(ready.system.meshes).name
+    selected = np.arange(len(names)) if meshes is None else np.asarray(meshes, np.int64)
+    speed = np.atleast_1d(np.asarray(relative_speed, dtype=float))
+    if not speed.size or not np.all(np.isfinite(speed) & (speed > 0)):
+        raise ModelError("speeds must be finite and above zero", path="relative_speed", given=relative_speed)
     value = np.full((selected.size, speed.size), np.nan)
     derivative = np.full((len(changes), selected.size, speed.size), np.nan)
     constrained = np.zeros(len(changes), bool)
     basis = basis_of(ready)
-    for block, rows, square, found in _gradients(
+    # the measure is sqrt(Q), or of an amplitude sqrt(2 Q); its slope over Q is nan where Q is 0
+    factor = 1.0 if harmonic is None else 2.0
+    for block, rows, square, slopes in _gradients(
         ready, basis, speed, selected, harmonic=harmonic, shaft_orders=shaft_orders, tolerance=tolerance
     ):
-        size, slope = _roots(square, harmonic)
+        size = np.sqrt(factor * square)
+        slope = np.where(size > 0, factor / (2 * np.where(size > 0, size, 1.0)), np.nan)
         value[np.ix_(rows, block.index)] = size
-        for place, change in enumerate(changes):
+        for number, change in enumerate(changes):
             _check_frequencies(ready, block, change)
-            constrained[place] |= bool(np.any(rigid_mode_imbalance(ready, basis, block, change) > _FREE_FORCE))
-            derivative[place][np.ix_(rows, block.index)] = slope * found.along(ready, basis, change)
+            constrained[number] |= bool(np.any(rigid_mode_imbalance(ready, basis, block, change) > _FREE_FORCE))
+            derivative[number][np.ix_(rows, block.index)] = slope * slopes.along(ready, basis, change)
     derivative[constrained] = np.nan
-    return ForceDerivatives(mesh=names, speed=speed, value=value, derivative=derivative, constrained=constrained)
+    return ForceDerivatives(
+        mesh=tuple(names[mesh] for mesh in selected),
+        speed=speed,
+        value=value,
+        derivative=derivative,
+        constrained=constrained,
+    )
 
 
 def _gradients(
@@ -505,32 +478,6 @@ def _gradients(
             yield block, rows, known.square[some], gradient(ready, basis, block, parts)
 
 
-def _roots(square: Array, harmonic: int | None) -> tuple[Array, Array]:
-    """RMS = sqrt(Q) or amplitude = sqrt(2 Q) of Q (O, P) [N^2], and its slope over Q, nan where Q is 0."""
-    factor = 1.0 if harmonic is None else 2.0
-    size = np.sqrt(factor * square)
-    return size, np.where(size > 0, factor / (2 * np.where(size > 0, size, 1.0)), np.nan)
-
-
-def _mesh_indices(ready: Response, meshes: Sequence[int] | None) -> Index:
-    """Indices of the wanted whole meshes, (O,)."""
-    count = len(faces(ready.system.meshes).name)
-    return np.arange(count) if meshes is None else np.asarray(meshes, np.int64)
-
-
-def _checked_speeds(relative_speed: ArrayLike) -> Array:
-    """Relative speeds (P,) [1].
-
-    Raises
-    ------
-    ModelError : none, or one that is not finite and above zero.
-    """
-    speed = np.atleast_1d(np.asarray(relative_speed, dtype=float))
-    if not speed.size or not np.all(np.isfinite(speed) & (speed > 0)):
-        raise ModelError("speeds must be finite and above zero", path="relative_speed", given=relative_speed)
-    return speed
-
-
 def _check_frequencies(ready: Response, block: Block, change: SystemNumbers) -> None:
     """Refuse a change that parts frequencies which the solution adds up, or solves together.
 
@@ -547,13 +494,13 @@ def _check_frequencies(ready: Response, block: Block, change: SystemNumbers) -> 
     limit = 1e-7 * float(np.abs(share).max(initial=0.0))  # difference quotients of exact frequencies
     if np.ptp(share) <= limit:
         return
-    place = {id(line): r for r, line in enumerate(system.lines)}
+    number = {id(line): r for r, line in enumerate(system.lines)}
     axes = np.array([change.tones[system.tones.index(tone)] for tone in ready.lines.tones])
-    off = [change.line_frequency[place[id(line)]] - np.dot(point, axes) for point, line in ready.lines.mesh]
+    off = [change.line_frequency[number[id(line)]] - np.dot(point, axes) for point, line in ready.lines.mesh]
     for shaft in ready.lines.shaft:
-        base = change.line_frequency[place[id(shaft.members[0][2])]]
+        base = change.line_frequency[number[id(shaft.members[0][2])]]
         off += [
-            change.line_frequency[place[id(line)]] - np.dot(point, axes) + (base if conjugate else -base)
+            change.line_frequency[number[id(line)]] - np.dot(point, axes) + (base if conjugate else -base)
             for point, conjugate, line in shaft.members
         ]
     merged = ready.line_frequencies(block.truncation, shafts=block.shaft is not None, truncated=True).coincident

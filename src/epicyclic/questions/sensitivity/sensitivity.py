@@ -24,7 +24,7 @@ from ...train.train import Train
 from ..modes.eigen import classify_modes, eigen, repeated_roots, whirl
 from ..response.response import response
 from .adjoint import SystemNumbers, is_nonzero
-from .derivatives import Parameter, SystemDerivatives, all_parameters, parameter_at, system_derivatives
+from .derivatives import Parameter, all_parameters, parameter_at, system_derivatives
 from .gradient import force_derivatives, frequency_derivatives, whirl_derivatives
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Progress = Callable[[float], None] | None
 Quantity = Literal["frequency", "force"]
-# sensitivity below which a parameter has no effect [percent per percent]: rounding of the difference quotients
+# Sensitivity below which a parameter has no effect [percent per percent]: rounding of the difference quotients
 _NEGLIGIBLE = 1e-9
 
 
@@ -74,21 +74,40 @@ def sensitivity(
     ModelError : a path that is not there, no number or not smooth; a mode or mesh that is not there; options that do
         not go together; of forces no damping or no speed.
     """
-    _check(of, mode=mode, mesh=mesh, harmonic=harmonic, mesh_frequency=mesh_frequency)
+    if of not in ("frequency", "force"):
+        raise ModelError("unknown choice", path="of", given=of, allowed="frequency, force")
+    if of == "frequency" and (mesh is not None or harmonic is not None or mesh_frequency is not None):
+        raise ModelError("a mesh, its order or frequency goes with forces", path="of", given=of, allowed="force")
+    if of == "force" and mode is not None:
+        raise ModelError("a mode goes with frequencies", path="of", given=of, allowed="frequency")
+    if harmonic is not None and harmonic < 1:
+        raise ModelError("no mesh order that moves", path="harmonic", given=harmonic, allowed="1 or more")
     candidates = all_parameters(train) if paths is None else [parameter_at(train, path) for path in paths]
     if not candidates:
         raise ModelError("no path given", path="paths", allowed="paths of the model file, or none for all")
     derivatives = system_derivatives(train, candidates, progress=progress)
     system = derivatives.system
-    kept = _effective(derivatives, required=paths is not None)
-    parameters = [derivatives.along[place].parameter for place in kept]
-    changes = [change for place in kept if (change := derivatives.along[place].change) is not None]
+    parameters: list[Parameter] = []
+    changes: list[SystemNumbers] = []
+    left_out: dict[str, str] = {}  # path of a parameter that is not listed -> reason
+    for along in derivatives.along:
+        if along.change is None and paths is not None:
+            raise ModelError(along.problem, path=along.parameter.path, given=along.parameter.value)
+        if along.change is not None and (paths is not None or is_nonzero(along.change)):
+            parameters.append(along.parameter)
+            changes.append(along.change)
+        else:
+            left_out[along.parameter.path] = along.problem or "moves nothing"
     if of == "frequency":
         quantity = _frequencies(system, changes, relative_speed or 0.0, mode)
     else:
-        speed = _relative_speed(system, mesh_frequency, relative_speed)
+        if mesh_frequency is not None and relative_speed is not None:
+            raise ModelError("give mesh_frequency or relative_speed, not both")
+        speed = 1.0 if relative_speed is None else relative_speed
+        if mesh_frequency is not None:
+            speed = mesh_frequency / float(response(system).lines.tone)
         quantity = _forces(system, changes, speed, harmonic, mesh)
-    return _labelled(train, system, parameters, quantity, _left_out(derivatives, kept), only_effective=paths is None)
+    return _labelled(train, system, parameters, quantity, left_out, only_effective=paths is None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -110,41 +129,6 @@ class _Derivatives:
     coords: dict[Hashable, Any]
     options: dict[str, Any]
     subject: str
-
-
-def _check(of: str, *, mode: int | None, mesh: str | None, harmonic: int | None, mesh_frequency: float | None) -> None:
-    if of not in ("frequency", "force"):
-        raise ModelError("unknown choice", path="of", given=of, allowed="frequency, force")
-    if of == "frequency" and (mesh is not None or harmonic is not None or mesh_frequency is not None):
-        raise ModelError("a mesh, its order or frequency goes with forces", path="of", given=of, allowed="force")
-    if of == "force" and mode is not None:
-        raise ModelError("a mode goes with frequencies", path="of", given=of, allowed="frequency")
-    if harmonic is not None and harmonic < 1:
-        raise ModelError("no mesh order that moves", path="harmonic", given=harmonic, allowed="1 or more")
-
-
-def _effective(derivatives: SystemDerivatives, *, required: bool) -> list[int]:
-    """Indices of the parameters with a derivative that is not zero; all of them where they are required.
-
-    Raises
-    ------
-    ModelError : a required parameter has no derivative.
-    """
-    if required:
-        for one in derivatives.along:
-            if one.change is None:
-                raise ModelError(one.problem, path=one.parameter.path, given=one.parameter.value)
-        return list(range(len(derivatives.along)))
-    return [i for i, one in enumerate(derivatives.along) if one.change is not None and is_nonzero(one.change)]
-
-
-def _left_out(derivatives: SystemDerivatives, kept: Sequence[int]) -> dict[str, str]:
-    """Path of a parameter that is not listed -> reason."""
-    return {
-        one.parameter.path: one.problem or "moves nothing"
-        for i, one in enumerate(derivatives.along)
-        if i not in set(kept)
-    }
 
 
 def _frequencies(
@@ -189,17 +173,9 @@ def _frequencies(
 
 def _mode_text(target: NDArray[np.bool_], hertz: float, kind: str) -> str:
     """Text ``modes 4 to 5, one root, 1091.16 Hz, translational``; target : (t,) of the modes."""
-    low, high = (int(place) + 1 for place in np.flatnonzero(target)[[0, -1]])
+    low, high = (int(index) + 1 for index in np.flatnonzero(target)[[0, -1]])
     modes = f"mode {low}" if low == high else f"modes {low} to {high}, one root"
     return f"{modes}, {hertz:.6g} Hz, {kind}"
-
-
-def _relative_speed(system: System, mesh_frequency: float | None, relative_speed: float | None) -> float:
-    if mesh_frequency is not None and relative_speed is not None:
-        raise ModelError("give mesh_frequency or relative_speed, not both")
-    if mesh_frequency is None:
-        return 1.0 if relative_speed is None else relative_speed
-    return mesh_frequency / float(response(system).lines.tone)
 
 
 def _forces(
@@ -223,7 +199,7 @@ def _forces(
         value=value,
         derivative=forces.derivative[:, :, 0],
         target=np.arange(len(names)) == first,
-        problem=tuple(held if taken else "" for taken in forces.constrained),
+        problem=tuple(held if constrained else "" for constrained in forces.constrained),
         variables={"mesh_force_rms" if harmonic is None else "mesh_force_amplitude": ("mesh", value)},
         coords={"mesh": list(names)},
         options={

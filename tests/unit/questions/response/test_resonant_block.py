@@ -8,7 +8,7 @@ import numpy as np
 
 import epicyclic
 from epicyclic.questions.response.balance import Batch, solve
-from epicyclic.questions.response.excitation import mesh_order_excitation
+from epicyclic.questions.response.excitation import line_excitation
 from epicyclic.questions.response.response import response
 
 STAGE = """
@@ -41,7 +41,7 @@ def test_an_ordinary_train_of_two_stages_converges(tmp_path: Any) -> None:
     ready = response(epicyclic.assemble(epicyclic.load(path)))
     truncation, speed, tolerance = (18, 18, 14), np.array([1.0]), 1e-8
     made = ready.kernel(truncation, shifted=False)
-    error, force = mesh_order_excitation(ready.system, ready.lines, speed, made.lattice)
+    error, force = line_excitation(ready.system, ready.lines, speed, made.lattice)
     frequency, truncated = ready.frequency(truncation, shifted=False)
     batch = Batch(frequency=frequency, truncated_frequency=truncated, frame=speed, error=error, force=force)
     found = solve(ready.system, ready.modal, made, batch, tolerance=tolerance)

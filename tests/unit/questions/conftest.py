@@ -157,7 +157,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Case:
-    """Builders shared by the tests of the periodic response."""
+    """Builders shared by the tests of the periodic response and of its derivatives."""
 
     pair: Callable[..., System]
     line: Callable[..., Line]
