@@ -1,1 +1,1 @@
-"""What a parameter of the model file moves: loci of natural frequencies, map of instability, any quantity over values."""
+"""What a parameter of the model file moves: frequencies, a map of instability, any quantity over its values."""
