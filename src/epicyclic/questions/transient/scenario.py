@@ -216,7 +216,6 @@ def _loads(ports: Ports, scenario: Scenario, step: float) -> tuple[Array, Array,
     force = ports.system.force
     if scenario.step is not None:
         factor, begin = scenario.step
-        at = round(begin / step) * step
         if not (np.isfinite(factor) and 0 <= begin <= scenario.duration):
             raise ModelError(
                 "the torque step is out of range",
@@ -224,6 +223,7 @@ def _loads(ports: Ports, scenario: Scenario, step: float) -> tuple[Array, Array,
                 given=f"{factor:g} at {begin:g} s",
                 allowed=f"a factor, and a time between 0 and {scenario.duration:g} s",
             )
+        at = round(begin / step) * step
         late = max(scenario.duration, at) + 1.0
         return force[None], np.array([-1.0, at, at, late]), np.array([[0.0], [0.0], [factor - 1], [factor - 1]])
     if scenario.ramp:
