@@ -344,11 +344,14 @@ def _compared(source: Source, overrides: Mapping[str, Any] | None) -> _Compared:
 
 
 def _distinct(names: Sequence[str]) -> list[str]:
-    """Names with a number behind those that stand before already."""
+    """Names with a number behind those that stand before already, by themselves or so numbered."""
     distinct: list[str] = []
     for name in names:
-        count = sum(other == name or other.startswith(f"{name} (") for other in distinct)
-        distinct.append(f"{name} ({count + 1})" if count else name)
+        label, number = name, 1
+        while label in distinct:
+            number += 1
+            label = f"{name} ({number})"
+        distinct.append(label)
     return distinct
 
 
