@@ -156,8 +156,8 @@ def motion(
     rigid = squared == 0
     lawful = system if unilateral else mean
     laws, pressing = lawful.laws, flanks(lawful, far=unilateral)
-    flank_laws, slow_pairs = flank_numbers(pressing, system.meshes.pair)
-    group_laws, slow_groups = law_numbers(lawful, laws)
+    flank_rows, slow_pairs = flank_numbers(pressing, system.meshes.pair)
+    lawful_rows, slow_groups = law_numbers(lawful, laws)
     loads = np.zeros((0, len(system.force))) if loads is None else np.asarray(loads, dtype=float)
     accelerating = system.spin_up if system.spin_up.size else np.zeros(len(system.force))
     if spin is not None:
@@ -169,7 +169,7 @@ def motion(
     # what the check has left on a rigid mode is rounding; left in, it would carry the train away
     steady[rigid] = -(shapes.T @ (still - lawful.force))[rigid]
     equation = _unloaded(
-        lawful, (squared, shapes), (pressing, flank_laws, group_laws, rows), program, linear=not unilateral
+        lawful, (squared, shapes), (pressing, flank_rows, lawful_rows, rows), program, linear=not unilateral
     )
     numbers = equation._replace(
         steady=steady,
@@ -187,7 +187,7 @@ def motion(
         rows=rows,
         flanks=pressing,
         laws=laws,
-        law_numbers=group_laws,
+        law_numbers=lawful_rows,
         numbers=numbers,
         compiled=not slow,
         program=program,
@@ -299,7 +299,7 @@ def _unloaded(
 
     laws : flanks, these and groups as numbers, and the rows (n, M) of both.
     """
-    (squared, shapes), (pressing, flank_laws, group_laws, rows) = modes, laws
+    (squared, shapes), (pressing, flank_rows, lawful_rows, rows) = modes, laws
     m, top = len(system.meshes.name), float(squared.max(initial=0.0))
     gaps, pulls = np.ascontiguousarray(shapes.T @ rows), np.ascontiguousarray((shapes.T @ rows).T)
     # a rigid mode strains nothing: what is left is rounding, which would make its own force
@@ -317,8 +317,8 @@ def _unloaded(
         gaps=gaps,
         pulls=pulls,
         linear=pressing.linear,
-        block=group_laws.tangent,
-        **flank_laws._asdict(),
+        block=lawful_rows.tangent,
+        **flank_rows._asdict(),
         drag=pressing.damping,
         opening=pressing.opening,
         least=-np.inf if linear else LEAST,
@@ -333,8 +333,8 @@ def _unloaded(
         steady=np.zeros(0),
         load=np.zeros((0, 0)),
         spin=np.zeros(0),
-        laws=group_laws.numbers,
-        anchor=group_laws.anchor,
+        laws=lawful_rows.numbers,
+        anchor=lawful_rows.anchor,
         whole=faces(system.meshes).row[pressing.mesh],
         loaded=m,
         time=program.time,
