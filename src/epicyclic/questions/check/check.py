@@ -1,6 +1,6 @@
-"""Errors that the deviations of a train show in its meshes, one by one, as the verb `check` lists them.
+"""Derived data of a train: speeds, torques, power, geometry, mesh phases, orders, and the origin of every value.
 
-Derived data of a train: speeds, torques, power, geometry, mesh phases, orders, and the origin of every value.
+And the errors that the deviations of a train show in its meshes, one by one.
 """
 
 from __future__ import annotations
@@ -30,6 +30,11 @@ from .readiness import Readiness, choices
 # Pitch deviations have a line for every order of their gear, and loaded contact is no deviation.
 _UNLISTED = ("pitch", "contact")
 _ROUNDING = 1e-12  # of the displacement: the component of a vector across the normal
+Columns = dict[str, tuple[str, NDArray[np.generic]]]
+_NAN = float("nan")
+
+
+# --- errors in the meshes --------------------------------------------------------------------------------------------
 
 
 class MeshDeviation(NamedTuple):
@@ -52,15 +57,15 @@ def mesh_deviations(train: Train) -> list[MeshDeviation]:
     A displaced seat (position, bearing run-out, run-out of a carrier's pins) shows as it would if its bodies followed
     it: the meshes open by as much where the bodies do not move.  Pitch deviations and tilt are left out.
     """
-    found = [one for item in train.displacements for one in _displaced(train, item)]
+    errors = [error for item in train.displacements for error in _displaced(train, item)]
     listed = (error for error in train.mesh_errors if error.cause not in _UNLISTED and not error.far)
     stated = sorted(listed, key=lambda error: error.path)
-    found += [_listed(error.path, error.mesh, error.amplitude, error.frequency) for error in stated]
+    errors += [_listed(error.path, error.mesh, error.amplitude, error.frequency) for error in stated]
     largest: dict[str, float] = {}
-    for one in found:
-        largest[one.path] = max(largest.get(one.path, 0.0), one.amplitude)
+    for error in errors:
+        largest[error.path] = max(largest.get(error.path, 0.0), error.amplitude)
     # a deviation that is 0 everywhere is listed: the file states it
-    return [one for one in found if one.amplitude >= _ROUNDING * largest[one.path]]
+    return [error for error in errors if error.amplitude >= _ROUNDING * largest[error.path]]
 
 
 def _displaced(train: Train, item: Displacement) -> list[MeshDeviation]:
@@ -71,14 +76,14 @@ def _displaced(train: Train, item: Displacement) -> list[MeshDeviation]:
     moved = [body] if body.gear is not None else [b for b in train.bodies if b.carried_by == body.name]
     # a bearing off its body by E holds the body off its place by -E
     sense = -1.0 if item.cause == "bearing_run_out" else 1.0
-    found = []
-    for one in moved:
+    errors = []
+    for gear in moved:
         for mesh in train.meshes:
-            if one.name in (mesh.a, mesh.b):
-                error = -sense * complex(_normal(mesh, one, body.angle) @ item.vector[:3])
+            if gear.name in (mesh.a, mesh.b):
+                error = -sense * complex(_normal(mesh, gear, body.angle) @ item.vector[:3])
                 if abs(error) > _ROUNDING * np.abs(item.vector).max():
-                    found.append(_listed(item.path, mesh.name, error, item.frequency))
-    return found
+                    errors.append(_listed(item.path, mesh.name, error, item.frequency))
+    return errors
 
 
 def _listed(path: str, mesh: str, amplitude: complex, frequency: Fraction) -> MeshDeviation:
@@ -102,8 +107,7 @@ def _normal(mesh: Mesh, body: Body, angle: float) -> NDArray[np.float64]:
     return normal if body.name == mesh.a else -normal
 
 
-Columns = dict[str, tuple[str, NDArray[np.generic]]]
-_NAN = float("nan")
+# --- the verb --------------------------------------------------------------------------------------------------------
 
 
 def check(train: Train) -> xr.Dataset:
@@ -323,16 +327,12 @@ def _stage_columns(train: Train) -> Columns:
     }
 
 
-def _stage_meshes(train: Train, stage: str) -> list[Mesh]:
-    return [mesh for mesh in train.meshes if mesh.stage == stage]
-
-
 def _hunting_period(train: Train, stage: str) -> int:
     """Hunting period [mesh cycles]: every gear of the stage, also of stepped shafts, makes whole turns in its frame."""
     carrier = next((frame.carrier for frame in train.frames if frame.name == stage), None)
     teeth = {body.member: body.gear.teeth for body in train.bodies if body.frame == stage and body.gear is not None}
-    mesh = next((mesh.a for mesh in train.meshes if mesh.stage == stage), None)
-    first = next((body.member for body in train.bodies if body.name == mesh), "")
+    gear = next((mesh.a for mesh in train.meshes if mesh.stage == stage), None)
+    first = next((body.member for body in train.bodies if body.name == gear), "")
     ratio = train.kinematics.ratio
     for end in train.kinematics.freedoms:
         still = ratio[carrier][end] if carrier is not None else Fraction(0)
@@ -344,8 +344,8 @@ def _hunting_period(train: Train, stage: str) -> int:
 
 def _centre_distance(train: Train, stage: str) -> float | None:
     centres = {body.name: body.centre for body in train.bodies}
-    meshes = _stage_meshes(train, stage)
-    return math.dist(centres[meshes[0].a], centres[meshes[0].b]) if meshes else None
+    mesh = next((mesh for mesh in train.meshes if mesh.stage == stage), None)
+    return None if mesh is None else math.dist(centres[mesh.a], centres[mesh.b])
 
 
 def _order_columns(train: Train) -> Columns:
@@ -399,39 +399,36 @@ def _path_columns(train: Train) -> Columns:
 
 def _deviation_columns(train: Train) -> Columns:
     """Amplitude [m], phase [rad] and frequency [Hz] of what each deviation shows in each mesh."""
-    found = mesh_deviations(train)
+    errors = mesh_deviations(train)
     return {
-        "mesh_deviation": ("mesh_deviation", _texts(f"{one.path} in {one.mesh}" for one in found)),
-        "deviation_path": ("mesh_deviation", _texts(one.path for one in found)),
-        "deviation_mesh": ("mesh_deviation", _texts(one.mesh for one in found)),
-        "deviation_amplitude": ("mesh_deviation", _numbers(one.amplitude for one in found)),
-        "deviation_phase": ("mesh_deviation", _numbers(one.phase for one in found)),
-        "deviation_frequency": ("mesh_deviation", _numbers(one.frequency for one in found)),
+        "mesh_deviation": ("mesh_deviation", _texts(f"{error.path} in {error.mesh}" for error in errors)),
+        "deviation_path": ("mesh_deviation", _texts(error.path for error in errors)),
+        "deviation_mesh": ("mesh_deviation", _texts(error.mesh for error in errors)),
+        "deviation_amplitude": ("mesh_deviation", _numbers(error.amplitude for error in errors)),
+        "deviation_phase": ("mesh_deviation", _numbers(error.phase for error in errors)),
+        "deviation_frequency": ("mesh_deviation", _numbers(error.frequency for error in errors)),
     }
 
 
 def _tolerance_columns(train: Train) -> Columns:
     """Distribution, moments [SI] and number of draws of each entry of `[tolerance]`; nothing without one."""
-    found = [
+    parts = [
         (entry, part, drawn)
         for entry in tolerances_of(train)
         for part, drawn in (("own", entry.own), ("common", entry.common))
         if drawn is not None
     ]
-    if not found:
+    if not parts:
         return {}
     return {
-        "toleranced": ("toleranced", _texts(f"{entry.path} {part}" for entry, part, _ in found)),
-        "tolerance_path": ("toleranced", _texts(entry.path for entry, _, _ in found)),
-        "tolerance_part": ("toleranced", _texts(_part(entry, part) for entry, part, _ in found)),
-        "tolerance_distribution": ("toleranced", _texts(drawn.text for _, _, drawn in found)),
-        "tolerance_mean": (
-            "toleranced",
-            _numbers(drawn.mean.real for _, _, drawn in found),
-        ),
-        "tolerance_std": ("toleranced", _numbers(drawn.std for _, _, drawn in found)),
-        "tolerance_unit": ("toleranced", _texts(entry.unit for entry, _, _ in found)),
-        "tolerance_draws": ("toleranced", _whole(entry.count if part == "own" else 1 for entry, part, _ in found)),
+        "toleranced": ("toleranced", _texts(f"{entry.path} {part}" for entry, part, _ in parts)),
+        "tolerance_path": ("toleranced", _texts(entry.path for entry, _, _ in parts)),
+        "tolerance_part": ("toleranced", _texts(_part(entry, part) for entry, part, _ in parts)),
+        "tolerance_distribution": ("toleranced", _texts(drawn.text for _, _, drawn in parts)),
+        "tolerance_mean": ("toleranced", _numbers(drawn.mean.real for _, _, drawn in parts)),
+        "tolerance_std": ("toleranced", _numbers(drawn.std for _, _, drawn in parts)),
+        "tolerance_unit": ("toleranced", _texts(entry.unit for entry, _, _ in parts)),
+        "tolerance_draws": ("toleranced", _whole(entry.count if part == "own" else 1 for entry, part, _ in parts)),
     }
 
 
@@ -449,15 +446,12 @@ def _circulation(train: Train) -> list[CodedText]:
     circulating = [path for path in train.power_paths if path.circulating]
     if not circulating:
         return []
-    least, most = (pick(abs(path.power) for path in circulating) for pick in (min, max))
+    powers = [abs(path.power) for path in circulating]
     driving = sum(value for value in (train.kinematics.power or {}).values() if value > 0)
-    share = f"; up to {most / driving:.3g} times the input power" if driving else ""
-    return [
-        coded(
-            "power-circulates",
-            f"power circulates: {least / 1e3:.6g} kW through {', '.join(path.path for path in circulating)}{share}",
-        )
-    ]
+    share = f"; up to {max(powers) / driving:.3g} times the input power" if driving else ""
+    through = ", ".join(path.path for path in circulating)
+    text = f"power circulates: {min(powers) / 1e3:.6g} kW through {through}{share}"
+    return [coded("power-circulates", text)]
 
 
 def _equations(ready: Readiness) -> list[CodedText]:

@@ -1,6 +1,7 @@
-"""Choices that matter: what a model file says, or leaves to a default, of tilt and of loads along the face.
+"""What a model file leaves open: choices that matter, and what a train still lacks for each verb.
 
-What a train still lacks for each verb: the same checks that the verbs make, made once, without their work.
+Choices are what it says, or leaves to a default, of tilt and of loads along the face.  What a verb lacks is told by the
+same checks that the verb makes, made once, without its work.
 """
 
 from __future__ import annotations
@@ -29,6 +30,9 @@ _TILTS = ("rx", "ry")
 _NO_LEVER = 1e-12  # [m, or 1 of an angle] rounding of cosines, a lever of no rigid direction
 
 
+# --- choices ---------------------------------------------------------------------------------------------------------
+
+
 class Choice(NamedTuple):
     """One choice.  path : its key in the file.  origin : given, default, ...  effect : what it does."""
 
@@ -48,24 +52,24 @@ def choices(train: Train) -> list[Choice]:
     pairs: dict[str, Mesh] = {}
     for mesh in train.meshes:
         pairs.setdefault(mesh.pair, mesh)
-    held = [_tilt(train, body, group, origins) for body in members.values()]
-    askew = {one.body for one in train.displacements if one.cause == "tilt"}
+    tilts = [_tilt(train, body, group, origins) for body in members.values()]
+    askew = {item.body for item in train.displacements if item.cause == "tilt"}
     apart = tilt_groups(train.bodies, train.links, askew)
-    return held + [_slices(mesh, apart, origins) for mesh in pairs.values()]
+    return tilts + [_slices(mesh, apart, origins) for mesh in pairs.values()]
 
 
 def _tilt(train: Train, body: Body, group: dict[str, str], origins: dict[str, str]) -> Choice:
     """What holds the tilt of one body, the first of its member: links to what carries it, about its own centre."""
     links = [link for link in train.links if body.name in (link.first, link.second)]
-    seats = [link for link in links if link.kind in ("support", "bearing") and _own(link, body)] or links
+    seats = [link for link in links if link.kind in ("support", "bearing") and _holds(link, body)] or links
     path = f"{seats[0].path.rsplit('.bolts', 1)[0]}.tilt" if seats else f"{body.member}.tilt"
     stated = [origins.get(f"{link.path}.{name}", "default") for link in seats for name in _TILTS]
-    origin = next((found for found in stated if found not in ("default", "geometry")), "default")
-    base = next((other for other in (link.first if link.first != body.name else link.second for link in seats)), None)
+    origin = next((source for source in stated if source not in ("default", "geometry")), "default")
+    base = next((link.first if link.first != body.name else link.second for link in seats), None)
     where = base or "its frame"
     if seats and group[body.name] == group[base or ""]:
         return Choice(path, "rigid", origin, f"{body.member} follows {where} in tilt: no degree of freedom")
-    about = [sum(_held(link, body)[i] for link in seats) for i in range(len(_TILTS))]
+    about = [sum(_tilt_stiffness(link, body)[i] for link in seats) for i in range(len(_TILTS))]
     value = ", ".join(f"{name} {number:.4g} N m/rad" for name, number in zip(_TILTS, about, strict=True))
     places = [link.name.rsplit("/", 1)[-1] for link in seats]
     if not any(about):
@@ -76,21 +80,21 @@ def _tilt(train: Train, body: Body, group: dict[str, str], origins: dict[str, st
     return Choice(path, value, origin, effect)
 
 
-def _own(link: Link, body: Body) -> bool:
+def _holds(link: Link, body: Body) -> bool:
     """Whether a support or bearing is the body's own seat, not that of what it carries."""
     return body.name == (link.second if link.kind == "bearing" and link.second is not None else link.first)
 
 
-def _held(link: Link, body: Body) -> tuple[float, float]:
+def _tilt_stiffness(link: Link, body: Body) -> tuple[float, float]:
     """Stiffness of one link against tilts of the body about the axes rx and ry of its centre [N m/rad]."""
-    place, found = (*body.centre, body.station), [0.0, 0.0]
+    centre, about = (*body.centre, body.station), [0.0, 0.0]
     cosine, sine = math.cos(body.angle), math.sin(body.angle)
     for direction, stiffness in enumerate(link.stiffness):
-        _, _, _, x, y, _ = link_row(link, direction, place)
+        _, _, _, x, y, _ = link_row(link, direction, centre)
         for i, lever in enumerate((cosine * x + sine * y, cosine * y - sine * x)):
             if stiffness and abs(lever) > _NO_LEVER:
-                found[i] += stiffness * lever**2
-    return found[0], found[1]
+                about[i] += stiffness * lever**2
+    return about[0], about[1]
 
 
 def _and(names: Sequence[str]) -> str:
@@ -104,9 +108,8 @@ def _slices(mesh: Mesh, group: dict[str, str], origins: dict[str, str]) -> Choic
     path, count = f"{mesh.pair}.slices", max(len(mesh.slices), 1)
     origin = origins.get(path, "default")
     if group[mesh.a] == group[mesh.b]:
-        return Choice(
-            path, str(count), origin, "the gears cannot tilt against each other: the load along the face is even"
-        )
+        effect = "the gears cannot tilt against each other: the load along the face is even"
+        return Choice(path, str(count), origin, effect)
     if count == 1:
         return Choice(path, "1", origin, "no stiffness of the mesh against tilt, no load along the face")
     width = count * (mesh.slices[1].station - mesh.slices[0].station)
@@ -116,6 +119,8 @@ def _slices(mesh: Mesh, group: dict[str, str], origins: dict[str, str]) -> Choic
     )
     return Choice(path, str(count), origin, effect)
 
+
+# --- what a verb lacks -----------------------------------------------------------------------------------------------
 
 _RESPONSE = ("equations", "inertia", "damping", "speed", "balance")
 NEEDS: dict[str, tuple[str, ...]] = {
@@ -140,6 +145,8 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "transient": ("equations", "inertia", "speed", "balance"),
 }
 """Verb -> what it needs, methods of `Readiness`; options may need less (``sharing --method static``) or more."""
+# Needs that ask the assembled train: without it they say the same as `equations`.
+_ASSEMBLED = ("inertia", "damping", "balance")
 
 
 class Readiness:
@@ -150,27 +157,26 @@ class Readiness:
 
     def __init__(self, train: Train) -> None:
         self.train = train
-        self._found: dict[str, str] = {}
+        self._problems: dict[str, str] = {}
 
     def lacking(self) -> dict[str, list[str]]:
         """Verb -> what it still needs, messages with their paths; none where it is ready."""
-        found: dict[str, list[str]] = {}
+        lacking: dict[str, list[str]] = {}
         for verb, needs in NEEDS.items():
             asked = needs if not self.problem("equations") else [need for need in needs if need not in _ASSEMBLED]
-            found[verb] = list(dict.fromkeys(text for need in asked if (text := self.problem(need))))
-        return found
+            lacking[verb] = list(dict.fromkeys(text for need in asked if (text := self.problem(need))))
+        return lacking
 
     def problem(self, need: str) -> str:
         """Message of one need that is not met, else ""."""
-        if need not in self._found:
+        if need not in self._problems:
             check: Callable[[], object] = getattr(self, need)
+            self._problems[need] = ""
             try:
                 check()
             except (ModelError, ConvergenceError) as error:
-                self._found[need] = str(error)
-            else:
-                self._found[need] = ""
-        return self._found[need]
+                self._problems[need] = str(error)
+        return self._problems[need]
 
     @cached_property
     def system(self) -> System:
@@ -256,7 +262,3 @@ class Readiness:
         """Check that every pair has teeth that can bear."""
         for mesh in {mesh.pair: mesh for mesh in reversed(self.train.meshes)}.values():
             pair_of(self.train, mesh)
-
-
-# needs that ask the assembled train: without it they say the same as `equations`
-_ASSEMBLED = ("inertia", "damping", "balance")

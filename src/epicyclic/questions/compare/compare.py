@@ -1,8 +1,7 @@
-"""What differs between the drawings of several trains: paths of their model files and the values there.
+"""Trains or saved results beside each other, as a labelled Dataset of kind `compare`.
 
-Saved results beside each other: the largest difference of every variable that all have.
-
-Trains or saved results beside each other, as a labelled Dataset of kind `compare`.
+Of trains what differs in the drawings, paths of their model files and the values there, and what it does; of saved
+results the largest difference of every variable that all have.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +35,16 @@ _WRITTEN = 5e-6
 _NUMBER = re.compile(r"\s*([+-]?(?:[0-9.]+(?:[eE][+-]?[0-9]+)?|inf))\s*(\S.*)?")
 _LINK = re.compile(r"\.(support|bearing|neck|shaft|damping)(\.[\w-]+)?\.(x|rx)$|^couplings\.[\w-]+\.(x|rx)$")
 _ALIKE = {"x": ("y", "radial"), "rx": ("ry", "tilt")}
+# Trains beside each other at most: more columns than that nobody reads.
+MOST = 12
+# Modal assurance below which two shapes are rather different modes: half of the energy is in others.
+_LIKE = 0.5
+
+Source = Any
+_Variables = dict[str, tuple[tuple[str, ...] | str, Any]]
+
+
+# --- drawings --------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,12 +68,12 @@ def drawing_differences(trains: Sequence[Train]) -> tuple[Difference, ...]:
     stands, with where it comes from.  x and y (rx and ry) of a link that differ alike are one path, radial (tilt).
     """
     tables = [{p: v for p, v in leaves(dict(t.document)) if p.split(".")[0] not in _WORDS} for t in trains]
-    found = {}
+    differences = {}
     for path in dict.fromkeys(path for table in tables for path in table):
-        one = _difference(path, tables, trains)
-        if one is not None:
-            found[path] = one
-    return tuple(_folded(found).values())
+        difference = _difference(path, tables, trains)
+        if difference is not None:
+            differences[path] = difference
+    return tuple(_folded(differences).values())
 
 
 def _difference(path: str, tables: Sequence[Mapping[str, object]], trains: Sequence[Train]) -> Difference | None:
@@ -76,16 +85,16 @@ def _difference(path: str, tables: Sequence[Mapping[str, object]], trains: Seque
         return _resolved(path, tuple(map(str, texts)), trains)
     unit = str(units[0]) if units else ""
     known = [(unit_of or unit, value) if value is not None else text for text, value, unit_of in read]
-    if all(one == known[0] for one in known[1:]):
+    if all(entry == known[0] for entry in known[1:]):
         return None
     return Difference(path=path, text=tuple(map(str, texts)), value=tuple(values), unit=unit)  # type: ignore[arg-type]
 
 
 def _resolved(path: str, texts: tuple[str, ...], trains: Sequence[Train]) -> Difference | None:
     """The difference of values in several units, by what they are resolved to; without numbers where that is none."""
-    found = [next((one for one in train.values if one.path == path), None) for train in trains]
-    values = [float(one.value) for one in found if one is not None and isinstance(one.value, int | float)]
-    units = {one.unit for one in found if one is not None}
+    derived = [next((entry for entry in train.values if entry.path == path), None) for train in trains]
+    values = [float(entry.value) for entry in derived if entry is not None and isinstance(entry.value, int | float)]
+    units = {entry.unit for entry in derived if entry is not None}
     if len(values) < len(trains) or len(units) > 1:
         return Difference(path=path, text=texts, value=(None,) * len(trains), unit="")
     if all(math.isclose(value, values[0], rel_tol=_WRITTEN) for value in values[1:]):
@@ -96,7 +105,7 @@ def _resolved(path: str, texts: tuple[str, ...], trains: Sequence[Train]) -> Dif
 def _read(value: object, path: str, train: Train) -> tuple[str, float | None, str]:
     """Text, SI number or None, and SI unit of what stands at a path, or of what follows where nothing stands."""
     if value is None:
-        derived = next((one for one in train.values if one.path == path), None)
+        derived = next((entry for entry in train.values if entry.path == path), None)
         if derived is None or not isinstance(derived.value, int | float | str):
             return "", None, ""
         number = float(derived.value) if isinstance(derived.value, int | float) else None
@@ -106,15 +115,17 @@ def _read(value: object, path: str, train: Train) -> tuple[str, float | None, st
         return _plain(value), None, ""
     if isinstance(value, int | float):
         return f"{value:.6g}", float(value), ""
-    found = _NUMBER.fullmatch(str(value))
-    if found is None:
-        return str(value), None, ""
-    if not found[2]:
-        return str(value), float(found[1]), ""
+    text = str(value)
+    number_and_unit = _NUMBER.fullmatch(text)
+    if number_and_unit is None:
+        return text, None, ""
+    digits, unit = number_and_unit.groups()
+    if not unit:
+        return text, float(digits), ""
     for kind in KINDS.values():
-        if kind.unit and (scale := factor(found[2], kind.unit)) is not None:
-            return str(value), float(f"{float(found[1]) * scale:.15g}"), kind.unit
-    return str(value), None, ""
+        if kind.unit and (scale := factor(unit, kind.unit)) is not None:
+            return text, float(f"{float(digits) * scale:.15g}"), kind.unit
+    return text, None, ""
 
 
 def _plain(value: object) -> str:
@@ -126,20 +137,24 @@ def _plain(value: object) -> str:
     return str(value)
 
 
-def _folded(found: dict[str, Difference]) -> dict[str, Difference]:
+def _folded(differences: dict[str, Difference]) -> dict[str, Difference]:
     """Paths of x and y of one link as one where they differ alike."""
     folded: dict[str, Difference] = {}
-    for path, one in found.items():
+    for path, difference in differences.items():
         head, _, last = path.rpartition(".")
-        match = _LINK.search(path)
-        if match is not None and (twin := found.get(f"{head}.{_ALIKE[last][0]}")) is not None and twin.text == one.text:
-            name = f"{head}.{_ALIKE[last][1]}"
-            folded[name] = Difference(path=name, text=one.text, value=one.value, unit=one.unit)
+        other, both = _ALIKE[last] if _LINK.search(path) else ("", "")
+        twin = differences.get(f"{head}.{other}")
+        if twin is not None and twin.text == difference.text:
+            name = f"{head}.{both}"
+            folded[name] = replace(difference, path=name)
         elif last in ("y", "ry") and f"{head}.{'radial' if last == 'y' else 'tilt'}" in folded:
             continue
         else:
-            folded[path] = one
+            folded[path] = difference
     return folded
+
+
+# --- saved results ---------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,20 +181,20 @@ def variable_differences(results: Sequence[xr.Dataset]) -> tuple[VariableDiffere
     Values are compared where the labels of their dims agree; of complex numbers the difference is that of the complex
     values.  Variables of different dims, or without any label in common, are left out.
     """
-    found = []
+    entries = []
     for name in results[0].data_vars:
         if "bin" in results[0][name].dims:  # counts of a histogram: its quantiles say what moved
             continue
-        if all(name in one.data_vars and one[name].dims == results[0][name].dims for one in results):
-            entry = _differences(str(name), [one[name] for one in results])
+        if all(name in result.data_vars and result[name].dims == results[0][name].dims for result in results):
+            entry = _differences(str(name), [result[name] for result in results])
             if entry is not None:
-                found.append(entry)
-    return tuple(sorted(found, key=lambda entry: -_relative(entry)))
+                entries.append(entry)
+    return tuple(sorted(entries, key=lambda entry: -_relative(entry)))
 
 
 def _differences(name: str, variables: Sequence[xr.DataArray]) -> VariableDifference | None:
     """Differences of one variable; None where there are no numbers to compare."""
-    if any(one.dtype.kind not in "ifcub" for one in variables):
+    if any(variable.dtype.kind not in "ifcub" for variable in variables):
         return None
     columns: list[tuple[float, float, float, str]] = [(math.nan, math.nan, math.nan, "")]
     points = 0
@@ -190,7 +205,7 @@ def _differences(name: str, variables: Sequence[xr.DataArray]) -> VariableDiffer
             return None
         if a.shape != b.shape or not a.size:
             return None
-        first, second = (np.asarray(one.values).astype(complex) for one in (a, b))
+        first, second = (np.asarray(values).astype(complex) for values in (a.values, b.values))
         with np.errstate(invalid="ignore"):  # both infinite: no difference is known
             size = np.abs(second - first)
         if not np.isfinite(size).any():
@@ -198,15 +213,15 @@ def _differences(name: str, variables: Sequence[xr.DataArray]) -> VariableDiffer
         place = np.unravel_index(largest(np.where(np.isfinite(size), size, np.nan), equal=EQUAL), size.shape)
         columns.append((float(size[place]), _shown(first[place]), _shown(second[place]), _label(a, place)))
         points = int(np.isfinite(size).sum())
-    difference, own, others, places = zip(*columns, strict=True)
+    difference, of_first, of_other, places = zip(*columns, strict=True)
     attrs = variables[0].attrs
     return VariableDifference(
         name=name,
         unit=str(attrs.get("units", "")),
         meaning=str(attrs.get("long_name", "")),
         difference=difference,
-        first=own,
-        other=others,
+        first=of_first,
+        other=of_other,
         place=places,
         points=points,
     )
@@ -232,11 +247,7 @@ def _relative(entry: VariableDifference) -> float:
     return max(d / max(abs(a), abs(b), 1e-300) if d else 0.0 for d, a, b in rows)
 
 
-# Trains beside each other at most: more columns than that nobody reads.
-MOST = 12
-
-Source = Any
-_Variables = dict[str, tuple[tuple[str, ...] | str, Any]]
+# --- the verb --------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -280,9 +291,9 @@ def compare_of(
         train = load(sources[0], overrides={**(overrides or {}), **changes})
         name = "; ".join(f"{path}={value}" for path, value in changes.items()) or "as drawn"
         compared.append(_Compared(name=name, train=train, result=None))
-    names = _distinct([one.name for one in compared])
-    trains = [one.train for one in compared if one.train is not None]
-    results = [one.result for one in compared if one.result is not None]
+    names = _distinct([entry.name for entry in compared])
+    trains = [entry.train for entry in compared if entry.train is not None]
+    results = [entry.result for entry in compared if entry.result is not None]
     variables: _Variables = {}
     coords: dict[Any, Any] = {"train": names}
     said: list[CodedText] = []
@@ -291,23 +302,19 @@ def compare_of(
     if len(results) == count:
         _add_variables(variables, coords, variable_differences(results))
     elif len(trains) < count:
-        missing = names[next(i for i, one in enumerate(compared) if one.train is None)]
-        raise ModelError(
-            "a result without its model", path="sources", given=missing, allowed="results alone, or models"
-        )
+        missing = next(name for name, entry in zip(names, compared, strict=True) if entry.train is None)
+        allowed = "results alone, or models"
+        raise ModelError("a result without its model", path="sources", given=missing, allowed=allowed)
     else:
         said = _add_effects(variables, coords, trains, names)
     return dataset(
         variables,
         coords,
         verb="compare",
-        options={"overrides": dict(overrides or {}), "variants": [dict(one) for one in variants]},
+        options={"overrides": dict(overrides or {}), "variants": [dict(changes) for changes in variants]},
         provenance={"title": f"{names[0]} beside {', '.join(names[1:])}"},
         warnings=said,
     )
-
-
-# sources -------------------------------------------------------------------------------------------------------------
 
 
 def _is_result(source: Source) -> bool:
@@ -324,7 +331,11 @@ def _compared(source: Source, overrides: Mapping[str, Any] | None) -> _Compared:
         result = source if isinstance(source, xr.Dataset) else load_result(source)
         name = str(result.attrs.get("verb", "result")) if isinstance(source, xr.Dataset) else Path(source).stem
         model = json.loads(str(result.attrs.get("model", "{}")))
-        return _Compared(name=name, train=_train_of_result(model), result=result)
+        try:
+            of_result = load(model) if model else None
+        except ModelError:  # of a model that this version refuses
+            of_result = None
+        return _Compared(name=name, train=of_result, result=result)
     train = train_of(source, overrides=None if isinstance(source, Train) else overrides)
     if isinstance(source, str | Path):
         path = Path(source)
@@ -332,75 +343,72 @@ def _compared(source: Source, overrides: Mapping[str, Any] | None) -> _Compared:
     return _Compared(name=train.title, train=train, result=None)
 
 
-def _train_of_result(model: Mapping[str, Any]) -> Train | None:
-    """Train of the model in a result; None without one, or where this version refuses it."""
-    try:
-        return load(model) if model else None
-    except ModelError:
-        return None
-
-
 def _distinct(names: Sequence[str]) -> list[str]:
-    """Names with a number behind those that stand before already."""
-    found: list[str] = []
+    """Names with a number behind those that stand before already, by themselves or so numbered."""
+    distinct: list[str] = []
     for name in names:
-        count = sum(one == name or one.startswith(f"{name} (") for one in found)
-        found.append(f"{name} ({count + 1})" if count else name)
-    return found
+        label, number = name, 1
+        while label in distinct:
+            number += 1
+            label = f"{name} ({number})"
+        distinct.append(label)
+    return distinct
 
 
-# variables of the result ---------------------------------------------------------------------------------------------
+# --- variables of the result -----------------------------------------------------------------------------------------
 
 
-def _add_drawing(variables: _Variables, coords: dict[Any, Any], found: Sequence[Difference]) -> None:
+def _add_drawing(variables: _Variables, coords: dict[Any, Any], differences: Sequence[Difference]) -> None:
     count = len(coords["train"])
-    coords["difference"] = _texts(one.path for one in found)
-    variables["difference_text"] = (
-        ("difference", "train"),
-        np.array([one.text for one in found], dtype=object).reshape(-1, count),
-    )
-    values = [[math.nan if value is None else value for value in one.value] for one in found]
+    coords["difference"] = _texts(entry.path for entry in differences)
+    texts = np.array([entry.text for entry in differences], dtype=object)
+    values = [[math.nan if value is None else value for value in entry.value] for entry in differences]
+    variables["difference_text"] = (("difference", "train"), texts.reshape(-1, count))
     variables["difference_value"] = (("difference", "train"), np.array(values, dtype=float).reshape(-1, count))
-    variables["difference_unit"] = ("difference", _texts(one.unit for one in found))
+    variables["difference_unit"] = ("difference", _texts(entry.unit for entry in differences))
 
 
-def _add_variables(variables: _Variables, coords: dict[Any, Any], found: Sequence[VariableDifference]) -> None:
+def _add_variables(variables: _Variables, coords: dict[Any, Any], entries: Sequence[VariableDifference]) -> None:
     count = len(coords["train"])
-    coords["variable"] = _texts(one.name for one in found)
-    variables["variable_unit"] = ("variable", _texts(one.unit for one in found))
-    variables["variable_meaning"] = ("variable", _texts(one.meaning for one in found))
+    coords["variable"] = _texts(entry.name for entry in entries)
+    variables["variable_unit"] = ("variable", _texts(entry.unit for entry in entries))
+    variables["variable_meaning"] = ("variable", _texts(entry.meaning for entry in entries))
     for name, attribute in (
         ("largest_difference", "difference"),
         ("first_value", "first"),
         ("other_value", "other"),
         ("difference_place", "place"),
     ):
-        rows = [getattr(one, attribute) for one in found]
+        rows = [getattr(entry, attribute) for entry in entries]
         kind = object if attribute == "place" else float
         variables[name] = (("variable", "train"), np.array(rows, dtype=kind).reshape(-1, count))
-    variables["compared_values"] = ("variable", np.array([one.points for one in found], dtype=np.int64))
+    variables["compared_values"] = ("variable", np.array([entry.points for entry in entries], dtype=np.int64))
 
 
 def _add_effects(
     variables: _Variables, coords: dict[Any, Any], trains: Sequence[Train], names: Sequence[str]
 ) -> list[CodedText]:
     """Add speeds, modes, sharing and forces; returns the warnings, those of single trains with their names."""
-    found = [effects_of(train) for train in trains]
-    if len({one.method for one in found} - {""}) > 1:  # like with like
-        found = [effects_of(train, methods=("static",)) for train in trains]
-    variables["transmission_ratio"] = ("train", np.array([one.ratio for one in found]))
-    variables["k_gamma"] = ("train", np.array([one.k_gamma for one in found]))
-    variables["worst_mesh"] = ("train", _texts(one.worst_mesh for one in found))
-    variables["force_method"] = ("train", _texts(one.method for one in found))
-    _add_table(variables, coords, "member", {"speed": [one.speed for one in found]})
-    _add_table(variables, coords, "stage", {"mesh_frequency": [one.mesh_frequency for one in found]})
+    effects = [effects_of(train) for train in trains]
+    if len({of_train.method for of_train in effects} - {""}) > 1:  # like with like
+        effects = [effects_of(train, methods=("static",)) for train in trains]
+    variables["transmission_ratio"] = ("train", np.array([of_train.ratio for of_train in effects]))
+    variables["k_gamma"] = ("train", np.array([of_train.k_gamma for of_train in effects]))
+    variables["worst_mesh"] = ("train", _texts(of_train.worst_mesh for of_train in effects))
+    variables["force_method"] = ("train", _texts(of_train.method for of_train in effects))
+    _add_table(variables, coords, "member", {"speed": [of_train.speed for of_train in effects]})
+    _add_table(variables, coords, "stage", {"mesh_frequency": [of_train.mesh_frequency for of_train in effects]})
     columns = {
-        name: [{mesh: row[i] for mesh, row in one.meshes.items()} for one in found]
+        name: [{mesh: row[i] for mesh, row in of_train.meshes.items()} for of_train in effects]
         for i, name in enumerate(("mean_load_sharing", "mesh_force_mean", "mesh_force_peak"))
     }
     _add_table(variables, coords, "mesh", columns)
-    said = _add_modes(variables, coords, found, names)
-    return [*_told(found, names), *said]
+    said: list[CodedText] = []
+    # warnings of all trains once, those of some with their names
+    for text in dict.fromkeys(text for of_train in effects for text in of_train.warnings):
+        where = [name for name, of_train in zip(names, effects, strict=True) if text in of_train.warnings]
+        said.append(text if len(where) == len(names) else placed(", ".join(where), text))
+    return said + _add_modes(variables, coords, effects, names)
 
 
 def _add_table(
@@ -415,23 +423,22 @@ def _add_table(
 
 
 def _add_modes(
-    variables: _Variables, coords: dict[Any, Any], found: Sequence[Effects], names: Sequence[str]
+    variables: _Variables, coords: dict[Any, Any], effects: Sequence[Effects], names: Sequence[str]
 ) -> list[CodedText]:
-    """Add the natural frequencies of every train beside those of the first."""
-    first, count = found[0].modes, len(found)
+    """Add the natural frequencies of every train beside those of the first; returns doubts about their pairs."""
+    first, count = effects[0].modes, len(effects)
     if first is None:
         return []
     n = first.frequency.size
     frequency, criterion = np.full((n, count), np.nan), np.full((n, count), np.nan)
     kind, pairing = np.full((n, count), "", dtype=object), np.full(count, "", dtype=object)
-    for column, one in enumerate(found):
-        if one.modes is None:
+    for column, modes in enumerate(of_train.modes for of_train in effects):
+        if modes is None:
             continue
-        place, shared, pairing[column] = mode_pairs(first, one.modes)
+        place, criterion[:, column], pairing[column] = mode_pairs(first, modes)
         has = place >= 0
-        frequency[has, column] = one.modes.frequency[place[has]]
-        kind[has, column] = np.array(one.modes.kind, dtype=object)[place[has]]
-        criterion[:, column] = shared
+        frequency[has, column] = modes.frequency[place[has]]
+        kind[has, column] = np.array(modes.kind, dtype=object)[place[has]]
     variables["frequency"] = (("mode", "train"), frequency)
     variables["mode_kind"] = (("mode", "train"), kind)
     variables["modal_assurance"] = (("mode", "train"), criterion)
@@ -442,19 +449,6 @@ def _add_modes(
         coded("shapes-changed", f"{name}: some mode shapes have changed so much that their pairs are doubtful")
         for name in changed
     ]
-
-
-# Modal assurance below which two shapes are rather different modes: half of the energy is in others.
-_LIKE = 0.5
-
-
-def _told(found: Sequence[Effects], names: Sequence[str]) -> list[CodedText]:
-    """Warnings of all trains once, those of some with their names."""
-    said: list[CodedText] = []
-    for text in dict.fromkeys(text for one in found for text in one.warnings):
-        mine = [name for name, one in zip(names, found, strict=True) if text in one.warnings]
-        said.append(text if len(mine) == len(names) else placed(", ".join(mine), text))
-    return said
 
 
 def _texts(values: Any) -> Any:

@@ -1,6 +1,6 @@
-"""Modes of two trains paired: by their shapes where the coordinates are the same, else by kind and order.
+"""What one train does: ratio, speeds, modes, load sharing and mesh forces at operation; and what it cannot say.
 
-What one train does: ratio, speeds, modes, load sharing and mesh forces at operation; and what it cannot say.
+Modes of two trains are paired by their shapes where the coordinates are the same, else by kind and order.
 """
 
 from __future__ import annotations
@@ -8,9 +8,9 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, Literal, TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 import scipy.optimize
@@ -29,6 +29,14 @@ from ..sharing.sharing import sharing
 
 Array = NDArray[np.float64]
 BY_SHAPE, BY_KIND = "mode shapes (MAC)", "kind and order"
+T = TypeVar("T")
+Method = Literal["steady", "static"]
+_RIGID = "rigid"
+# Coefficients of meshes this close are equal but for rounding of the linear solves: no mesh is the worst.
+_ALIKE = 1e-6
+
+
+# --- modes of two trains ---------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,13 +80,13 @@ def _by_shape(a: TrainModes, b: TrainModes) -> tuple[NDArray[np.int64], Array]:
     the smaller one that lies in the other.
     """
     mass = (a.mass + b.mass) / 2
-    left, right = (one.vectors / np.sqrt(np.einsum("ij,ik,kj->j", one.vectors, mass, one.vectors)) for one in (a, b))
+    left, right = (phi / np.sqrt(np.einsum("ij,ik,kj->j", phi, mass, phi)) for phi in (a.vectors, b.vectors))
     overlap = (left.T @ mass @ right) ** 2
     criterion = np.empty_like(overlap)
-    for mine in repeated_roots(a.squared):
-        for other in repeated_roots(b.squared):
-            block = overlap[mine, other]
-            criterion[mine, other] = block.sum() / min(block.shape)
+    for of_a in repeated_roots(a.squared):
+        for of_b in repeated_roots(b.squared):
+            block = overlap[of_a, of_b]
+            criterion[of_a, of_b] = block.sum() / min(block.shape)
     criterion = np.clip(criterion, 0.0, 1.0)
     _, place = scipy.optimize.linear_sum_assignment(criterion, maximize=True)
     return np.asarray(place, dtype=np.int64), criterion[np.arange(place.size), place]
@@ -91,11 +99,7 @@ def _by_kind(a: Sequence[str], b: Sequence[str]) -> NDArray[np.int64]:
     return np.array([place.get((kind, list(a[:i]).count(kind)), -1) for i, kind in enumerate(a)], dtype=np.int64)
 
 
-T = TypeVar("T")
-Method = Literal["steady", "static"]
-_RIGID = "rigid"
-# Coefficients of meshes this close are equal but for rounding of the linear solves: no mesh is the worst.
-_ALIKE = 1e-6
+# --- effects of one train --------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -126,16 +130,17 @@ def effects_of(train: Train, *, methods: Sequence[Method] = ("steady", "static")
     methods : of the mesh forces, the first that the model allows counts.
     """
     said: list[CodedText] = list(train.warnings)
-    found: dict[str, Any] = {"ratio": _ratio(train), "speed": _speeds(train)}
-    frequencies = train.kinematics.mesh_frequency or {}
-    found["mesh_frequency"] = {stage: float(value) for stage, value in frequencies.items()}
+    speeds, frequencies = train.kinematics.speed or {}, train.kinematics.mesh_frequency or {}
+    effects = Effects(
+        ratio=_ratio(train),
+        speed={name: float(value) for name, value in speeds.items()},
+        mesh_frequency={stage: float(value) for stage, value in frequencies.items()},
+    )
     system = _tried("equations", lambda: assemble(train), said)
     if system is not None:
-        found["modes"] = _tried("natural frequencies", lambda: _modes(system), said)
-        loads = _loads(system, methods, said)
-        if loads is not None:
-            found |= loads
-    return Effects(**found, warnings=tuple(dict.fromkeys(said)))
+        effects = replace(effects, modes=_tried("natural frequencies", lambda: _modes(system), said))
+        effects = _with_loads(effects, system, methods, said)
+    return replace(effects, warnings=tuple(dict.fromkeys(said)))
 
 
 def _tried(what: str, run: Callable[[], T], said: list[CodedText]) -> T | None:
@@ -156,10 +161,6 @@ def _ratio(train: Train) -> float:
     return float(speed[driving] / speed[driven]) if speed.get(driven) else math.nan
 
 
-def _speeds(train: Train) -> dict[str, float]:
-    return {name: float(value) for name, value in (train.kinematics.speed or {}).items()}
-
-
 def _modes(system: System) -> TrainModes:
     tangent = linear(system)
     squared, vectors = mean_modes(tangent)
@@ -173,29 +174,28 @@ def _modes(system: System) -> TrainModes:
     )
 
 
-def _loads(system: System, methods: Sequence[Method], said: list[CodedText]) -> dict[str, Any] | None:
-    """K_gamma and mesh forces by the first method that the model allows."""
+def _with_loads(effects: Effects, system: System, methods: Sequence[Method], said: list[CodedText]) -> Effects:
+    """The same with K_gamma and mesh forces by the first method that the model allows."""
     refused: list[CodedText] = []
     for method in methods:
         result = _tried(f"mesh forces by {method}", partial(sharing, system, method=method), refused)
-        if result is not None:
-            said += [*refused, *json.loads(result.attrs["warnings"])]
-            return _load_values(result, method)
+        if result is None:
+            continue
+        said += [*refused, *json.loads(result.attrs["warnings"])]
+        names = [str(name) for name in result.mesh.values]
+        coefficient = result.load_sharing.sel(definition="mean-load").values
+        mean, most = result.mesh_force_mean.values.tolist(), result.mesh_force_peak.values.tolist()
+        rows = zip(coefficient.tolist(), mean, most, strict=True)
+        known = coefficient[np.isfinite(coefficient)]
+        alike = not known.size or np.ptp(known) <= _ALIKE
+        return replace(
+            effects,
+            k_gamma=float(result.system_load_sharing.sel(definition="mean-load")),
+            worst_mesh="" if alike else names[largest(coefficient)],
+            method=method,
+            meshes={
+                name: (float(k), float(mean), float(most)) for name, (k, mean, most) in zip(names, rows, strict=True)
+            },
+        )
     said += refused[-1:]
-    return None
-
-
-def _load_values(result: Any, method: str) -> dict[str, Any]:
-    """K_gamma, its mesh, and the values of every mesh of a result of `sharing`."""
-    names = [str(name) for name in result.mesh.values]
-    coefficient = result.load_sharing.sel(definition="mean-load").values
-    rows = zip(coefficient, result.mesh_force_mean.values, result.mesh_force_peak.values, strict=True)
-    known = coefficient[np.isfinite(coefficient)]
-    alike = not known.size or np.ptp(known) <= _ALIKE
-    worst = "" if alike else names[largest(coefficient)]
-    return {
-        "k_gamma": float(result.system_load_sharing.sel(definition="mean-load")),
-        "worst_mesh": worst,
-        "method": method,
-        "meshes": {name: tuple(map(float, row)) for name, row in zip(names, rows, strict=True)},
-    }
+    return effects

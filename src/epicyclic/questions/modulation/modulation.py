@@ -1,11 +1,9 @@
-"""Labels, families and causes of the lines at the sensor.
+"""Signal of an accelerometer beside the ring, as lines of exact frequency, each with its label, family and causes.
 
 A line stands at  sum_j l_j f_j + f_shaft + k f_carrier: mesh orders, a shaft line in the axes of the stage, and the
 shift by planets that pass the sensor.  With even planets that are alike only sidebands with l z + k a multiple of N
 survive, z the teeth of the ring, N the planets: asymmetric about the mesh orders, which vanish themselves, where z / N
 is not whole [mcfadden1985].  Uneven or unlike planets bring the others [inalpolat2009].
-
-Signal of an accelerometer beside the ring, as lines of exact frequency, each with its family and its causes.
 """
 
 from __future__ import annotations
@@ -51,6 +49,14 @@ UNEVEN, UNLIKE = "uneven planets", "unlike planets"
 _MESHING = "tooth meshing"
 _FAULT_FREE = "fault-free: planets passing"
 _UNEVEN_CAUSE = "fault-free asymmetry: planet angles, mesh phases"
+# Highest number of samples of the signal: 2^20 doubles are 8 MB.
+_MAX_SAMPLES = 2**20
+_FEWEST = 2048
+# Deviations count as the cause of a line that changes by more than this share without them.
+_REPORTED = 0.5
+
+
+# --- labels of lines -------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,15 +108,16 @@ class LineLabels:
 
     def causes(self, origins: Sequence[Origin], *, faulty: bool) -> str:
         """Causes of a line with paths in the file, the largest part first.  faulty : as of `family`."""
-        found: dict[str, None] = {}
-        for one in origins:
-            shaft = self.lines.shaft[one.shaft].causes if one.shaft >= 0 else None
-            found.update(dict.fromkeys(self._causes(one, faulty=faulty) if shaft is None else shaft))
-        return "; ".join(found)
+        paths: list[str] = []
+        for origin in origins:
+            of_shaft = origin.shaft >= 0
+            paths += self.lines.shaft[origin.shaft].causes if of_shaft else self._causes(origin, faulty=faulty)
+        return "; ".join(dict.fromkeys(paths))
 
     def origin(self, spectrum: StageSpectrum, part: LineSource) -> Origin:
         """Origin of a source of a line."""
-        sign, turn = -1 if part.negative else 1, 0 if spectrum.carrier == 0 else 1 if spectrum.carrier > 0 else -1
+        sign = -1 if part.negative else 1
+        turn = (spectrum.carrier > 0) - (spectrum.carrier < 0)
         return Origin(
             mesh=tuple(sign * int(count) for count in spectrum.point[part.row]),
             shaft=int(spectrum.shaft[part.row]),
@@ -125,13 +132,13 @@ class LineLabels:
 
     def _causes(self, origin: Origin, *, faulty: bool) -> list[str]:
         """Causes of one origin at mesh orders."""
-        family, own = self.family(origin, faulty=faulty), self._at_order(origin.mesh)
+        family, at_order = self.family(origin, faulty=faulty), self._at_order(origin.mesh)
         standing = self._at_order((0,) * len(origin.mesh))
         faults = [path for path in standing if path.startswith("deviations.")] if faulty else []
         if family == UNLIKE:
-            return [*faults, *own] or ["planets that differ"]
+            return [*faults, *at_order] or ["planets that differ"]
         first = _UNEVEN_CAUSE if family == UNEVEN else _FAULT_FREE if origin.carrier else _MESHING
-        return [first, *own, *faults]
+        return [first, *at_order, *faults]
 
     def _at_order(self, mesh: tuple[int, ...]) -> list[str]:
         """Paths of the lines at a mesh order, or at 0, of either sign."""
@@ -187,11 +194,7 @@ def _is_profile(path: str) -> bool:
     return path.split(".")[-1] == "profile" and ".errors." not in path
 
 
-# Highest number of samples of the signal: 2^20 doubles are 8 MB.
-_MAX_SAMPLES = 2**20
-_FEWEST = 2048
-# Deviations count as the cause of a line that changes by more than this share without them.
-_REPORTED = 0.5
+# --- the signal ------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -329,7 +332,7 @@ def _sensor_signal(ready: Response, block: Block, settings: _Settings) -> _Senso
     radius = _radius(ready.system, settings.position) if settings.radius is None else settings.radius
     motion = sensor_motion(spectrum, settings.position, settings.direction, radius)
     lines = merged_lines(spectrum, windowed_forces(spectrum, settings.position, settings.window), motion)
-    frequency = float(block.speed[0]) * np.array([float(one) for one in lines.frequency])
+    frequency = float(block.speed[0]) * np.array([float(exact) for exact in lines.frequency])
     acceleration = -((2 * np.pi * frequency) ** 2) * lines.motion
     signal = lines.force if settings.transfer is None else lines.force * settings.transfer.at(frequency)
     if settings.transfer is not None and settings.transfer.unit == ACCELERATION:
@@ -368,9 +371,7 @@ def _drawn_part(line: Line) -> Line:
 
 
 def _listed(at_sensor: _SensorSignal, floor: float) -> NDArray[np.int64]:
-    """Indices of the lines above the floor in the signal; all of them, motion without signal too, where the floor is
-    0.
-    """
+    """Indices of the lines above the floor in the signal; of a floor of 0 all, motion without signal too."""
     size = np.abs(at_sensor.signal)
     return np.flatnonzero((size >= floor * size.max(initial=0.0)) & ((size > 0) | (floor == 0)))
 
@@ -392,10 +393,8 @@ def _samples(frequency: Array, duration: float, samples: int | None) -> int:
     ModelError : too few for the highest line, or too many.
     """
     highest = float(frequency.max(initial=0.0)) * duration
-    if samples is None:
-        wanted = max(_FEWEST, 1 << math.ceil(math.log2(max(2.56 * highest, 1.0))))
-    else:
-        wanted = samples
+    enough = max(_FEWEST, 1 << math.ceil(math.log2(max(2.56 * highest, 1.0))))
+    wanted = enough if samples is None else samples
     if not max(1, 2 * highest) < wanted <= _MAX_SAMPLES:
         raise ModelError(
             f"{wanted} samples: the signal needs more than {2 * highest:.0f}, and there may be {_MAX_SAMPLES}",
@@ -429,34 +428,30 @@ def _labelled(
     labels = LineLabels(system=system, lines=ready.lines, position=position)
     origins = [[labels.origin(at_sensor.spectrum, part) for part in at_sensor.lines.parts[i]] for i in listed]
     frequency = [at_sensor.lines.frequency[i] for i in listed]
-    without = np.array([healthy.get(one, 0j) for one in frequency])
+    without = np.array([healthy.get(exact, 0j) for exact in frequency])
     faulty = np.abs(at_sensor.signal[listed] - without) > _REPORTED * np.abs(at_sensor.signal[listed])
     duration, values = signal
     unit = "N" if settings.transfer is None or settings.transfer.unit != ACCELERATION else "m/s2"
     angle = np.linspace(-np.pi, np.pi, 721)
+    causes = [labels.causes(sources, faulty=bad) for sources, bad in zip(origins, faulty, strict=True)]
+    family = [labels.family(sources[0], faulty=bad) for sources, bad in zip(origins, faulty, strict=True)]
     result = dataset(
         {
             "line_frequency": ("line", at_sensor.frequency[listed]),
-            "exact_frequency": ("line", _texts([str(one) for one in frequency])),
-            "mesh_order": ("line", np.array([float(one / ready.lines.tones[labels.own]) for one in frequency])),
-            "carrier_order": ("line", np.array([float(one / abs(position.turn or 1)) for one in frequency])),
+            "exact_frequency": ("line", _texts([str(exact) for exact in frequency])),
+            "mesh_order": ("line", np.array([float(exact / ready.lines.tones[labels.own]) for exact in frequency])),
+            "carrier_order": ("line", np.array([float(exact / abs(position.turn or 1)) for exact in frequency])),
             "signal_amplitude": ("line", at_sensor.signal[listed]),
             "fault_free_amplitude": ("line", without),
             "sensor_acceleration": ("line", at_sensor.acceleration[listed]),
-            "family": (
-                "line",
-                _texts([labels.family(one[0], faulty=bad) for one, bad in zip(origins, faulty, strict=True)]),
-            ),
-            "causes": (
-                "line",
-                _texts([labels.causes(one, faulty=bad) for one, bad in zip(origins, faulty, strict=True)]),
-            ),
+            "family": ("line", _texts(family)),
+            "causes": ("line", _texts(causes)),
             "signal": ("sample_time", values),
             "passage": ("planet", _passages(position, speed)),
             "window_gain": ("window_angle", settings.window.at(angle)),
         },
         {
-            "line": _texts([labels.label(one[0]) for one in origins]),
+            "line": _texts([labels.label(sources[0]) for sources in origins]),
             "sample_time": np.arange(values.size) * (duration / values.size),
             "planet": list(position.branches),
             "window_angle": angle,
@@ -492,8 +487,8 @@ def _period(frequency: list[Fraction]) -> Fraction:
     """Common period of all lines at the operating speed, exact [s]."""
     if not frequency:
         return Fraction(0)
-    unit = math.lcm(*(one.denominator for one in frequency))
-    return Fraction(unit, math.gcd(*(int(one * unit) for one in frequency)))
+    unit = math.lcm(*(exact.denominator for exact in frequency))
+    return Fraction(unit, math.gcd(*(int(exact * unit) for exact in frequency)))
 
 
 def _passages(position: SensorPosition, speed: float) -> Array:
@@ -512,24 +507,19 @@ def _warnings(ready: Response, block: Block, settings: _Settings, at_sensor: _Se
     every = whole_mesh_signal(rows, faces(system.meshes))
     most = force_extremes(every, axis=mesh_axis(ready))[1]
     factor = dynamic_factor(most, mean(every), parallel_meshes(system.meshes), rounding_of(system))
-    found = tension_warnings(system, force_extremes(rows, axis=ready.lines.axis)[0], factor)
-    if settings.window.remainder > 1e-2:
-        last = len(settings.window.coefficients) - 1
-        found.append(
-            coded(
-                "window-cut", f"the window is cut at {last} harmonics: {settings.window.remainder:.1%} of it left out"
-            )
-        )
-    if settings.transfer is not None:
-        outside = ~settings.transfer.covers(at_sensor.frequency)
+    notes = tension_warnings(system, force_extremes(rows, axis=ready.lines.axis)[0], factor)
+    window, transfer = settings.window, settings.transfer
+    if window.remainder > 1e-2:
+        last = len(window.coefficients) - 1
+        text = f"the window is cut at {last} harmonics: {window.remainder:.1%} of it left out"
+        notes.append(coded("window-cut", text))
+    if transfer is not None:
+        outside = ~transfer.covers(at_sensor.frequency)
         lost, whole = _power(at_sensor.lines.force[outside]), _power(at_sensor.lines.force)
         if lost > 1e-6 * whole:
-            low, high = settings.transfer.frequency[0], settings.transfer.frequency[-1]
-            found.append(
-                coded(
-                    "transfer-range",
-                    f"the transfer path is given from {low:g} to {high:g} Hz: lines outside are left out, "
-                    f"{lost / whole:.2%} of the mean square of the force",
-                )
+            text = (
+                f"the transfer path is given from {transfer.frequency[0]:g} to {transfer.frequency[-1]:g} Hz: "
+                f"lines outside are left out, {lost / whole:.2%} of the mean square of the force"
             )
-    return found
+            notes.append(coded("transfer-range", text))
+    return notes

@@ -1,6 +1,4 @@
-"""Position of the sensor, and the meshes that pass it at which angles.
-
-Path from a mesh to the sensor: the window of a passing planet and the transfer function behind it.
+"""Path from a mesh to the sensor: where it sits, the window of a passing planet, the transfer function behind it.
 
 A window is the gain of a planet over the angle between it and the sensor, as a Fourier series:
 
@@ -26,6 +24,14 @@ from ...system.system import Array, ComplexArray, System, faces
 HOUSING = "housing"
 # Planets count as evenly spaced within this angle [turns]: angles go through degrees and radians.
 _EVEN = 1e-9
+WORDS = "hann, gaussian, cos2, cos4, ..., constant, or a table of angles and gains"
+# A window is cut where what is left of it is 1e-8 of its mean square (1e-4 of a line), at the latest at 240 harmonics.
+_REMAINDER, _MAX_HARMONICS, _LONG = 1e-8, 240, 4096
+_HIGHEST_POWER = 200
+ACCELERATION = "m/s2/N"
+
+
+# --- the sensor ------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,7 +64,7 @@ class SensorPosition:
         """Whether the planets are evenly spaced, and in step with all central gears as they are with the ring."""
         count = len(self.spacing)
         gaps = np.diff(np.sort(self.spacing / (2 * math.pi) % 1.0))
-        if self.teeth is not None and any((one - self.teeth) % count for one in self.others):
+        if self.teeth is not None and any((teeth - self.teeth) % count for teeth in self.others):
             return False
         return bool(np.all(np.abs(gaps - 1 / count) < _EVEN))
 
@@ -93,22 +99,25 @@ def sensor_position(
     if not rings:
         raise ModelError("this stage has no ring for its planets to pass along", path="stage", given=stage)
     bodies = _bodies(system, stage, body, [system.meshes.ends[first[w]][1] for w in rings])
-    own = [w for w in rings if system.meshes.ends[first[w]][1] in bodies] or rings
-    angles = {system.meshes.branch[first[w]]: float(system.meshes.direction[first[w]]) for w in own}
-    others = _others(system, stage, first, rings, angles) if through_planet else []
-    meshes = np.array([*own, *others], np.int64)
+    passing = [w for w in rings if system.meshes.ends[first[w]][1] in bodies] or rings
+    angles = {system.meshes.branch[first[w]]: float(system.meshes.direction[first[w]]) for w in passing}
+    others = []
+    if through_planet:  # the meshes of these branches that are no ring meshes
+        not_rings = [(w, row) for w, row in enumerate(first) if w not in rings and homes[row] == stage]
+        others = [w for w, row in not_rings if system.meshes.branch[row] in angles]
+    meshes = np.array([*passing, *others], np.int64)
     return SensorPosition(
         stage=stage,
         bodies=tuple(system.dofs.bodies.index(name) for name in bodies),
         turn=system.stage_turns[stage],
         angle=angle,
         meshes=meshes,
-        share=np.array([1.0] * len(own) + [through_planet] * len(others)),
+        share=np.array([1.0] * len(passing) + [through_planet] * len(others)),
         contact=np.array([angles[system.meshes.branch[first[w]]] for w in meshes]),
         branches=tuple(angles),
         spacing=np.array(list(angles.values())),
-        teeth=_teeth(system, int(first[own[0]]), 1),
-        others=_central(system, stage, int(first[own[0]])),
+        teeth=_teeth(system, int(first[passing[0]]), 1),
+        others=_central(system, stage, int(first[passing[0]])),
     )
 
 
@@ -140,14 +149,6 @@ def _body_turns(system: System) -> dict[str, Fraction]:
     return dict(zip(system.dofs.bodies, system.body_turns, strict=True))
 
 
-def _others(
-    system: System, stage: str, first: NDArray[np.int64], rings: list[int], angles: dict[int, float]
-) -> list[int]:
-    """Whole meshes of the branches that are no ring meshes.  first : (w,) first row of each whole mesh."""
-    meshes, homes = system.meshes, mesh_stages(system)
-    return [w for w, row in enumerate(first) if w not in rings and homes[row] == stage and meshes.branch[row] in angles]
-
-
 def _bodies(system: System, stage: str, body: str | None, rings: list[str]) -> tuple[str, ...]:
     """Names of the bodies under the sensor; both halves of a member that is split.
 
@@ -158,7 +159,8 @@ def _bodies(system: System, stage: str, body: str | None, rings: list[str]) -> t
     if body == HOUSING:
         return ()
     central = [name for name in system.dofs.bodies if name.split("/")[0] == stage and not _branched(name)]
-    wanted = tuple(dict.fromkeys(rings)) if body is None else _named(body, central)
+    named = rings if body is None else [name for name in central if name == body or name.startswith(f"{body}/")]
+    wanted = tuple(dict.fromkeys(named))
     turns = _body_turns(system)
     still = [name for name in central if turns[name] == 0]
     if not wanted:
@@ -171,11 +173,6 @@ def _bodies(system: System, stage: str, body: str | None, rings: list[str]) -> t
             allowed=", ".join([*still, HOUSING]),
         )
     return wanted
-
-
-def _named(body: str, central: list[str]) -> tuple[str, ...]:
-    """Bodies of a name, or of a member of that name."""
-    return tuple(name for name in central if name == body or name.startswith(f"{body}/"))
 
 
 def _branched(name: str) -> bool:
@@ -194,19 +191,16 @@ def _teeth(system: System, row: int, end: int) -> int | None:
 def _central(system: System, stage: str, ring: int) -> tuple[int, ...]:
     """Teeth of every central gear of a stage that turns at the mesh frequency of a ring mesh."""
     meshes, homes = system.meshes, mesh_stages(system)
-    found = [
+    gears = [
         _teeth(system, row, end)
         for row, ends in enumerate(meshes.ends)
         for end, name in enumerate(ends)
         if homes[row] == stage and meshes.tone[row] == meshes.tone[ring] and not _branched(name)
     ]
-    return tuple(dict.fromkeys(teeth for teeth in found if teeth is not None))
+    return tuple(dict.fromkeys(teeth for teeth in gears if teeth is not None))
 
 
-WORDS = "hann, gaussian, cos2, cos4, ..., constant, or a table of angles and gains"
-# A window is cut where what is left of it is 1e-8 of its mean square (1e-4 of a line), at the latest at 240 harmonics.
-_REMAINDER, _MAX_HARMONICS, _LONG = 1e-8, 240, 4096
-_HIGHEST_POWER = 200
+# --- windows ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -281,18 +275,13 @@ def tabulated_window(angle: ArrayLike, gain: ArrayLike) -> Window:
     """
     phi, value = np.atleast_1d(np.asarray(angle, float)), np.atleast_1d(np.asarray(gain, float))
     if not phi.size or phi.shape != value.shape or phi.ndim != 1:
-        raise ModelError(
-            "needs as many gains as angles, one at least", path="window", given=f"{phi.size}, {value.size}"
-        )
+        problem = "needs as many gains as angles, one at least"
+        raise ModelError(problem, path="window", given=f"{phi.size}, {value.size}")
     if not (np.isfinite(phi).all() and np.isfinite(value).all()):
         raise ModelError("holds a number that is not finite", path="window")
     if (value < 0).any() or not value.any():
-        raise ModelError(
-            "gains of a table are not negative, and not all zero",
-            path="window",
-            given=float(value.min()),
-            allowed=">= 0",
-        )
+        problem = "gains of a table are not negative, and not all zero"
+        raise ModelError(problem, path="window", given=float(value.min()), allowed=">= 0")
     if (np.diff(phi) <= 0).any() or phi[-1] - phi[0] >= 2 * math.pi:
         raise ModelError("angles must rise and stay within one turn", path="window", given=phi.tolist())
     return _cut("table", _piecewise(phi, value, np.arange(_LONG + 1.0)))
@@ -306,9 +295,8 @@ def _cosine_power(word: str, power: int) -> Window:
     ModelError : the power is odd or too large.
     """
     if power < 2 or power % 2 or power > _HIGHEST_POWER:
-        raise ModelError(
-            "the power must be even", path="window", given=word, allowed=f"cos2, cos4 .. cos{_HIGHEST_POWER}"
-        )
+        allowed = f"cos2, cos4 .. cos{_HIGHEST_POWER}"
+        raise ModelError("the power must be even", path="window", given=word, allowed=allowed)
     half = power // 2
     values = [math.comb(power, half + k) / 4**half for k in range(half + 1)]
     return Window(name=word, coefficients=np.array(values, complex))
@@ -317,8 +305,7 @@ def _cosine_power(word: str, power: int) -> Window:
 def _hann(orders: Array, half: float) -> Array:
     """Fourier coefficients of orders (K,) of cos^2(pi phi / 2 half) for |phi| < half [rad]."""
     edge = math.pi / half
-    parts = (np.sinc(half * shift / math.pi) for shift in (orders, orders - edge, orders + edge))
-    centre, below, above = parts
+    centre, below, above = (np.sinc(half * order / math.pi) for order in (orders, orders - edge, orders + edge))
     result: Array = half / (2 * math.pi) * (centre + (below + above) / 2)
     return result
 
@@ -339,9 +326,7 @@ def _piecewise(phi: Array, value: Array, orders: Array) -> ComplexArray:
 
 
 def _cut(name: str, values: Array | ComplexArray) -> Window:
-    """Window of the leading coefficients `values` (K + 1,): the remainder is 1e-8 of the mean square, or 240 are
-    left.
-    """
+    """Window of the leading coefficients `values` (K + 1,), as many as `_REMAINDER` asks, or the most there may be."""
     power = np.abs(values) ** 2 * np.where(np.arange(len(values)) > 0, 2.0, 1.0)
     left = np.append(np.cumsum(power[::-1])[::-1], 0.0)[1:]  # behind each harmonic
     enough = np.flatnonzero(left <= _REMAINDER * power.sum())
@@ -353,7 +338,7 @@ def _cut(name: str, values: Array | ComplexArray) -> Window:
     )
 
 
-ACCELERATION = "m/s2/N"
+# --- transfer functions ----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

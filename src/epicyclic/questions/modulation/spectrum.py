@@ -198,9 +198,7 @@ class SensorLines:
 
 
 def merged_lines(spectrum: StageSpectrum, force: SensorContributions, motion: SensorContributions) -> SensorLines:
-    """Merge contributions of equal frequency, compared exactly and added as complex numbers; frequency 0 is left
-    out.
-    """
+    """Merge contributions of equal frequency, compared exactly and added as complex numbers, without frequency 0."""
     row, order = np.concatenate([force.row, motion.row]), np.concatenate([force.order, motion.order])
     amplitude = np.concatenate([force.amplitude, motion.amplitude])
     at = spectrum.step[row] + order.astype(object) * spectrum.carrier
@@ -218,7 +216,7 @@ def merged_lines(spectrum: StageSpectrum, force: SensorContributions, motion: Se
     largest = size[rank[np.flatnonzero(np.diff(line[rank], prepend=-1))]]
     reported = rank[(size[rank] >= _REPORTED * largest[line[rank]]) | (size[rank] == largest[line[rank]])]
     return SensorLines(
-        frequency=tuple(Fraction(int(one), spectrum.unit) for one in step),
+        frequency=tuple(Fraction(int(count), spectrum.unit) for count in step),
         force=sums[0],
         motion=sums[1],
         parts=_parts(
@@ -238,10 +236,10 @@ def _fitting_integers(at: NDArray[np.object_]) -> NDArray[np.object_] | Index:
 
 def _parts(count: int, line: Index, shaft: Index, parts: Iterable[LineSource]) -> tuple[tuple[LineSource, ...], ...]:
     """First source of each shaft line in each of `count` lines; line, shaft : (C,) index of line and shaft line."""
-    found: list[dict[int, LineSource]] = [{} for _ in range(count)]
-    for where, number, part in zip(line.tolist(), shaft.tolist(), parts, strict=True):
-        found[where].setdefault(number, part)
-    return tuple(tuple(one.values()) for one in found)
+    sources: list[dict[int, LineSource]] = [{} for _ in range(count)]
+    for number, of_shaft, source in zip(line.tolist(), shaft.tolist(), parts, strict=True):
+        sources[number].setdefault(of_shaft, source)
+    return tuple(tuple(by_shaft.values()) for by_shaft in sources)
 
 
 def synthesised_signal(frequency: Array, amplitude: ComplexArray, duration: float, samples: int) -> Array:
@@ -255,9 +253,9 @@ def synthesised_signal(frequency: Array, amplitude: ComplexArray, duration: floa
     result = np.zeros((starts, steps))
     turn = 2j * np.pi * frequency * (duration / samples)
     for first in range(0, frequency.size, _AT_ONCE):
-        mine = slice(first, first + _AT_ONCE)
-        coarse = np.exp(np.outer(np.arange(starts) * steps, turn[mine]))
-        fine = amplitude[mine, None] * np.exp(np.outer(turn[mine], np.arange(steps)))
+        lines = slice(first, first + _AT_ONCE)
+        coarse = np.exp(np.outer(np.arange(starts) * steps, turn[lines]))
+        fine = amplitude[lines, None] * np.exp(np.outer(turn[lines], np.arange(steps)))
         result += coarse.real @ fine.real - coarse.imag @ fine.imag
     values: Array = result.ravel()[:samples]
     return values

@@ -7,6 +7,7 @@ dubois2011]; `questions.modes` follows the modes and finds these events.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
-# ratio of the limits above which the first values lie in equal ratios
+# Ratio of the limits above which the first values lie in equal ratios.
 _WIDE_RANGE = 10
 
 
@@ -66,8 +67,6 @@ def track(
     """
     parameter = parameter_at(train, over)
     low, high = _limits(parameter, start, stop)
-    if points < 3:
-        raise ModelError("too few points to follow a mode", path="points", given=points, allowed="3 or more")
     first = _system(train, parameter, low)
     assembled = [0]
 
@@ -89,8 +88,8 @@ def track(
         """Derivatives (n, n) of mean stiffness and mass along the parameter, by central differences."""
         step = 1e-4 * (high - low)
         above, below = system(value + step), system(value - step)
-        differences = above.mean_stiffness - below.mean_stiffness, above.M - below.M
-        return differences[0] / (2 * step), differences[1] / (2 * step)
+        stiffness, mass = above.mean_stiffness - below.mean_stiffness, above.M - below.M
+        return stiffness / (2 * step), mass / (2 * step)
 
     loci = track_modes(modes_at, _initial_values(low, high, points))
     crossings_and_veerings = locus_events(loci, matrix_derivatives)
@@ -133,20 +132,14 @@ def _read(text: str | float, parameter: Parameter, option: str) -> float:
     """
     number = written(float(text) if isinstance(text, (int, float)) else text)
     if number is None and isinstance(text, str):
-        number = written(_number(text))
+        with suppress(ValueError):
+            number = written(float(text))
     if isinstance(text, str) and number is not None and not number.unit and parameter.unit and number.values != (0.0,):
         raise ModelError(f'a number without a unit: "{text} {parameter.unit}"?', path=option, given=text)
     if number is None or number.many or number.unit not in ("", parameter.unit):
         unit = f" in {parameter.unit}, as the file says it" if parameter.unit else " without a unit"
         raise ModelError("not a value of this parameter", path=option, given=text, allowed=f"a number{unit}")
     return number.values[0]
-
-
-def _number(text: str) -> object:
-    try:
-        return float(text)
-    except ValueError:
-        return None
 
 
 def _labelled(
@@ -158,26 +151,25 @@ def _labelled(
     modes: int,
 ) -> xr.Dataset:
     """Dataset of the lowest loci and of the events among them; kinds : (n,) of the modes at the start."""
-    hertz = np.sqrt(np.array([state.omega_squared for state in loci])).T / (2 * np.pi)
+    squared = np.array([state.omega_squared for state in loci])
+    hertz = np.sqrt(squared).T / (2 * np.pi)
+    multiplicity = {i: len(group) for group in repeated_loci(squared) for i in group}
     values = np.array([state.value for state in loci])
     events = [event for event in events if min(event.first) < modes and min(event.second) < modes]
     event_hertz = np.array([np.sqrt(event.omega_squared) / (2 * np.pi) for event in events])
+    # hertz from a difference of omega^2: it is 8 pi^2 f times that of f
+    event_gap = np.array([event.gap for event in events]) / (8 * np.pi**2 * np.where(event_hertz > 0, event_hertz, 1))
     columns: dict[str, tuple[str, Any]] = {
         "event_kind": ("event", np.array([event.kind for event in events], object)),
         "event_value": ("event", np.array([event.value for event in events])),
         "event_frequency": ("event", event_hertz),
         "event_first": ("event", np.array([_mode_numbers(event.first) for event in events], object)),
         "event_second": ("event", np.array([_mode_numbers(event.second) for event in events], object)),
-        "event_gap": (
-            "event",
-            np.array([event.gap for event in events]) / (8 * np.pi**2 * np.where(event_hertz > 0, event_hertz, 1)),
-        ),
+        "event_gap": ("event", event_gap),
         "coupling_factor": ("event", np.array([abs(e.coupling * e.value) / (2 * e.omega_squared) for e in events])),
         "veering_index": ("event", np.array([event.index for event in events])),
     }
-    squared = np.array([state.omega_squared for state in loci])
-    multiplicity = {i: len(group) for group in repeated_loci(squared) for i in group}
-    result = dataset(
+    return dataset(
         {
             "frequency": (("mode", "parameter"), hertz[:modes]),
             "mode_kind": ("mode", np.array(kinds[:modes], object)),
@@ -192,7 +184,6 @@ def _labelled(
         warnings=[*train.warnings, *flank_warnings(assemble(train))],
         units={"parameter": parameter.unit or "SI", "event_value": parameter.unit or "SI"},
     )
-    return result
 
 
 def _mode_numbers(loci: tuple[int, ...]) -> str:

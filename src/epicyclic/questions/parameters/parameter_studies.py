@@ -19,7 +19,7 @@ from ...arguments import checked
 from ...engine.workers import each
 from ...errors import ConvergenceError, ModelError
 from ...results.dataset import dataset
-from ...system.assembly import train_provenance
+from ...system.assembly import assemble, train_provenance
 from ...warning_codes import coded
 
 if TYPE_CHECKING:
@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from ...train.train import Train
 
 Progress = Callable[[float], None] | None
-
-# mesh cycles of a record where links or meshes have laws, each instant of which is an equilibrium of its own
+# Mesh cycles of a record where links or meshes have laws, each instant of which is an equilibrium of its own.
 _CYCLES = 64
 
 
@@ -51,7 +50,7 @@ def worst_sharing(system: System) -> float:
     if len(varying) > 1:
         far = None if system.far is None else replace(system.far, variation=system.far.variation[:, :0])
         system = replace(system, meshes=replace(system.meshes, variation=system.meshes.variation[:, :0]), far=far)
-    lawful = bool(system.groups or system.meshes.laws)
+    lawful = _has_laws(system)
     coefficients = sharing(system, method="static", cycles=_CYCLES if lawful else 1).system_load_sharing
     return float(coefficients.sel(definition="cycle-peak" if lawful else "worst-case"))
 
@@ -113,7 +112,6 @@ def vary(
 def _evaluate(
     source: str | Path | Mapping[str, Any], overrides: Mapping[str, Any], quantity: Callable[[System], float]
 ) -> float:
-    from ...system.assembly import assemble
     from ...train.resolution import load
 
     return float(quantity(assemble(load(source, overrides=overrides))))
@@ -196,22 +194,20 @@ def _sharing_study(
         if progress is not None:
             progress(len(arrived) / len(points))
 
-    found = each(partial(_sharing_point, train.document), points, arrived=count)
+    coefficients, texts = zip(*each(partial(_sharing_point, train.document), points, arrived=count), strict=True)
     shape = len(changes), len(values)
-    sharing = np.array([value for value, _ in found]).reshape(shape)
-    status = np.array([text for _, text in found], dtype=object).reshape(shape)
+    sharing = np.array(coefficients).reshape(shape)
+    status = np.array(texts, dtype=object).reshape(shape)
     failed = int((status != "ok").sum())
     if failed == status.size:
         raise ModelError(str(status.flat[0]))
     coordinate, title = words
+    dims = "member", coordinate
     result = dataset(
-        {
-            "system_load_sharing": (("member", coordinate), sharing),
-            "status": (("member", coordinate), status),
-        },
+        {"system_load_sharing": (dims, sharing), "status": (dims, status)},
         coords={"member": [_member_name(path) for path in changes], coordinate: values},
         verb="vary",
-        options={"definition": "cycle-peak" if _has_laws(train) else "worst-case", "method": "static"},
+        options={"definition": "cycle-peak" if _has_laws(assemble(train)) else "worst-case", "method": "static"},
         warnings=[coded("points-failed", f"{title}: {failed} of {status.size} points failed")] if failed else (),
         provenance=train_provenance(train),
     )
@@ -226,11 +222,8 @@ def _sharing_point(document: Mapping[str, Any], values: Mapping[str, float]) -> 
         return float("nan"), str(error)
 
 
-def _has_laws(train: Train) -> bool:
+def _has_laws(system: System) -> bool:
     """Whether any link or mesh follows a law, which decides the definition of `worst_sharing`."""
-    from ...system.assembly import assemble
-
-    system = assemble(train)
     return bool(system.groups or system.meshes.laws)
 
 

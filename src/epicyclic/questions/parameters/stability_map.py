@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,8 +43,8 @@ FACTORS = ("variation", "damping")
 
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
 _UNIT = r"([A-Za-z%°µ].*?)"
-
-
+# Variables of a combination that do not depend on the value.
+_FIXED = ("resonance_first", "resonance_second", "resonance_order")
 # Cells of a map, whose multipliers take 1 kB each, and the time of one, as measured on trains of 30 coordinates [s].
 _CELLS, _CELL = 1_000_000, 0.05
 
@@ -107,7 +108,7 @@ def stability_map(
     frequency = np.asarray(mesh_frequency, dtype=float)
     rows = []
     for i, value in enumerate(values):
-        share = _row_progress(progress, i * frequency.size, len(values) * frequency.size)
+        share = None if progress is None else partial(_row_progress, progress, i * frequency.size, cells)
         done = None if kept is None else kept.part(f"value {i}")
         rows.append(_row(source, {path: value}, overrides or {}, frequency, frame_speed, share, done))
     if all(row.floquet is None for row in rows):
@@ -115,11 +116,9 @@ def stability_map(
     return _labelled(path, values, frequency, rows, frame_speed)
 
 
-def _row_progress(
-    progress: Callable[[int, int], None] | None, before: int, whole: int
-) -> Callable[[int, int], None] | None:
+def _row_progress(progress: Callable[[int, int], None], before: int, whole: int, done: int, _: int) -> None:
     """Progress of one row in cells of the whole map."""
-    return None if progress is None else lambda done, _: progress(before + done, whole)
+    progress(before + done, whole)
 
 
 def _row(
@@ -163,7 +162,8 @@ def _labelled(
     status = [
         np.full(frequency.size, row.status, dtype=object) if row.floquet is None else row.floquet.status for row in rows
     ]
-    kinds = _stacked([None if one is None else one.kind for one in scans], np.full(frequency.size, "", dtype=object))
+    unknown = np.full(frequency.size, "", dtype=object)
+    kinds = _stacked([None if scan is None else scan.kind for scan in scans], unknown)
     names = [
         [""] * frequency.size if row.floquet is None else combination_names(row.floquet, row.ranges, frequency, several)
         for row in rows
@@ -171,8 +171,8 @@ def _labelled(
     cells, blank = ("value", "speed"), np.full(frequency.size, np.nan)
     result = dataset(
         {
-            "largest_multiplier": (cells, _stacked([None if one is None else one.largest for one in scans], blank)),
-            "growth_rate": (cells, _stacked([None if one is None else one.growth for one in scans], blank)),
+            "largest_multiplier": (cells, _stacked([None if scan is None else scan.largest for scan in scans], blank)),
+            "growth_rate": (cells, _stacked([None if scan is None else scan.growth for scan in scans], blank)),
             "stable": (cells, kinds == "stable"),
             "instability": (cells, kinds),
             "taking_part": (cells, np.array(names, dtype=object)),
@@ -183,7 +183,7 @@ def _labelled(
             "value": numbers,
             "speed": frequency / float(ready.tones[0]),
             "mesh_frequency": ("speed", frequency),
-            "resonance": [combination_name(one, several) for one in _widest_combinations(rows)],
+            "resonance": [combination_name(combination, several) for combination in _widest_combinations(rows)],
         },
         verb="stability",
         options={"over": path, "values": list(values), "frame_speed": frame_speed},
@@ -208,19 +208,19 @@ def _value_axis(values: Sequence[Any]) -> tuple[Any, str]:
     return [str(value) for value in values], ""
 
 
-def _identity(one: Combination) -> tuple[int, int, int, str]:
+def _identity(combination: Combination) -> tuple[int, int, int, str]:
     """Modes, order and stage, by which combinations at different values are one."""
-    return one.first, one.second, one.order, one.stage
+    return combination.first, combination.second, combination.order, combination.stage
 
 
 def _widest_combinations(rows: Sequence[_MapRow]) -> list[Combination]:
     """Every combination that grows at any value, at the value of its widest range, widest first."""
     widest: dict[tuple[int, int, int, str], Combination] = {}
-    for one in (one for row in rows for one in row.ranges):
-        kept = widest.get(_identity(one))
-        if kept is None or one.high - one.low > kept.high - kept.low:
-            widest[_identity(one)] = one
-    return sorted(widest.values(), key=lambda one: one.low - one.high)
+    for combination in (combination for row in rows for combination in row.ranges):
+        kept = widest.setdefault(_identity(combination), combination)
+        if combination.high - combination.low > kept.high - kept.low:
+            widest[_identity(combination)] = combination
+    return sorted(widest.values(), key=lambda combination: combination.low - combination.high)
 
 
 def _resonance_ranges(rows: Sequence[_MapRow]) -> dict[str, tuple[Sequence[str], Any]]:
@@ -229,24 +229,16 @@ def _resonance_ranges(rows: Sequence[_MapRow]) -> dict[str, tuple[Sequence[str],
     Where a combination has two ranges, these are their outer ends.
     """
     combinations = _widest_combinations(rows)
-    place = {_identity(one): i for i, one in enumerate(combinations)}
+    column = {_identity(combination): j for j, combination in enumerate(combinations)}
     low, high, rate = (np.full((len(rows), len(combinations)), np.nan) for _ in range(3))
     for i, row in enumerate(rows):
-        for one in row.ranges:
-            j = place[_identity(one)]
-            low[i, j], high[i, j] = np.fmin(low[i, j], one.low), np.fmax(high[i, j], one.high)
-            rate[i, j] = np.fmax(rate[i, j], one.growth)
+        for combination in row.ranges:
+            j = column[_identity(combination)]
+            low[i, j], high[i, j] = np.fmin(low[i, j], combination.low), np.fmax(high[i, j], combination.high)
+            rate[i, j] = np.fmax(rate[i, j], combination.growth)
     dims = ("value", "resonance")
-    # what a combination is does not depend on the value
-    fixed = {
-        name: values
-        for name, values in resonance_columns(combinations).items()
-        if name.removeprefix("resonance_") in _FIXED
-    }
+    fixed = {name: values for name, values in resonance_columns(combinations).items() if name in _FIXED}
     return {"resonance_low": (dims, low), "resonance_high": (dims, high), "resonance_growth": (dims, rate), **fixed}
-
-
-_FIXED = ("first", "second", "order")
 
 
 def _warnings(rows: Sequence[_MapRow]) -> list[CodedText]:
@@ -256,11 +248,11 @@ def _warnings(rows: Sequence[_MapRow]) -> list[CodedText]:
     scans = [row.floquet for row in rows if row.floquet is not None]
     whole = FloquetScan(
         multipliers=np.zeros((0, 0), complex),
-        largest=np.concatenate([one.largest for one in scans]),
-        growth=np.concatenate([one.growth for one in scans]),
-        kind=np.concatenate([one.kind for one in scans]),
-        steps=np.concatenate([one.steps for one in scans]),
-        status=np.concatenate([one.status for one in scans]),
-        alone=np.concatenate([one.alone for one in scans]),
+        largest=np.concatenate([scan.largest for scan in scans]),
+        growth=np.concatenate([scan.growth for scan in scans]),
+        kind=np.concatenate([scan.kind for scan in scans]),
+        steps=np.concatenate([scan.steps for scan in scans]),
+        status=np.concatenate([scan.status for scan in scans]),
+        alone=np.concatenate([scan.alone for scan in scans]),
     )
     return messages + scan_warnings(whole)

@@ -12,7 +12,7 @@ A group is the meshes of one pair and one side, N of them, one per branch; the s
                      without mesh-frequency content, of the quasi-static forces at mean mesh stiffness whatever the
                      record (`statics.mean_load`); the first is K_gamma
 
-The labelled result of load sharing, and the checks and warnings that both kinds of record have.
+Beside them the labelled result, and the checks and warnings that both kinds of record have.
 """
 
 from __future__ import annotations
@@ -127,9 +127,8 @@ def known_mean_loads(system: System) -> tuple[Array, list[CodedText]]:
         return mean_loads(system), []
     except (ModelError, ConvergenceError) as error:
         why = getattr(error, "problem", None) or str(error)
-        return np.full((len(MEAN_LOADS), len(faces(system.meshes).name)), np.nan), [
-            coded("mean-load-unknown", f"{' and '.join(MEAN_LOADS)} are not known: {why}")
-        ]
+        unknown = np.full((len(MEAN_LOADS), len(faces(system.meshes).name)), np.nan)
+        return unknown, [coded("mean-load-unknown", f"{' and '.join(MEAN_LOADS)} are not known: {why}")]
 
 
 def require_speed(relative_speed: float) -> None:
@@ -142,32 +141,28 @@ def meshes_with_load(mean: Array, members: Sequence[MeshGroup], *, most: Array, 
     """Meshes (m,) that carry load; arguments as of `loaded_meshes`.  ModelError where none does."""
     loaded = loaded_meshes(mean, members, most=most, rounding=rounding)
     if not loaded.any():
-        raise ModelError(
-            "load sharing needs a load, and no mesh carries any", path="operation.torque", allowed="a torque"
-        )
+        problem = "load sharing needs a load, and no mesh carries any"
+        raise ModelError(problem, path="operation.torque", allowed="a torque")
     return loaded
 
 
 def sharing_warnings(meshes: tuple[str, ...], open_: NDArray[np.bool_], loaded: NDArray[np.bool_]) -> list[CodedText]:
     """Warnings of meshes with load that open, (m,), and of those without load, (m,)."""
-
-    def names(chosen: NDArray[np.bool_]) -> str:
-        """Names of the chosen meshes (m,)."""
-        return ", ".join(name for name, yes in zip(meshes, chosen, strict=True) if yes)
-
-    parted = open_ & loaded
-    notes = [coded("contact-lost", f"meshes open: {names(parted)}")] if parted.any() else []
+    parted = mesh_names(meshes, open_ & loaded)
+    notes = [coded("contact-lost", f"meshes open: {parted}")] if parted else []
     return notes + idle_warnings(meshes, loaded, "load sharing")
+
+
+def mesh_names(meshes: tuple[str, ...], chosen: NDArray[np.bool_]) -> str:
+    """Names of the chosen meshes (m,)."""
+    return ", ".join(name for name, yes in zip(meshes, chosen, strict=True) if yes)
 
 
 def far_warnings(meshes: tuple[str, ...], far: NDArray[np.bool_]) -> list[CodedText]:
     """A warning of the meshes whose far flank presses at some instant, (m,)."""
-    names = ", ".join(name for name, yes in zip(meshes, far, strict=True) if yes)
-    return (
-        [coded("far-flank-loaded", f"meshes on their far flank, where their force is negative: {names}")]
-        if names
-        else []
-    )
+    names = mesh_names(meshes, far)
+    text = f"meshes on their far flank, where their force is negative: {names}"
+    return [coded("far-flank-loaded", text)] if names else []
 
 
 def bound_warnings(meshes: Sequence[str], bound: Array, why: Sequence[str]) -> list[CodedText]:
@@ -177,31 +172,23 @@ def bound_warnings(meshes: Sequence[str], bound: Array, why: Sequence[str]) -> l
         if np.isnan(value) and reason:
             missing.setdefault(reason, []).append(name)
     alone = len(missing) == 1 and len(next(iter(missing.values()))) == len(meshes)
-    found = [reason if alone else f"{reason} ({', '.join(names)})" for reason, names in missing.items()]
-    return (
-        [
-            coded(
-                "force-bound-unknown",
-                f"mesh_force_bound, the largest force over all phases, is not known: {'; '.join(found)}",
-            )
-        ]
-        if found
-        else []
-    )
+    reasons = [reason if alone else f"{reason} ({', '.join(names)})" for reason, names in missing.items()]
+    text = f"mesh_force_bound, the largest force over all phases, is not known: {'; '.join(reasons)}"
+    return [coded("force-bound-unknown", text)] if reasons else []
 
 
 def _undefined(meshes: tuple[str, ...], coefficients: Array, method: str) -> list[CodedText]:
     """Warning of coefficients (definition, m) that are infinite: there the forces of a group sum to nothing or less."""
-    found = [
-        f"{name} of {', '.join(meshes[i] for i in np.flatnonzero(row))}"
+    infinite = [
+        f"{name} of {mesh_names(meshes, row)}"
         for name, row in zip(DEFINITIONS, np.isinf(coefficients), strict=True)
         if row.any()
     ]
-    if not found:
+    if not infinite:
         return []
     cure = "" if method == "static" else "; with method static the teeth part"
     problem = "load sharing undefined where a mesh carries nothing and the forces of its group sum to 0 or less"
-    return [coded("load-sharing-undefined", f"{problem}: {'; '.join(found)}{cure}")]
+    return [coded("load-sharing-undefined", f"{problem}: {'; '.join(infinite)}{cure}")]
 
 
 def force_columns(mean: Array, most: Array, least: Array) -> dict[str, tuple[str, Array]]:

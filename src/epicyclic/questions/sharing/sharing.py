@@ -1,11 +1,10 @@
-"""Load sharing between branches, by named definitions, over the exact hunting period.
+"""Load sharing between branches, by named definitions, over the exact hunting period; and at rest, quickly.
 
-Load sharing at rest, quickly: mesh cycles spread over the hunting period, without the search for its worst case.
-
-Of one line of frequency p/q per mesh frequency the mesh cycles 0, d, 2 d ... take every phase in turn where d and q
-share no factor.  The step d is the first from an even division of the period on that shares no factor with the period,
-so that the cycles are even in time and the phases of every line are too, whatever the tooth numbers (a step that
-divides the period would leave some lines at one phase).  Derived here.
+Quickly: mesh cycles spread over the hunting period, without the search for its worst case.  Of one line of frequency
+p/q per mesh frequency the mesh cycles 0, d, 2 d ... take every phase in turn where d and q share no factor.  The step d
+is the first from an even division of the period on that shares no factor with the period, so that the cycles are even
+in time and the phases of every line are too, whatever the tooth numbers (a step that divides the period would leave
+some lines at one phase).  Derived here.
 """
 
 from __future__ import annotations
@@ -51,11 +50,12 @@ from .definitions import (
     known_mean_loads,
     labelled,
     merge_extremes,
+    mesh_names,
     meshes_with_load,
     require_speed,
     sharing_warnings,
 )
-from .tone_forces import Method, ToneForces, cycle_starts, mean_force, sharing_of_record, tone_forces
+from .tone_forces import Method, ToneForces, carrying_flank, cycle_starts, mean_force, sharing_of_record, tone_forces
 from .waves import worst_case
 
 if TYPE_CHECKING:
@@ -73,6 +73,15 @@ _SOLVED = 100_000
 _LEAST_POINTS = 512
 # Instants per mesh cycle or turn of a record that is solved instant by instant.
 _INSTANTS = 32
+# Seconds that a record of the length affordable by default takes where instants are solved one by one.
+_AFFORDABLE = 5.0
+# Instants solved in a second where laws of links are asked, and where those of meshes are tables.
+_LAWS, _TABLES = 15_000.0, 3_000.0
+# Instants counted from the first of a period stay exact below.
+_EXACT = 2**62
+
+
+# --- by definition ---------------------------------------------------------------------------------------------------
 
 
 def sharing(
@@ -133,9 +142,8 @@ def sharing(
     for part in by_tone:
         mean[part.meshes], largest[part.meshes] = part.mean, part.bound
     loaded = meshes_with_load(mean, parallel_meshes(system.meshes), most=largest, rounding=rounding_of(system))
-    given = None if cycles is None else positive_count("cycles", cycles, 1)
     share = max(1, reference.affordable // len(by_tone)) if len(by_tone) > 1 else reference.affordable
-    cycles = min(reference.period, share) if given is None else given
+    cycles = positive_count("cycles", cycles, min(reference.period, share))
     stored = min(positive_count("stored_cycles", stored_cycles, _STORED), cycles)
     numbers = reference.samples * len(names)
     longest = f"at most {int(_LONGEST * _RATE / numbers)}, and {reference.period} are the hunting period"
@@ -146,9 +154,10 @@ def sharing(
     least, top, bottom, largest = (np.full(len(names), np.nan) for _ in range(4))
     how, unknown = "", np.full(len(names), "", dtype=object)
     for done, part in enumerate(by_tone):
-        own = _tone_cycles(part, reference, cycles)
-        record, slices, average = _record_extremes(part, own, _share_of(progress, done, len(by_tone)))
-        worst, how = _worst_case(part, record, own)
+        # so many as take at least as long as those of the reference
+        lasting = cycles if part is reference else math.ceil(cycles * part.tone / reference.tone)
+        record, slices, average = _record_extremes(part, lasting, _share_of(progress, done, len(by_tone)))
+        worst, how = _worst_case(part, record, lasting)
         values[:, part.meshes] = coefficients(record, worst, mean_load[:, part.meshes], part.members)
         least[part.meshes], top[part.meshes], largest[part.meshes] = slices, record.peak, part.bound
         bottom[part.meshes], unknown[part.meshes] = record.least, part.unknown
@@ -166,7 +175,8 @@ def sharing(
     }
     touch = OPEN_RATIO * float(top.max()) if method == "static" else 0.0
     lost, behind = least <= touch, (least < -touch) & (method == "static")
-    notes += _short_warnings(system, cycles, reference.period, (bottom, top))
+    if cycles < reference.period and changing(bottom, top):
+        notes.append(short_record(cycles, "mesh cycles", period_name(system), reference.period))
     notes += _validity_warnings(names, method, (lost, behind), loaded)
     parted = lost & (method == "static")
     largest = np.where(parted, np.nan, largest)
@@ -213,13 +223,8 @@ def record_samples(system: System) -> int:
     if not meshes.laws:
         return _INSTANTS
     first = faces(meshes).first
-    own = np.flatnonzero(meshes.tone[first] == meshes.tone[first[0]])
-    return samples_per_cycle(meshes, own, _INSTANTS)
-
-
-def _tone_cycles(part: ToneForces, reference: ToneForces, cycles: int) -> int:
-    """Cycles of a mesh frequency that take at least as long as so many of the reference."""
-    return cycles if part is reference else math.ceil(cycles * part.tone / reference.tone)
+    of_first = np.flatnonzero(meshes.tone[first] == meshes.tone[first[0]])
+    return samples_per_cycle(meshes, of_first, _INSTANTS)
 
 
 def _share_of(progress: Callable[[float], None] | None, done: int, count: int) -> Callable[[float], None] | None:
@@ -258,12 +263,6 @@ def _worst_case(part: ToneForces, record: Extremes, cycles: int) -> tuple[Array,
     return np.maximum(worst, seen), how
 
 
-def _short_warnings(system: System, cycles: int, period: int, extremes_: tuple[Array, Array]) -> list[CodedText]:
-    """A warning of a record of fewer cycles than the period, where the forces change; their least and most (m,) [N]."""
-    short = cycles < period and changing(*extremes_)
-    return [short_record(cycles, "mesh cycles", period_name(system), period)] if short else []
-
-
 def _validity_warnings(
     meshes: tuple[str, ...],
     method: str,
@@ -276,7 +275,7 @@ def _validity_warnings(
     """
     notes: list[CodedText] = []
     open_, far = contact
-    lost = _names(meshes, open_ & loaded)
+    lost = mesh_names(meshes, open_ & loaded)
     if lost and method != "static":
         text = (
             f"linear model invalid: mesh force falls below zero in {lost}; "
@@ -288,18 +287,7 @@ def _validity_warnings(
     return notes + far_warnings(meshes, far)
 
 
-def _names(meshes: tuple[str, ...], chosen: np.ndarray) -> str:
-    """Names of the chosen meshes (m,)."""
-    return ", ".join(name for name, yes in zip(meshes, chosen, strict=True) if yes)
-
-
-# Seconds that a record of the length affordable by default takes where instants are solved one by one.
-_AFFORDABLE = 5.0
-# Instants solved in a second where laws of links are asked, and where those of meshes are tables.
-_LAWS, _TABLES = 15_000.0, 3_000.0
-# Instants counted from the first of a period stay exact below.
-_EXACT = 2**62
-# Forces worked on at once (8 bytes each): about 2 MB.
+# --- at rest, quickly ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -430,13 +418,15 @@ def _by_record(
     record = record_of(system, cycles=cycles, turns=None, of=None, samples=samples, most=1)
     spread = len(set(system.meshes.tone.tolist())) == 1 and not system.laws.memory.any()
     apart = spread and record.period < _EXACT // samples
-    forces = _apart(system, record, samples) if apart else _in_a_row(system, record)
+    if apart:
+        forces = _apart(system, record, samples)
+    else:  # laws may have a memory, mesh cycles several lengths
+        states = [piece.state for piece in quasi_static(held_train(system), record)]
+        loaded, far = [state.mesh_force for state in states], [state.far_force for state in states]
+        forces = np.concatenate(loaded), np.concatenate(far)
     contact = flank_contact(system, [forces])
     force = face.total(contact.force, axis=1)
-    turned = np.ones(len(face.name))
-    for group in members:
-        turned[group] = -1.0 if force[:, group].mean(axis=0).sum() < 0 else 1.0
-    force = force * turned
+    force = force * carrying_flank(force.mean(axis=0), members)
     place, ratio = _cycle_ratios(system, members, record, force)
     if apart:
         place = np.tile(spread_cycles(record.period, record.count) / record.period, (len(place), 1))
@@ -447,16 +437,10 @@ def _apart(system: System, record: Record, samples: int) -> tuple[Array, Array]:
     """Forces (T, m) on the loaded and (T, c) on the far flanks [N] in as many cycles spread over the period."""
     train = held_train(system)
     index = (spread_cycles(record.period, record.count)[:, None] * samples + np.arange(samples)).ravel()
-    here = excitation(system, record.unit, index, samples)
-    balanced(train, here.force)
-    state = settled(train, here)
+    excited = excitation(system, record.unit, index, samples)
+    balanced(train, excited.force)
+    state = settled(train, excited)
     return state.mesh_force, state.far_force
-
-
-def _in_a_row(system: System, record: Record) -> tuple[Array, Array]:
-    """The same of a record, whose laws may have a memory or whose mesh cycles are of several lengths."""
-    states = [piece.state for piece in quasi_static(held_train(system), record)]
-    return np.concatenate([one.mesh_force for one in states]), np.concatenate([one.far_force for one in states])
 
 
 def _cycle_ratios(system: System, members: list[MeshGroup], record: Record, force: Array) -> tuple[Array, Array]:
@@ -466,6 +450,7 @@ def _cycle_ratios(system: System, members: list[MeshGroup], record: Record, forc
     place, ratio = np.empty((force.shape[1], count)), np.empty((force.shape[1], count))
     for group, start in zip(members, starts, strict=True):
         wide = np.arange(count) * len(start) // count
-        found = cycle_peak_ratio(np.maximum.reduceat(force[:, group], start, axis=0), [np.arange(len(group))])
-        place[group], ratio[group] = (start / record.instants)[wide], found[wide].T
+        peaks = np.maximum.reduceat(force[:, group], start, axis=0)
+        place[group] = (start / record.instants)[wide]
+        ratio[group] = cycle_peak_ratio(peaks, [np.arange(len(group))])[wide].T
     return place, ratio

@@ -1,6 +1,7 @@
-"""The mesh forces of a record by mesh frequency: meshes that share one, in their own mesh cycles.
+"""The mesh forces of a record: by mesh frequency, in mesh cycles of their own; or from static equilibria, one by one.
 
-Load sharing from a record of static equilibria: with laws of links or meshes, or a record in turns.
+Those that share a mesh frequency stand together.  A record of equilibria is taken with laws of links or meshes, or in
+turns of a body.
 """
 
 from __future__ import annotations
@@ -73,6 +74,12 @@ _FIRST = 64
 # Why the largest force over all phases is not known.
 _FAR_FLANKS = "far flanks may touch while all loaded ones do"
 _SEVERAL_TONES = "the stiffness follows several mesh frequencies, and each instant is solved by itself"
+_PART = "the record is shorter than the common period"
+# Instants of a record of equilibria stored by default: a few MB.
+_STORED = 20_000
+
+
+# --- by mesh frequency -----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -115,7 +122,11 @@ def tone_forces(
     ModelError, ConvergenceError : no such method, or what the method raises.
     """
     if method in ("steady", "superposition"):
-        return _steady_by_tone(system, method, samples, relative_speed), []
+        solvable = system if method == "steady" else superposed(system, relative_speed)
+        return tuple(
+            _forces_from_waves(system, solution.tone, periodic_waves(solution), bound=solution.bound)
+            for solution in periodic_by_tone(solvable, relative_speed=relative_speed, samples=samples)
+        ), []
     if method != "static":
         raise ModelError("no such method", path="method", given=method, allowed="steady, superposition, static")
     require_speed(relative_speed)
@@ -124,31 +135,20 @@ def tone_forces(
     # without a speed time is counted in mesh cycles, and all meshes follow the one tone of that
     moving = zip(system.meshes.tone, system.meshes.variation, strict=True) if system.tones else ()
     varying = {system.tones[i] for i, variation in moving if variation.any()}
-    found = []
+    by_tone = []
     for tone in tones or (reference_tone(system),):
         build = _static_by_lines if len(tones) < 2 or varying <= {tone} else _static_by_instants
         fitting = samples_per_cycle(system.meshes, _members(system, tone)[0], 64)
-        found.append(build(system, train, tone, positive_count("samples", samples, fitting)))
-    return tuple(found), free_position_warnings(system, train.loaded.free)
-
-
-def _steady_by_tone(system: System, method: str, samples: int | None, relative_speed: float) -> tuple[ToneForces, ...]:
-    """Forces of the periodic response, with every frequency alone on the mean system for ``superposition``."""
-    solvable = system if method == "steady" else superposed(system, relative_speed)
-    solutions = periodic_by_tone(solvable, relative_speed=relative_speed, samples=samples)
-    return tuple(
-        _forces_from_waves(system, solution.tone, periodic_waves(solution), bound=solution.bound)
-        for solution in solutions
-    )
+        by_tone.append(build(system, train, tone, positive_count("samples", samples, fitting)))
+    return tuple(by_tone), free_position_warnings(system, train.loaded.free)
 
 
 def _members(system: System, tone: Fraction) -> tuple[Index, list[MeshGroup]]:
     """Whole meshes (m_j,) of one tone and their groups among themselves; all of them where there are no tones."""
-    own = [not system.tones or system.tones[i] == tone for i in system.meshes.tone[faces(system.meshes).first]]
-    meshes = np.flatnonzero(own)
-    place = {int(mesh): i for i, mesh in enumerate(meshes)}
-    found = [group for group in parallel_meshes(system.meshes) if int(group[0]) in place]
-    return meshes, [np.array([place[int(i)] for i in group]) for group in found]
+    of_tone = [not system.tones or system.tones[i] == tone for i in system.meshes.tone[faces(system.meshes).first]]
+    meshes = np.flatnonzero(of_tone)
+    groups = [group for group in parallel_meshes(system.meshes) if int(group[0]) in meshes]
+    return meshes, [np.searchsorted(meshes, group) for group in groups]
 
 
 def _forces_from_waves(
@@ -209,10 +209,10 @@ def _forces_from_waves(
 def _static_by_lines(system: System, train: HeldTrain, tone: Fraction, samples: int) -> ToneForces:
     """Static mesh forces where stiffness follows one tone at most: linear in the lines while loaded flanks press."""
     waves, reach = static_waves(system, train.loaded, tone, samples), far_waves(system, train, tone, samples)
-    found = _forces_from_waves(system, tone, waves, _unilateral(system, train, tone, (waves, reach)))
+    forces = _forces_from_waves(system, tone, waves, _unilateral(system, train, tone, (waves, reach)))
     if reach is None:
-        return found
-    return replace(found, bound=np.full(len(found.meshes), np.nan), unknown=_FAR_FLANKS)
+        return forces
+    return replace(forces, bound=np.full(len(forces.meshes), np.nan), unknown=_FAR_FLANKS)
 
 
 def _unilateral(
@@ -242,8 +242,8 @@ def _unilateral(
             angle[:, slow] += phases[c]
             # only this tone varies the stiffness: the phases of others do not matter
             mesh = np.tile(theta[j, None], (1, max(1, len(system.tones))))
-            here = excitation_at(system, np.exp(2j * np.pi * angle), mesh, links=False)
-            result[c, :, j] = train.net_force(settled(train, here))
+            excited = excitation_at(system, np.exp(2j * np.pi * angle), mesh, links=False)
+            result[c, :, j] = train.net_force(settled(train, excited))
         return result
 
     return source
@@ -279,9 +279,9 @@ def _static_by_instants(system: System, train: HeldTrain, tone: Fraction, sample
         """Forces of all mesh rows, phases (c, L) [turns] -> (c, m, samples) [N]."""
         turns = (phases[:, None] + within).reshape(-1, len(ratios))
         waves = np.exp(2j * np.pi * turns[:, : len(lines)])
-        here = excitation_at(system, waves, turns[:, len(lines) :], links=False)
-        balanced(train, here.force)
-        return train.net_force(settled(train, here)).reshape(len(phases), samples, -1).transpose(0, 2, 1)
+        excited = excitation_at(system, waves, turns[:, len(lines) :], links=False)
+        balanced(train, excited.force)
+        return train.net_force(settled(train, excited)).reshape(len(phases), samples, -1).transpose(0, 2, 1)
 
     def least_slice(cycles: Index) -> Array:
         """Smallest force of any slice of each mesh over the cycles (c,), (m_j,) [N]."""
@@ -313,10 +313,7 @@ def _static_by_instants(system: System, train: HeldTrain, tone: Fraction, sample
     )
 
 
-# Instants stored by default: a few MB.
-_STORED = 20_000
-# Why the largest force over all phases is not known.
-_PART = "the record is shorter than the common period"
+# --- from static equilibria ------------------------------------------------------------------------------------------
 
 
 def sharing_of_record(
@@ -355,8 +352,7 @@ def sharing_of_record(
     contact = flank_contact(system, forces)
     members, face = parallel_meshes(system.meshes), faces(system.meshes)
     net = face.total(contact.force, axis=1)
-    turned = _turned(net.mean(axis=0), members)
-    force = net * turned
+    force = net * carrying_flank(net.mean(axis=0), members)
     mean, most = force.mean(axis=0), np.abs(force).max(axis=0)
     loaded = meshes_with_load(mean, members, most=most, rounding=rounding_of(system))
     over = record_extremes(force, members, [cycle_starts(system, group, record) for group in members])
@@ -396,31 +392,26 @@ def sharing_of_record(
             **laws,
         },
         time=np.arange(last) / record.samples / (float(record.unit) * relative_speed),
-        options=_options(record, relative_speed),
+        options={
+            "method": "static",
+            "cycles" if record.name == "mesh cycles" else record.name: record.count,
+            "samples": record.samples,
+            "relative_speed": relative_speed,
+            "record": f"{record.count} {record.name}, {record.instants} instants",
+            "common_period": record.period,
+            "worst_case": "every cycle of the common period" if whole else "not known",
+        },
         provenance={**system.provenance, **law_attributes(system, record)},
         warnings=notes,
     )
 
 
-def _turned(mean: Array, members: Sequence[MeshGroup]) -> Array:
+def carrying_flank(mean: Array, members: Sequence[MeshGroup]) -> Array:
     """-1 at the meshes (m,) of groups whose mean load [N] is on their far flanks, else 1."""
-    turned = np.ones(len(mean))
+    sign = np.ones(len(mean))
     for group in members:
-        turned[group] = -1.0 if mean[group].sum() < 0 else 1.0
-    return turned
-
-
-def _options(record: Record, relative_speed: float) -> dict[str, object]:
-    """Options of the record as the result states them."""
-    return {
-        "method": "static",
-        "cycles" if record.name == "mesh cycles" else record.name: record.count,
-        "samples": record.samples,
-        "relative_speed": relative_speed,
-        "record": f"{record.count} {record.name}, {record.instants} instants",
-        "common_period": record.period,
-        "worst_case": "every cycle of the common period" if record.count >= record.period else "not known",
-    }
+        sign[group] = -1.0 if mean[group].sum() < 0 else 1.0
+    return sign
 
 
 def record_extremes(force: Array, members: Sequence[MeshGroup], starts: Sequence[NDArray[np.int64]]) -> Extremes:

@@ -4,13 +4,12 @@
 
 with the cycle number c and the phase theta in the cycle.  A record of many cycles is then one matrix product.
 
-The worst cycle-peak coefficient over the hunting period, without evaluating every cycle of it; derived here.
-
-Lines whose denominators (tooth numbers, mostly) share no factor take all combinations of their phases, by the
-Chinese remainder theorem; the period is the product of such blocks.  A grid over the blocks, refined by a pattern
-search at each mesh's best point, evaluates phases that do occur and nothing else.  Within a block of tied lines no
-phase moves alone: the search goes by the numbers of cycles after which all phases of the block recur most closely, and
-by their multiples.
+The worst cycle-peak coefficient over the hunting period is found without evaluating every cycle of it; derived here.
+Lines whose denominators (tooth numbers, mostly) share no factor take all combinations of their phases, by the Chinese
+remainder theorem; the period is the product of such blocks.  A grid over the blocks, refined by a pattern search at
+each mesh's best point, evaluates phases that do occur and nothing else.  Within a block of tied lines no phase moves
+alone: the search goes by the numbers of cycles after which all phases of the block recur most closely, and by their
+multiples.
 """
 
 from __future__ import annotations
@@ -33,6 +32,17 @@ from .definitions import cycle_peak_ratio
 
 if TYPE_CHECKING:
     from ..response.periodic import Periodic
+
+
+Source = Callable[[Array], Array]
+"""Line phases (cycles, L) [turns] -> mesh forces (cycles, m, samples) [N]."""
+
+# Cycles evaluated at once.
+_CHUNK = 256
+# Cycles of a block among which close recurrences are looked for, and how many are taken for each of its lines.
+_LOOKED, _RECURRENCES = 200_000, 3
+# Farthest that a phase moves in one step of the search [turns].
+_FAR = 0.25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,10 +100,10 @@ def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: 
             np.maximum(size, largest, out=size)
         return force
 
-    found = _summed(system, tone, samples, solved, [line.gap for line in system.lines], np.zeros(k.shape[1]))
+    waves = _summed(system, tone, samples, solved, [line.gap for line in system.lines], np.zeros(k.shape[1]))
     if size.any():
         require_forces(left, size)
-    return found
+    return waves
 
 
 def far_waves(system: System, train: HeldTrain, tone: Fraction, samples: int) -> Waves | None:
@@ -118,9 +128,9 @@ def far_waves(system: System, train: HeldTrain, tone: Fraction, samples: int) ->
         return reach
 
     opening = np.concatenate([np.zeros(m), system.meshes.backlash[far.mesh]])
-    found = _summed(system, tone, samples, solved, [system.flank_gaps(line) for line in system.lines], opening)
-    found = replace(found, mean=found.mean - touch.T)
-    return found if np.any(force_bound(found) > 0) else None
+    gaps = _summed(system, tone, samples, solved, [system.flank_gaps(line) for line in system.lines], opening)
+    reach = replace(gaps, mean=gaps.mean - touch.T)
+    return reach if np.any(force_bound(reach) > 0) else None
 
 
 def _summed(
@@ -176,14 +186,7 @@ def force_bound(waves: Waves) -> Array:
     return largest
 
 
-Source = Callable[[Array], Array]
-"""Line phases (cycles, L) [turns] -> mesh forces (cycles, m, samples) [N]."""
-
-_CHUNK = 256
-# Cycles of a block among which close recurrences are looked for, and how many are taken for each of its lines.
-_LOOKED, _RECURRENCES = 200_000, 3
-# Farthest that a phase moves in one step of the search [turns].
-_FAR = 0.25
+# --- worst case over the hunting period ------------------------------------------------------------------------------
 
 
 def worst_case(
@@ -305,18 +308,12 @@ def _phases_at(
     for column, (part, size) in enumerate(zip(parts, sizes, strict=True)):
         cycles = (places[:, column] * _stride(ratios, part, size)) % size
         for i in part:
-            q = ratios[i].denominator
-            result[:, i] = (
-                turn_fraction(ratios[i], (cycles % q).astype(np.int64))
-                if q < 2**31
-                else _large_turn_fraction(ratios[i], cycles)
-            )
+            p, q = ratios[i].numerator, ratios[i].denominator
+            if q < 2**31:
+                result[:, i] = turn_fraction(ratios[i], (cycles % q).astype(np.int64))
+            else:  # products beyond int64, in Python's integers
+                result[:, i] = [int(cycle) * p % q / q for cycle in cycles]
     return result
-
-
-def _large_turn_fraction(ratio: Fraction, cycles: NDArray[np.object_]) -> Array:
-    """`turn_fraction` of cycles (points,) [turns] for denominators beyond int64, in Python integers."""
-    return np.array([int(c) * ratio.numerator % ratio.denominator / ratio.denominator for c in cycles])
 
 
 def _coefficient_of(source: Source, phases: Array, members: Sequence[MeshGroup]) -> Array:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ...machine_code import machine_code
 from ...system.system import Array
 from .equation import Numbers
+from .program import Steps
 
 Index = NDArray[np.int64]
 
@@ -125,21 +126,9 @@ def _interval(N: Numbers, t: float) -> int:
     return min(max(int(np.searchsorted(N.time, t, side="right")) - 1, 0), N.time.size - 2)
 
 
-@_jit
-def _by_order(N: Numbers) -> Array:
-    """Variation of the stiffness with the rows side by side, (2, L, F)."""
-    F, L = N.mean.size, N.wave.shape[2]
-    wave = np.empty((2, L, F))
-    for part in range(2):
-        for order in range(L):
-            for f in range(F):
-                wave[part, order, f] = N.wave[part, f, order]
-    return wave
-
-
 @_inlined
-def _stiffness(N: Numbers, tau: float, wave: Array, turns: Array, k: Array) -> None:
-    """Fill in k (F,) [N/m] of rows without a table; wave as of `_by_order`, turns (4, F) is work space.
+def _stiffness(N: Numbers, tau: float, turns: Array, k: Array) -> None:
+    """Fill in k (F,) [N/m] of rows without a table; turns (4, F) is work space.
 
     All rows go through the orders together.  Rows of one tone share its cosine and sine.
     """
@@ -150,10 +139,10 @@ def _stiffness(N: Numbers, tau: float, wave: Array, turns: Array, k: Array) -> N
             angle = TURN * tau * N.tones[tone]
             c1, s1 = np.cos(angle), np.sin(angle)
         turns[0, f], turns[1, f], turns[2, f], turns[3, f], k[f] = c1, s1, c1, s1, 1.0
-    for order in range(wave.shape[1]):
+    for order in range(N.wave.shape[1]):
         for f in range(F):
             c, w = turns[2, f], turns[3, f]
-            k[f] += wave[0, order, f] * c - wave[1, order, f] * w
+            k[f] += N.wave[0, order, f] * c - N.wave[1, order, f] * w
             turns[2, f], turns[3, f] = c * turns[0, f] - w * turns[1, f], c * turns[1, f] + w * turns[0, f]
     for f in range(F):
         k[f] = N.mean[f] * max(k[f], N.least)
@@ -161,7 +150,7 @@ def _stiffness(N: Numbers, tau: float, wave: Array, turns: Array, k: Array) -> N
 
 @_inlined
 def _instant_terms(
-    N: Numbers, t: float, low: int, wave: Array, turns: Array, k: Array, cell: Index, e: Array, de: Array, push: Array
+    N: Numbers, t: float, low: int, turns: Array, k: Array, cell: Index, e: Array, de: Array, push: Array
 ) -> tuple[float, float]:
     """Fill in k (F,) [N/m], errors e (M,) [m], rates de (M,) [m/s], modal force push (n,); returns s and s'.
 
@@ -173,7 +162,7 @@ def _instant_terms(
     s = N.speed[low] + rise * since
     tau = N.phase[low] + since * (N.speed[low] + rise * since / 2)
     n, F = push.size, N.mean.size
-    _stiffness(N, tau, wave, turns, k)
+    _stiffness(N, tau, turns, k)
     if N.tables.shape[0]:
         for f in range(F):
             if N.table[f] >= 0:
@@ -400,10 +389,10 @@ def _slope(
 
 @_inlined
 def _note(N: Numbers, force: Array, moment: float, span: float, total: Array, mesh: Array, flank: Array) -> None:
-    """Add the forces of all flanks (F,) [N] at the beginning of a step to a tally, as `tally.note`.
+    """Add the forces of all flanks (F,) [N] at the beginning of a step to a tally, as `integrators.note`.
 
     moment, span : beginning and length of the step [s].  total : (w, 3) work space: force, any and far flank pressing.
-    mesh, flank : arrays of `tally.Tally`.
+    mesh, flank : arrays of `integrators.Tally`.
     """
     total[:] = 0.0
     for f in range(force.size):
@@ -439,7 +428,7 @@ def _run(
     N: Numbers, y: Array, v: Array, slider: Array, first: int, begin: float, step: float, keep: int, done: int,
     count: int, out: Array, sliders: Array, mesh: Array, flank: Array,
 ) -> int:  # fmt: skip
-    """So many steps from step `first + done` on, the state and the tally (`tally.Tally`) changed in place.
+    """So many steps from step `first + done` on, the state and the tally (`integrators.Tally`) changed in place.
 
     Every `keep`-th state is entered in out (samples, 2, n) and sliders (samples, R), the first one after `keep` steps
     from `first`.  Returns the number of finite samples where one is not, else -1.
@@ -457,7 +446,7 @@ def _run(
     if turning:
         _operators(N, N.speed[0], 0.0, stiff, damp)
     varying = varying and turning
-    wave, turns = _by_order(N), np.empty((4, F))
+    turns = np.empty((4, F))
     low = -1
     for number in range(done, done + count):
         index = first + number
@@ -468,7 +457,7 @@ def _run(
             # a step begins with the terms with which the one before has ended, in one interval of the program
             if stage == 1 or stage == 3 or (stage == 0 and low != before):
                 at = t if stage == 0 else (middle if stage == 1 else end)
-                s, rise = _instant_terms(N, at, low, wave, turns, k, cell, e, de, push)
+                s, rise = _instant_terms(N, at, low, turns, k, cell, e, de, push)
                 if varying:
                     _operators(N, s, rise, stiff, damp)
             if stage == 0:
@@ -512,28 +501,17 @@ def _enter(sample: int, y: Array, v: Array, slider: Array, out: Array, sliders: 
     return bool(np.isfinite(total))
 
 
-def advance(
-    N: Numbers,
-    state: Array,
-    *,
-    slider: Array,
-    first: int,
-    begin: float,
-    step: float,
-    keep: int,
-    samples: int,
-    mesh: Array,
-    flank: Array,
-) -> tuple[Array, Array]:
+def advance(N: Numbers, state: Array, slider: Array, steps: Steps, *, mesh: Array, flank: Array) -> tuple[Array, Array]:
     """States (samples, 2, n) and sliders (samples, R) after every `keep` steps; nan once not finite.
 
     Compiled steps do not hear Ctrl-C: they are taken in parts of a fraction of a second, which changes no bit.
 
     Parameters
     ----------
-    state : (2, n) and slider : (R,) at step `first`.  begin : time of step 0 [s].  step : [s].
-    mesh, flank : arrays of `tally.Tally`, to which all these steps are added in place.
+    state : (2, n) and slider : (R,) at step `first`.
+    mesh, flank : arrays of `integrators.Tally`, to which all these steps are added in place.
     """
+    begin, step, first, keep, samples = steps
     out, sliders = np.full((samples, 2, N.squared.size), np.nan), np.full((samples, slider.size), np.nan)
     y, v, s = state[0].copy(), state[1].copy(), slider.copy()
     run: Any = _run

@@ -1,4 +1,4 @@
-"""The equation of motion of a System in time, as plain arrays: first order, teeth that part, speed that varies.
+"""The equation of motion of a System in time, as plain arrays: teeth that part, speed that varies.
 
 In modal coordinates of the mean system, q = Phi y, Phi^T M Phi = 1:
 
@@ -26,7 +26,7 @@ from ...statics.unheld import contradicting_radii, unheld, unheld_error
 from ...system.flank_laws import LEAST
 from ...system.gaps import Flanks, flanks
 from ...system.group_laws import Laws
-from ...system.system import Array, ComplexArray, Line, System, faces
+from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
 from ..modes.basis import mean_modes
 from .program import FlankNumbers, LawNumbers, Program, constant, flank_numbers, law_numbers, per_instant
@@ -48,12 +48,12 @@ class Numbers(NamedTuple):
     squared, rate : (n,) omega_r^2, d_r.  damp : (n, n) transposed C, G (P, ..).  stiff : transposed Kg, Cskew, E.
     gaps : (n, M).  pulls : (M, n).  linear : (F,) k0 inside omega_r^2.  block : (R, R) tangents inside it.
     drag, opening : (F,) damper, backlash.  tone : (F,) index into tones : (D,) [Hz].
-    mean, wave, table, lead, sense, tables, cubics, forces : laws of the flanks, see `lowered.FlankNumbers`.
+    mean, wave, table, lead, sense, tables, cubics, forces : laws of the flanks, see `program.FlankNumbers`.
     least : least stiffness of a linear row per its mean.  pull : whether flanks are linear and pull too.
     gap_at : (J,) [Hz] and gap : (2, J, M) errors.  rated : whether e' counts.
     force_at : (Jf,) [Hz] and force : (2, 4, Jf, n) for s^0, s, s^2, s'.
     steady : (n,).  load : (C, n).  spin : (n,) per s'.
-    laws : (G, 10) and anchor : (R,) or (0,), see `lowered.LawNumbers`.
+    laws : (G, 10) and anchor : (R,) or (0,), see `program.LawNumbers`.
     whole : (F,) whole mesh of every flank.  loaded : number m of loaded flanks, which are the first ones.
     time, speed, phase : (K,), level : (K, C) the program.
     """
@@ -150,33 +150,34 @@ def motion(
     if contact not in ("unilateral", "linear"):
         raise ModelError("no such contact", path="contact", given=contact, allowed="unilateral, linear")
     system.require_inertia()
-    given = program or constant()
-    mean = linear(system, asks_laws=contact == "unilateral", floating=contact == "unilateral")
+    program, unilateral = program or constant(), contact == "unilateral"
+    mean = linear(system, asks_laws=unilateral, floating=unilateral)
     squared, shapes = mean_modes(mean)
     rigid = squared == 0
-    lawful = system if contact == "unilateral" else mean
-    laws = lawful.laws
-    pressing = flanks(lawful, far=contact == "unilateral")
-    flank_rows = flank_numbers(pressing, system.meshes.pair)
-    lawful_rows = law_numbers(lawful, laws)
+    lawful = system if unilateral else mean
+    laws, pressing = lawful.laws, flanks(lawful, far=unilateral)
+    flank_rows, slow_pairs = flank_numbers(pressing, system.meshes.pair)
+    lawful_rows, slow_groups = law_numbers(lawful, laws)
     loads = np.zeros((0, len(system.force))) if loads is None else np.asarray(loads, dtype=float)
     accelerating = system.spin_up if system.spin_up.size else np.zeros(len(system.force))
     if spin is not None:
         accelerating = accelerating + spin
     rows = np.concatenate([pressing.B, lawful.group_rows], axis=1)
-    numbers = _numbers(
-        lawful, squared, shapes, (pressing, flank_rows, lawful_rows, rows), given, linear=contact == "linear"
-    )
     still = sum((line.force[0].real for line in lawful.lines if line.frequency == 0), lawful.force.copy())
-    modal = [_balanced_modal_force(part, shapes, rigid, system) for part in (still, *loads)]
-    numbers = numbers._replace(
-        steady=shapes.T @ lawful.force,
-        load=np.array(modal[1:]).reshape(len(loads), squared.size),
-        spin=np.zeros_like(squared) if given.steady else _balanced_modal_force(accelerating, shapes, rigid, system),
-        rate=2 * (system.zeta or 0.0) * np.sqrt(squared),
-    )
+    modal = [_balanced_modal_force(load, shapes, rigid, system) for load in (still, *loads)]
+    steady = shapes.T @ lawful.force
     # what the check has left on a rigid mode is rounding; left in, it would carry the train away
-    numbers.steady[rigid] = -(shapes.T @ (still - lawful.force))[rigid]
+    steady[rigid] = -(shapes.T @ (still - lawful.force))[rigid]
+    equation = _unloaded(
+        lawful, (squared, shapes), (pressing, flank_rows, lawful_rows, rows), program, linear=not unilateral
+    )
+    numbers = equation._replace(
+        steady=steady,
+        load=np.array(modal[1:]).reshape(len(loads), squared.size),
+        spin=np.zeros_like(squared) if program.steady else _balanced_modal_force(accelerating, shapes, rigid, system),
+    )
+    slow = (*slow_pairs, *slow_groups)
+    text = f"{', '.join(slow)}: a law without a compiled form: integrated with NumPy, some 30 times slower"
     return Motion(
         system=lawful,
         shapes=shapes,
@@ -188,9 +189,9 @@ def motion(
         laws=laws,
         law_numbers=lawful_rows,
         numbers=numbers,
-        compiled=not (flank_rows.slow or lawful_rows.slow),
-        program=given,
-        warnings=_slow_notes((*flank_rows.slow, *lawful_rows.slow)),
+        compiled=not slow,
+        program=program,
+        warnings=(coded("slow-law", text),) if slow else (),
     )
 
 
@@ -231,18 +232,6 @@ def in_modes_of_its_speed(moving: Motion) -> Motion:
     )
 
 
-def _slow_notes(names: tuple[str, ...]) -> tuple[CodedText, ...]:
-    """A warning that names the pairs and links whose laws keep the steps from being compiled."""
-    if not names:
-        return ()
-    return (
-        coded(
-            "slow-law",
-            f"{', '.join(names)}: a law without a compiled form: integrated with NumPy, some 30 times slower",
-        ),
-    )
-
-
 def to_modal(moving: Motion, state: Array) -> Array:
     """States (.., 2, n) q [m, rad], q' [m/s, rad/s] to modal y, y'."""
     return per_instant(state, moving.momenta.T)
@@ -267,8 +256,8 @@ def tangent_series(moving: Motion, tau: Array) -> Array:
     N = moving.numbers
     angle = 2 * np.pi * np.multiply.outer(tau, N.tones)[:, N.tone]
     k = np.ones(angle.shape)
-    for order in range(1, N.wave.shape[2] + 1):
-        k += N.wave[0, :, order - 1] * np.cos(order * angle) - N.wave[1, :, order - 1] * np.sin(order * angle)
+    for order, (cosine, sine) in enumerate(zip(*N.wave, strict=True), start=1):
+        k += cosine * np.cos(order * angle) - sine * np.sin(order * angle)
     return N.mean * k
 
 
@@ -283,87 +272,75 @@ def _balanced_modal_force(force: Array, shapes: Array, rigid: NDArray[np.bool_],
     size = np.abs(shapes.T) @ np.abs(force)
     wrong = rigid & (np.abs(modal) > _BALANCE * size)
     if wrong.any():
-        if found := unheld(shapes[:, rigid], force, system.dofs.names):
-            raise unheld_error(found)
+        if loose := unheld(shapes[:, rigid], force, system.dofs.names):
+            raise unheld_error(loose)
         worst = int(np.argmax(np.where(wrong, np.abs(modal), 0.0)))
         name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
+        radii = contradicting_radii(system)
+        cure = "loads in equilibrium, or one member left to take the balance"
         raise ModelError(
             f"the loads do not balance on the free motion of {name}",
             path="torque",
             given=float(modal[worst] / size[worst]),
-            allowed="; ".join(
-                filter(
-                    None, ("loads in equilibrium, or one member left to take the balance", contradicting_radii(system))
-                )
-            ),
+            allowed=f"{cure}; {radii}" if radii else cure,
         )
     return np.where(rigid, 0.0, modal)
 
 
-def _numbers(
+def _unloaded(
     system: System,
-    squared: Array,
-    shapes: Array,
+    modes: tuple[Array, Array],
     laws: tuple[Flanks, FlankNumbers, LawNumbers, Array],
-    given: Program,
+    program: Program,
     *,
     linear: bool,
 ) -> Numbers:
     """The equation without loads, from modes (n,) [rad^2/s^2] and shapes (n, n) of the mean system.
 
-    laws : flanks and groups, and the rows (n, M) of both.
+    laws : flanks, these and groups as numbers, and the rows (n, M) of both.
     """
-    pressing, flank_rows, lawful_rows, rows = laws
+    (squared, shapes), (pressing, flank_rows, lawful_rows, rows) = modes, laws
     m, top = len(system.meshes.name), float(squared.max(initial=0.0))
     gaps, pulls = np.ascontiguousarray(shapes.T @ rows), np.ascontiguousarray((shapes.T @ rows).T)
     # a rigid mode strains nothing: what is left is rounding, which would make its own force
     gaps[squared == 0] = 0.0
     pulls[:, squared == 0] = 0.0
-    gap_at, gap = _gap_lines(system, m, len(pressing.mesh) - m, linear)
+    gap_at, gap = _gap_lines(system, len(pressing.mesh), linear)
     force_at, force = _force_lines(system, shapes)
-    empty = np.zeros(0)
     tones = np.array([float(tone) for tone in system.tones]) if system.tones else np.zeros(1)
+    stiff = _modal_operators([system.Kg, system.Cskew, system.euler], shapes, top)
     return Numbers(
         squared=squared,
-        rate=empty,
+        rate=2 * (system.zeta or 0.0) * np.sqrt(squared),
         damp=_modal_operators([system.C, system.G], shapes, np.sqrt(top)),
-        stiff=_without_nominal_motion(
-            _modal_operators([system.Kg, system.Cskew, system.euler], shapes, top), system, shapes, squared == 0
-        ),
+        stiff=_without_nominal_motion(stiff, system, shapes, squared == 0),
         gaps=gaps,
         pulls=pulls,
         linear=pressing.linear,
         block=lawful_rows.tangent,
-        mean=flank_rows.mean,
+        **flank_rows._asdict(),
         drag=pressing.damping,
         opening=pressing.opening,
-        wave=flank_rows.wave,
         least=-np.inf if linear else LEAST,
         tone=pressing.tone,
         tones=tones,
-        table=flank_rows.table,
-        lead=flank_rows.lead,
-        sense=flank_rows.sense,
-        tables=flank_rows.tables,
-        cubics=flank_rows.cubics,
-        forces=flank_rows.forces,
         pull=linear,
         gap_at=gap_at,
         gap=np.stack([gap.real, gap.imag]),
         rated=bool(pressing.damping.any() or any(group.lag for group in system.groups)),
         force_at=force_at,
         force=np.stack([force.real, force.imag]),
-        steady=empty,
+        steady=np.zeros(0),
         load=np.zeros((0, 0)),
-        spin=empty,
+        spin=np.zeros(0),
         laws=lawful_rows.numbers,
         anchor=lawful_rows.anchor,
         whole=faces(system.meshes).row[pressing.mesh],
         loaded=m,
-        time=given.time,
-        speed=given.speed,
-        phase=given.phase,
-        level=given.level,
+        time=program.time,
+        speed=program.speed,
+        phase=program.phase,
+        level=program.level,
     )
 
 
@@ -393,20 +370,17 @@ def _without_nominal_motion(stiff: Array, system: System, shapes: Array, rigid: 
     return stiff
 
 
-def _gap_lines(system: System, m: int, far: int, linear: bool) -> tuple[Array, ComplexArray]:
-    """Frequencies (J,) [Hz] and errors (J, M) [m] of the lines that have any."""
+def _gap_lines(system: System, count: int, linear: bool) -> tuple[Array, ComplexArray]:
+    """Frequencies (J,) [Hz] and errors (J, M) [m] of the lines that have any; count : of the flanks."""
     groups = system.group_rows.shape[1]
-
-    def gaps(line: Line) -> ComplexArray:
-        """Errors of all rows (M,) [m]."""
-        mine = line.gap if linear else system.flank_gaps(line)
-        return np.concatenate([mine[: m + far], group_gap(line, groups)])
-
-    found = [(float(line.frequency), gaps(line)) for line in system.lines]
-    found = [(frequency, values) for frequency, values in found if values.any()]
-    return np.array([f for f, _ in found]), np.array([v for _, v in found], complex).reshape(
-        len(found), m + far + groups
-    )
+    frequency, errors = [], []
+    for line in system.lines:
+        of_flanks = line.gap if linear else system.flank_gaps(line)
+        error = np.concatenate([of_flanks[:count], group_gap(line, groups)])
+        if error.any():
+            frequency.append(float(line.frequency))
+            errors.append(error)
+    return np.array(frequency), np.array(errors, complex).reshape(len(errors), count + groups)
 
 
 def _force_lines(system: System, shapes: Array) -> tuple[Array, ComplexArray]:
@@ -414,14 +388,15 @@ def _force_lines(system: System, shapes: Array) -> tuple[Array, ComplexArray]:
 
     Of frequency 0 too, for its s and s^2.
     """
-    found = []
+    frequency, forces = [], []
     for line in system.lines:
         ramp = line.ramp_force if line.ramp_force.size else np.zeros(len(shapes), complex)
-        every = np.concatenate([line.force, ramp[None]])
-        if every.any():
-            found.append((float(line.frequency), every @ shapes))
-    forces = np.array([v for _, v in found], complex).reshape(len(found), 4, len(shapes))
-    return np.array([f for f, _ in found]), np.ascontiguousarray(forces.transpose(1, 0, 2))
+        powers = np.concatenate([line.force, ramp[None]])
+        if powers.any():
+            frequency.append(float(line.frequency))
+            forces.append(powers @ shapes)
+    modal = np.array(forces, complex).reshape(len(forces), 4, len(shapes))
+    return np.array(frequency), np.ascontiguousarray(modal.transpose(1, 0, 2))
 
 
 def highest_rate(moving: Motion) -> float:
@@ -429,12 +404,8 @@ def highest_rate(moving: Motion) -> float:
     N = moving.numbers
     top = float(np.sqrt(np.max(scipy.linalg.eigvalsh(_stiffest(moving)), initial=0.0)))
     speed = float(N.speed.max())
-    damping = (
-        np.diag(N.rate)
-        + N.damp[0].T
-        + speed * N.damp[1].T
-        + (N.gaps[:, : len(N.drag)] * N.drag) @ N.pulls[: len(N.drag)]
-    )
+    F = N.drag.size
+    damping = np.diag(N.rate) + N.damp[0].T + speed * N.damp[1].T + (N.gaps[:, :F] * N.drag) @ N.pulls[:F]
     return top + float(np.linalg.norm(damping, 2))
 
 
@@ -450,9 +421,8 @@ def fastest_mode(moving: Motion) -> tuple[float, tuple[str, ...]]:
     of = moving.system.dofs.body
     energy = {body: sum(value for value, name in zip(part, of, strict=True) if name == body) for body in of}
     most = max(energy.values())
-    return float(np.sqrt(max(squared[-1], 0.0))) / (2 * np.pi), tuple(
-        body for body, value in energy.items() if value > _MOVING * most
-    )
+    frequency = float(np.sqrt(max(squared[-1], 0.0))) / (2 * np.pi)
+    return frequency, tuple(body for body, value in energy.items() if value > _MOVING * most)
 
 
 def _stiffest(moving: Motion) -> Array:
@@ -460,5 +430,5 @@ def _stiffest(moving: Motion) -> Array:
     N = moving.numbers
     extra = np.concatenate([moving.flanks.stiffest - N.linear, moving.law_numbers.stiffest])
     stiff = np.diag(N.squared) + (N.gaps * np.maximum(extra, 0.0)) @ N.pulls
-    found: Array = (stiff + stiff.T) / 2
-    return found
+    symmetric: Array = (stiff + stiff.T) / 2
+    return symmetric

@@ -1,14 +1,13 @@
-"""Extremes of mesh forces, time apart and impacts, tallied over every step of an integration.
-
-An impact lasts a few steps; samples kept at some instants of a mesh cycle pass over it.  Every step is tallied with the
-forces at its beginning, which the integrator has worked out anyway; the end of a run is one of its samples.
-
-Integration of the equation of motion: classical Runge-Kutta steps of fixed length, or SciPy's adaptive integrators.
+"""Integration of the equation of motion: classical Runge-Kutta steps of fixed length, or SciPy's adaptive integrators.
 
 The Runge-Kutta steps [hairer1993, sec. II.1] are compiled where numba is installed and every law has a compiled form,
 else the same steps in NumPy.  Sliders of Coulomb friction stand still within a step, whose forces follow from where the
 slider would be, and are moved at its end (derived here): along a straight pull that is exact at any length of step; a
 pull that turns round within a step h is missed by its acceleration times h^2 / 8 at most.
+
+Extremes of mesh forces, time apart and impacts are tallied over every step: an impact lasts a few of them, and samples
+kept at some instants of a mesh cycle pass over it.  A step is tallied with the forces at its beginning, which the
+integrator has worked out anyway; the end of a run is one of its samples.
 """
 
 from __future__ import annotations
@@ -26,11 +25,28 @@ from ...errors import ModelError
 from ...machine_code import numba_available
 from ...system.system import Array
 from .equation import Motion, from_modal, highest_rate, phases_at, to_modal
+from .program import Steps
 from .program import times as product
 from .right_hand_side import InstantTerms, acceleration, acceleration_and_force, group_gaps, instant_terms, moved_slider
 
+Adaptive = Literal["dop853", "radau"]
+TOLERANCE = 1e-8
+_SCIPY = {"dop853": DOP853, "radau": Radau}
+# Absolute tolerance per relative one, in the scale of a mode: of modes that hardly move.
+_ABSOLUTE = 1e-3
+# Places within an adaptive step at which the way of a slider is looked at: a step that is repeated ends before the
+# place where the way turns, so that 4 repetitions find it to 16^-4.
+_PLACES = 16
+# Least part of the interval that a repeated step may have: below it, the way of a slider is rounding.
+_LEAST_STEP = 1e-12
+# Step times highest rate: the phase of the highest mode is then right to 0.35^4 / 120 = 1.3e-4, of one at half of that
+# to 8e-6; stable up to 2.7.
+_STEP_RATE = 0.35
 # Columns of `Tally.mesh`.
 LEAST, LEAST_AT, MOST, MOST_AT, APART, FAR, IMPACTS, TOUCHED = range(8)
+
+
+# --- tally of all steps ----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -94,20 +110,7 @@ def note(moving: Motion, tally: Tally, force: Array, moment: float, span: float)
     mesh[:, TOUCHED] = state[0]
 
 
-Adaptive = Literal["dop853", "radau"]
-TOLERANCE = 1e-8
-_SCIPY = {"dop853": DOP853, "radau": Radau}
-# Absolute tolerance per relative one, in the scale of a mode: of modes that hardly move.
-_ABSOLUTE = 1e-3
-# Places within an adaptive step at which the way of a slider is looked at: a step that is repeated ends before the
-# place where the way turns, so that 4 repetitions find it to 16^-4.
-_PLACES = 16
-# Least part of the interval that a repeated step may have: below it, the way of a slider is rounding.
-_LEAST_STEP = 1e-12
-
-# Step times highest rate: the phase of the highest mode is then right to 0.35^4 / 120 = 1.3e-4, of one at half of that
-# to 8e-6; stable up to 2.7.
-_STEP_RATE = 0.35
+# --- steps of fixed length -------------------------------------------------------------------------------------------
 
 
 def steps_for(moving: Motion, interval: float, *, rate: float = _STEP_RATE) -> int:
@@ -175,11 +178,9 @@ def integrate_with_sliders(
         raise ModelError("a state is (2, n)", path="state", given=str(np.shape(state)))
     begin = to_modal(moving, np.asarray(state, dtype=float))
     before = starting_slider(moving, begin, slider=slider, start=start)
-    step = (stop - start) / count
-    found, sliders = rk4_states(
-        moving, begin, slider=before, first=0, begin=start, step=step, keep=keep, samples=count // keep
-    )
-    return from_modal(moving, np.concatenate([begin[None], found])), np.concatenate([before[None], sliders])
+    equal = Steps(begin=start, step=(stop - start) / count, first=0, keep=keep, samples=count // keep)
+    states, sliders = rk4_states(moving, begin, before, equal)
+    return from_modal(moving, np.concatenate([begin[None], states])), np.concatenate([before[None], sliders])
 
 
 def starting_slider(moving: Motion, state: Array, *, slider: Array | None = None, start: float = 0.0) -> Array:
@@ -197,47 +198,20 @@ def starting_slider(moving: Motion, state: Array, *, slider: Array | None = None
 
 
 def rk4_states(
-    moving: Motion,
-    state: Array,
-    *,
-    slider: Array,
-    first: int,
-    begin: float,
-    step: float,
-    keep: int,
-    samples: int,
-    tally: Tally | None = None,
+    moving: Motion, state: Array, slider: Array, steps: Steps, tally: Tally | None = None
 ) -> tuple[Array, Array]:
-    """Modal states (samples, 2, n) and sliders (samples, R) after every `keep` steps from step `first`.
-
-    The time of a step is counted from `begin` [s], so that where a run is cut does not change it.
+    """Modal states (samples, 2, n) and sliders (samples, R) after every `keep` steps; nan once not finite.
 
     Parameters
     ----------
-    state : (2, n) and slider : (R,) at step `first`.  step : [s].  tally : to which all steps are added in place.
+    state : (2, n) and slider : (R,) at the first of the steps.  tally : to which all steps are added in place.
     """
     tally = tally or empty_tally(moving)
-    numbers: dict[str, Any] = {"first": first, "begin": begin, "step": step, "keep": keep, "samples": samples}
     if moving.compiled and numba_available():
         from .compiled import advance
 
-        return advance(moving.numbers, state, slider=slider, mesh=tally.mesh, flank=tally.flank, **numbers)
-    return _numpy(moving, state, tally, slider=slider, **numbers)
-
-
-def _numpy(
-    moving: Motion,
-    state: Array,
-    tally: Tally,
-    *,
-    slider: Array,
-    first: int,
-    begin: float,
-    step: float,
-    keep: int,
-    samples: int,
-) -> tuple[Array, Array]:
-    """`rk4_states` in NumPy; nan once not finite."""
+        return advance(moving.numbers, state, slider, steps, mesh=tally.mesh, flank=tally.flank)
+    begin, step, first, keep, samples = steps
     out = np.full((samples, 2, state.shape[1]), np.nan)
     sliders = np.full((samples, slider.size), np.nan)
     (y, v), s = state, slider
@@ -245,18 +219,22 @@ def _numpy(
         with np.errstate(over="ignore", invalid="ignore"):
             for index in range(first + sample * keep, first + (sample + 1) * keep):
                 moments = begin + index * step, begin + (index + 0.5) * step, begin + (index + 1) * step
-                y, v, s = _one(moving, tally, moments, step, y, v, s)
+                y, v, s = _rk4_step(moving, tally, moments, step, (y, v, s))
         if not (np.isfinite(y).all() and np.isfinite(v).all()):
             break
         out[sample], sliders[sample] = (y, v), s
     return out, sliders
 
 
-def _one(
-    moving: Motion, tally: Tally, moments: tuple[float, float, float], h: float, y: Array, v: Array, s: Array
+def _rk4_step(
+    moving: Motion,
+    tally: Tally,
+    moments: tuple[float, float, float],
+    h: float,
+    state: tuple[Array, Array, Array],
 ) -> tuple[Array, Array, Array]:
     """One Runge-Kutta step h [s] of y, v (n,) and sliders (R,) over its three moments [s] [hairer1993, sec. II.1]."""
-    t, middle, end = moments
+    (t, middle, end), (y, v, s) = moments, state
     at = instant_terms(moving, t, middle)
     a1, force = acceleration_and_force(moving, at, y, v, s)
     note(moving, tally, force, t, h)
@@ -272,6 +250,9 @@ def _one(
     return y, v, moved_slider(moving, at, y, s)
 
 
+# --- adaptive steps --------------------------------------------------------------------------------------------------
+
+
 def modal_scale(moving: Motion) -> Array:
     """Size of modal coordinates and rates, (2, n): what the load at the start gives the mode it moves most."""
     N = moving.numbers
@@ -284,9 +265,6 @@ def modal_scale(moving: Motion) -> Array:
     omega = np.sqrt(np.where(elastic, N.squared, lowest))
     rate = max(float(np.max(push / omega, initial=0.0)), 1e-12)
     return np.stack([rate / omega, np.full(omega.size, rate)])
-
-
-Slope = Callable[[float, Array], Array]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -309,7 +287,7 @@ class _Stretch:
         """What holds at a time [s]."""
         return instant_terms(self.moving, t, min(t, self.last))
 
-    def slope(self, slider: Array) -> Slope:
+    def slope(self, slider: Array) -> Callable[[float, Array], Array]:
         """Rates (2n,) of the flat modal state (2n,) at a time [s], with sliders (R,) [m] held."""
         n = self.moving.numbers.squared.size
 

@@ -1,17 +1,15 @@
-"""Matrix products whose sums have one order, whatever number of threads BLAS takes.
+"""What the equation of motion is written with: products of one order, laws as numbers, the prescribed speed over time.
 
-A run that is continued elsewhere comes to the same bits only so.
-
-Laws of gaps as the numbers that compiled steps take: flanks linear or tabulated, groups radial or with a slider.
-
-Prescribed speed, the phase that follows from it, and levels of loads over time; piecewise linear.
+Sums of matrix products have one order, whatever number of threads BLAS takes: a run that is continued elsewhere comes
+to the same bits only so.  Laws of gaps become the numbers that compiled steps take: flanks linear or tabulated, groups
+radial or with a slider.  The program is the prescribed speed, the phase that follows from it, and levels of loads over
+time; piecewise linear.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,9 +21,13 @@ from ...system.gaps import Flanks
 from ...system.group_laws import Laws
 from ...system.system import Array, System
 
+Index = NDArray[np.int64]
 T = TypeVar("T", np.float64, np.complex128)
 # Products a BLAS leaves to one thread: OpenBLAS shares out matrix products from 2.6e5 multiplications on.
 _ONE_THREAD = 100_000
+
+
+# --- products of one order -------------------------------------------------------------------------------------------
 
 
 def per_instant(values: NDArray[T], matrix: NDArray[T]) -> NDArray[T]:
@@ -46,18 +48,16 @@ def times(vector: Array, matrix: Array) -> Array:
     return result
 
 
-Index = NDArray[np.int64]
+# --- laws as numbers -------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FlankNumbers:
+class FlankNumbers(NamedTuple):
     """Laws of F flanks as the compiled steps take them.
 
-    mean : (F,) [N/m] and wave : (2, F, L) variation of linear rows.  table : (F,) number of the table of a row, -1 of a
+    mean : (F,) [N/m] and wave : (2, L, F) variation of linear rows.  table : (F,) number of the table of a row, -1 of a
         linear one.  lead, sense : (F,) of rows with a table: sigma = sense (cycles + lead).
     tables : (T, 4) first cubic, phases S, loads L and first force of each table.
     cubics : (.., 4) of `phase_cubics`, row (cell 2 L + j) of its table.  forces : (..,) at its knots [N].
-    slow : pairs whose law has no such form; the numbers are then of no use.
     """
 
     mean: Array
@@ -68,66 +68,68 @@ class FlankNumbers:
     tables: Index
     cubics: Array
     forces: Array
-    slow: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LawNumbers:
+class LawNumbers(NamedTuple):
     """Laws of G groups over R rows as the compiled steps take them: one row of numbers a group.
 
     numbers : (G, 10) first row, rows, stiffness k, friction F_m, slip start S_1, end of the play S_2, coefficient and
         exponent of what follows, lag, clearance; -F_m says that the friction has a memory.
     anchor : (R,) sliders where the mean load has put them [m]; (0,) where no group has a memory.
     tangent : (R, R) as the mean system has it [N/m].  stiffest : (R,) how much stiffer a row may become [N/m].
-    slow : names of groups whose law has no such form; the numbers are then of no use.
     """
 
     numbers: Array
     anchor: Array
     tangent: Array
     stiffest: Array
-    slow: tuple[str, ...]
 
 
-def flank_numbers(given: Flanks, pairs: tuple[str, ...]) -> FlankNumbers:
-    """The laws of all flanks as numbers; pairs : (m,) of the mesh rows."""
-    F, slow = len(given.mesh), dict[str, None]()
-    mean, variation = given.stiffness.copy(), given.variation
+def flank_numbers(flanks: Flanks, pairs: tuple[str, ...]) -> tuple[FlankNumbers, tuple[str, ...]]:
+    """The laws of all flanks as numbers; pairs : (m,) of the mesh rows.
+
+    And the pairs whose law has no such form: with any, the numbers are of no use.
+    """
+    F, slow = len(flanks.mesh), dict[str, None]()
+    mean, variation = flanks.stiffness.copy(), flanks.variation
     table, lead, sense = np.full(F, -1, np.int64), np.zeros(F), np.ones(F)
     tables, cubics, forces = list[list[int]](), [np.zeros((0, 4))], [np.zeros(0)]
-    for part in given.laws:
-        law = part.law.lower()
+    for lawful in flanks.laws:
+        law, rows = lawful.law.lower(), lawful.rows
         if isinstance(law, LinearLaw):
-            mean[part.rows] = law.stiffness
+            mean[rows] = law.stiffness
             more = law.variation.shape[1] - variation.shape[1]
             variation = np.pad(variation, ((0, 0), (0, max(more, 0))))
-            variation[part.rows] = np.pad(law.variation, ((0, 0), (0, max(-more, 0))))
+            variation[rows] = np.pad(law.variation, ((0, 0), (0, max(-more, 0))))
         elif isinstance(law, TabulatedLaw):
-            table[part.rows], lead[part.rows], sense[part.rows] = len(tables), law.lead, law.sense
+            table[rows], lead[rows], sense[rows] = len(tables), law.lead, law.sense
             phases, loads = law.gap.shape
             tables.append([sum(map(len, cubics)), phases, loads, sum(map(len, forces))])
             cubics.append(phase_cubics(law).reshape(-1, 4))
             forces.append(law.force)
         else:
-            slow |= dict.fromkeys(pairs[int(given.mesh[row])] for row in part.rows)
-    return FlankNumbers(
+            slow |= dict.fromkeys(pairs[int(flanks.mesh[row])] for row in rows)
+    numbers = FlankNumbers(
         mean=mean,
-        wave=np.stack([variation.real, variation.imag]),
+        wave=np.stack([variation.real.T, variation.imag.T]),
         table=table,
         lead=lead,
         sense=sense,
         tables=np.array(tables, np.int64).reshape(len(tables), 4),
         cubics=np.concatenate(cubics),
         forces=np.concatenate(forces),
-        slow=tuple(slow),
     )
+    return numbers, tuple(slow)
 
 
-def law_numbers(system: System, laws: Laws) -> LawNumbers:
-    """The laws of the groups of a System as numbers; sliders of friction with a memory start where the mean load is."""
+def law_numbers(system: System, laws: Laws) -> tuple[LawNumbers, tuple[str, ...]]:
+    """The laws of the groups of a System as numbers; sliders of friction with a memory start where the mean load is.
+
+    And the groups whose law has no such form: with any, the numbers are of no use.
+    """
     if not system.groups:
         none = np.zeros(0)
-        return LawNumbers(numbers=np.zeros((0, 10)), anchor=none, tangent=np.zeros((0, 0)), stiffest=none, slow=())
+        return LawNumbers(numbers=np.zeros((0, 10)), anchor=none, tangent=np.zeros((0, 0)), stiffest=none), ()
     stretch = mean_stretch(system)
     tangent = small_motion_tangent(laws, stretch, floating=True)
     anchor = np.zeros(0)
@@ -141,17 +143,27 @@ def law_numbers(system: System, laws: Laws) -> LawNumbers:
             continue
         friction = -law.friction if law.memory and law.friction > 0 else law.friction
         stop = law.slip_start + law.clearance
-        row[:] = (
-            *(first, len(group.rows), law.stiffness, friction, law.slip_start, stop),
-            *(law.coefficient, law.exponent, group.lag, law.clearance),
-        )
-    return LawNumbers(
-        numbers=numbers,
-        anchor=anchor,
-        tangent=tangent,
-        stiffest=np.maximum(laws.rows.spread(laws.stiffest) - np.diag(tangent), 0.0),
-        slow=tuple(slow),
-    )
+        row[:6] = first, len(group.rows), law.stiffness, friction, law.slip_start, stop
+        row[6:] = law.coefficient, law.exponent, group.lag, law.clearance
+    stiffest = np.maximum(laws.rows.spread(laws.stiffest) - np.diag(tangent), 0.0)
+    return LawNumbers(numbers=numbers, anchor=anchor, tangent=tangent, stiffest=stiffest), tuple(slow)
+
+
+# --- prescribed speed and loads over time ----------------------------------------------------------------------------
+
+
+class Steps(NamedTuple):
+    """Fixed steps first .. first + samples keep - 1, of which every `keep`-th end is a sample.
+
+    begin : time of step 0 [s], from which the time of every step is counted: where a run is cut does not change it.
+    step : length [s].
+    """
+
+    begin: float
+    step: float
+    first: int
+    keep: int
+    samples: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -192,40 +204,37 @@ def program(time: ArrayLike, speed: ArrayLike, level: ArrayLike | None = None, *
     """
     t, s = np.asarray(time, dtype=float), np.asarray(speed, dtype=float)
     levels = np.zeros((t.size, 0)) if level is None else np.asarray(level, dtype=float)
+    first_times, first_speeds = t[:6].tolist(), s[:6].tolist()  # for messages
     if t.size < 2 or not (np.all(np.isfinite(t)) and np.all(np.diff(t) >= 0) and t[-1] > t[-2]):
-        raise ModelError("times must be finite and rise", path="time", given=_few(t), allowed="two or more")
+        raise ModelError("times must be finite and rise", path="time", given=first_times, allowed="two or more")
     if not (np.all(np.isfinite(s)) and np.all(s >= 0)):
-        raise ModelError("a relative speed is out of range", path="speed", given=_few(s), allowed="zero or above")
+        raise ModelError("a relative speed is out of range", path="speed", given=first_speeds, allowed="zero or above")
     if np.any((np.diff(t) == 0) & (np.diff(s) != 0)):
-        raise ModelError("the speed cannot jump", path="speed", given=_few(s), allowed="a ramp")
+        raise ModelError("the speed cannot jump", path="speed", given=first_speeds, allowed="a ramp")
     if not np.all(np.isfinite(levels)):
         raise ModelError("a load is not a finite number", path="level")
     passed = np.concatenate([[0.0], np.cumsum(np.diff(t) * (s[1:] + s[:-1]) / 2)])
     return Program(time=t, speed=s, phase=phase + passed, level=levels)
 
 
-def _few(values: Array) -> Sequence[float]:
-    """The first values, for error messages, (6,) at most."""
-    return [float(value) for value in values[:6]]
-
-
-def _segment(given: Program, time: Array) -> tuple[np.ndarray, Array, Array]:
+def _line_of(prescribed: Program, time: Array) -> tuple[Index, Array, Array]:
     """Knot before each time (T,) [s], time since [s], and the rate of the speed there [1/s]."""
-    at = np.clip(np.searchsorted(given.time, time, side="right") - 1, 0, given.time.size - 2)
-    span = given.time[at + 1] - given.time[at]
-    rise = np.where(span > 0, (given.speed[at + 1] - given.speed[at]) / np.where(span > 0, span, 1.0), 0.0)
-    return at, time - given.time[at], rise
+    knots, speed = prescribed.time, prescribed.speed
+    at = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, knots.size - 2)
+    span = knots[at + 1] - knots[at]
+    rise = np.where(span > 0, (speed[at + 1] - speed[at]) / np.where(span > 0, span, 1.0), 0.0)
+    return at, time - knots[at], rise
 
 
-def speed_at(given: Program, time: Array) -> Array:
+def speed_at(prescribed: Program, time: Array) -> Array:
     """Relative speed s at times (T,) [s], (T,) [1]."""
-    at, since, rise = _segment(given, time)
-    speed: Array = given.speed[at] + rise * since
+    at, since, rise = _line_of(prescribed, time)
+    speed: Array = prescribed.speed[at] + rise * since
     return speed
 
 
-def phase_at(given: Program, time: Array) -> Array:
+def phase_at(prescribed: Program, time: Array) -> Array:
     """Integral of s dt at times (T,) [s], (T,) [s]; exact."""
-    at, since, rise = _segment(given, time)
-    phase: Array = given.phase[at] + since * (given.speed[at] + rise * since / 2)
+    at, since, rise = _line_of(prescribed, time)
+    phase: Array = prescribed.phase[at] + since * (prescribed.speed[at] + rise * since / 2)
     return phase

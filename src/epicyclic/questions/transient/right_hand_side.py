@@ -1,8 +1,7 @@
-"""The equation of motion in NumPy, which asks the laws: the reference of the compiled steps, and slow.
+"""The equation of motion in NumPy, which asks the laws, and the states a run begins from: rest, or an equilibrium.
 
-Products do without BLAS, so that sums have one order whatever the number of threads.
-
-Initial states of a run: rest, or the equilibrium at one instant.
+The reference of the compiled steps, and slow.  Products do without BLAS, so that sums have one order whatever the
+number of threads.
 """
 
 from __future__ import annotations
@@ -22,6 +21,14 @@ from .program import phase_at, times
 
 # Part of the slip start by which a tangent is taken ahead of the motion: far above rounding, far below what is seen.
 AHEAD = 1e-6
+# Newton steps; each either changes the set of flanks in contact or is the last, and splines need a few more.
+_STEPS = 40
+# Residual acceleration per the largest term of it: rounding of sums over all modes is 1e-13.
+_TOLERANCE = 1e-11
+# Singular values below this part of the largest belong to motions that nothing holds.
+_FREE = 1e-12
+# Halvings of a Newton step that does not make the residual smaller: curved laws want a few.
+_HALVINGS = 8
 
 
 class InstantTerms(NamedTuple):
@@ -105,8 +112,8 @@ def _ahead(laws: Laws, speed: Array) -> Array:
 
 def _anchor(moving: Motion, slider: Array | None) -> Array | None:
     """Sliders (R,) [m] as the laws take them, None without a memory."""
-    given = moving.numbers.anchor if slider is None else slider
-    return given if given.size else None
+    sliders = moving.numbers.anchor if slider is None else slider
+    return sliders if sliders.size else None
 
 
 def group_gaps(moving: Motion, at: InstantTerms, y: Array) -> Array:
@@ -144,14 +151,7 @@ def acceleration_and_force(
     return result, press
 
 
-# Newton steps; each either changes the set of flanks in contact or is the last, and splines need a few more.
-_STEPS = 40
-# Residual acceleration per the largest term of it: rounding of sums over all modes is 1e-13.
-_TOLERANCE = 1e-11
-# Singular values below this part of the largest belong to motions that nothing holds.
-_FREE = 1e-12
-# Halvings of a Newton step that does not make the residual smaller: curved laws want a few.
-_HALVINGS = 8
+# --- states to begin from --------------------------------------------------------------------------------------------
 
 
 def at_rest(moving: Motion) -> Array:
@@ -177,14 +177,13 @@ def at_equilibrium(moving: Motion, *, start: float = 0.0, slider: Array | None =
     N, at = moving.numbers, instant_terms(moving, start, start)
     before = N.anchor if slider is None else slider
     y = _first_guess(moving, at, start, before)
-    still, left = np.zeros_like(y), _residual(moving, at, y, before)
+    still, left, scale = np.zeros_like(y), _residual(moving, at, y, before), _scale(moving)
     F = N.drag.size
     for _ in range(_STEPS):
         stretch = np.abs(y @ N.gaps)
         size = np.abs(at.push) + N.squared * np.abs(y) + (N.linear * stretch[:F]) @ np.abs(N.pulls[:F])
         if np.all(np.abs(left) <= _TOLERANCE * (size + np.max(size, initial=0.0))):
             return from_modal(moving, np.stack([y, still]))
-        scale = _scale(moving)
         step, length = _newton_step(moving, at, y, left, before), 1.0
         trial = _residual(moving, at, y + step, before)
         for _ in range(_HALVINGS):
@@ -221,7 +220,7 @@ def _first_guess(moving: Motion, at: InstantTerms, start: float, slider: Array) 
     phases = phases_at(moving, phase_at(moving.program, np.array([start])))
     stiffness = np.concatenate([moving.flanks.linear, moving.laws.row_stiffness])
     try:
-        found = equilibrium(
+        balance = equilibrium(
             compliance(elastic_rows(moving.system), moving.rows, stiffness),
             stiffness=moving.flanks.tangent.at(phases).stiffness[:, :m],
             gap=at.error[None],
@@ -232,15 +231,12 @@ def _first_guess(moving: Motion, at: InstantTerms, start: float, slider: Array) 
         )
     except ModelError:  # without what depends on the speed the load may part bodies that it holds together
         return np.zeros(N.squared.size)
-    state: Array = to_modal(moving, found.displacement[:1])[0]
+    state: Array = to_modal(moving, balance.displacement[:1])[0]
     return state
 
 
 def _newton_step(moving: Motion, at: InstantTerms, y: Array, left: Array, slider: Array) -> Array:
-    """A Newton step (n,) with the tangents of the laws.
-
-    From the acceleration `left` (n,).
-    """
+    """A Newton step (n,) with the tangents of the laws, from the acceleration `left` (n,)."""
     N = moving.numbers
     F, s = N.drag.size, at.speed
     stretch = y @ N.gaps

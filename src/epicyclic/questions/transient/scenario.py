@@ -1,15 +1,14 @@
-"""Ports: coordinates at which torque enters and leaves a train, and torques that balance a load there.
+"""Scenarios as programs: a speed that stays or ramps, torque that ramps, steps or follows a history, in balance.
 
 The nominal motion is prescribed: a load may only strain the train.  The work of a load on a free (rigid) motion has to
-be given back at the ports, in the ratio of the kinematics: the sum of torque times nominal turn is zero.
-
-Scenarios as programs: a speed that stays or ramps, torque that ramps, steps or follows a history.
+be given back at the ports, where torque enters and leaves the train, in the ratio of the kinematics: the sum of torque
+times nominal turn is zero.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +24,11 @@ Index = NDArray[np.int64]
 
 # Work that is rounding, per the sum of the sizes of its terms.
 _ROUNDING = 1e-9
+# Torques of a history that are all given must balance so far, as those of a model file.
+_BALANCE = 1e-6
+
+
+# --- ports -----------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -83,25 +87,25 @@ def member_coordinates(system: System, name: str) -> Index:
     ModelError : no such member, several of that name, or it cannot turn.
     """
     wanted = name.replace(".", "/").split("/")
-    found: dict[tuple[str, ...], list[int]] = {}
-    bodies: set[str] = set()
+    places: dict[tuple[str, ...], set[int]] = {}
+    members: set[str] = set()
     for place, (body, direction) in enumerate(zip(system.dofs.body, system.dofs.direction, strict=True)):
-        parts = body.split("/")
+        parts = body.split("/")  # stage, member, side
         if direction == "rz" and not any(part.isdigit() for part in parts):
-            bodies.add("/".join(parts[:2]))
+            members.add("/".join(parts[:2]))
             for depth in (0, 1):
                 for end in range(depth + 1, len(parts) + 1):
                     if parts[depth:end] == wanted and end >= min(2, len(parts)):
-                        found.setdefault(tuple(parts[:2]), []).append(place)
-    if len(found) != 1:
+                        places.setdefault(tuple(parts[:2]), set()).add(place)
+    if len(places) != 1:
         raise ModelError(
-            "no member of that name can turn" if not found else "several members have that name",
+            "no member of that name can turn" if not places else "several members have that name",
             path="torque",
             given=name,
-            allowed=", ".join(sorted(bodies)),
+            allowed=", ".join(sorted(members)),
         )
-    (places,) = found.values()
-    return np.array(sorted(set(places)), dtype=np.int64)
+    (coordinates,) = places.values()
+    return np.array(sorted(coordinates), dtype=np.int64)
 
 
 def unit_torque(system: System, index: Index) -> Array:
@@ -115,8 +119,7 @@ def unit_torque(system: System, index: Index) -> Array:
     return load
 
 
-# Torques of a history that are all given must balance so far, as those of a model file.
-_BALANCE = 1e-6
+# --- what happens ----------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -148,7 +151,6 @@ class Scenario:
     step: tuple[float, float] | None = None
     history: History | None = None
     phase: float = 0.0
-    notes: list[str] = field(default_factory=list)
 
 
 def scenario_motion(system: System, scenario: Scenario, *, contact: Contact, step: float) -> Motion:
@@ -161,6 +163,8 @@ def scenario_motion(system: System, scenario: Scenario, *, contact: Contact, ste
     ------
     ModelError : a time or factor out of range, torques that cannot balance.
     """
+    from scipy.integrate import trapezoid
+
     ports = ports_of(system)
     loads, time, level = _loads(ports, scenario, step)
     ends = np.array([0.0, scenario.duration])
@@ -172,21 +176,15 @@ def scenario_motion(system: System, scenario: Scenario, *, contact: Contact, ste
         levels = levels[order]
     moments = moments[order]
     speed = np.interp(moments, ends, scenario.speed)
+    early = moments <= 0
+    before = float(trapezoid(speed[early], moments[early]))  # integral of the speed up to time 0 [s]
     return motion(
         system,
-        program=program(moments, speed, levels, phase=scenario.phase - _before(moments, speed)),
+        program=program(moments, speed, levels, phase=scenario.phase - before),
         contact=contact,
         loads=loads,
         spin=_spin(ports, system) if scenario.speed[0] != scenario.speed[1] else None,
     )
-
-
-def _before(moments: Array, speed: Array) -> float:
-    """Integral of the speed (K,) [1] over the knots (K,) [s] up to time 0 [s]."""
-    from scipy.integrate import trapezoid
-
-    early = moments <= 0
-    return float(trapezoid(speed[early], moments[early])) if early.sum() > 1 else 0.0
 
 
 def _spin(ports: Ports, system: System) -> Array:
@@ -198,9 +196,9 @@ def _spin(ports: Ports, system: System) -> Array:
     """
     load = system.spin_up if system.spin_up.size else np.zeros(len(system.force))
     for places in (driving_ports(ports), ports.places):
-        found = balancing_torque(ports, load, places)
-        if found is not None:
-            return found
+        torque = balancing_torque(ports, load, places)
+        if torque is not None:
+            return torque
     raise ModelError(
         "a changing speed needs a torque, to know which member drives", path="operation.torque", allowed="a torque"
     )
@@ -218,7 +216,6 @@ def _loads(ports: Ports, scenario: Scenario, step: float) -> tuple[Array, Array,
     force = ports.system.force
     if scenario.step is not None:
         factor, begin = scenario.step
-        at = round(begin / step) * step
         if not (np.isfinite(factor) and 0 <= begin <= scenario.duration):
             raise ModelError(
                 "the torque step is out of range",
@@ -226,6 +223,7 @@ def _loads(ports: Ports, scenario: Scenario, step: float) -> tuple[Array, Array,
                 given=f"{factor:g} at {begin:g} s",
                 allowed=f"a factor, and a time between 0 and {scenario.duration:g} s",
             )
+        at = round(begin / step) * step
         late = max(scenario.duration, at) + 1.0
         return force[None], np.array([-1.0, at, at, late]), np.array([[0.0], [0.0], [factor - 1], [factor - 1]])
     if scenario.ramp:
@@ -241,22 +239,26 @@ def _history(ports: Ports, history: History) -> tuple[Array, Array, Array]:
 
     Raises
     ------
-    ModelError : a member in two columns, or torques that cannot balance.
+    ModelError : a member in two columns, torques that do not balance, or members that cannot hold the train.
     """
     system = ports.system
     places = {name: member_coordinates(system, name) for name in history.torque}
-    given = np.concatenate(list(places.values()))
-    if np.unique(given).size < given.size:
+    driven = np.concatenate(list(places.values()))
+    if np.unique(driven).size < driven.size:
         raise ModelError("a member stands in two columns", path="torque", given=", ".join(places))
     units = np.array([unit_torque(system, index) for index in places.values()])
     torque = np.stack([np.asarray(values, dtype=float) for values in history.torque.values()], axis=1)
     operating = np.array([system.force[index].sum() for index in places.values()])
-    reaction = np.setdiff1d(ports.places, given)
-    reactions = [balancing_torque(ports, unit, reaction) for unit in units]
-    if any(part is None for part in reactions):
+    free = np.setdiff1d(ports.places, driven)
+    reactions = [balancing_torque(ports, unit, free) for unit in units]
+    if any(reaction is None for reaction in reactions):
         _require_balance(ports, units, torque, history)
-        reactions = [_least_torques(ports, unit, given) for unit in units]
-    loads = units + np.array([part for part in reactions if part is not None])
+        # the least torques on the members given that balance a unit load; they cancel in torques that balance
+        reactions = [balancing_torque(ports, unit, driven) for unit in units]
+    held = [reaction for reaction in reactions if reaction is not None]
+    if len(held) < len(units):
+        raise ModelError("no torque at these members can hold the train", path="torque", allowed="members that drive")
+    loads = units + np.array(held)
     time, level = np.asarray(history.time, dtype=float), torque - operating
     # held outside, on one more line each
     time = np.concatenate([[min(time[0], 0.0) - 1.0], time, [time[-1] + max(1.0, time[-1])]])
@@ -281,16 +283,3 @@ def _require_balance(ports: Ports, units: Array, torque: Array, history: History
             given=", ".join(f"{name} {values[at]:g} N m" for name, values in history.torque.items()),
             allowed="torques in the ratio of the speeds, or one member fewer",
         )
-
-
-def _least_torques(ports: Ports, unit: Array, given: np.ndarray) -> Array:
-    """The least torques (n,) [N m] on the members given that balance a unit load; they cancel in torques that balance.
-
-    Raises
-    ------
-    ModelError : no torque at these members balances it.
-    """
-    found = balancing_torque(ports, unit, given)
-    if found is None:
-        raise ModelError("no torque at these members can hold the train", path="torque", allowed="members that drive")
-    return found

@@ -1,12 +1,9 @@
-"""Forces of flanks, meshes, links and groups at many instants at once, from states.
-
-The motion of a train over time as a labelled Dataset.
-"""
+"""The motion of a train over time as a labelled Dataset, with the forces of flanks, meshes, links and groups."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -29,8 +26,22 @@ from .scenario import History, Scenario, scenario_motion
 if TYPE_CHECKING:
     import xarray as xr
 
+Start = Literal["equilibrium", "rest"]
+
+_CYCLES = 100
+# Time of a Runge-Kutta step of one coordinate, as measured on trains of 30 [s], and how many times that it takes
+# without compiled steps.
+_STEP_TIME, _SLOWER = 3e-7, 30.0
+# Longest run [s]: one with a folder can be stopped and resumed, and a longer one is a slip in a speed or a time; one
+# without a folder is lost when it is stopped, and a longer one is mostly a slip in a mass or a stiffness.
+_RESUMED, _LONGEST = 30 * 86_400.0, 3600.0
+# Samples whose forces are worked out at a time.
+_BLOCK = 4096
 # Instants whose laws are asked at a time: a table holds two numbers a row, load and instant.
 _BLOCK_OF_STATES = 1024
+
+
+# --- forces from states ----------------------------------------------------------------------------------------------
 
 
 def mesh_force(moving: Motion, times: Array, states: Array) -> Array:
@@ -118,17 +129,7 @@ def group_force(moving: Motion, times: Array, states: Array, sliders: Array) -> 
     return size
 
 
-Start = Literal["equilibrium", "rest"]
-
-_CYCLES = 100
-# Time of a Runge-Kutta step of one coordinate, as measured on trains of 30 [s], and how many times that it takes
-# without compiled steps.
-_STEP_TIME, _SLOWER = 3e-7, 30.0
-# Longest run [s]: one with a folder can be stopped and resumed, and a longer one is a slip in a speed or a time; one
-# without a folder is lost when it is stopped, and a longer one is mostly a slip in a mass or a stiffness.
-_RESUMED, _LONGEST = 30 * 86_400.0, 3600.0
-# Samples whose forces are worked out at a time.
-_BLOCK = 4096
+# --- the run ---------------------------------------------------------------------------------------------------------
 
 
 def transient(
@@ -175,7 +176,11 @@ def transient(
     ModelError : an option out of range, no mesh frequency, torques out of balance, a result too large.
     ConvergenceError : no equilibrium to start from.
     """
-    tone = _reference_frequency(system)
+    tone = float(reference_tone(system)) if system.tones and len(system.meshes.tone) else 0.0
+    if tone <= 0:
+        problem = "motion in time needs a mesh frequency above zero"
+        raise ModelError(problem, path="operation.speed", allowed="the speed of one member")
+    end: Any = start if hasattr(start, "attrs") else None
     speed = _speeds(mesh_frequency, tone)
     scenario = Scenario(
         duration=_duration(duration, cycles, history, speed, tone),
@@ -183,7 +188,7 @@ def transient(
         ramp=torque_ramp or 0.0,
         step=torque_step,
         history=history,
-        phase=_phase_of(start),
+        phase=float(end["end_phase"]) if end is not None and "end_phase" in end else 0.0,
     )
     if sum(given is not None for given in (torque_ramp, torque_step, history)) > 1:
         raise ModelError("give one of torque_ramp, torque_step and history", path="torque")
@@ -191,11 +196,11 @@ def transient(
     moving, plan = _planned(system, scenario, contact, method, fine, positive_count("decimate", decimate, 1))
     _check_time(moving, plan, most=_LONGEST if folder is None else _RESUMED)
     state = to_modal(moving, _state(moving, start))
-    found = run(
+    record = run(
         moving,
         plan,
         state,
-        starting_slider(moving, state, slider=_slider_of(moving, start)),
+        starting_slider(moving, state, slider=None if end is None else _end_slider(moving, end)),
         folder=None if folder is None else Path(folder),
         asked={**_asked(scenario, start), "contact": contact, "samples": samples, "decimate": decimate},
         resume=resume,
@@ -203,16 +208,16 @@ def transient(
     )
     options: dict[str, Any] = {
         "duration": scenario.duration, "mesh_frequency": [value * tone for value in speed], "contact": contact,
-        "method": method, "samples": samples, "decimate": decimate, "step": found.plan.step,
+        "method": method, "samples": samples, "decimate": decimate, "step": record.plan.step,
         "start": start if isinstance(start, str) else "state",
         **({"torque_ramp": torque_ramp} if torque_ramp else {}),
         **({"torque_step": list(torque_step)} if torque_step else {}),
         **({"history": list(history.torque)} if history else {}),
     }  # fmt: skip
-    return _labelled(found, tone, options)
+    return _labelled(record, tone, options)
 
 
-def _asked(scenario: Scenario, start: object) -> dict[str, object]:
+def _asked(scenario: Scenario, start: Any) -> dict[str, object]:
     """Scenario and start as they were asked for, of numbers that no rounding of the model has touched."""
     asked: dict[str, object] = {
         "duration": scenario.duration, "speed": scenario.speed, "ramp": scenario.ramp, "step": scenario.step,
@@ -221,32 +226,14 @@ def _asked(scenario: Scenario, start: object) -> dict[str, object]:
     if scenario.history is not None:
         asked["time"] = np.asarray(scenario.history.time, dtype=float)
         asked |= {f"torque {name}": np.asarray(v, dtype=float) for name, v in scenario.history.torque.items()}
-    given: Any = start
     if isinstance(start, str):
         asked["start"] = start
     elif hasattr(start, "attrs"):
-        names = [name for name in ("end_displacement", "end_velocity", "end_slider") if name in given]
-        asked |= {f"start {name}": np.asarray(given[name].values) for name in names}
+        names = [name for name in ("end_displacement", "end_velocity", "end_slider") if name in start]
+        asked |= {f"start {name}": np.asarray(start[name].values) for name in names}
     else:
         asked["start"] = np.asarray(start, dtype=float)
     return asked
-
-
-def _phase_of(start: object) -> float:
-    """Where a result that is the start has left the phase [s]; 0 of other starts."""
-    end: Any = start
-    return float(end["end_phase"]) if hasattr(start, "attrs") and "end_phase" in end else 0.0
-
-
-def _reference_frequency(system: System) -> float:
-    tone = float(reference_tone(system)) if system.tones and len(system.meshes.tone) else 0.0
-    if tone <= 0:
-        raise ModelError(
-            "motion in time needs a mesh frequency above zero",
-            path="operation.speed",
-            allowed="the speed of one member",
-        )
-    return tone
 
 
 def _speeds(mesh_frequency: float | tuple[float, float] | None, tone: float) -> tuple[float, float]:
@@ -327,7 +314,7 @@ def _check_time(moving: Motion, plan: RunPlan, *, most: float) -> None:
     )
 
 
-def _state(moving: Motion, start: object) -> Array:
+def _state(moving: Motion, start: Any) -> Array:
     """The state (2, n) q [m, rad], q' [m/s, rad/s] to begin with.
 
     Raises
@@ -336,32 +323,33 @@ def _state(moving: Motion, start: object) -> Array:
     """
     if isinstance(start, str):
         if start not in ("equilibrium", "rest"):
-            raise ModelError(
-                "no such state", path="initial", given=start, allowed="equilibrium, rest, (2, n), a result"
-            )
+            allowed = "equilibrium, rest, (2, n), a result"
+            raise ModelError("no such state", path="initial", given=start, allowed=allowed)
         return at_equilibrium(moving) if start == "equilibrium" else at_rest(moving)
     dofs = moving.system.dofs
     if hasattr(start, "attrs"):
-        result: Any = start
-        if "end_displacement" not in result or list(map(str, result["dof"].values)) != list(dofs.names):
+        if "end_displacement" not in start or list(map(str, start["dof"].values)) != list(dofs.names):
             raise ModelError("is not a transient of this train", path="initial", allowed="a result of `transient`")
-        state = np.stack([result["end_displacement"].values, result["end_velocity"].values]) / dofs.radius
+        state = np.stack([start["end_displacement"].values, start["end_velocity"].values]) / dofs.radius
     else:
         state = np.asarray(start)
     numbers = np.can_cast(state.dtype, float, "same_kind")
     if not numbers or state.shape != (2, len(dofs.names)) or not np.isfinite(state).all():
-        raise ModelError(
-            "not a state", path="initial", given=str(state.shape), allowed=f"(2, {len(dofs.names)}) finite numbers"
-        )
+        allowed = f"(2, {len(dofs.names)}) finite numbers"
+        raise ModelError("not a state", path="initial", given=str(state.shape), allowed=allowed)
     return state.astype(float)
 
 
-def _slider_of(moving: Motion, start: object) -> Array | None:
-    """Sliders (R,) [m] where a result that is the start has left them, None of other starts."""
-    result: Any = start
-    if not hasattr(start, "attrs") or "end_slider" not in result or not moving.numbers.anchor.size:
+def _end_slider(moving: Motion, end: xr.Dataset) -> Array | None:
+    """Sliders (R,) [m] where a result that is the start has left them, None where it or this train has none.
+
+    Raises
+    ------
+    ModelError : another number of them.
+    """
+    if "end_slider" not in end or not moving.numbers.anchor.size:
         return None
-    slider: Array = np.asarray(result["end_slider"].values, dtype=float)
+    slider: Array = np.asarray(end["end_slider"].values, dtype=float)
     if slider.shape != moving.numbers.anchor.shape:
         raise ModelError(
             "has sliders of other links than this train",
@@ -372,48 +360,57 @@ def _slider_of(moving: Motion, start: object) -> Array | None:
     return slider
 
 
-def _labelled(found: RunRecord, tone: float, options: dict[str, Any]) -> xr.Dataset:
+# --- the record ------------------------------------------------------------------------------------------------------
+
+
+def _labelled(record: RunRecord, tone: float, options: dict[str, Any]) -> xr.Dataset:
     """The labelled result of a run; tone : of the first mesh at the operating speed [Hz]."""
     from ...results.dataset import dataset
 
-    moving, plan = found.moving, found.plan
+    moving, plan = record.moving, record.plan
     system, face, times = moving.system, faces(moving.system.meshes), plan.times(0, plan.count)
-    outputs: dict[str, list[Array]] = {"mesh": [], "q": [], "link": [], "group": []}
-    lost = found.tally.flank[: len(system.meshes.name), 1] > 0
-    largest = found.tally.flank[:, 0].copy()
+    mesh, displacement, link, group = list[Array](), list[Array](), list[Array](), list[Array]()
+    lost = record.tally.flank[: len(system.meshes.name), 1] > 0
+    largest = record.tally.flank[:, 0].copy()
     for first in range(0, len(times), _BLOCK):
         block = slice(first, first + _BLOCK)
-        at, states = times[block], from_modal(moving, found.states[block])
+        at, states = times[block], from_modal(moving, record.states[block])
         with np.errstate(over="ignore", invalid="ignore"):
             flanks = flank_force(moving, at, states)
-            outputs["mesh"].append(face.total(mesh_total(moving, flanks)))
+            mesh.append(face.total(mesh_total(moving, flanks)))
             lost |= (flanks[: lost.size] <= 0).any(axis=1)
             largest = np.fmax(largest, np.fmax.reduce(flanks, axis=1, initial=0.0))
-            outputs["link"].append(link_force(moving, at, states))
+            link.append(link_force(moving, at, states))
             if system.groups:
-                outputs["group"].append(group_force(moving, at, states, found.sliders[block]))
-        outputs["q"].append((states[:, 0] * system.dofs.radius).T)
+                group.append(group_force(moving, at, states, record.sliders[block]))
+        displacement.append((states[:, 0] * system.dofs.radius).T)
     speed = speed_at(moving.program, times)
-    finite = np.isfinite(found.states).all(axis=(1, 2))
+    finite = np.isfinite(record.states).all(axis=(1, 2))
     end = int(np.flatnonzero(finite)[-1])
-    last = from_modal(moving, found.states[end]) * system.dofs.radius
+    last = from_modal(moving, record.states[end]) * system.dofs.radius
     status = "ok" if finite.all() else f"not finite after {times[end]:.6g} s"
-    notes = _notes(system, face.name, face.any(lost), options, status)
-    if options["contact"] == "unilateral":
-        notes += past_the_end(system, moving.flanks, largest)
-        if system.groups:
-            forces = np.concatenate(outputs["group"], axis=1)
-            notes += groups_past_the_end(system, np.fmax.reduce(forces, axis=1, initial=0.0))
-    force = np.concatenate(outputs["mesh"], axis=1)
-    groups = {"group_force": (("group", "time"), np.concatenate(outputs["group"], axis=1))} if system.groups else {}
+    unilateral = options["contact"] == "unilateral"
+    notes = _notes(system, face.name, face.any(lost), unilateral, status)
+    notes += past_the_end(system, moving.flanks, largest) if unilateral else []
+    variables: dict[str, Any] = {}
+    coords: dict[Hashable, Any] = {}
+    if system.groups:
+        forces = np.concatenate(group, axis=1)
+        notes += groups_past_the_end(system, np.fmax.reduce(forces, axis=1, initial=0.0)) if unilateral else []
+        variables["group_force"] = (("group", "time"), forces)
+        coords["group"] = [group.name for group in system.groups]
+    if record.sliders.shape[1]:
+        variables["end_slider"] = ("group_row", record.sliders[end])
+        coords["group_row"] = [row for group in system.groups for row in group.rows]
+    force = np.concatenate(mesh, axis=1)
+    tones = np.array([float(mesh_tone) for mesh_tone in system.tones])[system.meshes.tone]
     result = dataset(
         {
             "mesh_force": (("mesh", "time"), force),
-            **_over_all_steps(found, times, force, apart=options["contact"] == "unilateral"),
-            "displacement": (("dof", "time"), np.concatenate(outputs["q"], axis=1)),
-            "link_force": (("link_row", "time"), np.concatenate(outputs["link"], axis=1)),
-            **groups,
-            **({"end_slider": ("group_row", found.sliders[end])} if found.sliders.shape[1] else {}),
+            **_over_all_steps(record, times, force, apart=unilateral),
+            "displacement": (("dof", "time"), np.concatenate(displacement, axis=1)),
+            "link_force": (("link_row", "time"), np.concatenate(link, axis=1)),
+            **variables,
             "relative_speed": ("time", speed),
             "contact_lost": ("mesh", face.any(lost)),
             "end_displacement": ("dof", last[0]),
@@ -425,11 +422,10 @@ def _labelled(found: RunRecord, tone: float, options: dict[str, Any]) -> xr.Data
             "mesh": list(face.name),
             "dof": list(system.dofs.names),
             "link_row": list(system.links.name),
-            **({"group": [group.name for group in system.groups]} if system.groups else {}),
-            **({"group_row": [row for group in system.groups for row in group.rows]} if found.sliders.shape[1] else {}),
+            **coords,
             "time": times,
             "mesh_frequency": ("time", speed * tone),
-            "mesh_tone": ("mesh", _own_tones(system)[face.first]),
+            "mesh_tone": ("mesh", (tones / tones[0])[face.first]),
         },
         verb="transient",
         options=options,
@@ -440,14 +436,7 @@ def _labelled(found: RunRecord, tone: float, options: dict[str, Any]) -> xr.Data
     return result
 
 
-def _own_tones(system: System) -> Array:
-    """Mesh frequency of every mesh row per that of the first, (m,) [1]; 1 where nothing turns."""
-    own = np.array([float(tone) for tone in system.tones])
-    first = own[system.meshes.tone[0]] if own.size and len(system.meshes.tone) else 0.0
-    return own[system.meshes.tone] / first if first > 0 else np.ones(len(system.meshes.name))
-
-
-def _over_all_steps(found: RunRecord, times: Array, force: Array, *, apart: bool) -> dict[str, Any]:
+def _over_all_steps(record: RunRecord, times: Array, force: Array, *, apart: bool) -> dict[str, Any]:
     """Extremes of the mesh forces and what became of the contact, over all steps and the samples kept.
 
     Parameters
@@ -455,7 +444,7 @@ def _over_all_steps(found: RunRecord, times: Array, force: Array, *, apart: bool
     times : (T,) [s] and force : (w, T) [N] of the samples, of which the last one is the end of the last step.
     apart : whether teeth part.
     """
-    mesh = found.tally.mesh
+    mesh = record.tally.mesh
     least, most = mesh[:, LEAST].copy(), mesh[:, MOST].copy()
     at_least, at_most = mesh[:, LEAST_AT].copy(), mesh[:, MOST_AT].copy()
     lowest, highest = np.nan_to_num(force, nan=np.inf), np.nan_to_num(force, nan=-np.inf)
@@ -464,7 +453,7 @@ def _over_all_steps(found: RunRecord, times: Array, force: Array, *, apart: bool
     less, more = lowest[rows, low] < least, highest[rows, high] > most
     least[less], at_least[less] = lowest[rows, low][less], times[low][less]
     most[more], at_most[more] = highest[rows, high][more], times[high][more]
-    finite = np.isfinite(found.states).all(axis=(1, 2))
+    finite = np.isfinite(record.states).all(axis=(1, 2))
     length = float(times[np.flatnonzero(finite)[-1]]) or 1.0
     contact = {
         "open_share": ("mesh", np.minimum(mesh[:, APART] / length, 1.0)),
@@ -480,36 +469,23 @@ def _over_all_steps(found: RunRecord, times: Array, force: Array, *, apart: bool
     }
 
 
-def _notes(
-    system: System, names: tuple[str, ...], lost: np.ndarray, options: dict[str, Any], status: str
-) -> list[CodedText]:
+def _notes(system: System, names: tuple[str, ...], lost: np.ndarray, unilateral: bool, status: str) -> list[CodedText]:
     """Warnings of a run; lost : (w,) meshes that opened or, in the linear model, pulled."""
-    notes = (
-        []
-        if system.damped
-        else [coded("no-damping", "nothing is damped: what a start or a step sets moving never dies away")]
-    )
-    if lost.any():
-        which = ", ".join(name for name, open_ in zip(names, lost, strict=True) if open_)
-        pulled = options["contact"] == "linear"
-        notes.append(
-            coded("tension-in-teeth", f"tensile mesh force in the linear model: {which}")
-            if pulled
-            else coded("contact-lost", f"contact lost in {which}")
-        )
-        endless = dict.fromkeys(
-            pair for pair, gap in zip(system.meshes.pair, system.meshes.backlash, strict=True) if np.isinf(gap)
-        )
-        if not pulled and endless:
-            where = "" if len(endless) == len(set(system.meshes.pair)) else f" of {', '.join(endless)}"
-            notes.append(
-                coded("no-backlash", f"no backlash{where} is given: the far flanks are taken as never touching")
-            )
+    notes: list[CodedText] = []
+    if not system.damped:
+        notes.append(coded("no-damping", "nothing is damped: what a start or a step sets moving never dies away"))
+    which = ", ".join(name for name, open_ in zip(names, lost, strict=True) if open_)
+    pairs, backlash = system.meshes.pair, system.meshes.backlash
+    endless = dict.fromkeys(pair for pair, gap in zip(pairs, backlash, strict=True) if np.isinf(gap))
+    if which and not unilateral:
+        notes.append(coded("tension-in-teeth", f"tensile mesh force in the linear model: {which}"))
+    elif which:
+        notes.append(coded("contact-lost", f"contact lost in {which}"))
+        if endless:
+            where = "" if len(endless) == len(set(pairs)) else f" of {', '.join(endless)}"
+            text = f"no backlash{where} is given: the far flanks are taken as never touching"
+            notes.append(coded("no-backlash", text))
     if status != "ok":
-        notes.append(
-            coded(
-                "motion-unbounded",
-                f"the motion grows without bound, {status}: unstable at this speed, or the step is too long",
-            )
-        )
+        text = f"the motion grows without bound, {status}: unstable at this speed, or the step is too long"
+        notes.append(coded("motion-unbounded", text))
     return notes

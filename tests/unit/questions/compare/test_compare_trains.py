@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.cli.main import app
+from epicyclic.document.drives import drive_text
 from epicyclic.questions.compare.effects import BY_KIND, BY_SHAPE, TrainModes, mode_pairs
 from epicyclic.show.charts.effects import compared
 from epicyclic.show.tables import ComparedRow, compared_rows, percent
@@ -308,3 +309,11 @@ def test_the_command_gives_the_same(floating: xr.Dataset, tmp_path: Path) -> Non
         wrong = run.invoke(app, ["compare", *words])
         assert wrong.exit_code == 2
         assert problem in wrong.output
+
+
+def test_every_train_has_a_name_of_its_own(tmp_path: Path) -> None:
+    text = drive_text("lin1999-n3")
+    for name in ("set (2)", "set"):
+        (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
+    found = epicyclic.compare(*(tmp_path / f"{name}.toml" for name in ("set (2)", "set", "set")))
+    assert found.train.values.tolist() == ["set (2)", "set", "set (3)"]

@@ -259,6 +259,7 @@ def test_a_killed_run_continues_to_the_same_bits(tmp_path: Path, document: dict[
         ({"initial": np.full((2, 5), np.inf)}, "not a state"),
         ({"torque_step": (1.5, 1e9)}, "torque step is out of range"),
         ({"torque_step": (np.nan, 0.001)}, "torque_step"),
+        ({"torque_step": (1.5, np.inf)}, "torque_step"),
         ({"torque_ramp": -1.0}, "torque_ramp"),
         ({"torque_ramp": 1.0, "torque_step": (2.0, 0.0)}, "give one of"),
         ({"history": history(moon=[1.0, 2.0, 3.0])}, "no member of that name"),
