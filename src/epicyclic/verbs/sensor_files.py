@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..document.csv_files import read_table
 from ..document.units import factor
 from ..document.written_numbers import stated
 from ..errors import ModelError
@@ -71,6 +70,8 @@ def quantity(value: float | str | None, kind: str, path: str) -> float | None:
 
 def _columns(path: str | Path, needed: tuple[str, ...]) -> Columns:
     """Columns of a CSV file by name: unit and numbers."""
+    from ..document.csv_files import read_table  # brings pydantic, which completion does not wait for
+
     table = read_table(path, most=_MAX_BYTES, allowed=f"the columns {', '.join(needed)}")
     names = [name.lower() for name, _ in table.columns]
     if any(name not in names for name in needed) or len(set(names)) < len(names):
