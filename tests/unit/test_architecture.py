@@ -156,6 +156,22 @@ def test_private_names_stay_in_their_module() -> None:
     assert each(private_of_others) == {}
 
 
+def test_only_the_package_root_lists_its_names() -> None:
+    assert [name for name, path in MODULES.items() if "\n__all__ = " in path.read_text(encoding="utf-8")] == [
+        "__init__"
+    ]
+
+
+def test_the_number_that_is_followed_meets_functions_that_are_there() -> None:
+    table = DESIGN.partition("## One number followed")[2].partition("\n## ")[0]
+    rows = re.findall(r"^\| (`.*?`) \| (`.*?`) \|", table, re.MULTILINE)
+    assert len(rows) > 10
+    for files, names in rows:
+        text = "".join((PACKAGE / name).read_text(encoding="utf-8") for name in re.findall("`(.*?)`", files))
+        for name in re.findall("`(.*?)`", names):
+            assert re.search(rf"\b(def|class) {name.split('.')[-1]}\b", text), f"{name} of {files}"
+
+
 @cache
 def defined_names(tree: ast.Module) -> set[str]:
     """Names that a module defines or assigns at its top."""

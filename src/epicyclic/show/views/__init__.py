@@ -30,20 +30,6 @@ from ..elements import Company, Finding, KeyFigure, Part, Section, Table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Each",
-    "brief_of",
-    "company_of",
-    "findings_of",
-    "front_of",
-    "has_view",
-    "headline_of",
-    "key_figures_of",
-    "kind_of",
-    "sections_of",
-    "tables_of",
-]
-
 Datasets = Mapping[str, "xr.Dataset"]
 Each = Callable[[Callable[[tuple[str, "xr.Dataset"]], Sequence[Section]], Sequence[tuple[str, "xr.Dataset"]]], Any]
 _TONES = ("bad", "caution", "good", "")  # of findings, in the order in which they are read

@@ -14,8 +14,6 @@ from ..tolerance_labels import percent, short_entries
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "key_figures", "sections", "tables"]
-
 ORDER = 155
 _PROOF = {
     "samples": "no grades that meet the target cost less (proven on the samples of the search)",

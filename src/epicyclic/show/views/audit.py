@@ -17,8 +17,6 @@ from ..elements import Company, Section, Styled, Table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "sections", "tables", "tally"]
-
 ORDER = 170
 _TONES = {"reproduced": "good", "under a reading": "caution", "not reproducible": "bad", "not compared": "caution"}
 _CONTRADICTED, _BY_HAND, _HAND_CALCULATIONS = "contradicted", "hand calculation", "hand calculations"

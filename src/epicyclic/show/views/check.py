@@ -17,8 +17,6 @@ from .stiffness import SERIES
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "brief", "findings", "headline", "key_figures", "sections", "tables"]
-
 ORDER = 10
 _DEGREES = 180 / np.pi
 _UNITS = {"x": "N/m", "y": "N/m", "z": "N/m", "rx": "N m/rad", "ry": "N m/rad", "rz": "N m/rad"}

@@ -13,8 +13,6 @@ from ..tables import ComparedRow, compared_rows, letters, percent, shown
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "key_figures", "sections", "tables"]
-
 ORDER = 15
 # Differences of the drawing, natural frequencies and variables in the table; the Dataset has all of them.
 _MOST = 12

@@ -12,8 +12,6 @@ from ..elements import Company, Drawing, Finding, Section, Table, number
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "findings", "sections", "tables"]
-
 ORDER = 140
 
 

@@ -15,8 +15,6 @@ from ..tables import extent, named_columns, status_table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "sections", "tables"]
-
 ORDER = 110
 
 _SHOWN = 40

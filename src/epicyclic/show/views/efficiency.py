@@ -15,8 +15,6 @@ from ..tables import columns_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "findings", "key_figures", "sections", "tables"]
-
 ORDER = 75
 _MEMBERS = {
     "torque": ("torque [N m]", 1.0),

@@ -11,8 +11,6 @@ from ..tables import force_table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "findings", "front", "headline", "key_figures", "sections", "tables"]
-
 ORDER = 900
 
 

@@ -10,8 +10,6 @@ from ..elements import Company, Section, Table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "sections", "tables"]
-
 ORDER = 890
 _MATRICES = ("M", "C", "G", "K", "B", "L", "T", "F", "excitation", "gap_error")
 

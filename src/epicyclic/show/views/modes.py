@@ -17,8 +17,6 @@ from ..series import engineering, mode_groups, numbers, stage_count, summed_shar
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "findings", "front", "key_figures", "sections", "tables"]
-
 ORDER = 30
 # Rows of resonances: a screen of a terminal, a screen of a page, folded away in a page, on its first page.
 _IN_TERMINAL, _IN_PAGE, _FOLDED, _IN_FRONT = 40, 25, 200, 8

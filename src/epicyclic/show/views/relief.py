@@ -12,8 +12,6 @@ from ..elements import Company, Drawing, Section, Table, number
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "sections", "tables"]
-
 ORDER = 150
 
 _SHOWN = 20

@@ -17,8 +17,6 @@ from ..tables import force_table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "findings", "key_figures", "sections", "tables"]
-
 ORDER = 70
 _EQUAL = 5e-4  # half of the last digit shown of a coefficient
 _UNDEFINED = "undefined"  # a share of forces that sum to nothing or less

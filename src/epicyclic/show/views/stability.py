@@ -15,8 +15,6 @@ from ..tables import named_columns, status_table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "sections", "tables"]
-
 ORDER = 115
 
 _SHOWN = 30

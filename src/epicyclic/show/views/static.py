@@ -13,8 +13,6 @@ from ..tables import force_table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "sections", "tables"]
-
 ORDER = 50
 
 

@@ -11,8 +11,6 @@ from ..tables import force_table, largest_heading, loaded
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "sections", "tables"]
-
 ORDER = 60
 
 

@@ -10,8 +10,6 @@ from ..elements import Company, Drawing, Section, Table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "SERIES", "sections", "tables"]
-
 SERIES = "As it is computed with: a Fourier series. Ripples beside a bend are where the series ends, not of the teeth."
 
 ORDER = 20

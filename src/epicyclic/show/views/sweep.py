@@ -15,8 +15,6 @@ from ..tables import extent, largest_heading, largest_over_speed, loaded, relati
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "findings", "key_figures", "sections", "tables"]
-
 ORDER = 80
 # Operating range, per operating speed, as of the default range of a sweep.
 _OPERATION = (0.05, 1.3)

@@ -24,8 +24,6 @@ from ..tolerance_labels import (
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "findings", "key_figures", "sections", "tables"]
-
 ORDER = 72
 # part of its spread by which a tolerance is narrowed for "what buys what"
 _NARROWED = 0.1

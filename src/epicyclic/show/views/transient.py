@@ -13,8 +13,6 @@ from ..series import of_first_stage, own_tones
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "sections", "tables"]
-
 ORDER = 130
 
 # The end of a run, for what it settles to.
