@@ -265,21 +265,16 @@ def _listed(number: Written, leaf: str, train: Train, text: str, index: int) -> 
 
 
 def system_derivatives(
-    train: Train, parameters: Sequence[Parameter], *, progress: Callable[[float], None] | None = None
+    train: Train, base: System, parameters: Sequence[Parameter], *, progress: Callable[[float], None] | None = None
 ) -> SystemDerivatives:
-    """Derivatives of the linearised assembly along each parameter; derived here.
+    """Derivatives of the linearised assembly of a train, `base`, along each parameter; derived here.
 
     A parameter without derivative holds the reason in place of the derivative.
 
     Parameters
     ----------
     progress : called with the share done, 0..1.
-
-    Raises
-    ------
-    ModelError, ConvergenceError : the train itself cannot be assembled or linearised.
     """
-    base = linear(assemble(train))
     # tolerances, and reasons for what may be removed, move no number of the System but take time to check
     document = {name: table for name, table in train.document.items() if name not in ("tolerance", "assumed")}
     stencils: list[_Stencil | str] = []

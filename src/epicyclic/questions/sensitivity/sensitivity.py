@@ -18,7 +18,8 @@ from ...document.schema import nearest
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...results.ties import largest, ranked
-from ...system.assembly import train_provenance
+from ...statics.tangent import linear
+from ...system.assembly import assemble, train_provenance
 from ...system.system import System, faces
 from ...train.train import Train
 from ..modes.eigen import classify_modes, eigen, repeated_roots, whirl
@@ -85,7 +86,11 @@ def sensitivity(
     candidates = all_parameters(train) if paths is None else [parameter_at(train, path) for path in paths]
     if not candidates:
         raise ModelError("no path given", path="paths", allowed="paths of the model file, or none for all")
-    derivatives = system_derivatives(train, candidates, progress=progress)
+    if mesh_frequency is not None and relative_speed is not None:
+        raise ModelError("give mesh_frequency or relative_speed, not both")
+    base = linear(assemble(train))
+    _check_ranking(base, mode, mesh)
+    derivatives = system_derivatives(train, base, candidates, progress=progress)
     system = derivatives.system
     parameters: list[Parameter] = []
     changes: list[SystemNumbers] = []
@@ -101,13 +106,22 @@ def sensitivity(
     if of == "frequency":
         quantity = _frequencies(system, changes, relative_speed or 0.0, mode)
     else:
-        if mesh_frequency is not None and relative_speed is not None:
-            raise ModelError("give mesh_frequency or relative_speed, not both")
         speed = 1.0 if relative_speed is None else relative_speed
         if mesh_frequency is not None:
             speed = mesh_frequency / float(response(system).lines.tone)
         quantity = _forces(system, changes, speed, harmonic, mesh)
     return _labelled(train, system, parameters, quantity, left_out, only_effective=paths is None)
+
+
+def _check_ranking(system: System, mode: int | None, mesh: str | None) -> None:
+    """Raise ModelError for a mode or a mesh that is not there, before any number is differentiated."""
+    if mode is not None and not 1 <= mode <= len(system.M):
+        raise ModelError("no such mode", path="mode", given=mode, allowed=f"1 .. {len(system.M)}")
+    names = faces(system.meshes).name
+    if mesh is not None and mesh not in names:
+        raise ModelError(
+            f"no such mesh{nearest(mesh, names)}", path="mesh", given=mesh, allowed=f"{names[0]} .. {names[-1]}"
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -146,8 +160,6 @@ def _frequencies(
         squared = turning.mu
         derivative = whirl_derivatives(system, turning, changes, relative_speed=relative_speed)
     elastic = np.flatnonzero(hertz > 0)
-    if mode is not None and not 1 <= mode <= hertz.size:
-        raise ModelError("no such mode", path="mode", given=mode, allowed=f"1 .. {hertz.size}")
     if not elastic.size:
         raise ModelError("no mode is elastic: nothing to differentiate", path="stages")
     first = int(elastic[0]) if mode is None else mode - 1
@@ -183,10 +195,6 @@ def _forces(
 ) -> _Derivatives:
     """RMS of the dynamic mesh forces, or amplitudes of a mesh order [N], and their derivatives at a relative speed."""
     names = faces(system.meshes).name
-    if mesh is not None and mesh not in names:
-        raise ModelError(
-            f"no such mesh{nearest(mesh, names)}", path="mesh", given=mesh, allowed=f"{names[0]} .. {names[-1]}"
-        )
     forces = force_derivatives(system, changes, relative_speed=speed, harmonic=harmonic)
     value = forces.value[:, 0]
     first = names.index(mesh) if mesh is not None else largest(value)

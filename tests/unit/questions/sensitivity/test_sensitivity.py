@@ -219,6 +219,17 @@ def test_bad_input(options: dict[str, Any], message: str) -> None:
         epicyclic.sensitivity("ren2021", **options)
 
 
+@pytest.mark.parametrize("options", [{"mode": 99}, {"of": "force", "mesh": "main/sun-planet/9/left"}])
+def test_what_is_not_there_is_refused_before_anything_is_differentiated(
+    options: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "epicyclic.questions.sensitivity.sensitivity.system_derivatives", lambda *_, **__: pytest.fail("differentiated")
+    )
+    with pytest.raises(ModelError, match="no such"):
+        epicyclic.sensitivity("ren2021", **options)
+
+
 def test_forces_without_damping() -> None:
     with pytest.raises(ModelError, match="no damping"):
         epicyclic.sensitivity("lin1999-n4", of="force", paths=["stages.main.sun.mass"])
