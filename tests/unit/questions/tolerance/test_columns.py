@@ -531,11 +531,11 @@ def test_the_search_for_the_largest_while_turning_is_bounded(monkeypatch: pytest
     turning = {"held": ["ring"], "torque": {"sun": "800 N m"}, "speed": {"sun": "1500 rpm"}}
     model = spur(5, {"deviations.main.planet.position.y": "normal(0 um, 20 um)", **run_outs}, operation=turning)
     given = tolerance_map(load(model))
-    u = np.random.default_rng(5).random((24, len(given.dimension_entry)))
+    u = np.random.default_rng(5).random((8, len(given.dimension_entry)))
     with monkeypatch.context() as brute:
         brute.setattr(sample_loads, "_DENSE_PHASES", 43_200)
         reference = given.evaluate(u, dense=True)
-    assert reference.open.sum() > 5
+    assert reference.open.sum() > 1
     np.testing.assert_allclose(given.evaluate(u).k[:, 1], reference.k[:, 1], rtol=1e-4)
     np.testing.assert_allclose(given.evaluate(u, dense=True).k[:, 1], reference.k[:, 1], rtol=1e-5)
     assert float(epicyclic.tolerance(model, samples=256, effects="none").turning_shortfall) < 1e-4
@@ -560,11 +560,11 @@ def test_mean_and_largest_of_wide_open_contact_are_converged(monkeypatch: pytest
     run_outs = {f"deviations.{member}.run_out": "disc(60 um)" for member in ("sun", "planet", "ring", "carrier")}
     model["tolerance"] = {"deviations.planet.position.y": "normal(0 um, 10 um)", **run_outs}
     given = tolerance_map(load(model))
-    u = np.random.default_rng(1).random((24, len(given.dimension_entry)))
+    u = np.random.default_rng(1).random((8, len(given.dimension_entry)))
     found = given.evaluate(u)
     monkeypatch.setattr(sample_loads, "_DENSE_PHASES", 20_000)
     reference = given.evaluate(u, dense=True)
-    assert found.open.sum() > 20
+    assert found.open.sum() > 6
     np.testing.assert_allclose(found.load[:, 0], reference.load[:, 0], rtol=0, atol=5e-3)
     assert np.nanmax(reference.k[:, 1] / found.k[:, 1]) < 1.01
     monkeypatch.setattr(sample_loads, "_PHASES", 144)
