@@ -1,4 +1,4 @@
-"""Shorthands of one layer of a file (rule 2): each layer is expanded before one is laid over the other.
+"""Shorthands of one layer of a file: each layer is expanded before one is laid over the other.
 
 What a table is, is known from its place. Values of a wrong form pass through: validation names them.  The expanded
 document is then normalised for the schema: values by full member path, lists as tuples.

@@ -28,7 +28,7 @@ _SAME = 1e-9
 
 
 class LinkRow(NamedTuple):
-    """One direction of one link.  first, second : body indices, -1 = the frame.  law : it follows a law, see `gaps`."""
+    """One direction of one link.  first, second : body indices, -1 = the frame.  law : it has one, see `mesh_laws`."""
 
     link: Link
     direction: int

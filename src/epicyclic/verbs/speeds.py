@@ -1,4 +1,4 @@
-"""Range of speeds of a sweep: from what a person says to mesh frequencies."""
+"""System of a source with its Train, and the range of speeds of a sweep: from what a person says to frequencies."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ class Request:
 
     rev : number of the state, counted by the session.  kind : ``live``: one frame; ``full``: all frames of a state.
     source, overrides : what `load` takes.  relative_speed : speed per operating speed that is shown [1].
-    compiled : solve by numba; None: where that is installed and loaded, see `compiler`.
+    compiled : solve by numba; None: where that is installed and loaded, see `compute.compiler_ready`.
     """
 
     rev: int
