@@ -429,7 +429,9 @@ def test_files_that_never_end_are_refused(device: str, tmp_path: Path) -> None:
 def test_a_cell_of_200_000_characters_is_refused(tmp_path: Path) -> None:
     table = tmp_path / "torque.csv"
     table.write_text("time [s], sun [N m]\n0, 1\n1, " + "1" * 200_000)
-    assert "line 3: no row of a table" in refused("transient", "ren2021", "--torque", str(table))
+    message = refused("transient", "ren2021", "--torque", str(table))
+    assert "torque.csv, line 3 = 1, 111" in message
+    assert "no row of a table" in message
 
 
 def test_a_nested_record_is_refused(tmp_path: Path) -> None:

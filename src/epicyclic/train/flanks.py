@@ -157,7 +157,7 @@ def tooth_pair(
         flank_b=flanks[1],
         paths=(_path(plan, p.a, side), _path(plan, p.b, side)),
     )
-    _check(teeth, p.internal)
+    _check(teeth, p.internal, paths=(_stating_path(plan, p.a, side), _stating_path(plan, p.b, side)))
     for gear, flank in zip((p.a, p.b), flanks, strict=True):
         for name, size in amounts(flank):
             if abs(size) > _DOUBTFUL * a.module:
@@ -169,8 +169,11 @@ def tooth_pair(
     return teeth
 
 
-def _check(teeth: ToothPair, internal: bool) -> None:
-    """Raise ModelError for micro-geometry that does not fit the height and the width of its flank."""
+def _check(teeth: ToothPair, internal: bool, *, paths: tuple[str, str]) -> None:
+    """Raise ModelError for micro-geometry that does not fit the height and the width of its flank.
+
+    paths : where the file states the flanks of both gears.
+    """
     plane = PlaneOfAction(
         base_a=teeth.base_a,
         base_b=teeth.base_b,
@@ -182,8 +185,8 @@ def _check(teeth: ToothPair, internal: bool) -> None:
         face_b=teeth.face_b,
     )
     for flank, radius, face, form, path in (
-        (teeth.flank_a, plane.radius_a, teeth.face_a, teeth.form_a, teeth.paths[0]),
-        (teeth.flank_b, plane.radius_b, teeth.face_b, teeth.form_b, teeth.paths[1]),
+        (teeth.flank_a, plane.radius_a, teeth.face_a, teeth.form_a, paths[0]),
+        (teeth.flank_b, plane.radius_b, teeth.face_b, teeth.form_b, paths[1]),
     ):
         if flank != PLAIN:
             height = abs(float(radius(teeth.limits[1]) - radius(teeth.limits[0])))
@@ -231,7 +234,13 @@ def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank
 
 
 def _path(plan: Plan, name: str, side: str | None) -> str:
-    """Path of the flank of a gear in the file: of the side, else the gear, else the stage that has one."""
+    """Path of the flank of a gear in the file, of a side where it has its own: what is laid over it goes there."""
+    statement = stated(plan.member_levels(name, side), "flank")
+    return f"{plan.member_path(name)}.flank" if statement is None else statement.path
+
+
+def _stating_path(plan: Plan, name: str, side: str | None) -> str:
+    """Path at which the file states the flank of a gear: of the side, else the gear, else the stage."""
     statement = stated(plan.levels(name, side), "flank")
     return f"{plan.member_path(name)}.flank" if statement is None else statement.path
 

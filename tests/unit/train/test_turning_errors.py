@@ -29,9 +29,10 @@ ECCENTRIC: Table = {"from": "normal", "direction": "transverse", "flanks": "both
 
 
 def with_error(more: Table, overrides: Table | None = None, *, pair: str = "sun-planet") -> Train:
-    """ren2021 with one error of one pair and no other deviation."""
+    """ren2021 with one error of one pair and no other deviation; more : its keys, None one that it has not."""
     key = f"deviations.meshes.{pair}.errors.mine"
     error = {"turns_with": "sun", "amplitude": "20 um", **more}
+    error = {name: value for name, value in error.items() if value is not None}
     return load("ren2021", {"deviations": None, key: error, **(overrides or {})})
 
 
