@@ -172,7 +172,7 @@ def merge(base: PlainTable, layer: PlainTable, path: str = "") -> PlainTable:
 def value_at(table: object, path: Iterable[str]) -> Any:
     """Return what stands at the names of a path in nested tables, None where nothing does."""
     for name in path:
-        table = table.get(name) if isinstance(table, dict) else None
+        table = table.get(name) if isinstance(table, Mapping) else None
     return table
 
 

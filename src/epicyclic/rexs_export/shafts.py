@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ..document.tables import value_at
 from ..rexs.file import Value
 from ..train.bodies import Body, Link, Mesh
 from ..train.train import Train
@@ -258,19 +259,8 @@ def speed_of(train: Train, shaft: ShaftPart) -> Attributes:
     speeds, member = train.kinematics.speed, shaft.first.member
     if speeds is None or shaft.first.branch is not None or member not in speeds:
         return {}
-    operation = train.document.get("operation")
-    stated = operation.get("speed") if isinstance(operation, Mapping) else None
-    defines = stated is not None and _stands(stated, member)
+    defines = value_at(train.document, ["operation", "speed", *member.split(".")]) is not None
     return {"rotational_speed": (float(speeds[member]), "1 / min"), "defines_speed": (defines, "none")}
-
-
-def _stands(table: object, member: str) -> bool:
-    """Whether there is a value for a member in nested tables."""
-    for part in member.split("."):
-        if not isinstance(table, Mapping) or part not in table:
-            return False
-        table = table[part]
-    return True
 
 
 def add_loads(train: Train, draft: Draft, shafts: Mapping[str, tuple[ShaftPart, int]]) -> None:

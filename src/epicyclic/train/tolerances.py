@@ -16,6 +16,7 @@ from ..document.deviations import MemberDeviationsTable, MeshDeviationsTable
 from ..document.distributions import Distribution, StandardGrade
 from ..document.document import Document
 from ..document.schema import SIDES, collect
+from ..document.tables import value_at
 from ..document.tolerances import Grade, Tolerance, Width, costs, tolerances, tolerances_and_costs
 from ..errors import ModelError
 from ..teeth.grades import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
@@ -150,7 +151,7 @@ def _check_backlash(mesh: Mesh, bodies: Sequence[Body], data: Mapping[str, Any])
         sided = f"{mesh.pair}.{mesh.side}.backlash"
         raise ModelError(
             "larger than a module: no backlash of teeth",
-            path=f"{mesh.pair}.backlash" if _stated(data, sided) is None else sided,
+            path=f"{mesh.pair}.backlash" if value_at(data, sided.split(".")) is None else sided,
             given=_millimetres(mesh.backlash),
             allowed=f"at most a module, {_millimetres(module)}; leave it out where the far flank never touches",
         )
@@ -158,16 +159,8 @@ def _check_backlash(mesh: Mesh, bodies: Sequence[Body], data: Mapping[str, Any])
 
 def _written(data: Mapping[str, Any], path: str, size: float) -> object:
     """Value as it stands in the document, else its size."""
-    value = _stated(data, path)
+    value = value_at(data, path.split("."))
     return _millimetres(size) if value is None or isinstance(value, float) else value
-
-
-def _stated(data: Mapping[str, Any], path: str) -> object:
-    """What the document has at a path, None without."""
-    value: object = data
-    for name in path.split("."):
-        value = value.get(name) if isinstance(value, Mapping) else None
-    return value
 
 
 def _millimetres(length: float) -> str:

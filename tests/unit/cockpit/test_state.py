@@ -37,7 +37,7 @@ from epicyclic.cockpit.state.state import (
     with_text,
     with_value,
 )
-from epicyclic.cockpit.state.written_text import text_of, value_at
+from epicyclic.cockpit.state.written_text import text_of, written_value
 from epicyclic.document.document import parse_text, read, ready_drives
 from epicyclic.document.overrides import parse_setting
 from epicyclic.document.tables import leaves
@@ -98,7 +98,7 @@ def paths_of(state: PageState) -> list[str]:
 def test_every_value_can_be_changed_in_the_text(drive: str) -> None:
     state, tried = opened(drive), 0
     for path in paths_of(state)[::3]:
-        value = changed(value_at(state, path))
+        value = changed(written_value(state, path))
         if value is None or path.startswith(("format", "assumed")):
             continue
         other = with_value(state, path, value)
@@ -118,7 +118,7 @@ def test_every_value_can_be_changed_in_the_text(drive: str) -> None:
 def test_any_values_can_be_changed_together(data: st.DataObject) -> None:
     state = opened(data.draw(st.sampled_from(["ren2021", "lin1999-n4", "wind-stage"])))
     for path in data.draw(st.lists(st.sampled_from(paths_of(state)), max_size=4)):
-        value = data.draw(st.sampled_from([None, changed(value_at(state, path))]))
+        value = data.draw(st.sampled_from([None, changed(written_value(state, path))]))
         state = with_value(state, path, value)
     try:
         aim = read(*request_of(state)).data
@@ -146,9 +146,9 @@ def test_one_place_has_one_override_however_it_is_spelled() -> None:
     same_train(state)
     state = with_value(opened("lin1999-n4"), "damping", {"modal": 0.02})
     state = with_value(state, "damping.modal", 0.03)
-    assert value_at(state, "damping.modal") == 0.03
+    assert written_value(state, "damping.modal") == 0.03
     same_train(state)
-    assert value_at(with_value(state, "damping", None), "damping.modal") is None
+    assert written_value(with_value(state, "damping", None), "damping.modal") is None
     state = with_value(with_value(opened("ren2021"), "deviations", None), "deviations.sun.run_out", "7 um")
     assert read(*request_of(state)).data["deviations"] == {"main": {"sun": {"run_out": {"amplitude": "7 um"}}}}
     same_train(state)
@@ -163,7 +163,7 @@ def test_a_table_added_below_dotted_keys_keeps_comments() -> None:
 def test_the_value_of_the_file_is_no_override() -> None:
     state = with_value(opened("ren2021"), "stages.main.module", "30 mm")
     assert dict(state.overrides) == {"stages.main.module": "30 mm"}
-    assert value_at(state, "stages.main.module") == "30 mm"
+    assert written_value(state, "stages.main.module") == "30 mm"
     assert with_value(state, "stages.main.module", "32 mm") == opened("ren2021")
 
 

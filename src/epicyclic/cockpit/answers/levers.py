@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.document import file_text, parse_text
-from ...document.tables import PlainTable, leaves, split_path
+from ...document.tables import PlainTable, leaves, split_path, value_at
 from ...document.units import factor
 from ...document.written_numbers import Written, written
 from ...errors import ConvergenceError, ModelError
@@ -28,7 +28,6 @@ from ...statics.tangent import linear
 from ...system.assembly import assemble
 from ...train.resolution import load
 from ...train.train import Train
-from ..state.state import at_path
 from .answer import per_cent
 from .sharing_answers import in_short
 
@@ -107,7 +106,7 @@ class _Model:
         if full.endswith(".radial"):
             paths.append(f"{full.removesuffix('.radial')}.x")
         for path in paths:
-            if path in self.overrides or written(at_path(self.tables, split_path(path, path=path))) is not None:
+            if path in self.overrides or written(value_at(self.tables, split_path(path, path=path))) is not None:
                 return path
         return paths[0].removesuffix(".amplitude")
 

@@ -19,7 +19,7 @@ from ..dialogs.fields_panel import fields_panel
 from ..dialogs.text_panel import text_panel
 from ..processes.session import Session
 from ..state.state import PageState
-from ..state.written_text import value_at
+from ..state.written_text import written_value
 from .controls import Words, box, prop
 
 
@@ -98,7 +98,7 @@ class LeverControl(Element, component="lever.js"):
             return
         self._seen = state
         prop(self, "changed", self.path in state.overrides)
-        stated = value_at(state, self.path)
+        stated = written_value(state, self.path)
         number = self._unstated if stated is None else self._read(stated)
         if number is None or math.isclose(number, self._value, rel_tol=1e-9, abs_tol=1e-300):
             return
@@ -144,7 +144,7 @@ class LeverControl(Element, component="lever.js"):
             return round(value)
         text = f"{value:.{_DIGITS}g}"
         if self._entry is not None and (state := self._session.state) is not None:
-            return with_entry(value_at(state, self.path), self._unit, self._entry, self._count, float(text))
+            return with_entry(written_value(state, self.path), self._unit, self._entry, self._count, float(text))
         return f"{text} {self._unit}" if self._unit else float(text)
 
     def _ask(self, value: object, *, released: bool) -> None:

@@ -13,7 +13,7 @@ from ...document.document import MAX_BYTES, decoded, file_text, parse_text, read
 from ...document.drives import drive_text
 from ...document.schema import Names, collect
 from ...document.shorthand import expand
-from ...document.tables import PlainTable, clean, nested, split_path
+from ...document.tables import PlainTable, clean, nested, split_path, value_at
 from ...errors import ModelError
 from ...rexs.file import is_rexs_name
 
@@ -61,15 +61,6 @@ def keyed(table: Mapping[str, Any], above: Keys = ()) -> Iterator[tuple[Keys, ob
             yield from keyed(value, (*above, key))
         else:
             yield (*above, key), value
-
-
-def at_path(table: Any, path: Keys) -> Any:
-    """The value at a path of nested tables, None where there is none."""
-    for key in path:
-        if not isinstance(table, Mapping) or key not in table:
-            return None
-        table = table[key]
-    return table
 
 
 def _places(keys: Keys, value: object, names: Names) -> frozenset[Keys]:
@@ -205,7 +196,7 @@ def _set(overrides: dict[str, object], path: str, keys: Keys, value: object, spe
             return
         removed_above |= own == keys[: len(own)] and own != keys and given is None
         below = own[: len(keys)] == keys and not (
-            isinstance(value, Mapping) and at_path(value, own[len(keys) :]) is None
+            isinstance(value, Mapping) and value_at(value, own[len(keys) :]) is None
         )
         if own == keys or below or spelling.places_of(own, given) == places:
             del overrides[other]
@@ -262,7 +253,7 @@ def request_of(state: PageState) -> tuple[PlainTable, dict[str, object]]:
     for path, value in state.overrides.items():
         keys = split_path(path, path=path)
         # refused here where it names a file and may not
-        overrides[path] = at_path(_placed(nested(keys, value), folder), keys)
+        overrides[path] = value_at(_placed(nested(keys, value), folder), keys)
     return tables, overrides
 
 

@@ -12,10 +12,10 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
 from ...document.document import read
-from ...document.tables import PlainTable, split_path
+from ...document.tables import PlainTable, split_path, value_at
 from ...document.writer import commented_text
 from ...errors import ModelError
-from .state import Keys, PageState, at_path, keyed, request_of, spelling_of, tables_of
+from .state import Keys, PageState, keyed, request_of, spelling_of, tables_of
 
 # Rounds of writing what still differs from the aim: the first writes the overrides, the second what follows from them
 # (masses after teeth, reasons of values that are not assumed any more); the commented writer stands behind.
@@ -51,7 +51,7 @@ def text_of(state: PageState, folder: Path | None = None) -> str:
     return commented_text(aim, head=head)
 
 
-def value_at(state: PageState, path: str) -> object:
+def written_value(state: PageState, path: str) -> object:
     """The value at a path as it is written, a text with its unit: of an override, else of the file; None: nowhere.
 
     Raises
@@ -62,11 +62,11 @@ def value_at(state: PageState, path: str) -> object:
     for other, value in reversed(list(state.overrides.items())):
         above = split_path(other, path=other)
         if keys[: len(above)] == above:
-            found = value if above == keys else at_path(value, keys[len(above) :])
+            found = value if above == keys else value_at(value, keys[len(above) :])
             if found is not None or value is None:
                 return found
-    found = at_path(tables_of(state.base, state.name), keys)
-    return found if found is not None else at_path(_plain_document(state.base, state.name), keys)
+    found = value_at(tables_of(state.base, state.name), keys)
+    return found if found is not None else value_at(_plain_document(state.base, state.name), keys)
 
 
 @lru_cache(maxsize=16)
@@ -176,7 +176,7 @@ def _shortened(document: Any, keys: Keys) -> Keys:
         return (keys[0], ".".join(keys[1:]))
     short = (keys[0], *keys[2:])
     without_stage = keys[0] in ("deviations", "operation") and len(keys) > 2
-    if without_stage and at_path(document, keys[:2]) is None and at_path(document, short[:2]) is not None:
+    if without_stage and value_at(document, keys[:2]) is None and value_at(document, short[:2]) is not None:
         return short
     return keys
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.document import read
+from ...document.tables import value_at
 from ...document.tolerances import Tolerance
 from ...errors import ModelError
 from ...statics.load_map import at_mesh_order
@@ -291,7 +292,7 @@ def unit_overrides(
         elif kind == "error":
             overrides |= {f"{table}.amplitude": f"{_UNIT} m", f"{table}.phase": "0 rad"}
         elif kind == "vector":
-            stated = _table_at(document, table)
+            stated = value_at(document, table.split("."))
             named = {*components, *(stated if isinstance(stated, Mapping) else ())}
             unit = f"{_UNIT} {'rad' if table.endswith('.tilt') else 'm'}"
             if named & {"", "x", "y", "amplitude", "phase"}:
@@ -299,14 +300,6 @@ def unit_overrides(
             if "z" in named:
                 overrides[f"{table}.z"] = unit
     return overrides
-
-
-def _table_at(document: Mapping[str, object], path: str) -> object:
-    """What stands at a path of the document, None where nothing does."""
-    value: object = document
-    for key in path.split("."):
-        value = value.get(key) if isinstance(value, Mapping) else None
-    return value
 
 
 # columns --------------------------------------------------------------------------------------------------------------
