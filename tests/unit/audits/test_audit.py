@@ -14,10 +14,10 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.audits import audit as module
+from epicyclic.audits.views import tables, tally
 from epicyclic.cli.main import app
 from epicyclic.document.writer import model_text
 from epicyclic.errors import ConvergenceError, ModelError
-from epicyclic.show.views.audit import tables, tally
 from epicyclic.train.resolution import resolved_document
 from epicyclic.verbs.record import Verb
 

@@ -12,7 +12,7 @@ from ...questions.compare.compare import compare_of
 from ...results.dataset import load_result
 from ...results.tables_out import save_csv, save_xlsx
 from ...show.plot import companions, figure_names, plot
-from ...show.views.compare import tables
+from ...show.views import tables_of
 from ...train.resolution import load
 from ...verbs.record import verbs
 from ..processes.jobs import Job
@@ -37,7 +37,7 @@ def compared_states(first: Loadable, second: Loadable, names: tuple[str, str]) -
     trains = [load(source, overrides=overrides) for source, overrides in (first, second)]
     result = compare_of(trains)
     result = result.assign_coords(train=[f"{names[0]}, pinned", f"{names[1]}, present"])
-    (table,) = tables(result)
+    (table,) = tables_of(result)
     headings = list(table.columns)
     rows = [[str(cell) for cell in row] for row in zip(*table.columns.values(), strict=True)]
     return {"headings": headings, "rows": rows, "lead": table.lead, "notes": list(table.notes)}

@@ -27,10 +27,9 @@ from epicyclic.questions.response.periodic import Periodic, periodic
 from epicyclic.questions.response.response import response
 from epicyclic.questions.response.steady import steady, sweep
 from epicyclic.questions.response.sweep_table import empty_table, sweep_dataset
+from epicyclic.questions.response.views import steady_tables, sweep_tables
 from epicyclic.questions.response.waveform import Signal, Spectrum, lateral_pairs, signal_of_samples
 from epicyclic.results.dataset import load_result, save_result
-from epicyclic.show.views import steady as steady_view
-from epicyclic.show.views import sweep as sweep_view
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
@@ -244,8 +243,8 @@ def test_of_several_mesh_frequencies_the_largest_is_called_a_bound(case: Any) ->
     for build, bound in ((with_shafts, False), (with_two_tones, True)):
         system = build(case)
         for result, tables in (
-            (steady(system), steady_view.tables),
-            (sweep(system, relative_speed=[1.0, 1.3]), sweep_view.tables),
+            (steady(system), steady_tables),
+            (sweep(system, relative_speed=[1.0, 1.3]), sweep_tables),
         ):
             words = str([list(table.columns) for table in tables(result)])
             assert ("largest, a bound [N]" in words) is bound

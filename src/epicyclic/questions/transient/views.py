@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Drawing, Part, Section, Table, number
-from ..series import of_first_stage, own_tones
+from ...show.elements import Company, Drawing, Part, Section, Table, number
+from ...show.series import of_first_stage, own_tones
+from ...show.view import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
-
-ORDER = 130
 
 # The end of a run, for what it settles to.
 _LAST = 0.2
@@ -55,8 +54,8 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Mesh forces over time, and over a speed ramp the spectrum of the one that swings most."""
-    from ..charts.over_time import spectrogram, transient_forces
-    from ..series import ramps
+    from ...show.charts.over_time import spectrogram, transient_forces
+    from ...show.series import ramps
 
     words = "Samples kept; the table has what lies between them. Left and right drawn once where they coincide."
     parts: list[Part] = [Drawing(anchor="transient", figure=transient_forces(result), caption=words)]
@@ -64,3 +63,6 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
         words = "Dotted: multiples of the mesh frequency; where one is dark it passes a natural frequency."
         parts.append(Drawing(anchor="spectrogram", figure=spectrogram(result), caption=words))
     return [Section(anchor="transient", title="Motion over time", parts=[*parts, *tables(result)])]
+
+
+VIEWS = (ResultView(kind="transient", order=130, tables=tables, sections=sections),)

@@ -1,4 +1,4 @@
-"""`modes`: natural frequencies, kinds, shapes and energies of the vibration modes."""
+"""Views of `modes` and `campbell`: frequencies, shapes and energies of the modes, at one speed and over it."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...results.ties import EQUAL, ranked
-from ..elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table
-from ..series import engineering, mode_groups, numbers, stage_count, summed_shares, texts, unbroken
+from ...show.elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table
+from ...show.series import engineering, mode_groups, numbers, stage_count, summed_shares, texts, unbroken
+from ...show.view import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ORDER = 30
+# --- modes -----------------------------------------------------------------------------------------------------------
+
 # Rows of resonances: a screen of a terminal, a screen of a page, folded away in a page, on its first page.
 _IN_TERMINAL, _IN_PAGE, _FOLDED, _IN_FRONT = 40, 25, 200, 8
 # As of the analysis, which marks resonances this close to operation where no band is given.
@@ -27,7 +29,7 @@ _NEAR = 0.2
 _LITTLE, _PARTS = 0.05, 1.0
 
 
-def tables(result: xr.Dataset) -> Sequence[Table]:
+def modes_tables(result: xr.Dataset) -> Sequence[Table]:
     """Every mode: frequency, kind, multiplicity, damping, and what holds most of its energies, branches added up."""
     columns: dict[str, Any] = {
         "mode": list(range(1, result.sizes["mode"] + 1)),
@@ -47,10 +49,10 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     return found
 
 
-def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+def modes_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Frequencies, moving shapes, energies, the Campbell diagram where there is one, and all modes as a table."""
-    from ..charts.mode_shapes import mode_shapes
-    from ..charts.modes import campbell, energy_shares, frequencies
+    from ...show.charts.mode_shapes import mode_shapes
+    from ...show.charts.modes import campbell, energy_shares, frequencies
 
     check = company.get("check")
     words = "×2, ×3: so many modes at one frequency."
@@ -63,14 +65,14 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
         parts.append(Drawing(anchor="energy", figure=energy_shares(result), caption=words))
     if "campbell" in company:
         parts.append(Drawing(anchor="campbell", figure=campbell(company["campbell"])))
-    parts.append(Details(summary="All modes", parts=tables(result)[:1]))
+    parts.append(Details(summary="All modes", parts=modes_tables(result)[:1]))
     found = [Section(anchor="modes", title="Vibration modes", parts=parts)]
     if result.sizes.get("resonance", 0):
         found.append(Section(anchor="resonances", title="Resonances near operation", parts=_near_operation(result)))
     return found
 
 
-def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+def modes_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     """The lowest natural frequency [Hz], with how many there are; the strongest resonance near operation [%]."""
     elastic = [one for one in mode_groups(result) if one.frequency > 1e-3]
     if not elastic:
@@ -107,7 +109,7 @@ def _driven(result: xr.Dataset) -> NDArray[np.int64]:
     return near[ranked(_force(result)[near], equal=EQUAL)]
 
 
-def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+def modes_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """The strongest resonance within the band about operation, and what holds it."""
     if "resonance_near" not in result.variables:
         return []
@@ -157,9 +159,9 @@ def _mean_force(company: Company) -> float:
     return float("nan")
 
 
-def front(result: xr.Dataset, company: Company) -> Sequence[Part]:
+def modes_front(result: xr.Dataset, company: Company) -> Sequence[Part]:
     """The resonances within the band, the strongest of them, and where in the range of speeds all lie."""
-    from ..charts.operating_range import operating_range
+    from ...show.charts.operating_range import operating_range
 
     parts: list[Part] = []
     if result.sizes.get("resonance", 0):
@@ -278,3 +280,42 @@ def _most(result: xr.Dataset, name: str, dim: str) -> list[str]:
         most = int(np.argmax(column)) if known else 0
         found.append(f"{names[most]} {100 * column[most]:.0f} %" if known else "")
     return found
+
+
+# --- campbell --------------------------------------------------------------------------------------------------------
+
+_COLUMNS = 5
+
+
+def campbell_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Natural frequencies [Hz] at five of the speeds."""
+    speeds = result.relative_speed.values
+    frequency = result.whirl_frequency.transpose("mode", "relative_speed").values
+    columns: dict[str, Any] = {"mode": list(map(int, result.mode.values))}
+    for at in np.unique(np.linspace(0, len(speeds) - 1, _COLUMNS).round().astype(int)):
+        columns[f"{speeds[at]:.3g} x speed [Hz]"] = list(frequency[:, at])
+    return [Table(title="Natural frequencies over speed", columns=columns)]
+
+
+def campbell_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The diagram; beside `modes` it stands among them."""
+    from ...show.charts.modes import campbell
+
+    if "modes" in company:
+        return []
+    parts = [Drawing(anchor="campbell", figure=campbell(result))]
+    return [Section(anchor="modes", title="Vibration modes", parts=parts)]
+
+
+VIEWS = (
+    ResultView(
+        kind="modes",
+        order=30,
+        tables=modes_tables,
+        sections=modes_sections,
+        key_figures=modes_key_figures,
+        findings=modes_findings,
+        front=modes_front,
+    ),
+    ResultView(kind="campbell", order=40, tables=campbell_tables, sections=campbell_sections),
+)

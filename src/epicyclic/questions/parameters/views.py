@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Drawing, Section, Table
+from ...show.elements import Company, Drawing, Section, Table
+from ...show.view import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
-
-ORDER = 100
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
@@ -47,8 +46,11 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The loci with their crossings and veerings."""
-    from ..charts.modes import loci
+    from ...show.charts.modes import loci
 
     words = "Thick: double roots. Shapes that share nothing cross; coupled ones veer and exchange their motion."
     parts = [Drawing(anchor="track", figure=loci(result), caption=words)]
     return [Section(anchor="track", title="Modes followed", parts=parts)]
+
+
+VIEWS = (ResultView(kind="track", order=100, tables=tables, sections=sections),)

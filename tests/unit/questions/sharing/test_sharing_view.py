@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 import epicyclic
+from epicyclic.questions.sharing.views import key_figures, tables
 from epicyclic.show.series import largest_coefficients, unbroken
-from epicyclic.show.views.sharing import key_figures, tables
 
 SPUR: dict[str, Any] = {"stages.main.helix_angle": "0 deg", "operation.torque.carrier": "3600 N m"}
 

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Section, Styled, Table
+from ..show.elements import Company, Section, Styled, Table
+from ..show.view import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ORDER = 170
 _TONES = {"reproduced": "good", "under a reading": "caution", "not reproducible": "bad", "not compared": "caution"}
 _CONTRADICTED, _BY_HAND, _HAND_CALCULATIONS = "contradicted", "hand calculation", "hand calculations"
 _SHOWN = {"under a reading": "only under a stated reading"}
@@ -183,3 +183,6 @@ def _remarks(texts: dict[str, Any], remarks: dict[str, int]) -> str:
     """Numbers of the remarks on a row, from texts by name; a remark has one number wherever it comes."""
     said = [f"{_REMARKS[name]}: {text}" for name, text in texts.items() if text]
     return " ".join(str(remarks.setdefault(text, len(remarks) + 1)) for text in said)
+
+
+VIEWS = (ResultView(kind="audit", order=170, tables=tables, sections=sections),)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import re
-import sys
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -15,17 +14,34 @@ import xarray as xr
 from rich.console import Console
 
 import epicyclic
+from epicyclic.audits.views import tally
 from epicyclic.show import charts, drawing, views
 from epicyclic.show.console import show
-from epicyclic.show.elements import Styled, Table, number, shown_columns
+from epicyclic.show.elements import Section, Styled, Table, number, shown_columns
 from epicyclic.show.page import html_table
 from epicyclic.show.report import report
-from epicyclic.show.views import audit, key_figures_of, kind_of, sections_of, tables_of
+from epicyclic.show.view import GENERAL, ResultView
+from epicyclic.show.views import (
+    brief_of,
+    findings_of,
+    front_of,
+    has_view,
+    key_figures_of,
+    kind_of,
+    sections_of,
+    tables_of,
+    view_of,
+)
 
 FIGURES = [path for room in (charts, drawing) for path in sorted(Path(room.__path__[0]).glob("[a-z]*.py"))]
 DRAWS = r"^def ([a-z]\w*)\([^)]*\) -> go\.Figure:"
-_VIEWS = [path.stem for path in sorted(Path(views.__path__[0]).glob("[a-z]*.py"))]
-VIEWS = {name: import_module(f"{views.__name__}.{name}") for name in _VIEWS}
+PACKAGE = Path(epicyclic.__file__).parent
+HOMES = sorted(path for path in PACKAGE.rglob("views.py") if path.parent.name != "show")
+VIEWS = [
+    view
+    for path in HOMES
+    for view in import_module(".".join(("epicyclic", *path.relative_to(PACKAGE).parts))[:-3]).VIEWS
+]
 MANY = xr.Dataset({"mesh_force_rms": ("point", [1.0, 2.0])}, {"point": [1.0, 2.0]}, {"verb": "never_seen"})
 
 
@@ -43,45 +59,47 @@ def read(path: Path) -> str:
     ("home", "name"), [(path, name) for path in FIGURES for name in re.findall(DRAWS, read(path), re.MULTILINE)]
 )
 def test_every_figure_is_shown_by_a_view_or_drawn_by_another_figure(home: Path, name: str) -> None:
-    others = [*(Path(module.__file__ or "") for module in VIEWS.values()), *(path for path in FIGURES if path != home)]
-    imported = rf"from \.+(?:charts\.|drawing\.)?{home.stem} import (?:\([^)]*|.*)\b{name}\b"
+    others = [*HOMES, PACKAGE / "show" / "view.py", *(path for path in FIGURES if path != home)]
+    imported = rf"from \.+(?:show\.)?(?:charts\.|drawing\.)?{home.stem} import (?:\([^)]*|.*)\b{name}\b"
     called = len(re.findall(rf"\b{name}\(", read(home))) > 1  # beside its definition
     assert called or any(re.search(imported, read(path)) for path in others)
 
 
 def test_every_view_has_its_own_place() -> None:
-    order = [module.ORDER for module in VIEWS.values()]
+    order = [view.order for view in (*VIEWS, GENERAL)]
     assert len(set(order)) == len(order)
-    assert max(VIEWS, key=lambda name: int(VIEWS[name].ORDER)) == "general"
-    for name, module in VIEWS.items():
-        assert {"tables", "sections"} <= vars(module).keys(), name
+    assert max(order) == GENERAL.order
+    for view in VIEWS:
+        assert view.tables is not GENERAL.tables, view.kind
+        assert view.sections is not GENERAL.sections, view.kind
 
 
-def test_a_view_is_found_by_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A new kind is one file: no list is told of it."""
-    (tmp_path / "never_seen.py").write_text(
-        "from epicyclic.show.elements import Section, Table\n"
-        "ORDER = 5\n"
-        "def tables(result):\n"
-        "    return [Table(title='seen', columns={'a': [1.0]})]\n"
-        "def sections(result, company):\n"
-        "    return [Section(anchor='seen', title='Seen', parts=tables(result))]\n"
-        "def key_figures(result):\n"
-        "    return [('7 Hz', 'seen first')]\n"
-    )
+def test_every_view_is_found_by_its_kind() -> None:
+    for view in VIEWS:
+        assert has_view(view.kind)
+        assert view_of(view.kind) is view
+    assert len({view.kind for view in VIEWS}) == len(VIEWS) == len(views._HOME)
+
+
+def test_what_a_view_does_not_say_is_shown_as_of_any_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    def seen(result: xr.Dataset) -> list[Table]:
+        return [Table(title="seen", columns={"a": [1.0]})]
+
+    def sections(result: xr.Dataset, company: object) -> list[Section]:
+        return [Section(anchor="seen", title="Seen", parts=seen(result))]
+
+    figures = [("7 Hz", "seen first")]
+    view = ResultView(kind="never_seen", order=5, tables=seen, sections=sections, key_figures=lambda result: figures)
     assert tables_of(MANY)[0].title == "Variables"
     assert [one.title for one in sections_of({"x": MANY})] == ["Studies"]
-    monkeypatch.setattr(views, "__path__", [*views.__path__, str(tmp_path)])
-    monkeypatch.delitem(sys.modules, f"{views.__name__}.never_seen", raising=False)
-    try:
-        assert tables_of(MANY)[0].title == "seen"
-        assert key_figures_of({"x": MANY}) == [("7 Hz", "seen first")]
-        page = report({"x": MANY})
-        assert page.index('<section id="seen">') < page.index('<section id="model">')
-        assert "7 Hz" in page
-    finally:
-        sys.modules.pop(f"{views.__name__}.never_seen", None)
-        vars(views).pop("never_seen", None)
+    monkeypatch.setattr(views, "view_of", lambda kind: view if kind == "never_seen" else view_of(kind))
+    assert brief_of(MANY) == tables_of(MANY)
+    assert tables_of(MANY)[0].title == "seen"
+    assert key_figures_of({"x": MANY}) == figures
+    assert findings_of({"x": MANY}) == front_of({"x": MANY}) == []
+    page = report({"x": MANY})
+    assert page.index('<section id="seen">') < page.index('<section id="model">')
+    assert "7 Hz" in page
 
 
 def test_the_kind_is_the_verb_not_the_name(lin: dict[str, xr.Dataset]) -> None:
@@ -175,7 +193,7 @@ def test_an_audit_is_a_table_a_drive_and_the_verdicts() -> None:
     assert "fitted (contradicted)" in str(first.columns["verdict"][1])
     assert first.columns["difference"][1] == 0.12
     assert verdicts.columns["contradicted"] == [1, 0]
-    assert audit.tally(audited())["one"] == (
+    assert tally(audited())["one"] == (
         "1 reproduced, 0 under a reading, 0 not reproducible, 0 not compared, 1 contradicted"
     )
     assert "Published numbers beside ours" in report({"audit": audited()})
@@ -184,7 +202,7 @@ def test_an_audit_is_a_table_a_drive_and_the_verdicts() -> None:
 
 def test_load_factors_of_two_stages_are_apart() -> None:
     """Equal names of pairs in two stages: one column each."""
-    from epicyclic.show.views.train_contact import tables as train_contact_tables
+    from epicyclic.questions.flanks.views import train_contact_tables
 
     pairs = ["stages.low.meshes.sun-planet", "stages.high.meshes.sun-planet"]
     shape = (("torque_factor", "mesh"), np.ones((1, 2)))

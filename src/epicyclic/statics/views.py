@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Drawing, Section, Table
-from ..tables import force_table
+from ..show.elements import Company, Drawing, Section, Table
+from ..show.tables import force_table
+from ..show.view import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
-
-ORDER = 50
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
@@ -56,7 +55,10 @@ def _link_forces(result: xr.Dataset) -> list[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Mesh forces over the record."""
-    from ..charts.over_time import mesh_forces
+    from ..show.charts.over_time import mesh_forces
 
     parts = [Drawing(anchor="static-forces", figure=mesh_forces(result))] if "mesh_force" in result.variables else []
     return [Section(anchor="static", title="Static forces", parts=parts)]
+
+
+VIEWS = (ResultView(kind="static", order=50, tables=tables, sections=sections),)

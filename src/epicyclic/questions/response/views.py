@@ -1,26 +1,79 @@
-"""`sweep`: steady vibration over speed with closed teeth: mesh forces, bearing forces, accelerations."""
+"""Views of `steady` and `sweep`, with and without contact loss: forces at one speed and over it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...results.ties import first_largest
-from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
-from ..series import engineering, own_tones, split_name, stage_count, texts, unbroken
-from ..tables import extent, largest_heading, largest_over_speed, loaded, relative_speed, speed_range_of, status_table
+from ...results.ties import first_largest, largest
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
+from ...show.series import engineering, of_first_stage, own_tones, split_name, stage_count, texts, unbroken
+from ...show.tables import (
+    extent,
+    force_table,
+    largest_heading,
+    largest_over_speed,
+    loaded,
+    named_columns,
+    relative_speed,
+    speed_range_of,
+    status_table,
+)
+from ...show.view import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ORDER = 80
+
+# --- steady ----------------------------------------------------------------------------------------------------------
+
+
+def steady_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Mesh forces, radial forces in bearings [N], shaft frequencies [Hz] with their largest amplitude [N]."""
+    found = [force_table(result)]
+    if "bearing_force_peak" in result:
+        heading = largest_heading(result)
+        bearings: dict[str, Any] = {
+            "bearing": list(map(str, result.bearing.values)),
+            "mean [N]": list(result.bearing_force_mean.values),
+            "dynamic rms [N]": list(result.bearing_force_rms.values),
+            heading: list(result.bearing_force_peak.values),
+        }
+        title = "Radial forces in bearings, supports and couplings"
+        found.append(Table(title=title, columns=loaded(bearings, heading)))
+    if result.sizes.get("line"):
+        columns: dict[str, Any] = {
+            "cause": list(map(str, result.line.values)),
+            "frequency [Hz]": list(result.line_frequency.values),
+            "largest amplitude of a mesh force [N]": list(result.line_amplitude.max("mesh").values),
+        }
+        found.append(Table(title="Shaft frequencies", columns=columns))
+    return found
+
+
+def steady_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Mesh forces over the mesh cycle; with contact loss also their range over all shaft phases."""
+    from ...show.charts.over_time import force_envelopes, mesh_forces
+
+    parts = []
+    if "mesh_force" in result.variables:
+        parts.append(Drawing(anchor="steady-forces", figure=mesh_forces(result)))
+        if "mesh_force_most" in result.variables:
+            parts.append(Drawing(anchor="steady-range", figure=force_envelopes(result)))
+    return [Section(anchor="steady", title="Steady response", parts=parts)]
+
+
+# --- sweep of linear contact -----------------------------------------------------------------------------------------
+
 # Operating range, per operating speed, as of the default range of a sweep.
 _OPERATION = (0.05, 1.3)
+_RANGES = 4  # of speed named in a sentence
+_TITLES = {"operation": "Speed sweep about operation", "modes": "Speed sweep to the natural frequencies"}
 
 
-def tables(result: xr.Dataset) -> Sequence[Table]:
+def sweep_tables(result: xr.Dataset) -> Sequence[Table]:
     """Largest values over the speeds, and where: mesh forces [N], lateral bearing forces [N], accelerations [m/s2]."""
     frequency = result.mesh_frequency.values.ravel()
     title = f"Dynamic mesh forces, {len(frequency)} speeds, {extent(result)}"
@@ -41,13 +94,13 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     return [*found, status_table(result)]
 
 
-def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+def sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Mesh forces, their order spectrum and bearing forces over speed, natural frequencies of `modes` behind them.
 
     Of a sweep to the modes beside one about operation the mesh forces alone.
     """
-    from ..charts.over_speed import bearing_forces, speed_sweep
-    from ..charts.waterfall import waterfall
+    from ...show.charts.over_speed import bearing_forces, speed_sweep
+    from ...show.charts.waterfall import waterfall
 
     modes = company.get("modes")
     to_modes = speed_range_of(result) == "modes"
@@ -68,7 +121,7 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     return [Section(anchor="sweep", title=_TITLES.get(speed_range_of(result), "Speed sweep"), parts=parts)]
 
 
-def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+def sweep_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     """The largest dynamic factor [1] at operation and RMS of a mesh force [kN] in its range; none of a sweep to the
     modes.
 
@@ -99,7 +152,7 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     return [*found, (f"{engineering(float(rms[place, at]) / 1e3)} kN", words)]
 
 
-def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+def sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """Largest dynamic factor of the operating range, and the ranges of speed in which teeth would part."""
     if speed_range_of(result) == "modes" or "dynamic_factor" not in result.variables:
         return []
@@ -157,10 +210,99 @@ def _ranges(speed: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
     return [(float(speed[rank][a]), float(speed[rank][b])) for a, b in zip(starts, ends, strict=True)]
 
 
-_RANGES = 4  # of speed named in a sentence
-_TITLES = {"operation": "Speed sweep about operation", "modes": "Speed sweep to the natural frequencies"}
-
-
 def _mesh(result: xr.Dataset, place: int) -> str:
     names = texts(result, "mesh")
     return unbroken(names[place], stages=stage_count(names))
+
+
+# --- sweep with contact loss -----------------------------------------------------------------------------------------
+
+_SHOWN = 40  # rows of what moves
+
+
+def contact_sweep_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Largest forces of each mesh, ranges of speed by what moves there, folds."""
+    title = f"{result.sizes['speed']} speeds, {extent(result)}"
+    return [_forces(result, title), _motions(result), *_folds(result), status_table(result)]
+
+
+def contact_sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The most loaded mesh over speed, with its branches."""
+    from ...show.charts.over_speed import contact_sweep
+
+    words = "Dashed: unstable branches. Large marks: motions that take the place of an unstable one. Circles: folds."
+    parts = [Drawing(anchor="contact-sweep", figure=contact_sweep(result), caption=words)]
+    return [Section(anchor="contact-sweep", title="Speed sweep with contact loss", parts=parts)]
+
+
+def _forces(result: xr.Dataset, title: str) -> Table:
+    rows = []
+    for mesh in result.mesh.values:
+        row: list[Any] = [str(mesh)]
+        for direction in result.direction.values:
+            series = result.mesh_force_rms.sel(mesh=mesh, direction=direction).values
+            found = np.isfinite(series).any()
+            at = largest(series)
+            row += [float(series[at]), float(result.mesh_frequency.values[at]) if found else np.nan]
+        # a mesh that rests on its far flank has negative forces alone: the largest in size counts
+        ends = np.stack([result[name].sel(mesh=mesh).values for name in ("mesh_force_peak", "mesh_force_minimum")])
+        known = ends[np.isfinite(ends)]
+        force = float(known[np.abs(known).argmax()]) if known.size else np.nan
+        apart = float(np.nanmax(result.contact_open.sel(mesh=mesh).values, initial=0.0)) if known.size else np.nan
+        rows.append((*row, force, round(100 * apart, 1)))
+    of = of_first_stage(result)
+    where = f"at mesh frequency{of} [Hz]" if of else "at [Hz]"
+    headings = (
+        *("mesh", "up: largest rms [N]", where, "down: largest rms [N]", f"{where} "),
+        *("largest force [N]", "apart at most [% of the time]"),
+    )
+    return Table(title=f"Dynamic mesh forces with contact loss, {title}", columns=named_columns(headings, rows))
+
+
+def _motions(result: xr.Dataset) -> Table:
+    """Runs of speeds with one kind of motion, in each direction."""
+    rank = np.argsort(result.mesh_frequency.values, kind="stable")
+    frequency, rows = result.mesh_frequency.values[rank], []
+    for direction in result.direction.values:
+        part = result.sel(direction=direction)
+        label = _labels(part)[rank]
+        starts = np.flatnonzero(np.r_[True, label[1:] != label[:-1]])
+        for first, last in zip(starts, [*(starts[1:] - 1), len(label) - 1], strict=True):
+            rows.append((str(direction), float(frequency[first]), float(frequency[last]), str(label[first])))
+    of = of_first_stage(result)
+    ends = ("from mesh frequency{} [Hz]", "to mesh frequency{} [Hz]") if of else ("from{} [Hz]", "to{} [Hz]")
+    headings = ("direction", *(end.format(of) for end in ends), "motion")
+    left = f", first {_SHOWN} of {len(rows)}" if len(rows) > _SHOWN else ""
+    return Table(title=f"What moves{left}", columns=named_columns(headings, rows[:_SHOWN]))
+
+
+def _labels(part: xr.Dataset) -> np.ndarray[Any, np.dtype[np.object_]]:
+    """``periodic``, ``integrated (quasi-periodic)``, ...: the motion, and what its branch was left by."""
+    texts = []
+    for motion, left, apart in zip(
+        part.motion.values, part.branch_instability.values, part.contact_open.max("mesh").values, strict=True
+    ):
+        teeth = ", teeth part" if apart > 0 else ""
+        texts.append(f"{motion or 'none'}{f' ({left})' if left else ''}{teeth}")
+    return np.array(texts, dtype=object)
+
+
+def _folds(result: xr.Dataset) -> list[Table]:
+    if not result.sizes.get("fold"):
+        return []
+    heading = f"mesh frequency{of_first_stage(result)} [Hz]"
+    return [Table(title="Folds of the branches", columns={heading: list(result.fold_frequency.values)})]
+
+
+VIEWS = (
+    ResultView(kind="steady", order=60, tables=steady_tables, sections=steady_sections),
+    ResultView(
+        kind="sweep",
+        order=80,
+        tables=sweep_tables,
+        sections=sweep_sections,
+        key_figures=sweep_key_figures,
+        findings=sweep_findings,
+    ),
+    ResultView(kind="contact_sweep", order=110, tables=contact_sweep_tables, sections=contact_sweep_sections),
+)

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...results.ties import largest
-from ..elements import Company, Drawing, Section, Table, number
+from ...show.elements import Company, Drawing, Section, Table, number
+from ...show.view import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
-
-ORDER = 90
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
@@ -44,7 +43,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The numbers of the model file that move it most."""
-    from ..charts.effects import tornado
+    from ...show.charts.effects import tornado
 
     words = "What 1 % more of each number of the model does; a bar between two values: a repeated root splits."
     parts = [Drawing(anchor="sensitivity", figure=tornado(result), caption=words)]
@@ -66,3 +65,6 @@ def _most(row: np.ndarray, names: np.ndarray) -> str:
         return ""
     at = largest(np.abs(row))
     return f"{names[at]}: {number(float(row[at]))} %"
+
+
+VIEWS = (ResultView(kind="sensitivity", order=90, tables=tables, sections=sections),)

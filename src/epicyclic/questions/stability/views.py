@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...results.ties import ranked
-from ..elements import Company, Drawing, Section, Table, number
-from ..series import stability_verdict
-from ..tables import named_columns, status_table
+from ...show.elements import Company, Drawing, Section, Table, number
+from ...show.series import stability_verdict
+from ...show.tables import named_columns, status_table
+from ...show.view import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
-
-ORDER = 115
 
 _SHOWN = 30
 
@@ -42,7 +41,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Growth rates as found, boundaries as averaging predicts them."""
-    from ..charts.stability import stability_map, stability_over_speed
+    from ...show.charts.stability import stability_map, stability_over_speed
 
     drawn = stability_map(result) if "value" in result.dims else stability_over_speed(result)
     return [Section(anchor="stability", title="Stability", parts=[Drawing(anchor="stability", figure=drawn)])]
@@ -108,3 +107,6 @@ def _largest(values: Any) -> float:
 
 def _where(values: Any, frequency: Any) -> float:
     return float(frequency[np.nanargmax(values)]) if np.isfinite(values).any() else float("nan")
+
+
+VIEWS = (ResultView(kind="stability", order=115, tables=tables, sections=sections),)

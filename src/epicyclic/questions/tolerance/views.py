@@ -1,4 +1,4 @@
-"""`tolerance`: K_gamma as a distribution, which tolerance buys what, the worst trains."""
+"""Views of `tolerance` and `allocate`: K_gamma as a distribution, and the grades that keep it low."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
-from ..series import engineering, texts
-from ..tolerance_labels import (
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
+from ...show.series import engineering, texts
+from ...show.tolerance_labels import (
     DRAWN,
     micrometres,
     of_definition,
@@ -20,11 +20,13 @@ from ..tolerance_labels import (
     short_entries,
     system_quantiles,
 )
+from ...show.view import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ORDER = 72
+# --- tolerance -------------------------------------------------------------------------------------------------------
+
 # part of its spread by which a tolerance is narrowed for "what buys what"
 _NARROWED = 0.1
 # worst samples in a table
@@ -33,7 +35,7 @@ _TURNING = "mean-load-turning"
 _NAMES = {"mean-load": "K_gamma (mean-load)", "mean-load-turning": "largest while turning"}
 
 
-def tables(result: xr.Dataset) -> Sequence[Table]:
+def tolerance_tables(result: xr.Dataset) -> Sequence[Table]:
     """Quantiles with bands, exceedance and separation, what buys what, the loads of the worst samples."""
     found = [_quantiles(result), _exceedance(result)]
     if "sobol_total" in result:
@@ -43,10 +45,10 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     return found
 
 
-def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+def tolerance_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Histogram and quantiles, shares, curves, the worst sample."""
-    from ..charts.sharing import worst_branches
-    from ..charts.tolerance import k_gamma_by_design, k_gamma_by_tolerance, k_gamma_histogram, tolerance_shares
+    from ...show.charts.sharing import worst_branches
+    from ...show.charts.tolerance import k_gamma_by_design, k_gamma_by_tolerance, k_gamma_histogram, tolerance_shares
 
     words = "K_gamma: mean load of the most loaded branch over its equal share, without mesh frequency content."
     if "reference_k_gamma" in result:
@@ -68,7 +70,7 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     return [Section(anchor="tolerances", title="Tolerances", parts=parts)]
 
 
-def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+def tolerance_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     """K_gamma at 50, 95 and 99 % [1], and how often contact opens."""
     found = [
         (f"{value:.3f}", f"K_gamma not exceeded in {percent(p)} of the trains")
@@ -80,7 +82,7 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     return found
 
 
-def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+def tolerance_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """K_gamma of nearly all trains, the entry that scatters it most, and how often a mesh separates."""
     quantiles = system_quantiles(result)
     found: list[Finding] = []
@@ -229,3 +231,105 @@ def _worst(result: xr.Dataset) -> Table:
     for place, (column, value) in enumerate(zip(loads.T, result["worst_k_gamma"].values, strict=False), start=1):
         columns[f"worst {place}"] = [f"{one:.3f}" for one in (*column, value)]
     return Table(title="Load over its equal share in the worst samples", columns=columns)
+
+
+# --- allocate --------------------------------------------------------------------------------------------------------
+
+_PROOF = {
+    "samples": "no grades that meet the target cost less (proven on the samples of the search)",
+    "monotone": "no grades that meet the target cost less, if finer grades never raise K_gamma",
+    "open": "cheaper grades may be left: the search ended early",
+}
+
+
+def allocate_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Grade and price of every entry, its neighbours, the totals."""
+    names = texts(result, "tolerance")
+    return [_grades(result, names), _neighbours(result, names), _totals(result)]
+
+
+def allocate_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """K_gamma over the price, and the tables."""
+    from ...show.charts.tolerance import grade_prices
+
+    words = "Points: one entry changed by one grade. Steps: the cheapest grades for other targets."
+    names = short_entries(texts(result, "tolerance"))
+    parts: list[Part] = [
+        Drawing(anchor="grade-prices", figure=grade_prices(result), caption=words),
+        _grades(result, names),
+        _neighbours(result, names),
+        _totals(result),
+    ]
+    return [Section(anchor="allocation", title="Allocation of tolerances", parts=parts)]
+
+
+def allocate_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """Total price, and the K_gamma that it reaches [1]."""
+    p = percent(float(result.attrs["probability"]))
+    return [
+        (engineering(float(result["total_price"])), "price of the cheapest grades"),
+        (f"{float(result['reached_k_gamma']):.4f}", f"K_gamma in {p} of the trains with them"),
+    ]
+
+
+def _grades(result: xr.Dataset, names: Sequence[str]) -> Table:
+    at = f"K_gamma at {percent(float(result.attrs['probability']))}"
+    columns: dict[str, Any] = {
+        "tolerance": names,
+        "as drawn": texts(result, "drawn_grade"),
+        "its price": list(result["drawn_grade_price"].values),
+        "found": texts(result, "grade"),
+        "price": list(result["price"].values),
+    }
+    reached, target = float(result["found_k_gamma"]), float(result["target"])
+    lead = f"{at}: target {target:g}, {reached:.4f} with these grades, on {result.attrs['samples']} samples."
+    return Table(title="The cheapest grades", columns=columns, lead=lead)
+
+
+def _neighbours(result: xr.Dataset, names: Sequence[str]) -> Table:
+    """What the next finer and the next coarser grade of every entry cost or save, and K_gamma with it."""
+    columns: dict[str, Any] = {
+        "tolerance": names,
+        "next finer": texts(result, "finer_grade"),
+        "costs": list(result["extra_cost"].values),
+        "gives": [_factor(value) for value in result["finer_k_gamma"].values],
+        "next coarser": texts(result, "coarser_grade"),
+        "saves": list(result["saving"].values),
+        "loses": [_factor(value) for value in result["coarser_k_gamma"].values],
+    }
+    at = percent(float(result.attrs["probability"]))
+    lead = f"Gives, loses: K_gamma at {at} with this change alone."
+    return Table(title="One grade finer or coarser", columns=columns, lead=lead)
+
+
+def _factor(value: float) -> str:
+    return f"{value:.4f}" if np.isfinite(value) else ""
+
+
+def _totals(result: xr.Dataset) -> Table:
+    at = f"K_gamma at {percent(float(result.attrs['probability']))}"
+    low, high = (float(result[f"reached_k_gamma_{end}"]) for end in ("low", "high"))
+    fresh = int(result.attrs["fresh_samples"])
+    rows = {
+        "total price": f"{float(result['total_price']):g}",
+        "bound": f"{float(result['price_bound']):g}: {_PROOF[str(result.attrs['proof'])]}",
+        f"{at}, fresh run of {fresh} samples": f"{float(result['reached_k_gamma']):.4f} [{low:.4f}, {high:.4f}]",
+        f"{at}, as drawn": f"{float(result['drawn_k_gamma']):.4f}",
+        "price as drawn": f"{float(result['drawn_price']):g}" if np.isfinite(result["drawn_price"]) else "not stated",
+    }
+    return Table(title="Totals", columns={"": list(rows), "value": list(rows.values())})
+
+
+VIEWS = (
+    ResultView(
+        kind="tolerance",
+        order=72,
+        tables=tolerance_tables,
+        sections=tolerance_sections,
+        key_figures=tolerance_key_figures,
+        findings=tolerance_findings,
+    ),
+    ResultView(
+        kind="allocate", order=155, tables=allocate_tables, sections=allocate_sections, key_figures=allocate_key_figures
+    ),
+)

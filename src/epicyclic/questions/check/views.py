@@ -1,4 +1,4 @@
-"""`check`: what a train is: bodies, gears, meshes, speeds, torques and power, links, every value with its origin."""
+"""Views of `check` and `matrices`: what a train is, and its mean linear system."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..brief_check import brief_tables, driven_kinds, power_ends, ratio_of
-from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table
-from ..series import Member, engineering, members_of, mesh_tones, numbers, short_names, texts
-from ..tables import assumed_tables, columns_of, value_tables
-from .stiffness import SERIES
+from ...show.brief_check import brief_tables, driven_kinds, power_ends, ratio_of
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table
+from ...show.series import Member, engineering, members_of, mesh_tones, numbers, short_names, texts
+from ...show.tables import assumed_tables, columns_of, value_tables
+from ...show.view import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ORDER = 10
+# --- check -----------------------------------------------------------------------------------------------------------
+
 _DEGREES = 180 / np.pi
 _UNITS = {"x": "N/m", "y": "N/m", "z": "N/m", "rx": "N m/rad", "ry": "N m/rad", "rz": "N m/rad"}
 # SI unit: unit of the drawing, factor
@@ -71,7 +72,7 @@ _SECTION = (
 )
 
 
-def tables(result: xr.Dataset) -> Sequence[Table]:
+def check_tables(result: xr.Dataset) -> Sequence[Table]:
     """Stages, bodies, gears, meshes; frequencies, power paths, links; choices; needs of verbs; every resolved value."""
     found = [
         _stages(result),
@@ -98,12 +99,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     ]
 
 
-def brief(result: xr.Dataset) -> Sequence[Table]:
-    """Ratio, members, pairs of gears, phasing, verbs: one screen; `tables` is the whole."""
-    return brief_tables(result)
-
-
-def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+def check_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The drawings with stages and gears; speeds, torques and power; meshes, with their stiffness where it is known."""
     return [
         Section(anchor="train", title="Train", parts=_train(result)),
@@ -112,7 +108,7 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     ]
 
 
-def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+def check_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     """Power through the train [kW], mesh frequencies [Hz], speeds of the members that turn about the axis [rpm]."""
     members = members_of(result)
     powers = [one.power for one in members if np.isfinite(one.power) and one.power > 0]
@@ -128,7 +124,7 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     ]
 
 
-def headline(result: xr.Dataset) -> str:
+def check_headline(result: xr.Dataset) -> str:
     """Ratio, power, speeds and stages in one sentence, as far as the model says them."""
     members = members_of(result)
     turning = [one for one in members if np.isfinite(one.speed) and one.speed != 0 and one.count == 1]
@@ -145,7 +141,7 @@ def headline(result: xr.Dataset) -> str:
     return f"{text[0].upper()}{text[1:]}." if text else ""
 
 
-def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+def check_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """What is wrong with the drawing itself, each warning once; what the model did not allow is none."""
     said = [str(text) for text in json.loads(str(result.attrs.get("warnings", "[]")))]
     return [Finding(tone="caution", text=_sentence(text), anchor="warnings") for text in said if ":" in text]
@@ -180,8 +176,8 @@ def _teeth(check: xr.Dataset) -> list[str]:
 
 
 def _train(check: xr.Dataset) -> list[Part]:
-    from ..drawing.front import train_front
-    from ..drawing.section import train_section
+    from ...show.drawing.front import train_front
+    from ...show.drawing.section import train_section
 
     if "gear" not in check.dims or not check.sizes["gear"]:
         return []
@@ -195,7 +191,7 @@ def _train(check: xr.Dataset) -> list[Part]:
 
 
 def _operation(check: xr.Dataset) -> list[Part]:
-    from ..charts.train import members, orders
+    from ...show.charts.train import members, orders
 
     parts: list[Part] = []
     if np.isfinite(check["speed"].values).any() or np.isfinite(check["torque"].values).any():
@@ -208,7 +204,7 @@ def _operation(check: xr.Dataset) -> list[Part]:
 
 
 def _mesh_parts(check: xr.Dataset, stiffness: xr.Dataset | None) -> list[Part]:
-    from ..charts.train import mesh_stiffness, phases
+    from ...show.charts.train import SERIES, mesh_stiffness, phases
 
     parts: list[Part] = []
     if "phase_lead" in check.variables and np.isfinite(check["phase_lead"].values).any():
@@ -361,3 +357,61 @@ def _readiness(result: xr.Dataset) -> list[Table]:
         ],
     }
     return [Table(title="What each verb still needs, with default options", columns=columns, notes=tuple(said))]
+
+
+# --- matrices --------------------------------------------------------------------------------------------------------
+
+_MATRICES = ("M", "C", "G", "K", "B", "L", "T", "F", "excitation", "gap_error")
+
+
+def matrices_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Every matrix with its size, every coordinate with its unit, meshes and ports with their numbers."""
+    names = [name for name in _MATRICES if name in result.variables]
+    sizes: dict[str, Any] = {
+        "matrix": names,
+        "rows": [result[name].shape[0] for name in names],
+        "columns": [result[name].shape[1] for name in names],
+        "meaning": [str(result[name].attrs.get("long_name", "")) for name in names],
+    }
+    coordinates: dict[str, Any] = {
+        "row": list(range(1, result.sizes["dof"] + 1)),
+        "coordinate": [str(name) for name in result["dof"].values],
+        "unit": [str(unit) for unit in result["coordinate_unit"].values],
+        "load": [str(unit) for unit in result["load_unit"].values],
+    }
+    meshes: dict[str, Any] = {
+        "mesh row": [str(name) for name in result["mesh_row"].values],
+        "mean stiffness [N/m]": list(result["mesh_stiffness"].values),
+        "damping [N s/m]": list(result["mesh_damping"].values),
+    }
+    ports: dict[str, Any] = {
+        "port": [str(name) for name in result["port"].values],
+        "operating torque [N m]": list(result["port_torque"].values),
+    }
+    lead = "M q'' + (C + G) q' + K q = F u + B (k e + c e') + load"
+    return [
+        Table(title="Mean linear system", columns=sizes, lead=lead),
+        Table(title="Coordinates", columns=coordinates),
+        Table(title="Meshes", columns=meshes),
+        Table(title="Ports", columns=ports),
+    ]
+
+
+def matrices_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The tables."""
+    return [Section(anchor="matrices", title="Mean linear system", parts=matrices_tables(result))]
+
+
+VIEWS = (
+    ResultView(
+        kind="check",
+        order=10,
+        tables=check_tables,
+        brief=brief_tables,
+        sections=check_sections,
+        key_figures=check_key_figures,
+        findings=check_findings,
+        headline=check_headline,
+    ),
+    ResultView(kind="matrices", order=890, tables=matrices_tables, sections=matrices_sections),
+)

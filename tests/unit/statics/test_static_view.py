@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import epicyclic
-from epicyclic.show.views import static as static_view
+from epicyclic.statics import views as static_view
 
 PAIR: dict[str, Any] = {
     "format": 2,

@@ -1,19 +1,6 @@
-"""How each kind of result is shown: one file a kind, named by the attribute ``verb`` of its Datasets.
+"""Views of results by their kind, and what they show of several results together: terminal, report, first page.
 
-A view has an ``ORDER``, its place in the report, and of these functions those that it has something for:
-
-    tables(result) -> Sequence[Table]               # what a terminal shows
-    brief(result) -> Sequence[Table]                # those of one screen, where `tables` are more
-    sections(result, company) -> Sequence[Section]  # what the report shows; company: kind -> the first result of it
-    key_figures(result) -> Sequence[KeyFigure]      # what is read first, in both
-    findings(result, company) -> Sequence[Finding]  # first page of the report: what passes, what not, what to change
-    front(result, company) -> Sequence[Part]        # tables and figures of the first page
-    headline(result) -> str                         # what the train is, one sentence
-
-A kind without a view, or a view without a function, is shown by `general`.  Views import figures inside `sections`, so
-that a terminal does not wait for plotly.
-
-Depends on: results (as Datasets only).
+A kind without a view is shown as any result.
 """
 
 from __future__ import annotations
@@ -22,16 +9,34 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
-from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
-from ..elements import Company, Finding, KeyFigure, Part, Section, Table
+from .elements import Company, Finding, KeyFigure, Part, Section, Table
+from .view import GENERAL, ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Datasets = Mapping[str, "xr.Dataset"]
 Each = Callable[[Callable[[tuple[str, "xr.Dataset"]], Sequence[Section]], Sequence[tuple[str, "xr.Dataset"]]], Any]
+# kinds of results by the room whose module `views` has their views, imported when one is shown
+_KINDS = {
+    "audits": ("audit",),
+    "statics": ("static",),
+    "questions.check": ("check", "matrices"),
+    "questions.compare": ("compare",),
+    "questions.flanks": ("contact", "efficiency", "relief", "stiffness", "train_contact"),
+    "questions.modes": ("campbell", "modes"),
+    "questions.modulation": ("modulation",),
+    "questions.parameters": ("track",),
+    "questions.response": ("contact_sweep", "steady", "sweep"),
+    "questions.sensitivity": ("sensitivity",),
+    "questions.sharing": ("sharing",),
+    "questions.stability": ("stability",),
+    "questions.tolerance": ("allocate", "tolerance"),
+    "questions.transient": ("transient",),
+}
+_HOME = {kind: room for room, kinds in _KINDS.items() for kind in kinds}
 _TONES = ("bad", "caution", "good", "")  # of findings, in the order in which they are read
 
 
@@ -42,15 +47,13 @@ def kind_of(result: xr.Dataset, name: str = "") -> str:
 
 def tables_of(result: xr.Dataset) -> Sequence[Table]:
     """Tables of one result for a terminal."""
-    found: Sequence[Table] = _function(kind_of(result), "tables")(result)
-    return found
+    return view_of(kind_of(result)).tables(result)
 
 
 def brief_of(result: xr.Dataset) -> Sequence[Table]:
     """Tables of one result for one screen of a terminal; all of them where the view has no brief ones."""
-    chosen = getattr(_view(kind_of(result)), "brief", None)
-    found: Sequence[Table] = tables_of(result) if chosen is None else chosen(result)
-    return found
+    view = view_of(kind_of(result))
+    return (view.brief or view.tables)(result)
 
 
 def sections_of(results: Datasets, *, each: Each | None = None) -> list[Section]:
@@ -63,8 +66,7 @@ def sections_of(results: Datasets, *, each: Each | None = None) -> list[Section]
     company = company_of(results)
 
     def sections(item: tuple[str, xr.Dataset]) -> Sequence[Section]:
-        own: Sequence[Section] = _function(kind_of(item[1], item[0]), "sections")(item[1], company)
-        return own
+        return view_of(kind_of(item[1], item[0])).sections(item[1], company)
 
     ordered = _ordered(results)
     every = [sections(item) for item in ordered] if each is None else each(sections, ordered)
@@ -80,9 +82,7 @@ def sections_of(results: Datasets, *, each: Each | None = None) -> list[Section]
 
 def key_figures_of(results: Datasets) -> list[KeyFigure]:
     """Values with their units and what they are, in the order of the views."""
-    return [
-        pair for name, result in _ordered(results) for pair in _function(kind_of(result, name), "key_figures")(result)
-    ]
+    return [pair for name, result in _ordered(results) for pair in view_of(kind_of(result, name)).key_figures(result)]
 
 
 def findings_of(results: Datasets) -> list[Finding]:
@@ -90,8 +90,7 @@ def findings_of(results: Datasets) -> list[Finding]:
     company = company_of(results)
     found: list[Finding] = []
     for name, result in _ordered(results):
-        own: Sequence[Finding] = _function(kind_of(result, name), "findings")(result, company)
-        found += own
+        found += view_of(kind_of(result, name)).findings(result, company)
     return sorted(found, key=lambda one: _TONES.index(one.tone))
 
 
@@ -99,33 +98,31 @@ def front_of(results: Datasets) -> list[Part]:
     """Tables and figures of the first page of a report, in the order of the views."""
     company = company_of(results)
     return [
-        part
-        for name, result in _ordered(results)
-        for part in _function(kind_of(result, name), "front")(result, company)
+        part for name, result in _ordered(results) for part in view_of(kind_of(result, name)).front(result, company)
     ]
 
 
 def headline_of(results: Datasets) -> str:
     """What the train is, in one sentence; empty where no result says it."""
-    said = (_function(kind_of(result, name), "headline")(result) for name, result in _ordered(results))
+    said = (view_of(kind_of(result, name)).headline(result) for name, result in _ordered(results))
     return next((text for text in said if text), "")
 
 
 def has_view(kind: str) -> bool:
     """Whether a kind of result has a view of its own."""
-    return kind in {module.name for module in iter_modules(__path__)}
+    return kind in _HOME
 
 
-def _view(kind: str) -> Any:
-    return import_module(f"{__name__}.{kind if has_view(kind) else 'general'}")
-
-
-def _function(kind: str, name: str) -> Any:
-    return getattr(_view(kind), name, None) or getattr(_view("general"), name)
+def view_of(kind: str) -> ResultView:
+    """The view of a kind of result; of one without its own the general one."""
+    if not has_view(kind):
+        return GENERAL
+    views: tuple[ResultView, ...] = import_module(f"..{_HOME[kind]}.views", __package__).VIEWS
+    return next(view for view in views if view.kind == kind)
 
 
 def _ordered(results: Datasets) -> list[tuple[str, xr.Dataset]]:
-    return sorted(results.items(), key=lambda item: _view(kind_of(item[1], item[0])).ORDER)
+    return sorted(results.items(), key=lambda item: view_of(kind_of(item[1], item[0])).order)
 
 
 def company_of(results: Datasets) -> Company:

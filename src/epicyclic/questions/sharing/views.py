@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...results.ties import largest
-from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
-from ..series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
-from ..tables import force_table
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
+from ...show.series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
+from ...show.tables import force_table
+from ...show.view import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ORDER = 70
 _EQUAL = 5e-4  # half of the last digit shown of a coefficient
 _UNDEFINED = "undefined"  # a share of forces that sum to nothing or less
 
@@ -50,8 +50,8 @@ def _part(result: xr.Dataset) -> str:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Coefficients as bars and as a table, the ratio of each branch and the mesh forces over time."""
-    from ..charts.over_time import mesh_forces
-    from ..charts.sharing import load_history, load_sharing
+    from ...show.charts.over_time import mesh_forces
+    from ...show.charts.sharing import load_history, load_sharing
 
     parts: list[Part] = []
     if "load_sharing" in result.variables:
@@ -163,3 +163,8 @@ def _coefficients(result: xr.Dataset, meshes: Sequence[str], definitions: Sequen
         state = zip(result.contact_lost.values, _loaded(result), strict=True)
         columns["contact"] = [*(("lost" if lost else "") if loaded else "no load" for lost, loaded in state), ""]
     return Table(title=title, columns=columns, decimals=4)
+
+
+VIEWS = (
+    ResultView(kind="sharing", order=70, tables=tables, sections=sections, key_figures=key_figures, findings=findings),
+)

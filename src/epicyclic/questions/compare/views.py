@@ -6,14 +6,14 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
-from ..series import texts
-from ..tables import ComparedRow, compared_rows, letters, percent, shown
+from ...show.elements import Company, Drawing, KeyFigure, Part, Section, Table
+from ...show.series import texts
+from ...show.tables import ComparedRow, compared_rows, letters, percent, shown
+from ...show.view import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ORDER = 15
 # Differences of the drawing, natural frequencies and variables in the table; the Dataset has all of them.
 _MOST = 12
 
@@ -25,7 +25,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The changes as bars about the first train, and the table."""
-    from ..charts.effects import compared
+    from ...show.charts.effects import compared
 
     words = "Change of each quantity from A, the largest at the top; what does not change is left out."
     parts: list[Part] = [Drawing(anchor="compared", figure=compared(result), caption=words), _table(result)]
@@ -116,3 +116,6 @@ def _row(row: ComparedRow) -> list[str]:
     note = row.note or ("",) * len(row.value)
     cells = [f"{shown(value, row.unit)}{' ' if one else ''}{one}" for value, one in zip(row.value, note, strict=True)]
     return [row.group, row.name, *cells, *map(percent, row.change)]
+
+
+VIEWS = (ResultView(kind="compare", order=15, tables=tables, sections=sections, key_figures=key_figures),)

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...results.ties import ranked
-from ..elements import Company, Drawing, Section, Table, number
+from ...show.elements import Company, Drawing, Section, Table, number
+from ...show.view import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
-
-ORDER = 120
 
 _SHOWN = 30
 
@@ -32,7 +31,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Signal over a turn of the carrier, and its lines."""
-    from ..charts.modulation import modulation
+    from ...show.charts.modulation import modulation
 
     parts = [Drawing(anchor="modulation", figure=modulation(result))]
     return [Section(anchor="modulation", title="Vibration at the ring", parts=parts)]
@@ -68,3 +67,6 @@ def _families(result: xr.Dataset, size: Any, rank: Any, unit: str) -> Table:
         "causes of the largest": [causes[rank[family[rank] == name][0]].replace("deviations.", "") for name in names],
     }
     return Table(title="Families", columns=columns)
+
+
+VIEWS = (ResultView(kind="modulation", order=120, tables=tables, sections=sections),)
