@@ -185,4 +185,4 @@ def _remarks(texts: dict[str, Any], remarks: dict[str, int]) -> str:
     return " ".join(str(remarks.setdefault(text, len(remarks) + 1)) for text in said)
 
 
-VIEWS = (ResultView(kind="audit", order=170, tables=tables, sections=sections),)
+VIEWS = (ResultView("audit", 170, tables, sections),)

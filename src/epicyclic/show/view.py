@@ -1,12 +1,12 @@
-"""Record of a view: how a kind of result is shown.  What a view does not say is shown as of any result.
+"""Record of a view: how a kind of result is shown; and the general view, of results without one of their own.
 
-VIEWS = (ResultView(kind="modes", order=30, tables=tables, sections=sections),)
+VIEWS = (ResultView("modes", 30, tables, sections, key_figures=key_figures),)
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any
 
 from .elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
@@ -39,13 +39,13 @@ def sections_of_any(result: xr.Dataset, company: Company) -> Sequence[Section]:
     return [Section(anchor="studies", title="Studies", parts=parts)]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class ResultView:
     """How a kind of result is shown.
 
     kind : attribute ``verb`` of its Datasets.  order : its place in the report.
-    tables : what a terminal shows.  brief : those of one screen, where `tables` are more.
-    sections : what the report shows; company: kind -> the first result of it.
+    tables : what a terminal shows.  sections : what the report shows; company: kind -> the first result of it.
+    brief : tables of one screen, where `tables` are more.
     key_figures : what is read first, in both.  findings : first page of the report: what passes, what not, what to
     change.  front : tables and figures of the first page.  headline : what the train is, one sentence.
 
@@ -53,14 +53,15 @@ class ResultView:
     """
 
     kind: str
-    order: int = 900
-    tables: Callable[[xr.Dataset], Sequence[Table]] = tables_of_any
+    order: int
+    tables: Callable[[xr.Dataset], Sequence[Table]]
+    sections: Callable[[xr.Dataset, Company], Sequence[Section]]
+    _: KW_ONLY
     brief: Callable[[xr.Dataset], Sequence[Table]] | None = None
-    sections: Callable[[xr.Dataset, Company], Sequence[Section]] = sections_of_any
     key_figures: Callable[[xr.Dataset], Sequence[KeyFigure]] = lambda result: ()
     findings: Callable[[xr.Dataset, Company], Sequence[Finding]] = lambda result, company: ()
     front: Callable[[xr.Dataset, Company], Sequence[Part]] = lambda result, company: ()
     headline: Callable[[xr.Dataset], str] = lambda result: ""
 
 
-GENERAL = ResultView(kind="")
+GENERAL = ResultView("", 900, tables_of_any, sections_of_any)

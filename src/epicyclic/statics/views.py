@@ -61,4 +61,4 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     return [Section(anchor="static", title="Static forces", parts=parts)]
 
 
-VIEWS = (ResultView(kind="static", order=50, tables=tables, sections=sections),)
+VIEWS = (ResultView("static", 50, tables, sections),)

@@ -70,7 +70,7 @@ def _known(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _contact_loss(source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], go: Progress) -> Result:
-    from ...verbs.sweep import sweep
+    from ...questions.response.verbs import sweep
 
     chosen = {"points": 60, "shaft_orders": False, **_known("contact_loss", options)}
     result = sweep(source, overrides=dict(overrides), contact_loss=True, progress=go, **chosen)
@@ -78,8 +78,8 @@ def _contact_loss(source: Source, overrides: Mapping[str, object], options: Mapp
 
 
 def _relief(source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], go: Progress) -> Result:
+    from ...questions.flanks.verbs import relief
     from ...train.resolution import load
-    from ...verbs.relief import relief
     from .answers import estimates_of
     from .job_results import relief_frame
 
@@ -106,8 +106,8 @@ def _relief(source: Source, overrides: Mapping[str, object], options: Mapping[st
 
 
 def _tolerance(source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], go: Progress) -> Result:
+    from ...questions.tolerance.verbs import tolerance
     from ...train.resolution import load
-    from ...verbs.tolerance import tolerance
 
     chosen = {"samples": 16_384, "effects": "shares", **_known("tolerance", options)}
     result = tolerance(source, overrides=dict(overrides), progress=go, **chosen)
@@ -115,7 +115,7 @@ def _tolerance(source: Source, overrides: Mapping[str, object], options: Mapping
 
 
 def _transient(source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], go: Progress) -> Result:
-    from ...verbs.transient import transient
+    from ...questions.transient.verbs import transient
 
     chosen = {"cycles": 50.0, **_known("transient", options)}
     result = transient(source, overrides=dict(overrides), progress=go, **chosen)
@@ -123,8 +123,8 @@ def _transient(source: Source, overrides: Mapping[str, object], options: Mapping
 
 
 def _contact(source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], go: Progress) -> Result:
+    from ...questions.flanks.verbs import contact
     from ...train.resolution import load
-    from ...verbs.contact import contact
 
     chosen = {"loads": (0.5, 1.0, 1.25), **_known("contact", options)}
     show = chosen.pop("show", "error")
@@ -135,7 +135,7 @@ def _contact(source: Source, overrides: Mapping[str, object], options: Mapping[s
 
 
 def _stiffness(source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], go: Progress) -> Result:
-    from ...verbs.stiffness import stiffness
+    from ...questions.flanks.verbs import stiffness
 
     go(0.05)
     result = stiffness(source, overrides=dict(overrides), **_known("stiffness", options))
@@ -143,7 +143,7 @@ def _stiffness(source: Source, overrides: Mapping[str, object], options: Mapping
 
 
 def _sensitivity(source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], go: Progress) -> Result:
-    from ...verbs.sensitivity import sensitivity
+    from ...questions.sensitivity.verbs import sensitivity
 
     result = sensitivity(source, overrides=dict(overrides), progress=go, **_known("sensitivity", options))
     return sensitivity_frame(result), result

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...document.tables import PlainTable
-from ...questions.compare.compare import compare_of
+from ...questions.compare.compare import compare
 from ...results.dataset import load_result
 from ...results.tables_out import save_csv, save_xlsx
 from ...show.plot import companions, figure_names, plot
@@ -35,7 +35,7 @@ def compared_states(first: Loadable, second: Loadable, names: tuple[str, str]) -
     ModelError : a state of which no train can be made.
     """
     trains = [load(source, overrides=overrides) for source, overrides in (first, second)]
-    result = compare_of(trains)
+    result = compare(*trains)
     result = result.assign_coords(train=[f"{names[0]}, pinned", f"{names[1]}, present"])
     (table,) = tables_of(result)
     headings = list(table.columns)

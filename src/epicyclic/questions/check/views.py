@@ -404,14 +404,14 @@ def matrices_sections(result: xr.Dataset, company: Company) -> Sequence[Section]
 
 VIEWS = (
     ResultView(
-        kind="check",
-        order=10,
-        tables=check_tables,
+        "check",
+        10,
+        check_tables,
+        check_sections,
         brief=brief_tables,
-        sections=check_sections,
         key_figures=check_key_figures,
         findings=check_findings,
         headline=check_headline,
     ),
-    ResultView(kind="matrices", order=890, tables=matrices_tables, sections=matrices_sections),
+    ResultView("matrices", 890, matrices_tables, matrices_sections),
 )

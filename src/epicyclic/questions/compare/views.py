@@ -118,4 +118,4 @@ def _row(row: ComparedRow) -> list[str]:
     return [row.group, row.name, *cells, *map(percent, row.change)]
 
 
-VIEWS = (ResultView(kind="compare", order=15, tables=tables, sections=sections, key_figures=key_figures),)
+VIEWS = (ResultView("compare", 15, tables, sections, key_figures=key_figures),)

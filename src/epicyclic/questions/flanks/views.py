@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -59,8 +59,13 @@ def contact_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Load over the flank; transmission error over mesh cycle and load, and stiffness."""
     from ...show.charts.flanks import contact_curves, contact_map, root_stress
 
+    mesh = str(result.attrs["mesh"])
+    words = (
+        f"One mesh of the train, {mesh}. Others: epicyclic contact MODEL --mesh PAIR, "
+        f"for instance planet-ring or {mesh.split('/')[0]}/planet-ring/1."
+    )
     parts = [
-        Drawing(anchor="flanks", figure=contact_map(result), caption=_which(result)),
+        Drawing(anchor="flanks", figure=contact_map(result), caption=words),
         Drawing(anchor="contact", figure=contact_curves(result)),
     ]
     if "root_stress" in result:
@@ -70,7 +75,7 @@ def contact_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
 
 def contact_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """Whether tip edges bear at the operating load, and the face-load factor there."""
-    at = result.isel(mesh_load=int(np.argmin(np.abs(result.mesh_load.values - float(result.attrs["force"])))))
+    at = _as_operated(result)
     overlap, mesh = float(np.nanmax(at.corner_overlap.values, initial=0.0)), result.attrs["mesh"]
     pressure = f"largest pressure {float(np.nanmax(at.largest_pressure.values)) / 1e6:.0f} MPa"
     face = f"K_H beta {float(np.nanmax(at.face_factor.values)):.2f}"
@@ -86,21 +91,19 @@ def contact_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     return [Finding(tone="caution", text=text, change=change, anchor="contact")]
 
 
-def _which(result: xr.Dataset) -> str:
-    """Which mesh is shown, and how others are."""
-    return (
-        f"One mesh of the train, {result.attrs['mesh']}. Others: epicyclic contact MODEL --mesh PAIR, "
-        f"for instance planet-ring or {str(result.attrs['mesh']).split('/')[0]}/planet-ring/1."
-    )
+def _as_operated(result: xr.Dataset) -> xr.Dataset:
+    """The result at the load nearest the operating one."""
+    return result.isel(mesh_load=int(np.argmin(np.abs(result.mesh_load.values - float(result.attrs["force"])))))
 
 
 def _sides(result: xr.Dataset) -> Table:
-    force = float(result.attrs["force"])
-    now = int(np.argmin(np.abs(result.mesh_load.values - force)))
-    at = result.isel(mesh_load=now)
-    title = (
-        f"Mesh {result.attrs['mesh']}, {number(force)} N a helix, {number(float(at.load_torque))} N m on its first gear"
-    )
+    attrs, at = result.attrs, _as_operated(result)
+    helix, torque = number(float(attrs["force"])), number(float(at.load_torque))
+    title = f"Mesh {attrs['mesh']}, {helix} N a helix, {torque} N m on its first gear"
+    lead = ""
+    if "averaging_length" in attrs:  # a result of an earlier version has none
+        length = f"{1e3 * float(attrs['averaging_length']):.3g} mm of contact line"
+        lead = f"{_resolution(attrs)}; loads and pressures are means over {length}.{_errors(result)}"
     columns: dict[str, Any] = {
         "side": [str(side) for side in result.side.values],
         "shared face [mm]": list(result.shared_face.values * 1e3),
@@ -112,14 +115,14 @@ def _sides(result: xr.Dataset) -> Table:
         "tip overlap before [µm]": list(at.corner_overlap.sel(end="before").values * 1e6),
         "tip overlap behind [µm]": list(at.corner_overlap.sel(end="behind").values * 1e6),
     }
-    return Table(title=title, columns=columns, lead=_contact_resolution(result))
+    return Table(title=title, columns=columns, lead=lead)
 
 
 def _roots(result: xr.Dataset) -> list[Table]:
     """Largest stresses in the roots of both gears at the operating load; of a result without them nothing."""
     if "root_stress" not in result:
         return []
-    at = result.isel(mesh_load=int(np.argmin(np.abs(result.mesh_load.values - float(result.attrs["force"])))))
+    at = _as_operated(result)
     rows = [(i, j) for i in range(result.sizes["side"]) for j in range(result.sizes["mesh_gear"])]
     stress = result.root_stress.max("width").values
     columns: dict[str, Any] = {
@@ -135,17 +138,11 @@ def _roots(result: xr.Dataset) -> list[Table]:
     return [Table(title="Stress in the tooth roots", columns=columns)]
 
 
-def _contact_resolution(result: xr.Dataset) -> str:
-    """Phases and slices, and the error they leave; empty of a result of an earlier version."""
-    attrs = result.attrs
-    if "averaging_length" not in attrs:
-        return ""
+def _resolution(attrs: Mapping[str, Any]) -> str:
+    """Phases and slices, and the error they leave."""
     error = float(attrs["estimated_error"])
     left = "" if np.isnan(error) else f", estimated error {100 * error:.2g} %"
-    return (
-        f"{attrs['samples']} phases and {attrs['slices']} slices{left}; loads and pressures are means over "
-        f"{1e3 * float(attrs['averaging_length']):.3g} mm of contact line.{_errors(result)}"
-    )
+    return f"{attrs['samples']} phases and {attrs['slices']} slices{left}"
 
 
 def _errors(result: xr.Dataset) -> str:
@@ -262,17 +259,9 @@ def _answer(result: xr.Dataset) -> Table:
         "from": [_bound(name, value) for name, value in zip(names, result.lower_bound.values, strict=True)],
         "to": [_bound(name, value) for name, value in zip(names, result.upper_bound.values, strict=True)],
     }
-    return Table(title=title, columns=columns, lead=_relief_resolution(result))
-
-
-def _relief_resolution(result: xr.Dataset) -> str:
-    """Phases and slices of the answer, and the error they leave; empty of a result of an earlier version."""
-    attrs = result.attrs
-    if "estimated_error" not in attrs:
-        return ""
-    error = float(attrs["estimated_error"])
-    left = "" if np.isnan(error) else f", estimated error {100 * error:.2g} %"
-    return f"Before and after: {attrs['samples']} phases and {attrs['slices']} slices{left}."
+    attrs = result.attrs  # a result of an earlier version says no error
+    lead = f"Before and after: {_resolution(attrs)}." if "estimated_error" in attrs else ""
+    return Table(title=title, columns=columns, lead=lead)
 
 
 def _bound(name: str, value: float) -> str:
@@ -443,15 +432,15 @@ def _stages(result: xr.Dataset) -> list[Table]:
 
 
 VIEWS = (
-    ResultView(kind="stiffness", order=20, tables=stiffness_tables, sections=stiffness_sections),
-    ResultView(kind="contact", order=140, tables=contact_tables, sections=contact_sections, findings=contact_findings),
-    ResultView(kind="train_contact", order=160, tables=train_contact_tables, sections=train_contact_sections),
-    ResultView(kind="relief", order=150, tables=relief_tables, sections=relief_sections),
+    ResultView("stiffness", 20, stiffness_tables, stiffness_sections),
+    ResultView("contact", 140, contact_tables, contact_sections, findings=contact_findings),
+    ResultView("train_contact", 160, train_contact_tables, train_contact_sections),
+    ResultView("relief", 150, relief_tables, relief_sections),
     ResultView(
-        kind="efficiency",
-        order=75,
-        tables=efficiency_tables,
-        sections=efficiency_sections,
+        "efficiency",
+        75,
+        efficiency_tables,
+        efficiency_sections,
         key_figures=efficiency_key_figures,
         findings=efficiency_findings,
     ),

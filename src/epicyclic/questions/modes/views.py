@@ -309,13 +309,13 @@ def campbell_sections(result: xr.Dataset, company: Company) -> Sequence[Section]
 
 VIEWS = (
     ResultView(
-        kind="modes",
-        order=30,
-        tables=modes_tables,
-        sections=modes_sections,
+        "modes",
+        30,
+        modes_tables,
+        modes_sections,
         key_figures=modes_key_figures,
         findings=modes_findings,
         front=modes_front,
     ),
-    ResultView(kind="campbell", order=40, tables=campbell_tables, sections=campbell_sections),
+    ResultView("campbell", 40, campbell_tables, campbell_sections),
 )

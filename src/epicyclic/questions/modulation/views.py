@@ -69,4 +69,4 @@ def _families(result: xr.Dataset, size: Any, rank: Any, unit: str) -> Table:
     return Table(title="Families", columns=columns)
 
 
-VIEWS = (ResultView(kind="modulation", order=120, tables=tables, sections=sections),)
+VIEWS = (ResultView("modulation", 120, tables, sections),)

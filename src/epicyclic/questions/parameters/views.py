@@ -53,4 +53,4 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     return [Section(anchor="track", title="Modes followed", parts=parts)]
 
 
-VIEWS = (ResultView(kind="track", order=100, tables=tables, sections=sections),)
+VIEWS = (ResultView("track", 100, tables, sections),)

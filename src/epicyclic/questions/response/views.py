@@ -295,14 +295,7 @@ def _folds(result: xr.Dataset) -> list[Table]:
 
 
 VIEWS = (
-    ResultView(kind="steady", order=60, tables=steady_tables, sections=steady_sections),
-    ResultView(
-        kind="sweep",
-        order=80,
-        tables=sweep_tables,
-        sections=sweep_sections,
-        key_figures=sweep_key_figures,
-        findings=sweep_findings,
-    ),
-    ResultView(kind="contact_sweep", order=110, tables=contact_sweep_tables, sections=contact_sweep_sections),
+    ResultView("steady", 60, steady_tables, steady_sections),
+    ResultView("sweep", 80, sweep_tables, sweep_sections, key_figures=sweep_key_figures, findings=sweep_findings),
+    ResultView("contact_sweep", 110, contact_sweep_tables, contact_sweep_sections),
 )

@@ -67,4 +67,4 @@ def _most(row: np.ndarray, names: np.ndarray) -> str:
     return f"{names[at]}: {number(float(row[at]))} %"
 
 
-VIEWS = (ResultView(kind="sensitivity", order=90, tables=tables, sections=sections),)
+VIEWS = (ResultView("sensitivity", 90, tables, sections),)

@@ -165,6 +165,4 @@ def _coefficients(result: xr.Dataset, meshes: Sequence[str], definitions: Sequen
     return Table(title=title, columns=columns, decimals=4)
 
 
-VIEWS = (
-    ResultView(kind="sharing", order=70, tables=tables, sections=sections, key_figures=key_figures, findings=findings),
-)
+VIEWS = (ResultView("sharing", 70, tables, sections, key_figures=key_figures, findings=findings),)

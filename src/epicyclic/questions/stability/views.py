@@ -109,4 +109,4 @@ def _where(values: Any, frequency: Any) -> float:
     return float(frequency[np.nanargmax(values)]) if np.isfinite(values).any() else float("nan")
 
 
-VIEWS = (ResultView(kind="stability", order=115, tables=tables, sections=sections),)
+VIEWS = (ResultView("stability", 115, tables, sections),)

@@ -322,14 +322,12 @@ def _totals(result: xr.Dataset) -> Table:
 
 VIEWS = (
     ResultView(
-        kind="tolerance",
-        order=72,
-        tables=tolerance_tables,
-        sections=tolerance_sections,
+        "tolerance",
+        72,
+        tolerance_tables,
+        tolerance_sections,
         key_figures=tolerance_key_figures,
         findings=tolerance_findings,
     ),
-    ResultView(
-        kind="allocate", order=155, tables=allocate_tables, sections=allocate_sections, key_figures=allocate_key_figures
-    ),
+    ResultView("allocate", 155, allocate_tables, allocate_sections, key_figures=allocate_key_figures),
 )

@@ -65,4 +65,4 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     return [Section(anchor="transient", title="Motion over time", parts=[*parts, *tables(result)])]
 
 
-VIEWS = (ResultView(kind="transient", order=130, tables=tables, sections=sections),)
+VIEWS = (ResultView("transient", 130, tables, sections),)

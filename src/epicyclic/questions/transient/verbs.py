@@ -3,19 +3,19 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from ..errors import ModelError
-from .options import Folder, Resume
-from .parsing import frequency, seconds
-from .parsing import torque_step as step_of
-from .record import Option, Progress, Verb, bounded, require_folder
+from ...errors import ModelError
+from ...verbs.options import Folder, Resume
+from ...verbs.parsing import frequency, seconds
+from ...verbs.parsing import torque_step as step_of
+from ...verbs.record import Option, Progress, Verb, bounded, require_folder
 
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
     from numpy.typing import NDArray
 
-    from ..engine.source import Overrides, Source
-    from ..questions.transient.scenario import History
+    from ...engine.source import Overrides, Source
+    from .scenario import History
 
 
 @bounded
@@ -71,8 +71,8 @@ def transient(
     ------
     ModelError : the model, a file or an option is wrong.  ConvergenceError : no equilibrium to start from.
     """
-    from ..engine.source import system_of
-    from ..questions.transient.transient import transient as run
+    from ...engine.source import system_of
+    from .transient import transient as run
 
     require_folder(resume, folder)
     return run(
@@ -111,7 +111,7 @@ def _ends(
 def _state(initial: Any) -> Any:
     """Initial state as the analysis takes it: the result in a .nc file where it is the path of one."""
     if isinstance(initial, str | Path) and Path(initial).suffix == ".nc":
-        from ..results.dataset import load_result
+        from ...results.dataset import load_result
 
         return load_result(initial)
     return initial
@@ -121,8 +121,8 @@ def _history(path: str | Path) -> "History":
     """Torques of a CSV file as the analysis takes them."""
     import numpy as np
 
-    from ..document.csv_files import read_history
-    from ..questions.transient.scenario import History
+    from ...document.csv_files import read_history
+    from .scenario import History
 
     table = read_history(path)
     return History(
@@ -132,4 +132,4 @@ def _history(path: str | Path) -> "History":
     )
 
 
-VERB = Verb(run=transient, gives=("transient",), examples=({"cycles": 2},))
+VERBS = (Verb(run=transient, gives=("transient",), examples=({"cycles": 2},)),)

@@ -1,17 +1,17 @@
-"""The verb modes."""
+"""The verbs modes and campbell."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from ..errors import ModelError
-from .options import RelativeSpeed
-from .parsing import frequency_band, share
-from .record import Option, Verb, bounded
-from .speeds import relative, train_and_system
+from ...errors import ModelError
+from ...verbs.options import RelativeSpeed
+from ...verbs.parsing import SPEED_HINT, frequency_band, relative, share, train_and_system
+from ...verbs.record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..engine.source import Overrides, Source
+    from ...engine.source import Overrides, Source
 
 
 @bounded
@@ -40,8 +40,8 @@ def modes(
     ------
     ModelError : the model is wrong; mass or inertia missing; no damping where it is asked for; no such band.
     """
-    from ..questions.modes.modal import modal
-    from ..questions.response.resonances import with_resonances
+    from ..response.resonances import with_resonances
+    from .modal import modal
 
     hertz = frequency_band(band, "band") if isinstance(band, str) and ".." in band else None
     width = None if band is None or hertz is not None else share(band, "band")
@@ -52,4 +52,35 @@ def modes(
     return with_resonances(result, system, band=width, hertz=hertz)
 
 
-VERB = Verb(run=modes, gives=("modes",), in_report=40)
+@bounded
+def campbell(
+    source: "Source",
+    *,
+    overrides: "Overrides | None" = None,
+    relative_speeds: Annotated[
+        Sequence[float] | None,
+        Option("(s,) speeds per operating speed [1], in the order to follow.", flag=None, default="0 to 2"),
+    ] = None,
+    damped: Annotated[bool, Option("Solve the damped problem.")] = False,
+    progress: Progress | None = None,
+) -> "xr.Dataset":
+    """Natural frequencies over speed, standstill to twice the operating speed.
+
+    Raises
+    ------
+    ModelError : the model is wrong, or says no speed; a speed that is not finite.
+    """
+    from ...engine.source import system_of
+    from .campbell import campbell as run
+
+    system = system_of(source, overrides=overrides)
+    if not system.tones:
+        raise ModelError("a Campbell diagram needs a speed", path="operation.speed", allowed=SPEED_HINT)
+    speeds = [2 * point / 40 for point in range(41)] if relative_speeds is None else relative_speeds
+    return run(system, relative_speeds=speeds, damped=damped, progress=progress)
+
+
+VERBS = (
+    Verb(run=modes, gives=("modes",), in_report=40),
+    Verb(run=campbell, gives=("campbell",), in_report=50),
+)

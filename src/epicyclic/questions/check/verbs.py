@@ -1,16 +1,30 @@
-"""The verb matrices."""
+"""The verbs check and matrices."""
 
 from typing import TYPE_CHECKING
 
-from ..results.files import MATRIX_FILES, save_matrices
-from .options import RelativeSpeed
-from .record import Verb, bounded
-from .speeds import relative, train_and_system
+from ...results.files import MATRIX_FILES, save_matrices
+from ...verbs.options import RelativeSpeed
+from ...verbs.parsing import relative, train_and_system
+from ...verbs.record import Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..engine.source import Overrides, Source
+    from ...engine.source import Overrides, Source
+
+
+@bounded
+def check(source: "Source", *, overrides: "Overrides | None" = None) -> "xr.Dataset":
+    """Speeds, torques, geometry, phases; every derived value and where it came from.
+
+    Raises
+    ------
+    ModelError : the model is wrong, or a System is given, which has no drawing left.
+    """
+    from ...engine.source import train_of
+    from .check import check as run
+
+    return run(train_of(source, overrides=overrides))
 
 
 @bounded
@@ -34,10 +48,13 @@ def matrices(
     ------
     ModelError : the model is wrong; mass or inertia missing.
     """
-    from ..questions.modes.modal import mean_matrices
+    from ..modes.modal import mean_matrices
 
     train, system = train_and_system(source, overrides)
     return mean_matrices(system, relative_speed=relative(relative_speed, system, train))
 
 
-VERB = Verb(run=matrices, gives=("matrices",), writers=dict.fromkeys(MATRIX_FILES, save_matrices))
+VERBS = (
+    Verb(run=check, gives=("check",), drawing=True, in_report=10),
+    Verb(run=matrices, gives=("matrices",), writers=dict.fromkeys(MATRIX_FILES, save_matrices)),
+)

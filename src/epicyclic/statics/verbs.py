@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from .options import Cycles, Of, Samples, Turns
-from .record import Progress, Verb, bounded
+from ..verbs.options import Cycles, Of, Samples, Turns
+from ..verbs.record import Progress, Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,11 +29,11 @@ def static(
     ModelError : the model or an option is wrong, or a load that nothing holds.  ConvergenceError : no equilibrium.
     """
     from ..engine.source import system_of
-    from ..statics.static import static as run
+    from .static import static as run
 
     return run(
         system_of(source, overrides=overrides), cycles=cycles, turns=turns, of=of, samples=samples, progress=progress
     )
 
 
-VERB = Verb(run=static, gives=("static",), examples=({"cycles": 2},))
+VERBS = (Verb(run=static, gives=("static",), examples=({"cycles": 2},)),)

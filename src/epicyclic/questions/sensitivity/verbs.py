@@ -3,15 +3,14 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from .options import MOST_SPEED
-from .parsing import frequency
-from .record import Option, Progress, Verb, bounded
-from .speeds import relative
+from ...verbs.options import MOST_SPEED
+from ...verbs.parsing import frequency, relative
+from ...verbs.record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..engine.source import Overrides, Source
+    from ...engine.source import Overrides, Source
 
 
 @bounded
@@ -55,8 +54,8 @@ def sensitivity(
     ------
     ModelError : the model is wrong; a path that is no number; options that do not go together; no damping or speed.
     """
-    from ..engine.source import system_of, train_of
-    from ..questions.sensitivity.sensitivity import sensitivity as run
+    from ...engine.source import system_of, train_of
+    from .sensitivity import sensitivity as run
 
     train = train_of(source, overrides=overrides)
     if isinstance(relative_speed, str):
@@ -74,9 +73,11 @@ def sensitivity(
     )
 
 
-VERB = Verb(
-    run=sensitivity,
-    gives=("sensitivity",),
-    examples=({"paths": ("stages.main.sun.mass",)}, {"of": "force", "paths": ("stages.main.sun.mass",)}),
-    drawing=True,
+VERBS = (
+    Verb(
+        run=sensitivity,
+        gives=("sensitivity",),
+        examples=({"paths": ("stages.main.sun.mass",)}, {"of": "force", "paths": ("stages.main.sun.mass",)}),
+        drawing=True,
+    ),
 )

@@ -2,15 +2,15 @@
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from ..errors import ModelError
-from .options import MOST_SPEED, Cycles, Of, Samples, Turns
-from .record import Option, Progress, Verb, bounded
-from .speeds import relative, train_and_system
+from ...errors import ModelError
+from ...verbs.options import MOST_SPEED, Cycles, Of, Samples, Turns
+from ...verbs.parsing import relative, train_and_system
+from ...verbs.record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..engine.source import Overrides, Source
+    from ...engine.source import Overrides, Source
 
 
 @bounded
@@ -48,7 +48,7 @@ def sharing(
     """
     if method == "static" and relative_speed is not None:
         raise ModelError("moves nothing at rest", path="relative_speed", given=relative_speed, allowed="another method")
-    from ..questions.sharing.sharing import sharing as run
+    from .sharing import sharing as run
 
     train, system = train_and_system(source, overrides)
     return run(
@@ -64,4 +64,4 @@ def sharing(
     )
 
 
-VERB = Verb(run=sharing, gives=("sharing",), examples=({"cycles": 2},), in_report=60)
+VERBS = (Verb(run=sharing, gives=("sharing",), examples=({"cycles": 2},), in_report=60),)

@@ -3,19 +3,18 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from ..document.written_numbers import typed
-from ..errors import ModelError
-from .options import Folder, FrameSpeed, MeshFrequencies, RelativeSpeeds, Resume, Start, Stop
-from .parsing import spread
-from .record import Option, Verb, bounded, given, refuse_without, require_folder
-from .speeds import mesh_frequencies, train_and_system
+from ...document.written_numbers import typed
+from ...errors import ModelError
+from ...verbs.options import Folder, FrameSpeed, MeshFrequencies, RelativeSpeeds, Resume, Start, Stop
+from ...verbs.parsing import mesh_frequencies, spread, train_and_system
+from ...verbs.record import Option, Verb, bounded, given, refuse_without, require_folder
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import xarray as xr
 
-    from ..engine.source import Overrides, Source
+    from ...engine.source import Overrides, Source
 
 
 @bounded
@@ -69,7 +68,7 @@ def stability(
     """
     if (over is None) != (values is None):
         raise ModelError("go together", path="over, values", allowed="a path and its values, damping.modal 0.01..0.05")
-    from ..engine.run_folder import run_folder
+    from ...engine.run_folder import run_folder
 
     require_folder(resume, folder)
     train, system = train_and_system(source, overrides)
@@ -78,7 +77,7 @@ def stability(
     chosen = range or "modes"
     options: dict[str, Any] = {"frame_speed": frame_speed}
     if over is None or values is None:
-        from ..questions.stability.stability import stability as run
+        from .stability import stability as run
 
         speeds = mesh_frequencies(system, train, start, stop, points or 200, chosen) if ranged else mesh_frequency
         options |= {
@@ -90,7 +89,7 @@ def stability(
             return run(system, **options, progress=progress, kept=kept)
     import numpy as np
 
-    from ..questions.parameters.stability_map import stability_map
+    from ..parameters.stability_map import stability_map
 
     refuse_without(
         False, "speed as the only parameter", variation=variation, damping=damping, relative_speed=relative_speed
@@ -106,8 +105,10 @@ def stability(
         return stability_map(source, **options, overrides=overrides, progress=progress, kept=kept)
 
 
-VERB = Verb(
-    run=stability,
-    gives=("stability",),
-    examples=({"points": 3}, {"points": 2, "over": "damping", "values": (1.0, 2.0)}),
+VERBS = (
+    Verb(
+        run=stability,
+        gives=("stability",),
+        examples=({"points": 3}, {"points": 2, "over": "damping", "values": (1.0, 2.0)}),
+    ),
 )

@@ -1,12 +1,13 @@
-"""The verb sweep."""
+"""The verbs steady and sweep, with and without contact loss."""
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from .options import (
+from ...verbs.options import (
     Folder,
     FrameSpeed,
     MeshFrequencies,
     Range,
+    RelativeSpeed,
     RelativeSpeeds,
     Resume,
     ShaftOrders,
@@ -14,15 +15,54 @@ from .options import (
     Start,
     Stop,
 )
-from .record import Option, Verb, bounded, given, refuse_without, require_folder
-from .speeds import mesh_frequencies, train_and_system
+from ...verbs.parsing import mesh_frequencies, relative, train_and_system
+from ...verbs.record import Option, Verb, bounded, given, refuse_without, require_folder
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import xarray as xr
 
-    from ..engine.source import Overrides, Source
+    from ...engine.source import Overrides, Source
+
+
+@bounded
+def steady(
+    source: "Source",
+    *,
+    overrides: "Overrides | None" = None,
+    relative_speed: RelativeSpeed = 1.0,
+    samples: Annotated[
+        int | None, Option("Phases of a mesh cycle in the result of linear contact.", least=1, default="64")
+    ] = None,
+    method: Annotated[
+        Literal["exact", "superposition"] | None,
+        Option("Of linear contact: coupled, or every frequency alone on the mean system.", default="exact"),
+    ] = None,
+    contact_loss: Annotated[bool, Option("Teeth only push; they part and touch again.")] = False,
+    shaft_orders: Annotated[
+        bool | None, Option("With --contact-loss: count run-outs and other shaft orders.", default="yes")
+    ] = None,
+    shaft_tones: ShaftTones = None,
+) -> "xr.Dataset":
+    """Steady vibration at one speed.
+
+    Raises
+    ------
+    ModelError : the model or an option is wrong; no damping, no speed.  ConvergenceError : no steady motion found.
+    """
+    refuse_without(contact_loss, "contact loss", shaft_orders=shaft_orders, shaft_tones=shaft_tones)
+    refuse_without(not contact_loss, "linear contact", samples=samples, method=method)
+    train, system = train_and_system(source, overrides)
+    speed = relative(relative_speed, system, train)
+    if contact_loss:
+        from ..contact_loss.steady import contact_steady
+
+        options = given(shaft_orders=shaft_orders, shaft_tones=shaft_tones)
+        return contact_steady(system, relative_speed=speed, **options)
+    from .steady import steady as run
+
+    return run(system, relative_speed=speed, **given(samples=samples, method=method))
 
 
 @bounded
@@ -82,7 +122,7 @@ def sweep(
     """
     refuse_without(contact_loss, "contact loss", unstable=unstable, harmonics=harmonics, shaft_tones=shaft_tones)
     refuse_without(not contact_loss, "linear contact", orders=orders, tolerance=tolerance, compiled=compiled)
-    from ..engine.run_folder import run_folder
+    from ...engine.run_folder import run_folder
 
     require_folder(resume, folder)
     train, system = train_and_system(source, overrides)
@@ -109,17 +149,20 @@ def sweep(
 def _analysis(contact_loss: bool) -> "Callable[..., xr.Dataset]":
     """The sweep of linear contact, or that of teeth that part."""
     if contact_loss:
-        from ..questions.contact_loss.sweep import contact_sweep
+        from ..contact_loss.sweep import contact_sweep
 
         return contact_sweep
-    from ..questions.response.steady import sweep as linear
+    from .steady import sweep as linear
 
     return linear
 
 
-VERB = Verb(
-    run=sweep,
-    gives=("sweep", "contact_sweep"),
-    examples=({"points": 3, "stop": 40.0}, {"points": 3, "stop": 40.0, "contact_loss": True}),
-    in_report=70,
+VERBS = (
+    Verb(run=steady, gives=("steady",), examples=({}, {"contact_loss": True})),
+    Verb(
+        run=sweep,
+        gives=("sweep", "contact_sweep"),
+        examples=({"points": 3, "stop": 40.0}, {"points": 3, "stop": 40.0, "contact_loss": True}),
+        in_report=70,
+    ),
 )
