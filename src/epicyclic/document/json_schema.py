@@ -1,4 +1,4 @@
-"""The JSON Schema of a model file of format 2 as it is written: unit texts, shorthands, free member names."""
+"""The JSON Schema of a model file as it is written: unit texts, shorthands, free member names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from .distributions import EXAMPLES, PHASES, distribution_pattern, form_texts
 from .schema import KIND_BY_NAME, SIDES, VARIATIONS, ModelFile
 from .schema_fields import DisplacementForceTable, MeshForceTable, TiltMomentTable, TurnMomentTable, Unit
 from .units import KINDS, list_pattern, number_pattern
-from .validation import LISTED
 
 Schema = dict[str, Any]
 _NAME = "^[A-Za-z0-9_]{1,60}$"
@@ -63,10 +62,6 @@ def _as_written(root: Schema, defs: Schema) -> None:
     root["properties"]["assumed"]["additionalProperties"] = {"type": ["string", "object"]}
     _tolerances(root["properties"], defs)
     root["required"] = ["format", "title", "stages"]
-    root["properties"]["format"] = {
-        "const": LISTED,
-        "description": "version of the format; 1, with bare numbers in SI, is read too",
-    }
 
 
 def _referring(schema: Any, named: Callable[[Schema], tuple[str, Schema] | None], found: Schema) -> Any:

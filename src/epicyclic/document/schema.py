@@ -34,6 +34,7 @@ from .schema_fields import (
 from .units import Quantity
 from .written_numbers import MESH, SMALL
 
+FORMAT = 2  # version of the format of the file
 Kind = Literal["sun", "planet", "ring", "carrier", "gear"]
 KIND_BY_NAME: dict[str, Kind] = {
     "sun": "sun",
@@ -407,7 +408,7 @@ class LoadTable(SchemaTable):
 class ModelFile(SchemaTable):
     """A whole model file. Members are named by full paths (`main.sun`, `main.sun.right`, `g1`)."""
 
-    format: Literal[1, 2] = Field(description="version of the format of the file")
+    format: Literal[2] = Field(description="version of the format of the file")
     title: str = Field(description="title of the train, one line")
     doi: str = key("", "DOI of the source")
     notes: str = key("", "notes, free text")

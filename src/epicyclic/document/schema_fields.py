@@ -70,13 +70,12 @@ class Unit:
         context: Reading | None = None if info is None else info.context
         if self.table is not None and isinstance(value, dict):
             return self.table.model_validate(value, context=context)
-        kinds, bounds, listed = tuple(self.kinds.split()), self._bounds, False
+        kinds, bounds = tuple(self.kinds.split()), self._bounds
         if context is not None:
             context.look(value, kinds, self.likely, bounds=bounds, many=self.many, lists=self.lists)
-            listed = context.listed
         many, one = self.many or self.lists, not self.lists
         try:
-            read = read_quantity(value, kinds, bounds, many=many, one=one, words=self.words, listed=listed)
+            read = read_quantity(value, kinds, bounds, many=many, one=one, words=self.words, listed=True)
         except ModelError as error:
             if not self.reason:
                 raise

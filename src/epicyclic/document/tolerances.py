@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import ModelError
-from ..warning_codes import CodedText, coded
 from .distributions import FORMS, PHASES, VECTORS, Distribution, StandardGrade, read_distribution
 from .schema import Names, collect, nearest
 from .shorthand import TOLERANCE_TABLES, expand, one_path
 from .tables import PlainTable, leaves, nested
 from .units import KINDS, NUMBER, Bounds, Quantity, kind_words, read_quantity, split_list
-from .validation import LISTED, quantities_at
-from .written_numbers import Probe, bare_in, likely_text
+from .validation import quantities_at
+from .written_numbers import BareNumber, Probe, bare_in
 
 _NUMBER = re.compile(rf"\s*{NUMBER}\s*")
 _VECTORS = ("run_out", "bearing_run_out", "position", "tilt")  # kinds of deviations with x and y
@@ -98,49 +97,19 @@ def tolerances_and_costs(
     return tuple(_resolved(entry, width) for entry in entries), priced
 
 
-def check_tolerance(data: PlainTable, names: Names) -> list[CodedText]:
-    """Return warnings of numbers without a unit in a file of format 1.
+def check_tolerance(data: PlainTable, names: Names) -> None:
+    """Raise ModelError for what is wrong in `[tolerance]`.
 
-    Raises ModelError for a tolerance that is no distribution, whose path is not in the model or no number, whose values
-    are of another quantity than what stands there, of a spread below zero; for two entries of one number; for a price
+    That is a tolerance that is no distribution, whose path is not in the model or no number, whose values are of
+    another quantity than what stands there or have no unit, of a spread below zero; two entries of one number; a price
     that is none, or of a path without tolerance.
     """
     if not isinstance(data.get("tolerance"), dict):
-        return []
+        return
     reading = _Reading(data, names)
     entries = reading.entries()
     _check_overlaps(entries, names)
     _check_costs(reading, entries)
-    return reading.warnings
-
-
-def rewritten(data: PlainTable, write: Callable[[float, str], str]) -> PlainTable:
-    """Return `[tolerance]` of a document with every value of its distributions written anew; grades stay.
-
-    data : a document, expanded, as of format 1, whose texts may hold numbers without a unit.  write : text of a value
-    in SI of a kind of quantity, as `writer.quantity_text`.  Raises ModelError as `check_tolerance`.
-    """
-    reading = _Reading(data)
-
-    def text_of(entry: _Entry, text: object, where: str) -> object:
-        read, unit = reading.distribution(text, entry.probe, entry.vector, where)
-        if isinstance(read, StandardGrade):
-            return text
-        unit = unit or entry.unit
-        kind = next(kind for kind in entry.probe.kinds if KINDS[kind].unit == unit)
-        return f"{read.kind}({', '.join(write(value, kind) if value else '0' for value in read.values)})"
-
-    table = dict(reading.table)
-    for entry in reading.entries():
-        value, where = table[entry.path], f"tolerance.{entry.path}"
-        if isinstance(value, dict):
-            table[entry.path] = value | {k: text_of(entry, value[k], where) for k in ("own", "common") if k in value}
-        else:
-            table[entry.path] = text_of(entry, value, where)
-        if isinstance(prices := reading.costs.get(entry.path), dict):
-            anew = {text_of(entry, text, where): price for text, price in prices.items()}
-            table["cost"] = table["cost"] | {entry.path: anew}
-    return table
 
 
 def still_toleranced(data: PlainTable, file: PlainTable, above: PlainTable, names: Names) -> PlainTable:
@@ -187,7 +156,7 @@ class _Entry:
 
 
 class _Reading:
-    """`[tolerance]` of one document.  warnings : numbers without a unit in a file of format 1, once it is read."""
+    """`[tolerance]` of one document."""
 
     def __init__(self, data: PlainTable, names: Names | None = None) -> None:
         table = data.get("tolerance")
@@ -197,7 +166,6 @@ class _Reading:
             raise ModelError("not a table", path="tolerance.cost", given=self.costs, allowed="[tolerance.cost]")
         self.data = data
         self.names = names or collect(data)
-        self.warnings: list[CodedText] = []
 
     def entries(self) -> tuple[_Entry, ...]:
         """Return the entries in the order of the file. Raises ModelError."""
@@ -316,26 +284,13 @@ class _Reading:
         return read, next(iter(units), "")
 
     def _value(self, part: str, probe: Probe, where: str, text: object) -> tuple[float, str]:
-        """Return one value in SI and its SI unit, no unit of zero; warnings are noted. Raises ModelError."""
+        """Return one value in SI and its SI unit, no unit of zero. Raises ModelError."""
         kinds = probe.kinds
         bare = float(part) if _NUMBER.fullmatch(part) else None
-        version = self.data.get("format")
-        if bare is not None and bare_in(bare, kinds):
-            likely = likely_text(bare, kinds, probe.ladder)
-            if version != 1:
-                raise ModelError(
-                    f'a number without a unit: "{likely}"?',
-                    path=where,
-                    given=text,
-                    allowed=kind_words(kinds),
-                )
-            unit = KINDS[kinds[0]].unit
-            self.warnings.append(
-                coded("no-unit", f'{where} = {text}: {part.strip()} has no unit, read in {unit}; "{likely}"?')
-            )
         try:
-            listed = isinstance(version, int) and version >= LISTED
-            read = read_quantity(part if bare is None else bare, kinds, Bounds(), listed=listed)
+            if bare is not None and bare_in(bare, kinds):
+                raise BareNumber(bare, kinds, probe.ladder)
+            read = read_quantity(part if bare is None else bare, kinds, Bounds(), listed=True)
         except ModelError as error:
             raise ModelError(error.problem, path=where, given=text, allowed=kind_words(kinds)) from None
         if isinstance(read, Quantity):

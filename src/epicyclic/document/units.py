@@ -1,7 +1,7 @@
 """Numbers with units at the border: text or bare number -> SI.
 
 The spellings that stand in nearly every file are converted from a table (tested against pint); everything else goes
-through pint, which is imported only then.  Which spellings a file of format 2 may have says one pattern a kind of
+through pint, which is imported only then.  Which spellings a model file may have says one pattern a kind of
 quantity, for the reader and for the JSON Schema.  It is put together from the units of length, force, ... as the
 dimension is, so that a text of another dimension cannot match.
 """
@@ -76,7 +76,7 @@ UNIT_PATTERNS: dict[str, str] = {
 
 @cache
 def is_unit_of(unit: str, kind: str) -> bool:
-    """Return whether a unit text is one of a kind of quantity in a file of format 2."""
+    """Return whether a unit text is one of a kind of quantity in a model file."""
     return re.fullmatch(UNIT_PATTERNS[kind], unit) is not None
 
 
@@ -269,7 +269,7 @@ def read_quantity(
     kinds : names in `KINDS`; a bare number is the first. Two kinds: the result is a `Quantity`.
     many : a list is allowed, of one value per planet unless `one` is not; one : a single value is allowed.
     words : texts kept as they are.
-    listed : only units of `UNIT_PATTERNS`, as in a file of format 2; else any that pint knows.
+    listed : only units of `UNIT_PATTERNS`, as in a model file; else any that pint knows.
     Raises ModelError without a path.
     """
     if isinstance(value, str) and value.strip() in words:

@@ -30,7 +30,7 @@ from .schema import (
 from .schema_fields import LinkDampingTable, LinkTable, Unit, metadata_of
 from .shorthand import expand, normalise
 from .tables import PlainTable, leaves, merge, nested, value_at
-from .units import UNKNOWN_UNIT, Quantity
+from .units import Quantity
 from .written_numbers import ASKED, BareNumber, Probe, Reading
 
 _WORDS = {
@@ -401,12 +401,9 @@ def _is_list(field: FieldInfo) -> bool:
     return any(isinstance(m, Unit) and m.lists for m in metadata_of(field))
 
 
-LISTED = 2  # the format from which on only units of `UNIT_PATTERNS` are read
-
-
 def validate(data: PlainTable, names: Names) -> tuple[ModelFile, bool]:
     """Return the validated model, and whether a bare number stands in it. Raises one ModelError."""
-    context = Reading(listed=_is_listed(data))
+    context = Reading()
     try:
         model = ModelFile.model_validate(normalise(data, names), context=context)
     except ValidationError as error:
@@ -425,16 +422,9 @@ def bare_numbers(data: PlainTable, names: Names) -> dict[str, BareNumber]:
 
     They are in the order of the schema; other faults are passed over.
     """
-    faults = _faults(data, names, Reading(listed=_is_listed(data), strict=True))
+    faults = _faults(data, names, Reading(strict=True))
     errors = ((path_of(fault["loc"]), fault.get("ctx", {}).get("error")) for fault in faults)
     return {path: error for path, error in errors if isinstance(error, BareNumber)}
-
-
-def unlisted_paths(data: PlainTable, names: Names) -> list[str]:
-    """Return the paths of the texts whose unit is none of `UNIT_PATTERNS`."""
-    faults = _faults(data, names, Reading(listed=True))
-    errors = ((path_of(detail["loc"]), detail.get("ctx", {}).get("error")) for detail in faults)
-    return [path for path, error in errors if isinstance(error, ModelError) and error.problem.startswith(UNKNOWN_UNIT)]
 
 
 def quantity_at(data: PlainTable, path: str, names: Names) -> Probe:
@@ -492,8 +482,3 @@ def _faults(data: PlainTable, names: Names, context: Reading) -> list[Any]:
     except ValidationError as error:
         return list(error.errors(include_url=False))
     return []
-
-
-def _is_listed(data: PlainTable) -> bool:
-    version = data.get("format")
-    return isinstance(version, int) and version >= LISTED
