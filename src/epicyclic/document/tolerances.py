@@ -69,7 +69,7 @@ def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance,
     document : a Document, or its tables (`Train.document`).  width : of the grades; `train.tolerances` knows the
     sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
     """
-    return tuple(_resolved(entry, width) for entry in _Reading(_tables_of(document)).entries())
+    return tuple(_resolved(entry, width) for entry in _ToleranceTable(_tables_of(document)).entries())
 
 
 def costs(document: object, width: Width | None = None) -> dict[str, tuple[Grade, ...]]:
@@ -84,7 +84,7 @@ def tolerances_and_costs(
     document: object, width: Width | None = None
 ) -> tuple[tuple[Tolerance, ...], dict[str, tuple[Grade, ...]]]:
     """Return `tolerances` and `costs` of one reading.  Raises ModelError as both."""
-    reading = _Reading(_tables_of(document))
+    reading = _ToleranceTable(_tables_of(document))
     entries = reading.entries()
     priced: dict[str, tuple[Grade, ...]] = {}
     for entry in entries:
@@ -106,7 +106,7 @@ def check_tolerance(data: PlainTable, names: Names) -> None:
     """
     if not isinstance(data.get("tolerance"), dict):
         return
-    reading = _Reading(data, names)
+    reading = _ToleranceTable(data, names)
     entries = reading.entries()
     _check_overlaps(entries, names)
     _check_costs(reading, entries)
@@ -155,7 +155,7 @@ class _Entry:
     vector: bool
 
 
-class _Reading:
+class _ToleranceTable:
     """`[tolerance]` of one document."""
 
     def __init__(self, data: PlainTable, names: Names | None = None) -> None:
@@ -264,7 +264,8 @@ class _Reading:
 
         def value(part: str) -> float:
             number, unit = self._value(part, probe, where, text)
-            units.update({unit} - {""})
+            if unit:
+                units.add(unit)
             return number
 
         read = read_distribution(text, value, vector=vector, where=where)
@@ -276,7 +277,7 @@ class _Reading:
                 given=text,
                 allowed=kind_words(kinds),
             )
-        if len({unit for unit in units if unit}) > 1:
+        if len(units) > 1:
             allowed = " or ".join(KINDS[kind].unit for kind in kinds)
             raise ModelError("mixes kinds of quantity", path=where, given=text, allowed=f"all in {allowed}")
         if isinstance(read, Distribution):
@@ -407,7 +408,7 @@ def _numbers_of(entry: _Entry, names: Names) -> list[str]:
     return found
 
 
-def _check_costs(reading: _Reading, entries: Sequence[_Entry]) -> None:
+def _check_costs(reading: _ToleranceTable, entries: Sequence[_Entry]) -> None:
     """Raise ModelError for prices of a path without tolerance, and for what is no grade or no price."""
     known = [entry.path for entry in entries]
     for path, table in reading.costs.items():

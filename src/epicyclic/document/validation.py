@@ -11,7 +11,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
-from pydantic.fields import FieldInfo
 
 from ..errors import ModelError
 from .deviations import MemberDeviationsTable, TurningErrorTable, kind_of
@@ -385,8 +384,10 @@ def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tu
     for name, field in fields.items():
         value = getattr(table, name)
         where = path if name in ("members", "bearings") else f"{path}.{name}"
-        if name in skip or value is None or (isinstance(value, tuple) and _is_list(field)):
+        if name in skip or value is None:
             continue
+        if isinstance(value, tuple) and any(isinstance(m, Unit) and m.lists for m in metadata_of(field)):
+            continue  # a list of its own, not one value per planet
         if isinstance(value, dict):
             for entry, below in value.items():
                 yield from _values(below, f"{where}.{entry}")
@@ -394,11 +395,6 @@ def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tu
             yield from _values(value, where)
         else:
             yield where, value.value if isinstance(value, Quantity) else value
-
-
-def _is_list(field: FieldInfo) -> bool:
-    """Return whether a key takes a list of its own, which is not one value per planet."""
-    return any(isinstance(m, Unit) and m.lists for m in metadata_of(field))
 
 
 def validate(data: PlainTable, names: Names) -> tuple[ModelFile, bool]:

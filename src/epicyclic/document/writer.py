@@ -45,18 +45,7 @@ def model_text(data: Mapping[str, Any]) -> str:
 def with_units(data: Mapping[str, Any]) -> PlainTable:
     """Return a model document with shorthands expanded and a unit at every number of a quantity with a dimension."""
     plain: PlainTable = clean(data) | {"format": FORMAT}
-    names = collect(plain)
-    expanded = expand(plain, names)
-    for path, error in bare_numbers(expanded, names).items():
-        expanded = _with_unit(expanded, path.split("."), error.kinds)
-    return expanded
-
-
-def _with_unit(table: PlainTable, path: list[str], kinds: tuple[str, ...]) -> PlainTable:
-    """Return a table with a unit at the value at a path."""
-    first, *rest = path
-    value = table[first]
-    return {**table, first: _with_unit(value, rest, kinds) if rest else unit_text(value, kinds)}
+    return _with_units(expand(plain, collect(plain)))
 
 
 def unit_text(value: Any, kinds: tuple[str, ...]) -> Any:

@@ -200,9 +200,8 @@ def stated(value: float | str, kind: str, path: str, *, bounds: Bounds = _ANY) -
     if not isinstance(value, str):
         return float(value)
     if _PLAIN.fullmatch(value) and float(value) != 0:
-        likely = likely_text(float(value), (kind,), None)
-        problem = f'a number without a unit: "{likely}"?'
-        raise ModelError(problem, path=path, given=value, allowed=kind_words((kind,)))
+        bare = BareNumber(float(value), (kind,), None)
+        raise ModelError(bare.problem, path=path, given=value, allowed=bare.allowed)
     try:
         read = read_quantity(value, (kind,), bounds)
     except ModelError as error:
