@@ -243,7 +243,8 @@ def _tidy(schema: Any) -> Any:
     if not isinstance(schema, dict):
         return schema
     schema = _flat(schema)
-    quantity = _quantities(schema)
+    words = " or ".join(f'"{w}"' for w in schema.get("x-words", ()))
+    quantity = " or ".join(part for part in (schema.get("x-quantity", ""), words) if part)
     dropped = ("default", "x-quantity", "x-words")
     result = {
         k: {name: _tidy(v) for name, v in value.items()} if k == "properties" else _tidy(value)
@@ -281,9 +282,3 @@ def _flat(schema: Schema) -> Schema:
     if len(flat) == 1:
         return {**flat[0], **found, **rest}
     return {"anyOf": [f for i, f in enumerate(flat) if f not in flat[:i]], **found, **rest}
-
-
-def _quantities(schema: Schema) -> str:
-    """Return kind of quantity, unit and words of a schema, in words."""
-    words = " or ".join(f'"{w}"' for w in schema.get("x-words", ()))
-    return " or ".join(part for part in (schema.get("x-quantity", ""), words) if part)

@@ -195,8 +195,10 @@ class _ToleranceTable:
         where = f"tolerance.{path}"
         texts, phase = _texts(value, where)
         probe = self._probe(path, value, found)
+        # a grade, which has no word of its own for a vector, is one where a vector may stand
+        words = {text.strip().partition("(")[0].strip() for text in texts.values() if isinstance(text, str)}
         vector = path.startswith("deviations.") and path.rpartition(".")[2] in _VECTORS
-        vector = vector and any(_is_vector_text(text) for text in texts.values())
+        vector = vector and not words.isdisjoint((*VECTORS, "grade"))
         read: dict[str, Distribution | StandardGrade] = {}
         units: dict[str, str] = {}
         for name, text in texts.items():
@@ -324,11 +326,6 @@ def _texts(value: object, where: str) -> tuple[dict[str, object], str]:
 def _shown(value: object) -> object:
     """Return the value of an entry for a message."""
     return value if isinstance(value, str) else repr(value)
-
-
-def _is_vector_text(text: object) -> bool:
-    """Whether a text states the distribution of a vector, or a grade, which at a vector is one."""
-    return isinstance(text, str) and text.strip().partition("(")[0].strip() in (*VECTORS, "grade")
 
 
 def _check_bounds(read: Distribution, bounds: Bounds, where: str) -> None:

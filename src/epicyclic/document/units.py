@@ -385,7 +385,10 @@ def _common(unit: str, target: str) -> float | None:
 @cache
 def factor(unit: str, target: str) -> float | None:
     """Return the factor from `unit` to the SI unit `target`, None where `unit` is unknown or of another dimension."""
-    if len(unit) > 60 or not _UNIT.fullmatch(unit) or not _angles_agree(unit, target):
+    if len(unit) > 60 or not _UNIT.fullmatch(unit):
+        return None
+    angular = _ANGULAR.search(unit) is not None  # to pint radians are a pure number
+    if not (angular if target in ("rad", "rad/s") else not angular or "rad" in target):
         return None
     registry = _registry()
     text = unit.replace("·", " ").replace("²", "^2").replace("³", "^3")
@@ -393,12 +396,6 @@ def factor(unit: str, target: str) -> float | None:
         return float(registry.Quantity(1.0, registry.parse_units(text)).to(registry.parse_units(target)).magnitude)
     except Exception:  # pint raises many kinds on bad text: undefined, tokens, dimensions, offsets
         return None
-
-
-def _angles_agree(unit: str, target: str) -> bool:
-    """Return whether radians stand where they should; to pint they are a pure number."""
-    angular = _ANGULAR.search(unit) is not None
-    return angular if target in ("rad", "rad/s") else not angular or "rad" in target
 
 
 @cache

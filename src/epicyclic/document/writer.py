@@ -219,7 +219,10 @@ def _section(table: PlainTable, path: str, heading: str, notes: Mapping[str, str
         return _aligned(rows) + below
     if not rows and headed and path not in notes:  # [stages] alone says nothing
         return below
-    return ["", *_heading(f"[{heading}]", notes.get(path, "")), *_aligned(rows), *below]
+    said, line = _comment_lines(notes.get(path, "")), f"[{heading}]"
+    if len(said) == 1 and len(line) + 2 + len(said[0]) <= _WIDTH:
+        said, line = [], f"{line}  {said[0]}"
+    return ["", *said, line, *_aligned(rows), *below]
 
 
 def _has_heading(value: object, path: str, name: str, notes: Mapping[str, str]) -> bool:
@@ -282,14 +285,6 @@ def _aligned(rows: Sequence[_Line]) -> list[str]:
         else:
             lines += [*said, text]
     return lines
-
-
-def _heading(text: str, comment: str) -> list[str]:
-    """A heading with its comment."""
-    said = _comment_lines(comment)
-    if len(said) == 1 and len(text) + 2 + len(said[0]) <= _WIDTH:
-        return [f"{text}  {said[0]}"]
-    return [*said, text]
 
 
 def _comment_lines(text: str) -> list[str]:
