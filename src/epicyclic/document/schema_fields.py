@@ -411,10 +411,7 @@ class BoltsTable(SchemaTable):
 
 
 class LinkTable(SchemaTable):
-    """A link: one bearing, and the keys that supports, shafts and couplings share.
-
-    A direction that is None is not named: rigid in a support or bearing. 0 floats, inf is rigid.
-    """
+    """A link. A direction that is None is not named: rigid in a support or bearing; 0 floats, inf is rigid."""
 
     x: Stiffness | None = key(None, "stiffness along x (of a bearing: radial); 0 floats, inf is rigid")
     y: Stiffness | None = key(None, "stiffness along y (of a bearing: tangential); 0 floats, inf is rigid")
