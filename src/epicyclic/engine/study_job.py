@@ -25,7 +25,7 @@ from ..document.schema import collect, nearest
 from ..document.tables import dotted_line
 from ..document.units import KINDS, Bounds, Quantity, read_quantity
 from ..document.validation import quantity_at
-from ..document.written_numbers import Probe, bare_in, likely_text, typed
+from ..document.written_numbers import BareNumber, Probe, bare_in, typed
 from ..errors import ModelError
 from ..input_files import read_text
 from ..train.resolution import load
@@ -479,8 +479,7 @@ def _end(entry: _Entry, end: str) -> tuple[float, str]:
 def _number(entry: _Entry, value: Any, where: str) -> tuple[float, str]:
     """SI number and SI unit of a value."""
     if entry.origin.written and bare_in(value, entry.kinds):
-        likely = likely_text(value, entry.kinds, None)
-        raise ModelError(f'a number without a unit: "{likely}"?', path=where, given=value)
+        raise ModelError(BareNumber(value, entry.kinds, None).problem, path=where, given=value)
     try:
         quantity = read_quantity(value, entry.kinds, Bounds(inf=True))
     except ModelError as error:

@@ -17,7 +17,7 @@ from epicyclic.show.views.check import tables
 from epicyclic.verbs.record import verbs
 
 BASE: dict[str, Any] = {
-    "format": 1,
+    "format": 2,
     "title": "a good reducer",
     "damping": {"modal": 0.03},
     "stages": {
