@@ -50,7 +50,7 @@ def chain(size: int) -> System:
     shafts = [f"shaft{i}" for i in range(1, count + 1)]
     ends = ["main.carrier", *shafts]
     model: dict[str, Any] = {
-        "format": 1,
+        "format": 2,
         "title": f"{size} degrees of freedom",
         "damping": {"modal": 0.03},
         "stages": {

@@ -96,7 +96,7 @@ def planar() -> dict[str, Any]:
     }
     operation = {"held": ["ring"], "speed": {"carrier": "17.3 rpm"}, "power": {"carrier": "1.5 MW"}}
     return {
-        "format": 1,
+        "format": 2,
         "title": "planar",
         "damping": {"modal": 0.03},
         "stages": {"main": stage},

@@ -105,7 +105,7 @@ def planar(**more: Any) -> System:
     """A planar set with soft bearings, nothing damped, no errors, constant meshes; the ring held."""
     links = {"support": {"radial": 2e8}}
     document = {
-        "format": 1,
+        "format": 2,
         "title": "a planar set",
         "stages": {
             "main": {
@@ -190,7 +190,7 @@ def test_a_displaced_rigid_seat_is_the_limit_of_a_stiff_one() -> None:
 
 def planar_with_bearing(radial: float) -> System:
     document = {
-        "format": 1,
+        "format": 2,
         "title": "a set whose planet bearings run out",
         "stages": {
             "main": {

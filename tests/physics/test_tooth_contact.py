@@ -33,7 +33,7 @@ STAGE: dict[str, Any] = {
 def train(**stage: Any) -> Train:
     return epicyclic.load(
         {
-            "format": 1,
+            "format": 2,
             "title": "three planets",
             "stages": {"main": STAGE | stage},
             "operation": {"held": ["main.ring"], "speed": {"main.sun": "1500 rpm"}, "torque": {"main.sun": "900 N m"}},

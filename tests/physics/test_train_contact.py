@@ -31,7 +31,7 @@ Document = dict[str, Any]
 WIDTH = 0.05
 
 BASE: Document = {
-    "format": 1,
+    "format": 2,
     "title": "a set",
     "stages": {
         "main": {

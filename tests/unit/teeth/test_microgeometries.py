@@ -24,7 +24,7 @@ LOADS = [2000.0, 500.0, 4000.0]  # in no order
 
 def pair(helix: str = "0 deg", **options: Any) -> ContactPair:
     document = {
-        "format": 1,
+        "format": 2,
         "title": "One pair",
         "stages": {
             "main": {

@@ -37,6 +37,9 @@ _T = TypeVar("_T", bound=np.generic)
 # Samples of a mesh cycle per harmonic where the caller names no number: contact that opens and closes has slow series,
 # so the 2 per harmonic of the sampling theorem would alias the force.
 _SAMPLES = 8
+# Length within which a gap stands at first touch [m]: the rounding of displacements of millimetres.  Teeth that nothing
+# presses together touch there by rule, not by the last bit.
+_ROUNDING = 1e-18
 # Part of the largest tangent of link rows within which one is constant: its rounding.
 _CONSTANT = 1e-9
 
@@ -394,16 +397,18 @@ def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
     # delta cannot rise above its mean and all amplitudes
     J = len(opened) // 2
     reach = opened[0, :F] + np.hypot(opened[1:J, :F], opened[J + 1 :, :F]).sum(axis=0)
-    reaching = reach > given.laws.least_touch
+    reaching = reach > given.laws.least_touch - _ROUNDING
     near, columns = np.flatnonzero(reaching), _columns(reaching)
     laws, damping = given.laws.of(near), rows.damping[near]
     delta = given.grid.values(opened[:, columns])
     closed = laws.opening(delta)
+    idle = lift_idle(delta, closed)
     pressed = closed > 0
     edge = edges(closed, given.grid.counts, rows.axis[near])
     if edge is not None:
         edge.enter_penetration(delta, closed)
     flank, slope = laws.evaluate(delta)
+    flank[idle] = 0.0
     change = None if edge is None else edge.enter_means(flank, slope, laws.first_tangent)
     unchanging = edge is None and bool(np.all(pressed == pressed[:1]))
     if unchanging and not rows.parametric:
@@ -425,6 +430,20 @@ def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
         unchanging &= bool(np.all(change_of_links <= _CONSTANT * np.abs(rows.linear).max(initial=0.0)))
     width = None if edge is None or change is None else edge.tangents(change, near)
     return _Forces(force, tangent, _spread(pressed, columns, F), unchanging, acting, opens, width)
+
+
+def lift_idle(delta: Array, closed: Array) -> NDArray[np.bool_]:
+    """Gaps within rounding of first touch, which are lifted to just above it: such flanks touch, without a force.
+
+    Parameters
+    ----------
+    delta, closed : (..., F) gaps and what of them is above first touch [m], both changed.
+    """
+    idle: NDArray[np.bool_] = np.abs(closed) <= _ROUNDING
+    if idle.any():
+        delta[idle] += _ROUNDING - closed[idle]
+        closed[idle] = _ROUNDING
+    return idle
 
 
 def _spread(values: NDArray[_T], columns: slice | Index, count: int) -> NDArray[_T]:

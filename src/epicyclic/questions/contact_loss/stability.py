@@ -38,7 +38,7 @@ from ..stability.floquet import (
     steps_needed,
     variational_flow,
 )
-from .problem import Problem, State, evaluate, gap_rows, prolonged
+from .problem import Problem, State, evaluate, gap_rows, lift_idle, prolonged
 
 if TYPE_CHECKING:
     from ..response.response import Response
@@ -214,10 +214,12 @@ def _unchanged(given: Problem, state: State, steps: int) -> tuple[Array, Array, 
     phases = np.zeros((steps, len(given.grid.counts)))
     phases[:, 0] = given.cycles * np.arange(steps) / steps
     gap = (given.grid.values(gap_rows(given, state.y) - given.error)[:, :F]).mean(axis=0)
+    laws, delta = rows.at(phases), np.tile(gap, (steps, 1))
+    lift_idle(delta, delta - laws.touch)
     touching = state.touching[0]
     change = np.repeat((state.tangent[0] - rows.linear)[:, None], steps, axis=1)
     # the tangent at each phase is one value over all gaps of the motion: that at its mean is asked
-    change[:F] = np.where(touching, rows.at(phases).evaluate(np.broadcast_to(gap, (steps, F)))[1], 0.0).T
+    change[:F] = np.where(touching, laws.evaluate(delta)[1], 0.0).T
     change[:F] -= rows.linear[:F, None]
     damping = rows.lag * (state.tangent[0] - rows.linear)
     damping[:F] += np.where(touching, rows.damping, 0.0) - rows.drag
@@ -448,6 +450,7 @@ def _flanks(given: Problem, phases: Array, delta: Array, time: float) -> tuple[A
     """Tangents (T, F) [N/m] of flanks at gaps delta (T, F) [m] `time` [s] apart, with acting and edge as of `State`."""
     laws = given.rows.at(phases)
     closed = delta - laws.touch
+    lift_idle(delta, closed)
     travel = np.abs(np.gradient(closed, axis=0))
     place = np.divide(closed, travel, out=np.full_like(closed, np.inf), where=travel > 0)
     inside = np.abs(place) < 0.5

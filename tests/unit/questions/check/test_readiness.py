@@ -17,7 +17,7 @@ from epicyclic.questions.check.views import check_tables
 from epicyclic.verbs.record import verbs
 
 BASE: dict[str, Any] = {
-    "format": 1,
+    "format": 2,
     "title": "a good reducer",
     "damping": {"modal": 0.03},
     "stages": {

@@ -79,7 +79,7 @@ def test_what_is_not_given_stays_as_it_was(train: Train) -> None:
 
 def test_a_slow_pair_has_no_dynamic_force() -> None:
     document = {
-        "format": 1,
+        "format": 2,
         "title": "One pair",
         "stages": {
             "main": {

@@ -81,7 +81,7 @@ def test_the_command() -> None:
 def test_audits_can_ask_for_it(tmp_path: Path) -> None:
     data = tmp_path / "ren2021.audit.toml"
     data.write_text(
-        'format = 1\nsource = "none"\ndrive = "ren2021"\n[runs.teeth]\nverb = "train_contact"\n'
+        'format = 2\nsource = "none"\ndrive = "ren2021"\n[runs.teeth]\nverb = "train_contact"\n'
         "options = { samples = 3, slices = 2, loads = [] }\n[[rows]]\n"
         'quantity = "K_gamma"\nplace = "nowhere"\npublished = "1 .. 1.1"\nverdict = "reproduced"\n'
         'ours = { run = "teeth", take = "branch_load_factor", reduce = "max" }\n'
@@ -100,7 +100,7 @@ def test_the_report(result: xr.Dataset) -> None:
 def test_a_branch_that_carries_nothing_has_no_shares() -> None:
     """Five spur planets, one pin 0.3 mm back: its meshes stay open, without a warning from inside and with nan."""
     model = {
-        "format": 1,
+        "format": 2,
         "title": "five planets",
         "stages": {
             "main": {

@@ -82,7 +82,7 @@ carrier = {{ mass = "80 kg", inertia = "1 kg m^2", support.radial = "1e9 N/m" }}
         for name, m in (("low", module), ("high", module / 1.5))
     )
     return f"""
-format = 1
+format = 2
 title = "Two planetary stages in series"
 damping.modal = 0.03
 {stages}

@@ -23,13 +23,13 @@ from ...train.resolution import load
 from ...train.tolerances import correlations_of, tolerances_of
 from ...train.train import Train
 from ...warning_codes import CodedText
-from .sources import (
+from .drawn_deviations import (
+    DrawnTable,
     Kind,
-    Source,
     drawn_paths,
+    drawn_tables,
     mean_of,
     shift_of,
-    sources_of,
     unit_deviations,
     unit_overrides,
     values_text,
@@ -81,8 +81,8 @@ class ToleranceMap:
     entries : drawing entries (E,).  dimension_entry : (d,) entry of every uniform number.
     mesh : (w,) names of the whole meshes.  pair, group : (g,) groups that carry load, their names and meshes.
     warnings : of the train, of tangents taken, of tolerances without effect.
-    sources, moved : what entries draw.  correlations : of own draws.
-    column : number of the sources' sizes that each of the first columns of the map follows; behind them are torques.
+    drawn_tables, moved : what entries draw.  correlations : of own draws.
+    column : number of the size that each of the first columns of the map follows; behind them are torques.
     rows : (V,) rows of the map whose stiffness varies.  load_map : of the train with every torque and stiffness at its
         mean.  chosen : (g,) its groups that carry load.
     laws, tables : of a train whose links have laws, and of one whose meshes have tables, which ``static`` asks too.
@@ -94,7 +94,7 @@ class ToleranceMap:
     pair: tuple[str, ...]
     group: tuple[NDArray[np.int64], ...]
     warnings: tuple[CodedText, ...]
-    sources: tuple[Source, ...]
+    drawn_tables: tuple[DrawnTable, ...]
     moved: tuple[Moved, ...]
     correlations: tuple[Correlations, ...]
     column: NDArray[np.int64]
@@ -112,8 +112,8 @@ class ToleranceMap:
     @property
     def unmoved(self) -> frozenset[str]:
         """Paths of entries that move no column; `warnings` say why."""
-        idle = [source for source in self.sources if not source.effect]
-        return frozenset(self.entries[i].path for source in idle for i in source.entry.values())
+        idle = [table for table in self.drawn_tables if not table.effect]
+        return frozenset(self.entries[i].path for table in idle for i in table.entry.values())
 
     def evaluate(
         self,
@@ -155,8 +155,8 @@ class ToleranceMap:
         """Overrides with which `load` resolves the train of one sample; u_row : (d,)."""
         drawn = self._draws(np.asarray(u_row, float)[None], self._scale(scale))
         overrides: dict[str, object] = {}
-        for source in self.sources:
-            overrides |= source.overrides({name: drawn[entry] for name, entry in source.entry.items()})
+        for table in self.drawn_tables:
+            overrides |= table.overrides({name: drawn[entry] for name, entry in table.entry.items()})
         for index in dict.fromkeys(number.entry for number in self.moved):
             entry = self.entries[index]
             overrides[entry.path] = values_text(drawn[index][0].real.tolist(), entry.unit)
@@ -216,8 +216,8 @@ class ToleranceMap:
         """
         drawn = self._draws(u, scale)
         sizes = np.zeros((len(u), int(self.column.max(initial=-1)) + 1))
-        for source in self.sources:
-            source.add(sizes, {name: drawn[entry] for name, entry in source.entry.items()})
+        for table in self.drawn_tables:
+            table.add(sizes, {name: drawn[entry] for name, entry in table.entry.items()})
         factors = np.zeros((len(u), len(self.load_map.stretch.column)))
         factors[:, : self.column.size] = sizes[:, self.column]
         stiffness = np.tile(self.load_map.flexible.stiffness[self.rows], (len(u), 1))
@@ -295,7 +295,7 @@ def tolerance_map(train: Train) -> ToleranceMap:
     unit_train = load(document, {**at_means, **unit_overrides(tables, document)})
     items, keys = unit_deviations(unit_train, tables)
     names = list(dict.fromkeys(keys))
-    sources, notes = sources_of(document, tables, of_table, entries, names)
+    deviated, notes = drawn_tables(document, tables, of_table, entries, names)
     bare = replace(
         unit_train,
         displacements=tuple(item for item in unit_train.displacements if item.path not in tables),
@@ -321,7 +321,7 @@ def tolerance_map(train: Train) -> ToleranceMap:
         pair=tuple(base_map.pair[i] for i in loaded),
         group=tuple(base_map.group[i] for i in loaded),
         warnings=(*base.warnings, *notes),
-        sources=tuple(sources),
+        drawn_tables=tuple(deviated),
         correlations=correlations_of(train),
         moved=tuple(
             Moved(

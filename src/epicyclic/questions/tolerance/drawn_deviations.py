@@ -2,7 +2,7 @@
 
 Torques and stiffnesses: the System is assembled anew with other values of the number.
 
-Deviations: a source is one table of the file (`deviations.main.planet.run_out`) with its components.  Each of its
+Deviations: a drawn table is one table of the file (`deviations.main.planet.run_out`) with its components.  Each of its
 planets has a complex size z = x + j y, which moves two columns, those of Re z and of Im z, and where it is given a size
 along the axis.  A gap has a real size, a turning error the size A exp(j phase).
 """
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 
 Kind = Literal["vector", "gap", "error", "nothing"]
 Drawn = Mapping[str, NDArray[np.inexact]]
-"""Draws (S, n) or (S, 1) of the entries of one source, by component; "" is a whole vector."""
+"""Draws (S, n) or (S, 1) of the entries of one table, by component; "" is a whole vector."""
 
 # Step of the value per its mean, and per its deviation where that is larger.
 _STEP = 1e-2
@@ -172,11 +172,11 @@ def _equal(a: NDArray[Any], b: NDArray[Any], size: float = 0.0) -> bool:
     return bool(np.all(np.abs(a[finite] - b[finite]) <= _ROUNDING * largest))
 
 
-# sources of deviations ------------------------------------------------------------------------------------------------
+# tables of deviations -------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Source:
+class DrawnTable:
     """One table of deviations of which a tolerance draws at least one number.
 
     table : its path.  kind : how its numbers act.  entry, unit : component -> index of its entry, and its SI unit.
@@ -352,14 +352,14 @@ def _displaced_units(item: Displacement) -> list[tuple[str, Displacement]]:
     return displacements
 
 
-def sources_of(
+def drawn_tables(
     document: Mapping[str, object],
     tables: Mapping[str, tuple[Kind, Sequence[str]]],
     entries: Mapping[str, Mapping[str, int]],
     given: Sequence[Tolerance],
     keys: Sequence[tuple[str, int | None, str]],
-) -> tuple[list[Source], list[CodedText]]:
-    """Sources of all drawn tables, and warnings of those without effect.
+) -> tuple[list[DrawnTable], list[CodedText]]:
+    """All tables that are drawn, and warnings of those without effect.
 
     Several features of one table and branch (both halves of a split member) have one column: the sum of theirs.
 
@@ -370,7 +370,7 @@ def sources_of(
     """
     column = {key: i for i, key in enumerate(keys)}
     deviations = read(document).model.deviations
-    sources, warnings = [], []
+    result, warnings = [], []
     for table, (kind, _) in tables.items():
         drawn = {name: given[index] for name, index in entries[table].items()}
         branches = sorted({branch for path, branch, _ in keys if path == table and branch is not None})
@@ -378,7 +378,7 @@ def sources_of(
         across = [[column.get((table, branch, part), -1) for part in ("re", "im")] for branch in owners]
         along = [column.get((table, branch, "along"), -1) for branch in owners]
         stated = {} if kind in ("gap", "nothing") else _nominal(deviations, table, len(owners))
-        source = Source(
+        drawn_table = DrawnTable(
             table=table,
             kind=kind,
             unit={name: entry.unit for name, entry in drawn.items()},
@@ -387,12 +387,12 @@ def sources_of(
             across=np.array(across, np.int64),
             along=np.array(along, np.int64),
         )
-        if not source.effect:
+        if not drawn_table.effect:
             known = (why for name, why in _WITHOUT_EFFECT.items() if f".{name}" in table)
             why = next(known, "nothing holds what it moves, or it turns and no speed is given")
             warnings.append(coded("tolerance-without-effect", f"tolerance of {table} has no effect: {why}"))
-        sources.append(source)
-    return sources, warnings
+        result.append(drawn_table)
+    return result, warnings
 
 
 def _nominal(deviations: object, table: str, count: int) -> dict[str, Array]:

@@ -17,7 +17,7 @@ import epicyclic
 from epicyclic import load
 from epicyclic.errors import ModelError
 from epicyclic.questions.sharing.sharing import sharing
-from epicyclic.questions.tolerance.columns import SAMPLES, SampleValues, ToleranceMap, tolerance_map
+from epicyclic.questions.tolerance.tolerance_map import SAMPLES, SampleValues, ToleranceMap, tolerance_map
 from epicyclic.show.console import warnings_of
 from epicyclic.statics import sample_loads
 from epicyclic.statics.quasi_static import held_train, settled
