@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ...engine.workers import each, import_results, runs
 from ...errors import ModelError
@@ -16,8 +16,8 @@ from ...machine_code import numba_available
 from ...system.gaps import past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
-from ..response.response import MEAN_UNSTABLE, FrameSpeed, Response, instability_warnings, response, unstable_speeds
-from ..response.sweep_table import SpeedRange, speeds_of
+from ..response.response import MEAN_UNSTABLE, Response, instability_warnings, response, unstable_speeds
+from ..response.sweep_table import SpeedOptions, speeds_of
 from .branch_set import BranchSet, Crossing, branch_set
 from .continuation import folds_of_speed
 from .outputs import Measures, force_level, periodic_measures
@@ -43,18 +43,30 @@ _Curves = dict[str, NDArray[Any]]
 """Curves (.., P) of one direction over P speeds, by the names of their variables."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactSweepOptions(SpeedOptions):
+    """Options of a sweep with contact loss.
+
+    harmonics : of every point where teeth part; None: 16 to 48, as each needs.
+    unstable : what becomes of motions that are not stable.  ``replace``: branch switching, at last integration in time.
+        ``report``: each stays and its stability is reported; a run goes on along its branch, and from the end of one to
+        the nearest motion, of stable ones if there are.  ``ignore``: as that, and stability is not computed.
+    shaft_orders : whether shaft lines, where there are any, count: a point at which they change the contact is a torus
+        begun at the motion reached; one that fails, and a motion that is not stable or not periodic, holds nan and says
+        so.
+    shaft_tones : phases of that torus beside the mesh tones, 0 to 3; 30 ms a speed with one, ten times that with two.
+        Other lines are superposed, ``superposed_error`` says what that leaves.
+    """
+
+    harmonics: int | None = None
+    unstable: Unstable = "replace"
+    shaft_tones: int = 1
+
+
 def contact_sweep(
     system: System,
+    options: ContactSweepOptions,
     *,
-    mesh_frequency: ArrayLike | None = None,
-    relative_speed: ArrayLike | None = None,
-    speed_range: SpeedRange | None = None,
-    points: int | None = None,
-    frame_speed: FrameSpeed = "kinematic",
-    harmonics: int | None = None,
-    unstable: Unstable = "replace",
-    shaft_orders: bool = True,
-    shaft_tones: int = 1,
     progress: Callable[[int, int], None] | None = None,
     kept: RunFolder | None = None,
 ) -> xr.Dataset:
@@ -65,17 +77,6 @@ def contact_sweep(
 
     Parameters
     ----------
-    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) per operating speed.
-    speed_range, points : as of `sweep`, where neither is given.
-    frame_speed : as of `sweep`.  harmonics : of every point where teeth part; None: 16 to 48, as each needs.
-    unstable : what becomes of motions that are not stable.  ``replace``: branch switching, at last integration in time.
-        ``report``: each stays and its stability is reported; a run goes on along its branch, and from the end of one to
-        the nearest motion, of stable ones if there are.  ``ignore``: as that, and stability is not computed.
-    shaft_orders : whether shaft lines, where there are any, count: a point at which they change the contact is a torus
-        begun at the motion reached; one that fails, and a motion that is not stable or not periodic, holds nan and says
-        so.
-    shaft_tones : phases of that torus beside the mesh tones, 0 to 3; 30 ms a speed with one, ten times that with two.
-        Other lines are superposed, ``superposed_error`` says what that leaves.
     progress : called with (steps done, steps) once branches are followed: a step is a point reached, or its shaft
         orders; an exception in it ends the sweep.
     kept : keeps the branch set once it is whole, then stability, points reached and shaft orders as they come.
@@ -88,13 +89,14 @@ def contact_sweep(
     ------
     ModelError : no damping, no or more than two mesh frequencies, torques out of balance, or an option out of range.
     """
+    harmonics, unstable = options.harmonics, options.unstable
     if harmonics is not None and not 1 <= harmonics <= 4 * HARMONICS[-1]:
         raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * HARMONICS[-1]}")
     if unstable not in get_args(Unstable):
         raise ModelError("unknown choice", path="unstable", given=unstable, allowed=", ".join(get_args(Unstable)))
-    if not 0 <= shaft_tones <= 3:
-        raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
-    ready = response(system, frame_speed=frame_speed, asks_laws=True)
+    if not 0 <= options.shaft_tones <= 3:
+        raise ModelError("out of range", path="shaft_tones", given=options.shaft_tones, allowed="0 to 3")
+    ready = response(system, frame_speed=options.frame_speed, asks_laws=True)
     if len(ready.lines.tones) > 2:
         raise ModelError(
             "contact loss is solved on the grid of all mesh phases",
@@ -102,9 +104,7 @@ def contact_sweep(
             given=f"{len(ready.lines.tones)} mesh frequencies",
             allowed="one or two",
         )
-    speed = speeds_of(
-        ready, mesh_frequency=mesh_frequency, relative_speed=relative_speed, speed_range=speed_range, points=points
-    )
+    speed = speeds_of(ready, options)
     if speed.ndim != 1 or not speed.size:
         raise ModelError("no speeds", path="mesh_frequency", given=list(speed.shape), allowed="one or more, in a row")
     usable = np.isfinite(speed) & (speed > 0)
@@ -115,7 +115,7 @@ def contact_sweep(
     if unstable != "ignore" and usable.any():
         require_fast_enough(ready, float(speed[usable].min()), "mesh_frequency")
     refinement, (rising, place) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
-    shaft = torus(ready, most=shaft_tones) if shaft_orders and ready.lines.shaft else None
+    shaft = torus(ready, most=options.shaft_tones) if options.shaft_orders and ready.lines.shaft else None
     curves = [_empty_curves(ready.system, rising.size, shaft is not None) for _ in _DIRECTIONS]
     branches = BranchSet(speeds=rising, segments=[], crossings=[], ended=[])
     largest: list[Array] = []
@@ -128,19 +128,18 @@ def contact_sweep(
     spread = [_at_speeds_asked(values, usable, place) for values in curves]
     for values in spread:
         values["status"][whirling] = MEAN_UNSTABLE
-    options: dict[str, Any] = {
-        "frame_speed": frame_speed,
+    recorded = {
+        "frame_speed": options.frame_speed,
         "contact_loss": True,
         "harmonics": harmonics,
         "unstable": unstable,
-        "shaft_orders": shaft_orders,
-        "shaft_tones": shaft_tones,
+        "shaft_orders": options.shaft_orders,
+        "shaft_tones": options.shaft_tones,
+        **options.range_taken,
     }
-    if mesh_frequency is None and relative_speed is None:
-        options["speed_range"] = speed_range or "operation"
     path = _path_curves(refinement, branches, unstable != "ignore")
     warnings = [*instability_warnings(ready, speed[whirling]), *_warnings(ready, spread, branches, largest), *several]
-    return _labelled(ready, speed, spread, path, options, warnings)
+    return _labelled(ready, speed, spread, path, recorded, warnings)
 
 
 # --- the branch set, and what both directions reach -------------------------------------------------------------------

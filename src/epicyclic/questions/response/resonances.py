@@ -208,14 +208,14 @@ def _enter_forces(
     how: Mapping[str, Any],
 ) -> None:
     """Enter the forces at the crossings of one mesh frequency, that of a number."""
-    from .steady import sweep
+    from .steady import SweepOptions, sweep
 
     tone, meshes = tones[number], system.meshes
     entries = np.flatnonzero(crossings.tone == number)
     speeds, column = np.unique(crossings.relative_speed[entries], return_inverse=True)
     driven = np.array([system.tones[i] == tone for i in meshes.tone])
     excited = system if len(tones) == 1 else of_one_tone(system, tone, driven)
-    swept = sweep(excited, relative_speed=speeds, orders=MESH_ORDERS, forces_alone=True, **how)
+    swept = sweep(excited, SweepOptions(relative_speed=speeds, orders=MESH_ORDERS, forces_alone=True, **how))
     factors = swept["dynamic_factor"].transpose("mesh", "speed").values
     lowest = swept["mesh_force_minimum"].transpose("mesh", "speed").values
     whole = driven[faces(meshes).first]

@@ -15,7 +15,7 @@ from epicyclic.questions.contact_loss import branch_set as module
 from epicyclic.questions.contact_loss.branch_set import branch_set, scan_closed_teeth
 from epicyclic.questions.contact_loss.continuation import Stepping
 from epicyclic.questions.contact_loss.refinement import Refinement
-from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 
@@ -85,7 +85,9 @@ def test_a_branch_that_winds_through_unstable_motions_is_cut(monkeypatch: pytest
     system = epicyclic.assemble(epicyclic.load("ren2021"))
     system = replace(system, lines=tuple(one for one in system.lines if one.frequency in system.tones))
     monkeypatch.setattr(module, "_UNSTABLE_PARTS", 2)
-    found = contact_sweep(system, mesh_frequency=np.array([410.0, 455.0]), harmonics=16, unstable="report")
+    found = contact_sweep(
+        system, ContactSweepOptions(mesh_frequency=np.array([410.0, 455.0]), harmonics=16, unstable="report")
+    )
     assert unstable_parts(found)[:3] == [False, True, True]
     assert found.sizes["fold"] == 3
     last = float(found.path_frequency[-1])

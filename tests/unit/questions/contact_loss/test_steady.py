@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import epicyclic
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.questions.contact_loss.steady import contact_steady
-from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.contact_loss.torus import respond_torus
 from epicyclic.questions.response.steady import steady
 from epicyclic.questions.transient.equation import motion
@@ -114,7 +114,7 @@ def test_shares_of_contact_are_those_of_the_sweep_and_of_integration(train: Trai
     tone = 2.3 * float(system.tones[0])
     settled = transient(system, cycles=200, mesh_frequency=tone, samples=64)
     moved = transient(system, cycles=50, mesh_frequency=tone, samples=64, start=settled)
-    swept = contact_sweep(system, relative_speed=[2.3], unstable="report")
+    swept = contact_sweep(system, ContactSweepOptions(relative_speed=[2.3], unstable="report"))
     # one sample of 192, of 64, of 256; steps of the integration tally the same
     np.testing.assert_allclose(ours.open_share, moved.open_share, atol=2e-2)
     np.testing.assert_allclose(ours.far_share, moved.far_share, atol=2e-2)
