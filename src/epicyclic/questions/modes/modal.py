@@ -255,8 +255,7 @@ def _ports(system: System) -> list[int]:
 
 def _damping(system: System) -> Array:
     """Dampers, meshes, and modal damping as the matrix that damps every elastic mode by zeta, (n, n)."""
-    B = system.meshes.B
-    total: Array = system.C + (B * system.meshes.damping) @ B.T
+    total = system.mean_damping
     squared, shapes = mean_modes(system)
     if system.zeta:
         momenta = system.M @ shapes
