@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import scipy.optimize
@@ -190,12 +189,8 @@ def combinations(
     return sorted((each for each in ranges if each.high >= low and each.low <= high), key=lambda each: each.centre)
 
 
-class _GroupTerms(NamedTuple):
-    """Averaged coefficients (p, p) within a group by power of the speed [1/s]."""
-
-    constant: ComplexArray
-    linear: ComplexArray
-    quadratic: ComplexArray
+_GroupTerms = tuple[ComplexArray, ComplexArray, ComplexArray]
+"""Averaged coefficients (p, p) within a group [1/s]: constant, linear and quadratic in the speed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -222,7 +217,7 @@ class _Averaged:
     @property
     def width(self) -> float:
         """Half-width if all modes of a group had the same frequency [rad/s]."""
-        first, second = (float(-group.constant.diagonal().real.max()) for group in self.terms)
+        first, second = (float(-constant.diagonal().real.max()) for constant, _, _ in self.terms)
         wide = half_width(self.resonance.strength, first=first, second=second)
         return (wide if np.isfinite(wide) else 20 * self.resonance.strength) / (
             self.resonance.order * self.resonance.tone_ratio
@@ -299,11 +294,8 @@ def _group_terms(modal: Modal, group: Index) -> _GroupTerms:
 
     zero = np.zeros((group.size, group.size), complex)
     apart = 1j * (omega - omega.mean()) - modal.damping[group] / 2
-    return _GroupTerms(
-        np.diag(apart) + term("C") * rate,
-        zero + term("G") * rate + term("Cskew") * position,
-        zero + term("Kg") * position,
-    )
+    constant = np.diag(apart) + term("C") * rate
+    return constant, zero + term("G") * rate + term("Cskew") * position, zero + term("Kg") * position
 
 
 def _unstable_ranges(averaged: _Averaged, squared: Array) -> list[Combination]:
