@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from ...system.system import Array, Faces, faces
 from ..modes.basis import Modal
+from ..response.balance import diagonal_inverse, diagonal_product
 from ..response.lattice import kept_points
 from ..response.response import FrameSpeed, Response
 from .rows import GapRows, GridLaws, gap_rows_of, grid_laws, line_gaps
@@ -76,7 +77,8 @@ class Problem:
 class State:
     """A motion at a relative speed, with its residual and its contact.
 
-    y : (2, J, n).  speed : s.  residual : (2, J, n) R.  inverse : D^-1 as of `_inverse`.
+    y : (2, J, n).  speed : s.  residual : (2, J, n) R.  inverse : D^-1, factors (J, n) of y and (2, J, n)
+        of its rotated copy (-im, re); 0 for a rigid mean.
     touching : (N, F) whether each flank presses.  norm : |R|.  tangent : (N, R) of every row there [N/m].
     unchanging : whether tangents keep one value at each phase: the motion is that of a linear system.
     acting : (N, F) part of its sample in which each damper acts.  edge : (N, F) how that part rises with the gap, times
@@ -222,24 +224,20 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
         and links follow their laws.
     """
     w = speed * given.omega
-    inverse = _inverse(given.modal, w)
+    along, turn = diagonal_inverse(given.modal, w[None])
+    inverse = along[0, 0], turn[0]
     gap = gap_rows(given, y)
     opened = gap - given.error
-    law = _forces(given, opened, speed) if touching is None else _assumed(given, opened, speed, touching)
-    excess = _excess_rows(given, law.force, gap, opened, w)
-    residual = y + _times(inverse, _couple(given, y, speed) + _pull(given, excess) - _force(given, speed))
+    force, contact = _forces(given, opened, speed) if touching is None else _assumed(given, opened, speed, touching)
+    excess = _excess_rows(given, force, gap, opened, w)
+    residual = y + diagonal_product(inverse, _couple(given, y, speed) + _pull(given, excess) - _force(given, speed))
     return State(
         y=y,
         speed=speed,
         residual=residual,
         inverse=inverse,
-        touching=law.touching,
-        tangent=law.tangent,
-        unchanging=law.unchanging,
         norm=float(np.linalg.norm(residual)),
-        acting=law.acting,
-        edge=law.edge,
-        width=law.width,
+        **contact._asdict(),
     )
 
 
@@ -292,7 +290,7 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
             turned = product[:, -n:]
             pulled[:J] -= column * turned[J:]
             pulled[J:] += column * turned[:J]
-        return step + _times(at.inverse, pulled.reshape(step.shape))
+        return step + diagonal_product(at.inverse, pulled.reshape(step.shape))
 
     return apply
 
@@ -320,15 +318,15 @@ def speed_derivative(given: Problem, at: State) -> Array:
         moved += (given.grid.rows(damper) @ rows.pulls[: rows.count]).reshape(y.shape)
     if rows.lag.any():
         opened = gap - given.error
-        links = _link_excess(given, given.grid.rows(_forces(given, opened, s).force), opened)
+        links = _link_excess(given, given.grid.rows(_forces(given, opened, s)[0]), opened)
         lagging = rate_rows(rows.lag[rows.count :] * links, omega)
         moved += (lagging @ rows.pulls[rows.count :]).reshape(y.shape)
-    return _times(at.inverse, moved)
+    return diagonal_product(at.inverse, moved)
 
 
 def balanced_forces(given: Problem, at: State) -> Array:
     """Force of every row in the balance (N, R) [N]: about edges of contact the share of a sample in the integral."""
-    return _forces(given, gap_rows(given, at.y) - given.error, at.speed).force
+    return _forces(given, gap_rows(given, at.y) - given.error, at.speed)[0]
 
 
 def gap_forces(given: Problem, at: State) -> Array:
@@ -372,16 +370,15 @@ def linearised_residual(given: Problem, at: State, other: Problem) -> Array:
     # the mean system holds the tangents of link rows, whose errors are forces on it
     back[:, F:] -= _lagged(rows.linear[F:] * moved[:, F:], rows.lag[F:], w)
     pushed = _force(other, at.speed) - _force(given, at.speed)
-    return at.residual + _times(at.inverse, _pull(given, back) - pushed)
+    return at.residual + diagonal_product(at.inverse, _pull(given, back) - pushed)
 
 
 # --- forces of a motion -----------------------------------------------------------------------------------------------
 
 
-class _Forces(NamedTuple):
-    """Forces of the rows (N, R) [N] with contact, tangents and damper shares as of `State`."""
+class _Contact(NamedTuple):
+    """Contact, tangents and damper shares as of `State`."""
 
-    force: Array
     tangent: Array
     touching: NDArray[np.bool_]
     unchanging: bool
@@ -390,8 +387,11 @@ class _Forces(NamedTuple):
     width: WidthTangents | None
 
 
-def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
-    """Forces by the laws, from rows (2 J, R) of delta [m]; samples at an edge of contact as of `edges`."""
+def _forces(given: Problem, opened: Array, speed: float) -> tuple[Array, _Contact]:
+    """Forces of the rows (N, R) [N] by the laws, from rows (2 J, R) of delta [m].
+
+    Samples at an edge of contact as of `edges`.
+    """
     rows = given.rows
     F = rows.count
     # delta cannot rise above its mean and all amplitudes
@@ -429,7 +429,7 @@ def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
         change_of_links = np.ptp(tangent[:, F:], axis=0)
         unchanging &= bool(np.all(change_of_links <= _CONSTANT * np.abs(rows.linear).max(initial=0.0)))
     width = None if edge is None or change is None else edge.tangents(change, near)
-    return _Forces(force, tangent, _spread(pressed, columns, F), unchanging, acting, opens, width)
+    return force, _Contact(tangent, _spread(pressed, columns, F), unchanging, acting, opens, width)
 
 
 def lift_idle(delta: Array, closed: Array) -> NDArray[np.bool_]:
@@ -455,7 +455,7 @@ def _spread(values: NDArray[_T], columns: slice | Index, count: int) -> NDArray[
     return result
 
 
-def _assumed(given: Problem, opened: Array, speed: float, pattern: NDArray[np.bool_]) -> _Forces:
+def _assumed(given: Problem, opened: Array, speed: float, pattern: NDArray[np.bool_]) -> tuple[Array, _Contact]:
     """Forces of assumed contact (N, F) with the tangents of the problem, from rows (2 J, R) of delta [m]."""
     rows = given.rows
     F, N = rows.count, len(given.tangent)
@@ -469,11 +469,11 @@ def _assumed(given: Problem, opened: Array, speed: float, pattern: NDArray[np.bo
         # the law at the mean load and the tangent from there on
         force[:, F : F + rows.links.rows.size] += rows.links.offset
     if not rows.damping.any():
-        return _Forces(force, tangent, touching, True, None, None, None)
+        return force, _Contact(tangent, touching, True, None, None, None)
     rate = given.grid.values(rate_rows(opened[:, :F], speed * given.omega))
     acting = touching.astype(float)
     force[:, :F] += np.where(touching, rows.damping * rate, 0.0)
-    return _Forces(force, tangent, touching, True, acting, np.zeros_like(acting), None)
+    return force, _Contact(tangent, touching, True, acting, np.zeros_like(acting), None)
 
 
 # --- rows and products ------------------------------------------------------------------------------------------------
@@ -562,20 +562,3 @@ def _coupling(given: Problem, speed: float) -> tuple[Array | None, Array | None]
         else:
             still = part if still is None else still + part
     return still, turning
-
-
-def _inverse(modal: Modal, w: Array) -> tuple[Array, Array]:
-    """D^-1 at w (J,) [rad/s]: factors (J, n) of y and (2, J, n) of its rotated copy (-im, re); 0 for a rigid mean."""
-    w = w[:, None]
-    real, imag = modal.squared - w**2, w * modal.damping
-    size = real**2 + imag**2
-    size[size == 0] = np.inf
-    turn = imag / size
-    return real / size, np.stack([turn, -turn])
-
-
-def _times(factor: tuple[Array, Array], y: Array) -> Array:
-    """Product (2, J, n) of factors as of `_inverse` and y (2, J, n)."""
-    out = factor[0] * y
-    out += factor[1] * y[::-1]
-    return out
