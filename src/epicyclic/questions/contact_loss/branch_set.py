@@ -228,7 +228,7 @@ class BranchSet:
 
 @dataclass(slots=True, kw_only=True)
 class _Trace:
-    """The branch set as far as it has been followed.
+    """The branch set as far as it has been followed, `branches`.
 
     fixed : number of harmonics, None for as many as needed.  part : number of the part at hand.
     winding : whether the branch before was cut.
@@ -238,10 +238,7 @@ class _Trace:
     scan: Scan
     fixed: int | None
     stepping: Stepping
-    crossings: list[list[Crossing]]
-    segments: list[Segment] = field(default_factory=list)
-    ended: list[float] = field(default_factory=list)
-    cut: list[float] = field(default_factory=list)
+    branches: BranchSet
     part: int = 0
     winding: bool = False
 
@@ -260,16 +257,14 @@ def branch_set(
         scan=scan_closed_teeth(refinement, speeds),
         fixed=harmonics,
         stepping=stepping or Stepping(),
-        crossings=[[] for _ in speeds],
+        branches=BranchSet(speeds=speeds, segments=[], crossings=[[] for _ in speeds], ended=[]),
     )
     place = 0
     while place < trace.scan.speeds.size:
         place = _closed_segment(trace, place)
         if place < trace.scan.speeds.size:
             place = _branch_segment(trace, place)
-    return BranchSet(
-        speeds=speeds, segments=trace.segments, crossings=trace.crossings, ended=trace.ended, cut=trace.cut
-    )
+    return trace.branches
 
 
 def _closed_segment(trace: _Trace, place: int) -> int:
@@ -280,11 +275,11 @@ def _closed_segment(trace: _Trace, place: int) -> int:
         if at is None:
             break
         if asked >= 0:
-            trace.crossings[asked].append(Crossing(solution=at, part=trace.part))
+            trace.branches.crossings[asked].append(Crossing(solution=at, part=trace.part))
             closed.append(at)
         place += 1
     if closed:
-        trace.segments.append(Segment(solutions=closed, parts=[trace.part] * len(closed), branch=False))
+        trace.branches.segments.append(Segment(solutions=closed, parts=[trace.part] * len(closed), branch=False))
     return place
 
 
@@ -300,21 +295,21 @@ def _branch_segment(trace: _Trace, place: int) -> int:
         start = solve(given, prolonged(before.given, given, before.state.y), speed)
     if before is None or not start.converged:
         asked = int(scan.asked[place])
-        if asked < 0 or trace.crossings[asked]:
+        if asked < 0 or trace.branches.crossings[asked]:
             return place + 1
         speed = float(scan.speeds[place])
         start = _begun_anew(trace, given, H, speed, place)
         trace.part += 1
         if not start.converged:
             # behind a branch that was cut no motion is looked for but stable ones
-            trace.ended += [] if trace.winding else [speed]
+            trace.branches.ended += [] if trace.winding else [speed]
             return place + 1
         if trace.winding:
             residual = trace.refinement.residual(given, start.state, H)
             alone = Solution(given=given, harmonics=H, state=start.state, residual=residual)
             alone = with_stability(trace.refinement, alone)
             if not alone.stable:
-                trace.crossings[asked].append(Crossing(solution=alone, part=trace.part))
+                trace.branches.crossings[asked].append(Crossing(solution=alone, part=trace.part))
                 return place + 1
     points, end = _followed(trace, given, H, start.state)
     trace.winding = end == "cut"
@@ -325,8 +320,8 @@ def _branch_segment(trace: _Trace, place: int) -> int:
 def _begun_anew(trace: _Trace, given: Problem, harmonics: int, speed: float, place: int) -> NewtonResult:
     """A solution at a scanned speed: behind a branch that was cut from the speed before, else by the load."""
     asked = int(trace.scan.asked[place])
-    if trace.winding and asked > 0 and trace.crossings[asked - 1]:
-        last = trace.crossings[asked - 1][-1].solution
+    if trace.winding and asked > 0 and trace.branches.crossings[asked - 1]:
+        last = trace.branches.crossings[asked - 1][-1].solution
         solved = solve(given, prolonged(last.given, given, last.state.y), speed)
         if solved.converged:
             return solved
@@ -423,11 +418,11 @@ def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _
         _enter_crossings(trace, before, after, part, harmonics)
     solutions = [_as_solution(trace.refinement, point, harmonics) for point in points]
     _enter_start(trace, solutions[0], parts[0])
-    trace.segments.append(Segment(solutions=solutions, parts=parts, branch=True))
+    trace.branches.segments.append(Segment(solutions=solutions, parts=parts, branch=True))
     last = points[-1].state.speed
     behind = int(np.searchsorted(scan.speeds, last, side="right"))
     if end != "through":
-        (trace.cut if end == "cut" else trace.ended).append(last)
+        (trace.branches.cut if end == "cut" else trace.branches.ended).append(last)
     if end != "through" or points[-1].tangent.speed < 0:
         trace.part += 1
         behind = int(np.searchsorted(scan.speeds, max(point.state.speed for point in points), side="right"))
@@ -439,8 +434,8 @@ def _enter_start(trace: _Trace, first: Solution, part: int) -> None:
     """Enter the start of a branch that no closed segment leads to, where it lies at a speed asked for."""
     place = int(np.searchsorted(trace.scan.speeds, first.state.speed))
     asked = int(trace.scan.asked[place]) if place < trace.scan.speeds.size else -1
-    if asked >= 0 and trace.scan.speeds[place] == first.state.speed and not trace.crossings[asked]:
-        trace.crossings[asked].append(Crossing(solution=first, part=part))
+    if asked >= 0 and trace.scan.speeds[place] == first.state.speed and not trace.branches.crossings[asked]:
+        trace.branches.crossings[asked].append(Crossing(solution=first, part=part))
 
 
 def _enter_crossings(trace: _Trace, before: PathPoint, after: PathPoint, part: int, harmonics: int) -> None:
@@ -452,7 +447,7 @@ def _enter_crossings(trace: _Trace, before: PathPoint, after: PathPoint, part: i
         if asked >= 0 and speeds[place] != before.state.speed:
             at = _between(trace, before, after, float(speeds[place]), harmonics)
             if at is not None:
-                trace.crossings[asked].append(Crossing(solution=at, part=part))
+                trace.branches.crossings[asked].append(Crossing(solution=at, part=part))
 
 
 def _between(trace: _Trace, before: PathPoint, after: PathPoint, speed: float, harmonics: int) -> Solution | None:
@@ -493,6 +488,6 @@ def _enter_other_closed(trace: _Trace, behind: int) -> None:
         at, asked = trace.scan.solutions[place], int(trace.scan.asked[place])
         if at is None or asked < 0:
             continue
-        known = trace.crossings[asked]
+        known = trace.branches.crossings[asked]
         if all(distinct(each.solution, at) for each in known):
             known.append(Crossing(solution=at, part=-1 - asked))

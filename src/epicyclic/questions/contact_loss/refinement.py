@@ -97,14 +97,13 @@ def harmonics_for(harmonics: int) -> int:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Solution:
+class PeriodicMotion:
     """A periodic motion.
 
-    state : of `given`, with so many harmonics.  residual : with twice as many.  kind : what sort of motion.
+    state : with so many harmonics.  residual : with twice as many.  kind : what sort of motion.
     stability : None where not asked for.  backward : whether its branch goes back in speed there.
     """
 
-    given: Problem
     harmonics: int
     state: State
     residual: float
@@ -116,6 +115,13 @@ class Solution:
     def stable(self) -> bool:
         """Whether it is known to be stable."""
         return self.stability is not None and self.stability.stable
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Solution(PeriodicMotion):
+    """A periodic motion that solves a balance, the given one."""
+
+    given: Problem
 
 
 def solution(

@@ -7,13 +7,13 @@ motion itself and the part of the branch set it lies on.
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 from .branch_set import BranchSet, Crossing
-from .problem import Problem, State
-from .refinement import Kind, ProblemSize, Refinement, Solution
+from .problem import Problem
+from .refinement import PeriodicMotion, ProblemSize, Refinement, Solution
 from .shaft_orders import MeshOrders
-from .stability import Stability
 from .sweep_direction import Reached, Unstable
 
 
@@ -30,36 +30,15 @@ def problem_of(refinement: Refinement, key: ProblemSize) -> Problem:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class BareSolution:
-    """A solution without its problem: size of that, the other fields as of `Solution`."""
-
-    size: ProblemSize
-    harmonics: int
-    state: State
-    residual: float
-    kind: Kind
-    stability: Stability | None
-    backward: bool
-
-    def solution(self, refinement: Refinement) -> Solution:
-        """The solution."""
-        return Solution(
-            given=problem_of(refinement, self.size),
-            harmonics=self.harmonics,
-            state=self.state,
-            residual=self.residual,
-            kind=self.kind,
-            stability=self.stability,
-            backward=self.backward,
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Begin:
-    """A place of a sweep direction from which it goes on, the motion reached there and the part it stands on."""
+    """A place of a sweep direction from which it goes on.
+
+    motion : reached there.  size : of its balance.  part : of the branch set, on which it stands.
+    """
 
     place: int
-    solution: BareSolution
+    motion: PeriodicMotion
+    size: ProblemSize
     part: int
 
 
@@ -72,18 +51,12 @@ def begin_of(refinement: Refinement, place: int, reached: Reached, unstable: Uns
     if not isinstance(motion, Solution) or part is None or (unstable == "replace" and not motion.stable):
         return None
     size = problem_key(refinement, motion.given)
-    if size is None:
-        return None
-    bare = BareSolution(
-        size=size,
-        harmonics=motion.harmonics,
-        state=motion.state,
-        residual=motion.residual,
-        kind=motion.kind,
-        stability=motion.stability,
-        backward=motion.backward,
-    )
-    return Begin(place=place, solution=bare, part=part)
+    return None if size is None else Begin(place=place, motion=PeriodicMotion(**_known(motion)), size=size, part=part)
+
+
+def _known(motion: PeriodicMotion) -> dict[str, Any]:
+    """What is known of a motion, its balance left out."""
+    return {field.name: getattr(motion, field.name) for field in fields(PeriodicMotion)}
 
 
 def continued_branches(
@@ -93,7 +66,8 @@ def continued_branches(
 
     A direction begins with the motion at its first speed where that is stable or may stay: it then stands as it stood.
     """
-    place, motion = begin.place, begin.solution.solution(refinement)
+    place = begin.place
+    motion = Solution(given=problem_of(refinement, begin.size), **_known(begin.motion))
     alone = [Crossing(solution=motion, part=begin.part)]
     if upward:
         crossings, speeds = [alone, *branches.crossings[place + 1 :]], branches.speeds[place:]

@@ -58,7 +58,7 @@ def test_a_branch_that_goes_down_on_closed_teeth_is_through(made: Any) -> None:
         scan=scan_closed_teeth(refinement, SPEEDS),
         fixed=None,
         stepping=Stepping(),
-        crossings=[[] for _ in SPEEDS],
+        branches=module.BranchSet(speeds=SPEEDS, segments=[], crossings=[[] for _ in SPEEDS], ended=[]),
     )
     points, end = module._followed(trace, start.given, start.harmonics, start.state)
     assert end == "through"
