@@ -131,15 +131,20 @@ class SweepTable:
                 self.values[name][..., index] = np.where(good, values, np.nan)
 
 
-def layout_of(system: System, lines: LineExcitation, *, orders: int, shafts: bool) -> tuple[Layout, ReportedLines]:
-    """Layout of the signals of a System, and the lines reported of it; arguments as of `reported_lines`."""
+def empty_table(
+    system: System, lines: LineExcitation, count: int, *, orders: int, shafts: bool, harmonics: bool = False
+) -> SweepTable:
+    """Empty table for `count` speeds; variables without rows (links, lines) are left out.
+
+    orders, shafts : as of `reported_lines`.
+    harmonics : with the complex motion at the orders of the first mesh frequency.
+    """
     face, dofs = faces(system.meshes), system.dofs
     reported = reported_lines(lines, lines.stages(system), orders=orders, shafts=shafts)
-    translation = dofs.expand.reshape(len(dofs.bodies), 6, -1)[:, :3]
     layout = Layout(
         axis=lines.axis[face.first],
         radius=dofs.radius,
-        translation=translation,
+        translation=dofs.expand.reshape(len(dofs.bodies), 6, -1)[:, :3],
         pairs=lateral_pairs(system),
         turn=system.links.turn,
         orders=orders,
@@ -147,23 +152,12 @@ def layout_of(system: System, lines: LineExcitation, *, orders: int, shafts: boo
         groups=parallel_meshes(system.meshes),
         rounding=rounding_of(system),
     )
-    return layout, reported
-
-
-def empty_table(
-    system: System, lines: LineExcitation, count: int, *, orders: int, shafts: bool, harmonics: bool = False
-) -> SweepTable:
-    """Empty table for `count` speeds; variables without rows (links, lines) are left out.
-
-    harmonics : with the complex motion at the orders of the first mesh frequency.
-    """
-    layout, reported = layout_of(system, lines, orders=orders, shafts=shafts)
     labels: dict[str, Sequence[Any]] = {
-        "mesh": faces(system.meshes).name,
+        "mesh": face.name,
         "order": range(1, orders + 1),
         "line": reported.label,
-        "dof": system.dofs.names,
-        "body": system.dofs.bodies if layout.translation.any() else (),
+        "dof": dofs.names,
+        "body": dofs.bodies if layout.translation.any() else (),
         "link_row": system.links.name,
         "bearing": [system.links.link[x] for x in layout.pairs[:, 0]],
     }
