@@ -120,8 +120,8 @@ def _error(given: Torus, point: TorusPoint, cycles: int, steps: int = 256) -> tu
     settle = cycles * max(1, 250 // cycles)
     begin, end = settle / tone, (settle + cycles) / tone
     moving = motion(given.ready.system, program=constant(speed))
-    settled = integrate(moving, start, stop=begin, steps=settle * steps, keep=settle * steps)[-1]
-    states = integrate(moving, settled, start=begin, stop=end, steps=cycles * steps, keep=2)
+    settled = integrate(moving, start, stop=begin, steps=settle * steps, keep=settle * steps)[0][-1]
+    states = integrate(moving, settled, start=begin, stop=end, steps=cycles * steps, keep=2)[0]
     times = np.linspace(begin, end, len(states))
     force = mesh_force(moving, times[:-1], states[:-1])
     rms = np.sqrt(force.var(axis=1))

@@ -193,7 +193,7 @@ def test_compiled_steps_are_the_balance(name: str, frequency: float) -> None:
     steps = -(-steps_for(moving, period) // samples) * samples
     states = integrate(
         moving, initial_state(found.at), stop=cycles * period, steps=cycles * steps, keep=steps // samples
-    )
+    )[0]
     times = period * np.arange(len(states)) / samples
     force = record_force(moving, times[-samples:], states[-samples:]).T
     rms = mesh_force(system, force).std(axis=0)

@@ -425,7 +425,7 @@ def attractor(
         begin, done = done * cycle if two_tones else 0.0, done + count
         record = integrate(
             moving, state, start=begin, stop=begin + count * cycle, steps=count * steps, keep=steps // samples
-        )
+        )[0]
         if not np.isfinite(record).all():
             break
         state = record[-1]

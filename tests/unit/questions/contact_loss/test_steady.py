@@ -77,8 +77,8 @@ def _integrated(system: System, speed: float, *, steps: int, settle: int) -> NDA
     """Force of every mesh (w, N) [N] over 7 cycles, a common period of both mesh frequencies, after 7 x settle."""
     tone, cycles = float(system.tones[0]) * speed, 7
     moving, begin = motion(system, program=constant(speed)), 7 * settle
-    state = integrate(moving, np.zeros((2, 5)), stop=begin / tone, steps=begin * steps, keep=begin * steps)[-1]
-    states = integrate(moving, state, start=begin / tone, stop=(begin + cycles) / tone, steps=cycles * steps)
+    state = integrate(moving, np.zeros((2, 5)), stop=begin / tone, steps=begin * steps, keep=begin * steps)[0][-1]
+    states = integrate(moving, state, start=begin / tone, stop=(begin + cycles) / tone, steps=cycles * steps)[0]
     return mesh_force(moving, np.linspace(begin / tone, (begin + cycles) / tone, len(states))[:-1], states[:-1])
 
 

@@ -46,8 +46,8 @@ def integrated(given: Torus, point: TorusPoint, *, cycles: int, settle: int, ste
     start = np.stack([y[0].sum(axis=0), -(w[:, None] * y[1]).sum(axis=0)]) @ given.ready.modal.shapes.T
     moving, tone = motion(given.ready.system, program=constant(speed)), float(given.ready.lines.tone) * speed
     begin, end = settle / tone, (settle + cycles) / tone
-    state = integrate(moving, start, stop=begin, steps=settle * steps, keep=settle * steps)[-1]
-    states = integrate(moving, state, start=begin, stop=end, steps=cycles * steps)
+    state = integrate(moving, start, stop=begin, steps=settle * steps, keep=settle * steps)[0][-1]
+    states = integrate(moving, state, start=begin, stop=end, steps=cycles * steps)[0]
     times = np.linspace(begin, end, len(states))
     change = float(np.abs(states[-1] - states[0]).max() / np.abs(states).max())
     return mesh_force(moving, times[:-1], states[:-1]), change
