@@ -281,7 +281,7 @@ def speeds_of(ready: Response, options: SpeedOptions) -> Array:
     if options.mesh_frequency is not None and options.relative_speed is not None:
         raise ModelError("give mesh_frequency or relative_speed, not both")
     if not options.range_taken:
-        for path, option in (("speed_range", speed_range), ("points", points)):
+        for path, option in (("range", speed_range), ("points", points)):
             if option is not None:
                 raise ModelError("goes without speeds of one's own", path=path, given=option)
         if options.relative_speed is not None:
