@@ -77,6 +77,10 @@ class Refinement:
             )
         return self.problems[key]
 
+    def size_of(self, value: object) -> ProblemSize | None:
+        """Size of a problem of this refinement, None of anything else: how a run that is stopped refers to it."""
+        return next((size for size, problem in self.problems.items() if problem is value), None)
+
     def samples(self, harmonics: int) -> int:
         """The usual number of samples of a mesh cycle."""
         return harmonics * _SAMPLES[len(self.ready.lines.tones)]

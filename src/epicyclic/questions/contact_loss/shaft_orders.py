@@ -12,6 +12,7 @@ motion itself; elsewhere it tells what the rows of the balance miss of it.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -225,6 +226,11 @@ class MeshOrders:
     def key(self) -> tuple[object, ...]:
         """The same of equal motions, bit by bit."""
         return self.speed, self.cycles, self.stable, self.y.tobytes()
+
+    @property
+    def digest(self) -> str:
+        """The key in few letters."""
+        return hashlib.sha256(repr(self.key[:3]).encode() + self.y.tobytes()).hexdigest()
 
 
 def mesh_orders(at: Solution) -> MeshOrders:

@@ -22,11 +22,18 @@ from .branch_set import BranchSet, Crossing, branch_set
 from .continuation import folds_of_speed
 from .outputs import Measures, force_level, periodic_measures
 from .refinement import HARMONICS, Refinement, Solution, distinct, with_stability
-from .resumed import Begin, begin_of, continued_branches, motion_digest, problem_key, problem_of
 from .rows import gap_rows_of, law_warnings
 from .shaft_orders import MeshOrders, ShaftResponse, integrated_with_shaft_orders, mesh_orders, shaft_response
 from .stability import Stability, require_fast_enough
-from .sweep_direction import IntegratedMotion, Reached, Unstable, sweep_direction
+from .sweep_direction import (
+    Begin,
+    IntegratedMotion,
+    Reached,
+    Unstable,
+    begin_of,
+    continued_branches,
+    sweep_direction,
+)
 from .torus import TRUNCATION_NOTED, Torus, torus
 
 if TYPE_CHECKING:
@@ -149,7 +156,7 @@ def _branch_set(refinement: Refinement, rising: Array, harmonics: int | None, ke
     """The branch set of rising speeds (P,), kept once it is whole."""
     if kept is None:
         return branch_set(refinement, rising, harmonics=harmonics)
-    kept.refer, kept.restore = partial(problem_key, refinement), partial(problem_of, refinement)
+    kept.refer, kept.restore = refinement.size_of, lambda size: refinement.lattice(*size)
     branches: BranchSet | None = kept.value("branches")
     if branches is None:
         branches = branch_set(refinement, rising, harmonics=harmonics)
@@ -261,7 +268,7 @@ def _fill_directions(
     runs(work, left, arrived=enter_new, long=long)
     motions, reached = [motion for motion, _ in waiting.values()], [places for _, places in waiting.values()]
     if shaft is not None:
-        part = None if kept is None else kept.part("shaft orders", [motion_digest(motion) for motion in motions])
+        part = None if kept is None else kept.part("shaft orders", [motion.digest for motion in motions])
         each(partial(shaft_response, shaft), motions, arrived=enter_shaft_orders, kept=part)
     return largest
 

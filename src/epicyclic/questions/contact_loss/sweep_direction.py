@@ -9,13 +9,16 @@ Branch switching [seydel2010]: which branch is looked for follows from how the m
 one of two mesh cycles.  Each search is a few solutions of the same balance, and what comes back has been found stable.
 Where none is found, the attractor of a start is found by integration in time, and the balance polishes what it
 approaches.
+
+A direction that was stopped goes on from a motion that stands for all that was before: the motion itself and the part
+of the branch set it lies on.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass, fields, replace
+from typing import Any, Literal
 
 import numpy as np
 
@@ -24,14 +27,23 @@ from ..transient.equation import in_modes_of_its_speed, motion
 from ..transient.integrators import integrate, steps_for
 from ..transient.program import constant
 from ..transient.transient import flank_force
+from .branch_set import BranchSet, Crossing
 from .corrector import linear_start, solve
 from .outputs import Measures, record_measures
 from .problem import Problem, dynamic_size, gap_rows, prolonged
-from .refinement import Kind, Refinement, Solution, distance, distinct, solution, with_kind, with_stability
+from .refinement import (
+    Kind,
+    PeriodicMotion,
+    ProblemSize,
+    Refinement,
+    Solution,
+    distance,
+    distinct,
+    solution,
+    with_kind,
+    with_stability,
+)
 from .stability import floquet_vector
-
-if TYPE_CHECKING:
-    from .branch_set import BranchSet, Crossing
 
 Unstable = Literal["replace", "report", "ignore"]
 """What becomes of an unstable motion: another replaces it, it is reported, or stability is ignored."""
@@ -509,3 +521,53 @@ def _two_tone_solution(
         return None
     at = with_stability(refinement, at)
     return at if at.stable else None
+
+
+# --- where a direction that was stopped goes on -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Begin:
+    """A place of a sweep direction from which it goes on.
+
+    motion : reached there.  size : of its balance.  part : of the branch set, on which it stands.
+    """
+
+    place: int
+    motion: PeriodicMotion
+    size: ProblemSize
+    part: int
+
+
+def begin_of(refinement: Refinement, place: int, reached: Reached, unstable: Unstable) -> Begin | None:
+    """Where a direction goes on after what was reached, None where that takes more than a motion and its part.
+
+    A motion that was integrated in time, and one on no part of the branch set, follow from the speeds before.
+    """
+    motion, part = reached.motion, reached.part
+    if not isinstance(motion, Solution) or part is None or (unstable == "replace" and not motion.stable):
+        return None
+    size = refinement.size_of(motion.given)
+    return None if size is None else Begin(place=place, motion=PeriodicMotion(**_known(motion)), size=size, part=part)
+
+
+def _known(motion: PeriodicMotion) -> dict[str, Any]:
+    """What is known of a motion, its balance left out."""
+    return {field.name: getattr(motion, field.name) for field in fields(PeriodicMotion)}
+
+
+def continued_branches(
+    refinement: Refinement, branches: BranchSet, begin: Begin, *, upward: bool
+) -> tuple[BranchSet, int]:
+    """The branch set from a place on, with the motion reached there alone at it, and its first place.
+
+    A direction begins with the motion at its first speed where that is stable or may stay: it then stands as it stood.
+    """
+    place = begin.place
+    motion = Solution(given=refinement.lattice(*begin.size), **_known(begin.motion))
+    alone = [Crossing(solution=motion, part=begin.part)]
+    if upward:
+        crossings, speeds = [alone, *branches.crossings[place + 1 :]], branches.speeds[place:]
+    else:
+        crossings, speeds = [*branches.crossings[:place], alone], branches.speeds[: place + 1]
+    return replace(branches, speeds=speeds, crossings=crossings), place if upward else 0
