@@ -27,7 +27,7 @@ from known import bench56, bench112, sliced_xu2020, with_backlash
 from numpy.typing import NDArray
 
 from epicyclic.questions.contact_loss.outputs import torus_outputs
-from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus, torus
+from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus, torus_of
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import Line, System
 
@@ -73,7 +73,7 @@ def _compare(
     name: str, system: System, speeds: Sequence[float], *, cycles: int, seconds: float | None
 ) -> list[table.Row]:
     """Time a speed, and the RMS against integration."""
-    given = torus(response(system))
+    given = torus_of(response(system))
     tone = float(given.ready.lines.tone)
     took, points = _timed(lambda frequency: respond_torus(given, frequency / tone), speeds)
     errors = [_error(given, point, cycles) for point in points]

@@ -127,17 +127,17 @@ def _speeds_between(ready: Response, low: float, high: float) -> Array:
 def _closed(refinement: Refinement, y: Array, speed: float, kept: Truncation, residual: float) -> Solution | None:
     """The linear motion (2, J, n) as a solution, None where a tooth of it parts or strikes the other flank."""
     harmonics = max(kept[:-1])
-    given = refinement.lattice(kept[:-1], kept[-1], 1, refinement.samples(harmonics))
-    state = evaluate(given, y, speed)
-    if not given.rows.parametric:
-        return _closed_by_law(refinement, given, y, speed, harmonics)
-    if not np.all(state.touching == (given.rows.sense > 0)):
+    balance = refinement.lattice(kept[:-1], kept[-1], 1, refinement.samples(harmonics))
+    state = evaluate(balance, y, speed)
+    if not balance.rows.parametric:
+        return _closed_by_law(refinement, balance, y, speed, harmonics)
+    if not np.all(state.touching == (balance.rows.sense > 0)):
         return None
     residual = max(residual, state.norm / dynamic_size(y))
-    return Solution(given=given, harmonics=harmonics, state=state, residual=residual)
+    return Solution(balance=balance, harmonics=harmonics, state=state, residual=residual)
 
 
-def _closed_by_law(refinement: Refinement, given: Problem, y: Array, speed: float, harmonics: int) -> Solution | None:
+def _closed_by_law(refinement: Refinement, balance: Problem, y: Array, speed: float, harmonics: int) -> Solution | None:
     """The motion that Newton's method reaches from the linear one (2, J, n), teeth closed and tangents as they vary.
 
     None where a tooth parts, and where the motion is no longer near the linear one: several may exist there, and the
@@ -145,10 +145,10 @@ def _closed_by_law(refinement: Refinement, given: Problem, y: Array, speed: floa
     """
     H = harmonics_for(max(_LEAST_OF_CLOSED_TEETH, harmonics))
     finer = refinement.problem(H)
-    at = solution(refinement, prolonged(given, finer, y), speed, given=finer, harmonics=H)
-    if at is None or not np.all(at.state.touching == (at.given.rows.sense > 0)):
+    at = solution(refinement, prolonged(balance, finer, y), speed, balance=finer, harmonics=H)
+    if at is None or not np.all(at.state.touching == (at.balance.rows.sense > 0)):
         return None
-    linear = prolonged(given, at.given, y)
+    linear = prolonged(balance, at.balance, y)
     moved = float(np.linalg.norm((at.state.y - linear)[:, 1:]))
     return at if moved <= NEAR * dynamic_size(linear) else None
 
@@ -165,20 +165,20 @@ def _without_open_flanks(
         return
     for place in missing:
         H = harmonics_for(max(_LEAST_OF_CLOSED_TEETH, int(harmonics[place])))
-        given, speed = refinement.problem(H), float(speeds[place])
-        start = linear_start(given, speed, pressed)
-        if np.all(evaluate(given, start, speed).touching == pressed):
-            at = solution(refinement, start, speed, given=given, harmonics=H)
+        balance, speed = refinement.problem(H), float(speeds[place])
+        start = linear_start(balance, speed, pressed)
+        if np.all(evaluate(balance, start, speed).touching == pressed):
+            at = solution(refinement, start, speed, balance=balance, harmonics=H)
             solutions[place] = at if at is not None and np.all(at.state.touching == pressed) else None
 
 
 def _pressed(refinement: Refinement, speed: float, harmonics: int) -> NDArray[np.bool_] | None:
     """Flanks (R,) that press in the mean of a linear motion with these alone, None where they are those loaded."""
-    given = refinement.problem(harmonics_for(max(_LEAST_OF_CLOSED_TEETH, harmonics)))
-    loaded = pressed = given.rows.sense > 0
+    balance = refinement.problem(harmonics_for(max(_LEAST_OF_CLOSED_TEETH, harmonics)))
+    loaded = pressed = balance.rows.sense > 0
     for _ in range(_ROUNDS):
-        motion, F = linear_start(given, speed, pressed)[0, 0], given.rows.count
-        mean = (given.rows.gaps @ motion - given.error[0])[:F]
+        motion, F = linear_start(balance, speed, pressed)[0, 0], balance.rows.count
+        mean = (balance.rows.gaps @ motion - balance.error[0])[:F]
         if np.array_equal(mean > 0, pressed):
             return None if np.array_equal(pressed, loaded) else pressed
         pressed = mean > 0
@@ -289,46 +289,46 @@ def _branch_segment(trace: _Trace, place: int) -> int:
     before = scan.solutions[place - 1] if place else None
     least = _LEAST[len(trace.refinement.ready.lines.tones)]
     H = trace.fixed or harmonics_for(max(least, int(scan.harmonics[max(place - 1, 0)])))
-    given = trace.refinement.problem(H)
+    balance = trace.refinement.problem(H)
     speed = float(scan.speeds[place - 1 if before is not None else place])
     if before is not None:
-        start = solve(given, prolonged(before.given, given, before.state.y), speed)
+        start = solve(balance, prolonged(before.balance, balance, before.state.y), speed)
     if before is None or not start.converged:
         asked = int(scan.asked[place])
         if asked < 0 or trace.branches.crossings[asked]:
             return place + 1
         speed = float(scan.speeds[place])
-        start = _begun_anew(trace, given, H, speed, place)
+        start = _begun_anew(trace, balance, H, speed, place)
         trace.part += 1
         if not start.converged:
             # behind a branch that was cut no motion is looked for but stable ones
             trace.branches.ended += [] if trace.winding else [speed]
             return place + 1
         if trace.winding:
-            residual = trace.refinement.residual(given, start.state, H)
-            alone = Solution(given=given, harmonics=H, state=start.state, residual=residual)
+            residual = trace.refinement.residual(balance, start.state, H)
+            alone = Solution(balance=balance, harmonics=H, state=start.state, residual=residual)
             alone = with_stability(trace.refinement, alone)
             if not alone.stable:
                 trace.branches.crossings[asked].append(Crossing(solution=alone, part=trace.part))
                 return place + 1
-    points, end = _followed(trace, given, H, start.state)
+    points, end = _followed(trace, balance, H, start.state)
     trace.winding = end == "cut"
     behind = _enter_branch(trace, points, H, end)
     return max(behind, place + 1)
 
 
-def _begun_anew(trace: _Trace, given: Problem, harmonics: int, speed: float, place: int) -> NewtonResult:
+def _begun_anew(trace: _Trace, balance: Problem, harmonics: int, speed: float, place: int) -> NewtonResult:
     """A solution at a scanned speed: behind a branch that was cut from the speed before, else by the load."""
     asked = int(trace.scan.asked[place])
     if trace.winding and asked > 0 and trace.branches.crossings[asked - 1]:
         last = trace.branches.crossings[asked - 1][-1].solution
-        solved = solve(given, prolonged(last.given, given, last.state.y), speed)
+        solved = solve(balance, prolonged(last.balance, balance, last.state.y), speed)
         if solved.converged:
             return solved
     return load_continuation(trace.refinement, speed, harmonics=harmonics)
 
 
-def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tuple[list[PathPoint], _End]:
+def _followed(trace: _Trace, balance: Problem, harmonics: int, start: State) -> tuple[list[PathPoint], _End]:
     """Points of the branch from a solved state, until teeth are closed again or the range of speeds is left.
 
     With them how it ends.
@@ -347,7 +347,7 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tu
         ):
             return False
         return bool(np.all(point.state.touching == linear.state.touching[0])) and (
-            point.path.given.rows.parametric or _beside(point, linear)
+            point.path.balance.rows.parametric or _beside(point, linear)
         )
 
     system = trace.refinement.ready.system
@@ -357,7 +357,7 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tu
         return point.state.unchanging and point.tangent.speed < 0 and point.length > 0
 
     points = branch(
-        given,
+        balance,
         start,
         low=REACH * float(scan.speeds[0]),
         high=float(scan.speeds[-1]),
@@ -398,7 +398,7 @@ class _Winding:
 
 def _beside(point: PathPoint, closed: Solution) -> bool:
     """Whether a point of a branch is on the motions of closed teeth at the next scanned speed."""
-    y = prolonged(closed.given, point.path.given, closed.state.y)
+    y = prolonged(closed.balance, point.path.balance, closed.state.y)
     return float(np.linalg.norm((point.state.y - y)[:, 1:])) <= NEAR * dynamic_size(y)
 
 
@@ -461,13 +461,13 @@ def _between(trace: _Trace, before: PathPoint, after: PathPoint, speed: float, h
         solution,
         trace.refinement,
         speed=speed,
-        given=path.given,
+        balance=path.balance,
         harmonics=harmonics,
         backward=before.tangent.speed + after.tangent.speed < 0,
     )
     at = solved(guess, fixed=trace.fixed is not None)
     far = _BETWEEN * max(float(np.linalg.norm(a.y - b.y)), _LEAST_DISTANCE * dynamic_size(a.y))
-    if at is not None and float(np.linalg.norm(at.state.y - prolonged(path.given, at.given, guess))) <= far:
+    if at is not None and float(np.linalg.norm(at.state.y - prolonged(path.balance, at.balance, guess))) <= far:
         return at
     # lengths about this point, not about the start of the branch
     before = replace(before, path=replace(path, unit=_unit(a)))
@@ -477,9 +477,9 @@ def _between(trace: _Trace, before: PathPoint, after: PathPoint, speed: float, h
 
 def _as_solution(refinement: Refinement, point: PathPoint, harmonics: int) -> Solution:
     """A point of a branch as a solution, with its residual at twice the harmonics."""
-    given, state = point.path.given, point.state
-    residual, backward = refinement.residual(given, state, harmonics), point.tangent.speed < _FLAT
-    return Solution(given=given, harmonics=harmonics, state=state, residual=residual, backward=backward)
+    balance, state = point.path.balance, point.state
+    residual, backward = refinement.residual(balance, state, harmonics), point.tangent.speed < _FLAT
+    return Solution(balance=balance, harmonics=harmonics, state=state, residual=residual, backward=backward)
 
 
 def _enter_other_closed(trace: _Trace, behind: int) -> None:

@@ -34,7 +34,7 @@ from .sweep_direction import (
     continued_branches,
     sweep_direction,
 )
-from .torus import TRUNCATION_NOTED, Torus, torus
+from .torus import TRUNCATION_NOTED, Torus, torus_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -122,7 +122,7 @@ def contact_sweep(
     if unstable != "ignore" and usable.any():
         require_fast_enough(ready, float(speed[usable].min()), "mesh_frequency")
     refinement, (rising, place) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
-    shaft = torus(ready, most=options.shaft_tones) if options.shaft_orders and ready.lines.shaft else None
+    shaft = torus_of(ready, most=options.shaft_tones) if options.shaft_orders and ready.lines.shaft else None
     curves = [_empty_curves(ready.system, rising.size, shaft is not None) for _ in _DIRECTIONS]
     branches = BranchSet(speeds=rising, segments=[], crossings=[], ended=[])
     largest: list[Array] = []
@@ -366,7 +366,7 @@ def _fill(system: System, values: _Curves, reached: Reached, shaft: bool) -> tup
             values["multiplier_error"][0] = motion.stability.error
         if shaft:
             return None, mesh_orders(motion)
-        measures = periodic_measures(system, motion.given, motion.state)
+        measures = periodic_measures(system, motion.balance, motion.state)
     _enter(values, 0, measures)
     return measures.flank, None
 
@@ -411,7 +411,7 @@ def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> _C
         path += [with_stability(refinement, at) if judge else at for at in segment.solutions]
         parts += segment.parts
         folds += folds_of_speed([at.state.speed for at in segment.solutions]) if segment.branch else []
-    rms = [force_level(system, at.given, at.state) for at in path]
+    rms = [force_level(system, at.balance, at.state) for at in path]
     kinds = ["" if at.stability is None else at.stability.kind or "stable" for at in path]
     size = [np.nan if at.stability is None else abs(at.stability.multiplier) for at in path]
     return {

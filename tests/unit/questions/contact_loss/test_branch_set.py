@@ -60,7 +60,7 @@ def test_a_branch_that_goes_down_on_closed_teeth_is_through(made: Any) -> None:
         stepping=Stepping(),
         branches=module.BranchSet(speeds=SPEEDS, segments=[], crossings=[[] for _ in SPEEDS], ended=[]),
     )
-    points, end = module._followed(trace, start.given, start.harmonics, start.state)
+    points, end = module._followed(trace, start.balance, start.harmonics, start.state)
     assert end == "through"
     # up to the upper fold, round it, and down to where teeth are just closed
     upper = max(inside, key=lambda one: one.state.speed).state.speed

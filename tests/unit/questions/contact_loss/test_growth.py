@@ -76,7 +76,7 @@ def test_teeth_that_part_have_the_multiplier_of_the_period_map_within_the_error(
         assert at.stability is not None
         equation = made.equation(system, speed)
         y = at.state.y
-        start = np.concatenate([y[0].sum(axis=0), -(speed * at.given.omega @ y[1])]) * at.given.modal.shapes[0, 0]
+        start = np.concatenate([y[0].sum(axis=0), -(speed * at.balance.omega @ y[1])]) * at.balance.modal.shapes[0, 0]
         scale, step = np.abs(start).max() * np.array([1.0, 6000.0]), 1e-6
         columns = []
         for i in (0, 1):
@@ -103,7 +103,7 @@ def test_what_the_linear_verb_refuses_is_not_called_stable(made: Any, tmp_path: 
     system = epicyclic.assemble(epicyclic.load(path, overrides=overrides))
     refinement = Refinement(ready=response(system, asks_laws=True))
     found = load_continuation(refinement, 1.0, harmonics=16)
-    at = solution(refinement, found.state.y, 1.0, given=refinement.problem(16), harmonics=16)
+    at = solution(refinement, found.state.y, 1.0, balance=refinement.problem(16), harmonics=16)
     assert at is not None
     stability = with_stability(refinement, at).stability
     assert stability is not None

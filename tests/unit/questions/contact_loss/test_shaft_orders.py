@@ -16,7 +16,7 @@ from epicyclic.errors import ModelError
 from epicyclic.questions.contact_loss import shaft_orders as orders_module
 from epicyclic.questions.contact_loss.steady import contact_steady
 from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
-from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus, torus
+from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus, torus_of
 from epicyclic.questions.response.response import response
 from epicyclic.questions.transient.equation import motion
 from epicyclic.questions.transient.integrators import integrate
@@ -125,7 +125,7 @@ def test_shaft_orders_are_prepared_for_a_system_that_has_them(train: Train) -> N
 
 def test_a_mesh_is_open_where_neither_flank_touches(train: Train) -> None:
     """Of a mesh cut into slices the far flank of one may touch together with the loaded flank of another."""
-    given = torus(response(train(slow=SLOW)))
+    given = torus_of(response(train(slow=SLOW)))
     point = respond_torus(given.mesh_orders_only, SPEED)
     touching = np.zeros_like(point.state.touching)
     quarter = len(touching) // 4

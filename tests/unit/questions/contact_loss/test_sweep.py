@@ -186,17 +186,17 @@ def test_a_ready_drive_that_parts_is_what_time_integration_says(made: Any) -> No
     y = linear_start(given, 1600.0 / tone)
     for frequency in (1600.0, 1580.0, 1560.0, 1540.0):
         speed = frequency / tone
-        at = solution(refinement, y, speed, given=given, harmonics=32, fixed=True)
+        at = solution(refinement, y, speed, balance=given, harmonics=32, fixed=True)
         assert at is not None
         y = at.state.y
     assert at is not None
     at = with_stability(refinement, at)
     assert at.stable
-    measures = periodic_measures(system, at.given, at.state)
+    measures = periodic_measures(system, at.balance, at.state)
     assert measures.open.max() > 0.05
     equation = made.equation(system, speed)
     start = initial_state(at).ravel()
-    states = equation.run(start, 1, samples=at.given.grid.counts[0], rtol=1e-6, atol=1e-11)
+    states = equation.run(start, 1, samples=at.balance.grid.counts[0], rtol=1e-6, atol=1e-11)
     force = faces(system.meshes).total(equation.force(states))
     # 32 harmonics of a force with corners
     assert force.std(axis=1) == pytest.approx(measures.rms, rel=2e-3)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from epicyclic.questions.contact_loss.outputs import grid_maximum, super_period_phases
-from epicyclic.questions.contact_loss.torus import shaft_tones, torus
+from epicyclic.questions.contact_loss.torus import shaft_tones, torus_of
 from epicyclic.questions.contact_loss.transforms import grid
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
@@ -62,13 +62,13 @@ def test_shaft_tones_place_every_line_exactly(
 
 def test_the_strongest_line_gets_the_tone(train: Train) -> None:
     system = train(slow=[(F(1, 27), 1e-6), (F(1, 31), 9e-6)])
-    given = torus(response(system), most=1)
+    given = torus_of(response(system), most=1)
     assert given.shaft_tones.tones == (1000 * F(1, 31),)
     assert [shaft.frequency for shaft in given.shaft_tones.superposed] == [1000 * F(1, 27)]
 
 
 def test_without_shaft_orders_none_count(train: Train) -> None:
-    given = torus(response(train(slow=[(F(1, 27), 1e-6)])), shaft_orders=False)
+    given = torus_of(response(train(slow=[(F(1, 27), 1e-6)])), shaft_orders=False)
     assert given.shaft_tones.tones == ()
     assert given.shaft_tones.superposed == ()
     assert given.shaft_lines == ()
