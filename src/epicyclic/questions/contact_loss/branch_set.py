@@ -302,7 +302,8 @@ def _branch_segment(trace: _Trace, place: int) -> int:
         trace.part += 1
         if not start.converged:
             # behind a branch that was cut no motion is looked for but stable ones
-            trace.branches.ended += [] if trace.winding else [speed]
+            if not trace.winding:
+                trace.branches.ended.append(speed)
             return place + 1
         if trace.winding:
             residual = trace.refinement.residual(balance, start.state, H)
