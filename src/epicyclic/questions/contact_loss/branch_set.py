@@ -14,7 +14,7 @@ the next branch begins at a stable motion; in between stands one motion at every
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
 from typing import Literal
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from ...system.system import Array
 from ..response.response import Response, Truncation, respond
-from .continuation import ArclengthUnit, PathPoint, Stepping, arclength_unit, branch, located
+from .continuation import PathPoint, Stepping, arclength_unit, branch, located
 from .corrector import NewtonResult, linear_start, solve
 from .outputs import force_level
 from .problem import Problem, State, dynamic_size, evaluate, prolonged
@@ -362,7 +362,7 @@ def _followed(trace: _Trace, balance: Problem, harmonics: int, start: State) -> 
         start,
         low=REACH * float(scan.speeds[0]),
         high=float(scan.speeds[-1]),
-        unit=_unit(start),
+        unit=arclength_unit(start.speed, start.speed, start.y),
         stepping=trace.stepping,
         score=lambda state, problem: float(force_level(system, problem, state).max()),
         stop=lambda point: back(point) or returned(point) or winding.unstable(point),
@@ -401,11 +401,6 @@ def _beside(point: PathPoint, closed: Solution) -> bool:
     """Whether a point of a branch is on the motions of closed teeth at the next scanned speed."""
     y = prolonged(closed.balance, point.path.balance, closed.state.y)
     return float(np.linalg.norm((point.state.y - y)[:, 1:])) <= NEAR * dynamic_size(y)
-
-
-def _unit(start: State) -> ArclengthUnit:
-    """Units of arclength about a state."""
-    return arclength_unit(start.speed, start.speed, start.y)
 
 
 def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _End) -> int:
@@ -470,8 +465,6 @@ def _between(trace: _Trace, before: PathPoint, after: PathPoint, speed: float, h
     far = _BETWEEN * max(float(np.linalg.norm(a.y - b.y)), _LEAST_DISTANCE * dynamic_size(a.y))
     if at is not None and float(np.linalg.norm(at.state.y - prolonged(path.balance, at.balance, guess))) <= far:
         return at
-    # lengths about this point, not about the start of the branch
-    before = replace(before, path=replace(path, unit=_unit(a)))
     near = located(before, after, lambda point: point.state.speed - speed, tolerance=_AT_SPEED * speed, tries=_SECANTS)
     return None if near is None else solved(near.state.y, fixed=True)
 

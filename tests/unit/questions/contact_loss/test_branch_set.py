@@ -13,7 +13,9 @@ import pytest
 import epicyclic
 from epicyclic.questions.contact_loss import branch_set as module
 from epicyclic.questions.contact_loss.branch_set import branch_set, scan_closed_teeth
-from epicyclic.questions.contact_loss.continuation import Stepping
+from epicyclic.questions.contact_loss.continuation import Stepping, arclength_unit, branch
+from epicyclic.questions.contact_loss.corrector import linear_start, solve
+from epicyclic.questions.contact_loss.problem import dynamic_size
 from epicyclic.questions.contact_loss.refinement import Refinement
 from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.response.response import response
@@ -99,3 +101,32 @@ def test_a_branch_that_winds_through_unstable_motions_is_cut(monkeypatch: pytest
     ]
     # behind the cut only stable motions are looked for, and here is none
     assert found.status.values.tolist() == [["ok", "not converged"]] * 2
+
+
+def test_a_speed_between_two_points_is_reached_along_the_branch(made: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no interpolation counts, in lengths of a branch that has begun at motions a tenth as large."""
+    refinement = pushed(made)
+    balance = refinement.problem(8)
+    start = solve(balance, linear_start(balance, 0.85), 0.85).state
+    points = branch(
+        balance,
+        start,
+        low=0.8,
+        high=1.1,
+        unit=arclength_unit(0.85, 0.85, start.y / 10),
+        stepping=Stepping(points=60),
+        score=lambda state, _: dynamic_size(state.y),
+    )
+    trace = module._Trace(
+        refinement=refinement,
+        scan=scan_closed_teeth(refinement, np.array([0.85])),
+        fixed=8,
+        stepping=Stepping(),
+        branches=module.BranchSet(speeds=SPEEDS, segments=[], crossings=[], ended=[]),
+    )
+    monkeypatch.setattr(module, "_BETWEEN", 0.0)
+    for before, after in list(pairwise(points))[::6]:
+        a, b = before.state, after.state
+        at = module._between(trace, before, after, (a.speed + b.speed) / 2, 8)
+        assert at is not None
+        assert np.linalg.norm(at.state.y - (a.y + b.y) / 2) < np.linalg.norm(a.y - b.y)
