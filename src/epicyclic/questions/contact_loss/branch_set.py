@@ -347,9 +347,12 @@ def _followed(trace: _Trace, balance: Problem, harmonics: int, start: State) -> 
             or point.state.speed <= start.speed * (1 + _AT_SPEED)
         ):
             return False
-        return bool(np.all(point.state.touching == linear.state.touching[0])) and (
-            point.path.balance.rows.parametric or _beside(point, linear)
-        )
+        if not np.all(point.state.touching == linear.state.touching[0]):
+            return False
+        # with tangents that vary it has to be on the motions of closed teeth, too
+        y = prolonged(linear.balance, point.path.balance, linear.state.y)
+        near = float(np.linalg.norm((point.state.y - y)[:, 1:])) <= NEAR * dynamic_size(y)
+        return point.path.balance.rows.parametric or near
 
     system = trace.refinement.ready.system
 
@@ -395,12 +398,6 @@ class _Winding:
         if not self.part or point is not self.part[-1]:
             self.part.append(point)
         return self.count >= _UNSTABLE_PARTS
-
-
-def _beside(point: PathPoint, closed: Solution) -> bool:
-    """Whether a point of a branch is on the motions of closed teeth at the next scanned speed."""
-    y = prolonged(closed.balance, point.path.balance, closed.state.y)
-    return float(np.linalg.norm((point.state.y - y)[:, 1:])) <= NEAR * dynamic_size(y)
 
 
 def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _End) -> int:

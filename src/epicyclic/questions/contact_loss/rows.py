@@ -127,9 +127,11 @@ def gap_rows_of(ready: Response) -> GapRows:
     m, far = len(system.meshes.name), table.mesh[len(system.meshes.name) :]
     B, linear, lag = table.B[:, m:], table.linear, np.zeros(table.mesh.size)
     if links is not None and ready.lawful is not None:
-        columns, lags = _link_columns(ready.lawful, links)
-        B = np.concatenate([B, columns], axis=1)
-        linear, lag = np.append(linear, links.tangents(links.tangent)), np.append(lag, lags)
+        groups, (x, y) = ready.lawful.groups, links.pairs.T
+        columns = ready.lawful.group_rows[:, links.rows]
+        B = np.concatenate([B, columns, columns[:, x] + columns[:, y]], axis=1)
+        lags = np.repeat([group.lag for group in groups], [len(group.rows) for group in groups])[links.rows]
+        linear, lag = np.append(linear, links.tangents(links.tangent)), np.concatenate([lag, lags, lags[x]])
     gaps, pulls = B.T @ modal.shapes, (modal.forces @ B).T
     gaps[:, modal.rigid] = pulls[:, modal.rigid] = 0.0
     tones = list(ready.lines.tones)
@@ -164,13 +166,6 @@ def _link_rows(system: System) -> LinkRowLaws | None:
         tangent=tangent[np.ix_(rows, rows)],
         offset=(every.force(stretch) - tangent @ stretch)[rows],
     )
-
-
-def _link_columns(system: System, links: LinkRowLaws) -> tuple[Array, Array]:
-    """Columns (n, L + P) and lags (L + P,) [s] of link rows."""
-    lag = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])[links.rows]
-    B, (x, y) = system.group_rows[:, links.rows], links.pairs.T
-    return np.concatenate([B, B[:, x] + B[:, y]], axis=1), np.concatenate([lag, lag[x]])
 
 
 def law_warnings(ready: Response, rows: GapRows) -> list[CodedText]:

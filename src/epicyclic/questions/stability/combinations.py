@@ -112,9 +112,10 @@ def resonances(system: System, modal: Modal, tones: tuple[float, ...]) -> list[R
     """
     omega = np.sqrt(modal.squared)
     elastic = np.flatnonzero(~modal.rigid)
-    groups = _close_groups(omega, elastic)
-    if not groups:
+    if not elastic.size:
         return []
+    apart = np.diff(omega[elastic]) > _CLOSE_FREQUENCY * omega[elastic][1:]
+    groups = np.split(elastic, np.flatnonzero(apart) + 1)
     rows = modal.gaps * modal_weights(modal.squared, modal.rigid)
     pairs: list[Resonance] = []
     followed = np.array([float(system.tones[i]) for i in system.meshes.tone])
@@ -138,12 +139,6 @@ def resonances(system: System, modal: Modal, tones: tuple[float, ...]) -> list[R
                     )
                 )
     return sorted(pairs, key=lambda pair: pair.damping_limit - pair.strength)
-
-
-def _close_groups(omega: Array, elastic: Index) -> list[Index]:
-    """Elastic modes in groups of close ones; omega (n,) [rad/s], elastic (e,) their indices."""
-    gaps = np.diff(omega[elastic]) > _CLOSE_FREQUENCY * omega[elastic][1:]
-    return [group for group in np.split(elastic, np.flatnonzero(gaps) + 1) if group.size]
 
 
 def _coupled_groups(
