@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from epicyclic.questions.transient.equation import Motion, from_modal, motion, to_modal
-from epicyclic.questions.transient.integrators import adaptive_states, integrate, modal_scale
+from epicyclic.questions.transient.integrators import adaptive_states, integrate
 from epicyclic.questions.transient.program import program
 from epicyclic.questions.transient.right_hand_side import acceleration, instant_terms
 from epicyclic.system.system import Dofs, Line, LinkRows, MeshRows, System
@@ -70,7 +70,6 @@ def adaptive(moving: Motion, method: Any, tolerance: float) -> Array:
         begin,
         times,
         method=method,
-        scale=modal_scale(moving),
         tolerance=tolerance,
     )
     return from_modal(moving, found[-1])

@@ -235,7 +235,7 @@ def _rk4_step(
 # --- adaptive steps --------------------------------------------------------------------------------------------------
 
 
-def modal_scale(moving: Motion) -> Array:
+def _modal_scale(moving: Motion) -> Array:
     """Size of modal coordinates and rates, (2, n): what the load at the start gives the mode it moves most."""
     N = moving.numbers
     at = instant_terms(moving, float(N.time[0]), float(N.time[0]))
@@ -294,7 +294,6 @@ def adaptive_states(
     *,
     slider: Array | None = None,
     method: Adaptive,
-    scale: Array,
     tolerance: float = TOLERANCE,
     tally: Tally | None = None,
 ) -> tuple[Array, Array]:
@@ -305,8 +304,7 @@ def adaptive_states(
     Parameters
     ----------
     state : (2, n) and slider : (R,) at times[0]; sliders where the mean load has put them where None.
-    scale : (2, n) of `modal_scale`, of the absolute tolerance.  tolerance : relative [1].
-    tally : to which all steps of the integrator are added in place.
+    tolerance : relative [1].  tally : to which all steps of the integrator are added in place.
     """
     tally = tally or empty_tally(moving)
     n, out, sliders = moving.numbers.squared.size, [], []
@@ -315,7 +313,7 @@ def adaptive_states(
     bounds = [times[0], *np.unique(jumps[(jumps > times[0]) & (jumps < times[-1])]), times[-1]]
     y = state.ravel()
     s = starting_slider(moving, state, start=float(times[0])) if slider is None else slider
-    options = {"rtol": tolerance, "atol": tolerance * _ABSOLUTE * scale.ravel()}
+    options = {"rtol": tolerance, "atol": tolerance * _ABSOLUTE * _modal_scale(moving).ravel()}
     for low, high in pairwise(bounds):
         stretch = _Stretch(
             moving=moving,
