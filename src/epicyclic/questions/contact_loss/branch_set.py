@@ -65,7 +65,7 @@ _End = Literal["through", "cut", "lost"]
 class Scan:
     """Linear responses over speed.
 
-    speeds : (Q,) relative, rising.  asked : (Q,) place among the speeds asked for, -1 of one between.
+    speeds : (Q,) relative, rising.  asked : (Q,) index among the speeds asked for, -1 of one between.
     solutions : (Q,) in which no flank changes its contact, None where one does.
     harmonics : (Q,) that the linear response needs.
     """
@@ -105,11 +105,11 @@ def _linear_solutions(refinement: Refinement, speeds: Array) -> tuple[list[Solut
     harmonics = np.zeros(speeds.size, np.int64)
     if speeds.size:
         for block in respond(refinement.ready, speeds, tolerance=_LINEAR, shaft_orders=False):
-            for at, place in enumerate(block.index.tolist()):
-                harmonics[place] = block.harmonics
+            for at, index in enumerate(block.index.tolist()):
+                harmonics[index] = block.harmonics
                 if block.residual[at] <= _ACCEPTED:
                     speed, residual = float(block.speed[at]), float(block.residual[at])
-                    solutions[place] = _closed(refinement, block.mesh.y[at], speed, block.truncation, residual)
+                    solutions[index] = _closed(refinement, block.mesh.y[at], speed, block.truncation, residual)
         if len(refinement.ready.lines.tones) == 1:
             _without_open_flanks(refinement, speeds, solutions, harmonics)
     return solutions, harmonics
@@ -157,19 +157,19 @@ def _without_open_flanks(
     refinement: Refinement, speeds: Array, solutions: list[Solution | None], harmonics: NDArray[np.int64]
 ) -> None:
     """Enter linear solutions at speeds (Q,) in which flanks left open by the mean load never touch."""
-    missing = [place for place, at in enumerate(solutions) if at is None]
+    missing = [index for index, at in enumerate(solutions) if at is None]
     if not missing:
         return
     pressed = _pressed(refinement, float(speeds[missing[0]]), int(harmonics[missing[0]]))
     if pressed is None:
         return
-    for place in missing:
-        H = harmonics_for(max(_LEAST_OF_CLOSED_TEETH, int(harmonics[place])))
-        balance, speed = refinement.problem(H), float(speeds[place])
+    for index in missing:
+        H = harmonics_for(max(_LEAST_OF_CLOSED_TEETH, int(harmonics[index])))
+        balance, speed = refinement.problem(H), float(speeds[index])
         start = linear_start(balance, speed, pressed)
         if np.all(evaluate(balance, start, speed).touching == pressed):
             at = solution(refinement, start, speed, balance=balance, harmonics=H)
-            solutions[place] = at if at is not None and np.all(at.state.touching == pressed) else None
+            solutions[index] = at if at is not None and np.all(at.state.touching == pressed) else None
 
 
 def _pressed(refinement: Refinement, speed: float, harmonics: int) -> NDArray[np.bool_] | None:
@@ -259,68 +259,68 @@ def branch_set(
         stepping=stepping or Stepping(),
         branches=BranchSet(speeds=speeds, segments=[], crossings=[[] for _ in speeds], ended=[]),
     )
-    place = 0
-    while place < trace.scan.speeds.size:
-        place = _closed_segment(trace, place)
-        if place < trace.scan.speeds.size:
-            place = _branch_segment(trace, place)
+    index = 0
+    while index < trace.scan.speeds.size:
+        index = _closed_segment(trace, index)
+        if index < trace.scan.speeds.size:
+            index = _branch_segment(trace, index)
     return trace.branches
 
 
-def _closed_segment(trace: _Trace, place: int) -> int:
-    """Enter the linear solutions from a scanned speed on; returns the place where teeth part."""
+def _closed_segment(trace: _Trace, index: int) -> int:
+    """Enter the linear solutions from a scanned speed on; returns the index of that at which teeth part."""
     closed = list[Solution]()
-    while place < trace.scan.speeds.size:
-        at, asked = trace.scan.solutions[place], int(trace.scan.asked[place])
+    while index < trace.scan.speeds.size:
+        at, asked = trace.scan.solutions[index], int(trace.scan.asked[index])
         if at is None:
             break
         if asked >= 0:
             trace.branches.crossings[asked].append(Crossing(solution=at, part=trace.part))
             closed.append(at)
-        place += 1
+        index += 1
     if closed:
         trace.branches.segments.append(Segment(solutions=closed, parts=[trace.part] * len(closed), branch=False))
-    return place
+    return index
 
 
-def _branch_segment(trace: _Trace, place: int) -> int:
-    """Follow the branch from where teeth part at a scanned speed; returns the first scanned place behind it."""
+def _branch_segment(trace: _Trace, index: int) -> int:
+    """Follow the branch from where teeth part at a scanned speed; returns the first scanned speed behind it."""
     scan = trace.scan
-    before = scan.solutions[place - 1] if place else None
+    before = scan.solutions[index - 1] if index else None
     least = _LEAST[len(trace.refinement.ready.lines.tones)]
-    H = trace.fixed or harmonics_for(max(least, int(scan.harmonics[max(place - 1, 0)])))
+    H = trace.fixed or harmonics_for(max(least, int(scan.harmonics[max(index - 1, 0)])))
     balance = trace.refinement.problem(H)
-    speed = float(scan.speeds[place - 1 if before is not None else place])
+    speed = float(scan.speeds[index - 1 if before is not None else index])
     if before is not None:
         start = solve(balance, prolonged(before.balance, balance, before.state.y), speed)
     if before is None or not start.converged:
-        asked = int(scan.asked[place])
+        asked = int(scan.asked[index])
         if asked < 0 or trace.branches.crossings[asked]:
-            return place + 1
-        speed = float(scan.speeds[place])
-        start = _begun_anew(trace, balance, H, speed, place)
+            return index + 1
+        speed = float(scan.speeds[index])
+        start = _begun_anew(trace, balance, H, speed, index)
         trace.part += 1
         if not start.converged:
             # behind a branch that was cut no motion is looked for but stable ones
             if not trace.winding:
                 trace.branches.ended.append(speed)
-            return place + 1
+            return index + 1
         if trace.winding:
             residual = trace.refinement.residual(balance, start.state, H)
             alone = Solution(balance=balance, harmonics=H, state=start.state, residual=residual)
             alone = with_stability(trace.refinement, alone)
             if not alone.stable:
                 trace.branches.crossings[asked].append(Crossing(solution=alone, part=trace.part))
-                return place + 1
+                return index + 1
     points, end = _followed(trace, balance, H, start.state)
     trace.winding = end == "cut"
     behind = _enter_branch(trace, points, H, end)
-    return max(behind, place + 1)
+    return max(behind, index + 1)
 
 
-def _begun_anew(trace: _Trace, balance: Problem, harmonics: int, speed: float, place: int) -> NewtonResult:
+def _begun_anew(trace: _Trace, balance: Problem, harmonics: int, speed: float, index: int) -> NewtonResult:
     """A solution at a scanned speed: behind a branch that was cut from the speed before, else by the load."""
-    asked = int(trace.scan.asked[place])
+    asked = int(trace.scan.asked[index])
     if trace.winding and asked > 0 and trace.branches.crossings[asked - 1]:
         last = trace.branches.crossings[asked - 1][-1].solution
         solved = solve(balance, prolonged(last.balance, balance, last.state.y), speed)
@@ -401,7 +401,7 @@ class _Winding:
 
 
 def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _End) -> int:
-    """Enter the solutions of a branch at every speed asked for; returns the first scanned place behind it."""
+    """Enter the solutions of a branch at every speed asked for; returns the first scanned speed behind it."""
     scan, parts = trace.scan, [trace.part]
     for before, after in pairwise(points):
         if np.sign(before.tangent.speed) != np.sign(after.tangent.speed):
@@ -425,9 +425,9 @@ def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _
 
 def _enter_start(trace: _Trace, first: Solution, part: int) -> None:
     """Enter the start of a branch that no closed segment leads to, where it lies at a speed asked for."""
-    place = int(np.searchsorted(trace.scan.speeds, first.state.speed))
-    asked = int(trace.scan.asked[place]) if place < trace.scan.speeds.size else -1
-    if asked >= 0 and trace.scan.speeds[place] == first.state.speed and not trace.branches.crossings[asked]:
+    index = int(np.searchsorted(trace.scan.speeds, first.state.speed))
+    asked = int(trace.scan.asked[index]) if index < trace.scan.speeds.size else -1
+    if asked >= 0 and trace.scan.speeds[index] == first.state.speed and not trace.branches.crossings[asked]:
         trace.branches.crossings[asked].append(Crossing(solution=first, part=part))
 
 
@@ -435,10 +435,10 @@ def _enter_crossings(trace: _Trace, before: PathPoint, after: PathPoint, part: i
     """Enter the solutions at the speeds asked for between two points of a branch."""
     low, high = sorted((before.state.speed, after.state.speed))
     speeds = trace.scan.speeds
-    for place in range(int(np.searchsorted(speeds, low)), int(np.searchsorted(speeds, high, side="right"))):
-        asked = int(trace.scan.asked[place])
-        if asked >= 0 and speeds[place] != before.state.speed:
-            at = _between(trace, before, after, float(speeds[place]), harmonics)
+    for index in range(int(np.searchsorted(speeds, low)), int(np.searchsorted(speeds, high, side="right"))):
+        asked = int(trace.scan.asked[index])
+        if asked >= 0 and speeds[index] != before.state.speed:
+            at = _between(trace, before, after, float(speeds[index]), harmonics)
             if at is not None:
                 trace.branches.crossings[asked].append(Crossing(solution=at, part=part))
 
@@ -475,8 +475,8 @@ def _as_solution(refinement: Refinement, point: PathPoint, harmonics: int) -> So
 
 def _enter_other_closed(trace: _Trace, behind: int) -> None:
     """Enter closed solutions at speeds that a branch has passed without reaching them: parts of their own."""
-    for place in range(behind):
-        at, asked = trace.scan.solutions[place], int(trace.scan.asked[place])
+    for index in range(behind):
+        at, asked = trace.scan.solutions[index], int(trace.scan.asked[index])
         if at is None or asked < 0:
             continue
         known = trace.branches.crossings[asked]

@@ -121,7 +121,7 @@ def contact_sweep(
     usable &= ~whirling
     if unstable != "ignore" and usable.any():
         require_fast_enough(ready, float(speed[usable].min()), "mesh_frequency")
-    refinement, (rising, place) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
+    refinement, (rising, index) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
     shaft = torus_of(ready, most=options.shaft_tones) if options.shaft_orders and ready.lines.shaft else None
     curves = [_empty_curves(ready.system, rising.size, shaft is not None) for _ in _DIRECTIONS]
     branches = BranchSet(speeds=rising, segments=[], crossings=[], ended=[])
@@ -132,7 +132,7 @@ def contact_sweep(
             _judge(refinement, branches, kept)
         largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress, kept)
     several = [] if unstable == "ignore" else _several_motions(refinement, branches, curves)
-    spread = [_at_speeds_asked(values, usable, place) for values in curves]
+    spread = [_at_speeds_asked(values, usable, index) for values in curves]
     for values in spread:
         values["status"][whirling] = MEAN_UNSTABLE
     recorded = {
@@ -183,21 +183,21 @@ def _import_ahead() -> None:
         from ..transient import compiled  # noqa: F401
 
 
-def _stability(refinement: Refinement, solutions: list[Solution], place: int) -> Stability:
+def _stability(refinement: Refinement, solutions: list[Solution], index: int) -> Stability:
     """Stability of one of the solutions."""
-    stability = with_stability(refinement, solutions[place]).stability
+    stability = with_stability(refinement, solutions[index]).stability
     assert stability is not None
     return stability
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Point:
-    """What is reached at one speed: its place, the values (.., 1) of all curves, and forces (F,) as of `Measures`.
+    """What is reached at one speed: its index, the values (.., 1) of all curves, and forces (F,) as of `Measures`.
 
     motion : on which shaft orders are still to come, else None.  begin : from where a direction can go on, else None.
     """
 
-    place: int
+    index: int
     values: _Curves
     flank: Array | None
     motion: MeshOrders | None
@@ -230,16 +230,16 @@ def _fill_directions(
     def enter(direction: int, point: _Point) -> None:
         """Enter what a direction has reached at one speed."""
         for name, values in point.values.items():
-            curves[direction][name][..., point.place] = values[..., 0]
+            curves[direction][name][..., point.index] = values[..., 0]
         largest.extend([] if point.flank is None else [point.flank])
         if point.motion is not None:
-            waiting.setdefault(point.motion.key, (point.motion, []))[1].append((direction, point.place))
+            waiting.setdefault(point.motion.key, (point.motion, []))[1].append((direction, point.index))
         step(steps if point.motion is None else 1)
 
     def enter_shaft_orders(number: int, solved: ShaftResponse) -> None:
         """Enter a motion with its shaft orders wherever it is reached."""
-        for direction, place in reached[number]:
-            _enter_shaft_orders(curves[direction], place, solved)
+        for direction, index in reached[number]:
+            _enter_shaft_orders(curves[direction], index, solved)
         largest.extend([] if solved.measures is None else [solved.measures.flank])
         step(len(reached[number]))
 
@@ -247,7 +247,7 @@ def _fill_directions(
         """Enter a point that a direction has reached now, and keep it."""
         direction = left[number].direction
         if kept is not None:
-            kept.part(_DIRECTIONS[direction]).add(point.place, replace(point, begin=None))
+            kept.part(_DIRECTIONS[direction]).add(point.index, replace(point, begin=None))
             if point.begin is not None:
                 kept.keep_value(_DIRECTIONS[direction], point.begin)
         enter(direction, point)
@@ -256,9 +256,9 @@ def _fill_directions(
     for direction, name in enumerate(_DIRECTIONS):
         known, begin = ({}, None) if kept is None else (kept.part(name).known, kept.value(name))
         rest = _left(direction, len(branches.crossings), known, begin)
-        for place in sorted(known.keys() - set(rest.places)):
-            enter(direction, known[place])
-        if rest.places:
+        for index in sorted(known.keys() - set(rest.indices)):
+            enter(direction, known[index])
+        if rest.indices:
             left.append(rest)
     # the directions share nothing that one of them finds: each is a run of its own
     work = partial(_direction, refinement, branches, unstable, shaft is not None)
@@ -266,7 +266,7 @@ def _fill_directions(
     crossed = (crossing.solution for crossings in branches.crossings for crossing in crossings)
     long = unstable == "replace" and not all(with_stability(refinement, at).stable for at in crossed)
     runs(work, left, arrived=enter_new, long=long)
-    motions, reached = [motion for motion, _ in waiting.values()], [places for _, places in waiting.values()]
+    motions, reached = [motion for motion, _ in waiting.values()], [indices for _, indices in waiting.values()]
     if shaft is not None:
         part = None if kept is None else kept.part("shaft orders", [motion.digest for motion in motions])
         each(partial(shaft_response, shaft), motions, arrived=enter_shaft_orders, kept=part)
@@ -274,20 +274,20 @@ def _fill_directions(
 
 
 class _Left(NamedTuple):
-    """What is left of a sweep direction, 0 up or 1 down: places in turn, and from where it goes on, None: anew."""
+    """What is left of a sweep direction, 0 up or 1 down: speeds in turn, and from where it goes on, None: anew."""
 
     direction: int
-    places: list[int]
+    indices: list[int]
     begin: Begin | None
 
 
 def _left(direction: int, count: int, known: Mapping[int, object], begin: Begin | None) -> _Left:
-    """What is left of a direction of which some places are known, and one from which it can go on."""
+    """What is left of a direction of which some speeds are known, and one from which it can go on."""
     turn = list(range(count))[:: -1 if direction else 1]
-    if all(place in known for place in turn):
+    if all(index in known for index in turn):
         return _Left(direction, [], None)
-    behind = [] if begin is None else turn[: turn.index(begin.place) + 1]
-    if not behind or not all(place in known for place in behind):
+    behind = [] if begin is None else turn[: turn.index(begin.index) + 1]
+    if not behind or not all(index in known for index in behind):
         return _Left(direction, turn, None)
     return _Left(direction, turn[len(behind) :], begin)
 
@@ -301,13 +301,13 @@ def _direction(
     if left.begin is not None:
         rest, first = continued_branches(refinement, branches, left.begin, upward=upward)
     for number, reached in sweep_direction(refinement, rest, upward=upward, unstable=unstable):
-        place = number + first
-        if left.begin is not None and place == left.begin.place:
+        index = number + first
+        if left.begin is not None and index == left.begin.index:
             continue
         values = _empty_curves(refinement.ready.system, 1, shaft)
         flank, motion = _fill(refinement.ready.system, values, reached, shaft)
-        begin = begin_of(refinement, place, reached, unstable)
-        yield _Point(place=place, values=values, flank=flank, motion=motion, begin=begin)
+        begin = begin_of(refinement, index, reached, unstable)
+        yield _Point(index=index, values=values, flank=flank, motion=motion, begin=begin)
 
 
 # --- curves -----------------------------------------------------------------------------------------------------------
@@ -371,26 +371,26 @@ def _fill(system: System, values: _Curves, reached: Reached, shaft: bool) -> tup
     return measures.flank, None
 
 
-def _enter_shaft_orders(values: _Curves, place: int, solved: ShaftResponse) -> None:
+def _enter_shaft_orders(values: _Curves, index: int, solved: ShaftResponse) -> None:
     """Enter a motion with shaft orders at one speed."""
-    values["status"][place] = solved.status
-    values["harmonics"][place], values["residual"][place] = solved.harmonics, solved.residual
-    values["residual_dropped"][place] = solved.truncation_residual
-    values["superposed_error"][place] = solved.superposed_error
+    values["status"][index] = solved.status
+    values["harmonics"][index], values["residual"][index] = solved.harmonics, solved.residual
+    values["residual_dropped"][index] = solved.truncation_residual
+    values["superposed_error"][index] = solved.superposed_error
     if solved.measures is not None:
-        _enter(values, place, solved.measures)
+        _enter(values, index, solved.measures)
 
 
-def _enter(values: _Curves, place: int, measures: Measures) -> None:
+def _enter(values: _Curves, index: int, measures: Measures) -> None:
     """Enter the measures at one speed."""
-    values["mesh_force_rms"][:, place] = measures.rms
-    values["mesh_force_peak"][:, place] = measures.highest
-    values["mesh_force_minimum"][:, place] = measures.lowest
-    values["contact_open"][:, place] = measures.open
-    values["amplitude"][:, place] = measures.amplitude
+    values["mesh_force_rms"][:, index] = measures.rms
+    values["mesh_force_peak"][:, index] = measures.highest
+    values["mesh_force_minimum"][:, index] = measures.lowest
+    values["contact_open"][:, index] = measures.open
+    values["amplitude"][:, index] = measures.amplitude
 
 
-def _at_speeds_asked(values: _Curves, usable: NDArray[np.bool_], place: NDArray[np.int64]) -> _Curves:
+def _at_speeds_asked(values: _Curves, usable: NDArray[np.bool_], index: NDArray[np.int64]) -> _Curves:
     """Curves (.., P) of distinct rising speeds on the speeds asked for (Q,), nan where those are none."""
     result = {}
     for name, rising in values.items():
@@ -398,7 +398,7 @@ def _at_speeds_asked(values: _Curves, usable: NDArray[np.bool_], place: NDArray[
         full = np.full((*rising.shape[:-1], usable.size), empty, dtype=rising.dtype)
         if name == "status":
             full[:] = _NO_SPEED
-        full[..., usable] = rising[..., place]
+        full[..., usable] = rising[..., index]
         result[name] = full
     return result
 

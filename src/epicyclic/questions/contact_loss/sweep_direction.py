@@ -111,15 +111,15 @@ class Reached:
 def sweep_direction(
     refinement: Refinement, branches: BranchSet, *, upward: bool, unstable: Unstable = "replace"
 ) -> Iterator[tuple[int, Reached]]:
-    """The speeds of a branch set in turn, rising or falling, by place, and what is reached at each."""
+    """The speeds of a branch set in turn, rising or falling, by index, and what is reached at each."""
     rising = range(len(branches.crossings))
     reached = Reached(motion=None, part=None)
-    for place in rising if upward else reversed(rising):
-        speed, choices = float(branches.speeds[place]), branches.crossings[place]
+    for index in rising if upward else reversed(rising):
+        speed, choices = float(branches.speeds[index]), branches.crossings[index]
         reached = _reached_at(refinement, speed, reached, choices if upward else choices[::-1], unstable)
         if isinstance(reached.motion, Solution):
             reached = replace(reached, motion=with_kind(refinement, reached.motion))
-        yield place, reached
+        yield index, reached
 
 
 def _reached_at(
@@ -528,18 +528,18 @@ def _two_tone_solution(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Begin:
-    """A place of a sweep direction from which it goes on.
+    """A speed of a sweep direction from which it goes on, by its index.
 
     motion : reached there.  size : of its balance.  part : of the branch set, on which it stands.
     """
 
-    place: int
+    index: int
     motion: PeriodicMotion
     size: ProblemSize
     part: int
 
 
-def begin_of(refinement: Refinement, place: int, reached: Reached, unstable: Unstable) -> Begin | None:
+def begin_of(refinement: Refinement, index: int, reached: Reached, unstable: Unstable) -> Begin | None:
     """Where a direction goes on after what was reached, None where that takes more than a motion and its part.
 
     A motion that was integrated in time, and one on no part of the branch set, follow from the speeds before.
@@ -548,7 +548,7 @@ def begin_of(refinement: Refinement, place: int, reached: Reached, unstable: Uns
     if not isinstance(motion, Solution) or part is None or (unstable == "replace" and not motion.stable):
         return None
     size = refinement.size_of(motion.balance)
-    return None if size is None else Begin(place=place, motion=PeriodicMotion(**_known(motion)), size=size, part=part)
+    return None if size is None else Begin(index=index, motion=PeriodicMotion(**_known(motion)), size=size, part=part)
 
 
 def _known(motion: PeriodicMotion) -> dict[str, Any]:
@@ -559,15 +559,15 @@ def _known(motion: PeriodicMotion) -> dict[str, Any]:
 def continued_branches(
     refinement: Refinement, branches: BranchSet, begin: Begin, *, upward: bool
 ) -> tuple[BranchSet, int]:
-    """The branch set from a place on, with the motion reached there alone at it, and its first place.
+    """The branch set from a speed on, with the motion reached there alone at it, and its first index.
 
     A direction begins with the motion at its first speed where that is stable or may stay: it then stands as it stood.
     """
-    place = begin.place
+    index = begin.index
     motion = Solution(balance=refinement.lattice(*begin.size), **_known(begin.motion))
     alone = [Crossing(solution=motion, part=begin.part)]
     if upward:
-        crossings, speeds = [alone, *branches.crossings[place + 1 :]], branches.speeds[place:]
+        crossings, speeds = [alone, *branches.crossings[index + 1 :]], branches.speeds[index:]
     else:
-        crossings, speeds = [*branches.crossings[:place], alone], branches.speeds[: place + 1]
-    return replace(branches, speeds=speeds, crossings=crossings), place if upward else 0
+        crossings, speeds = [*branches.crossings[:index], alone], branches.speeds[: index + 1]
+    return replace(branches, speeds=speeds, crossings=crossings), index if upward else 0
