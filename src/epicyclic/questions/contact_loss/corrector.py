@@ -46,8 +46,9 @@ _STEPS, _HALVINGS = 20, 6
 _DECREASE = 0.1
 # Part of the residual wanted below which GMRES need not solve: the last Newton step is no better for it.
 _TARGET = 0.1
-# Residual of the GMRES of a step per residual now: each step of a torus is worth about one more digit.
-_FORCING = 1e-2
+# Residual of the GMRES of a step per residual now: each step of a torus is worth about one more digit; mesh orders are
+# cheap enough to solve each linear system to three.
+_FORCING, _MESH_FORCING = 1e-2, 1e-3
 # Change of the tangent, per k0, and receptance times tangent of a point, below which they do nothing.  Only the number
 # of products depends on them (ren2021, 3000 bordered solves: 22.5 products with no point coupled, 7.0 from 0.2, 6.3
 # from 0.1, 5.9 from 0.05, whose matrices take twice as long).
@@ -94,7 +95,7 @@ def solve(
     step : how a Newton step is solved; None: GMRES to 1e-3.
     """
     state, calls = evaluate(balance, start, speed), 0
-    advance = step or _mesh_step()
+    advance = step or newton_step(forcing=_MESH_FORCING, restarts=3)
     for count in range(steps + 1):
         if not np.isfinite(state.norm):
             break
@@ -132,7 +133,7 @@ def linear_start(balance: Problem, speed: float, touching: NDArray[np.bool_] | N
     """
     pattern = balance.rows.sense > 0 if touching is None else touching
     state = evaluate(balance, np.zeros(unknowns(balance)), speed, touching=pattern)
-    return -_mesh_step()(balance, state, state.residual, 0.0)[0]
+    return -newton_step(forcing=_MESH_FORCING, restarts=3)(balance, state, state.residual, 0.0)[0]
 
 
 def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
@@ -157,11 +158,6 @@ def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
         return x.reshape(shape), calls
 
     return step
-
-
-def _mesh_step() -> NewtonStep:
-    """The step of mesh orders, cheap enough to solve each linear system to three digits."""
-    return newton_step(forcing=1e-3, restarts=3)
 
 
 # --- preconditioner ---------------------------------------------------------------------------------------------------

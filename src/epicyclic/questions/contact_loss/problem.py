@@ -31,7 +31,7 @@ from ..response.balance import diagonal_inverse, diagonal_product
 from ..response.lattice import kept_points
 from ..response.response import FrameSpeed, Response
 from .rows import GapRows, GridLaws, gap_rows_of, grid_laws, line_gaps
-from .transforms import PlacedLine, Transforms, WidthTangents, contiguous, edges, grid
+from .transforms import PlacedLine, Transforms, WidthTangents, contiguous, edges, grid, phases_of
 
 Index = NDArray[np.int64]
 _T = TypeVar("_T", bound=np.generic)
@@ -181,8 +181,9 @@ def problem(
     rows, net = gap_rows_of(ready), grid(points, counts)
     error, force = _excitation(ready, points, rows, lines)
     # of flanks at the operating load, of link rows at the mean load
-    tangent = np.tile(rows.linear, (len(net.phases), 1))
-    tangent[:, : rows.count] = rows.flanks.tangent.at(cycles * net.phases[:, rows.phases]).stiffness
+    phases = cycles * phases_of(counts)
+    tangent = np.tile(rows.linear, (len(phases), 1))
+    tangent[:, : rows.count] = rows.flanks.tangent.at(phases[:, rows.phases]).stiffness
     return Problem(
         modal=ready.modal,
         rows=rows,

@@ -132,8 +132,11 @@ def contact_sweep(
             _judge(refinement, branches, kept)
         largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress, kept)
     several = [] if unstable == "ignore" else _several_motions(refinement, branches, curves)
-    spread = [_at_speeds_asked(values, usable, index) for values in curves]
-    for values in spread:
+    # on the speeds asked for, nan where those are none
+    spread = [_empty_curves(ready.system, speed.size, shaft is not None) for _ in _DIRECTIONS]
+    for values, rising_values in zip(spread, curves, strict=True):
+        for name in values:
+            values[name][..., usable] = rising_values[name][..., index]
         values["status"][whirling] = MEAN_UNSTABLE
     recorded = {
         "frame_speed": options.frame_speed,
@@ -388,19 +391,6 @@ def _enter(values: _Curves, index: int, measures: Measures) -> None:
     values["mesh_force_minimum"][:, index] = measures.lowest
     values["contact_open"][:, index] = measures.open
     values["amplitude"][:, index] = measures.amplitude
-
-
-def _at_speeds_asked(values: _Curves, usable: NDArray[np.bool_], index: NDArray[np.int64]) -> _Curves:
-    """Curves (.., P) of distinct rising speeds on the speeds asked for (Q,), nan where those are none."""
-    result = {}
-    for name, rising in values.items():
-        empty: Any = {"f": np.nan, "O": "", "b": False, "i": 0}[rising.dtype.kind]
-        full = np.full((*rising.shape[:-1], usable.size), empty, dtype=rising.dtype)
-        if name == "status":
-            full[:] = _NO_SPEED
-        full[..., usable] = rising[..., index]
-        result[name] = full
-    return result
 
 
 def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> _Curves:

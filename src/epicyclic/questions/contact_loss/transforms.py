@@ -100,11 +100,6 @@ class Grid:
     wave: Array
     back: Array
 
-    @property
-    def phases(self) -> Array:
-        """Phases (N, 1) of the samples [cycles]."""
-        return phases_of(self.counts)
-
     def values(self, rows: Array) -> Array:
         """Values (N, c) of rows (2 J, c)."""
         sampled: Array = self.wave @ rows
@@ -133,11 +128,6 @@ class Separable:
     unturn: Array
     wave: Array
     back: Array
-
-    @property
-    def phases(self) -> Array:
-        """Phases (N, D) of the samples [cycles], the last one fastest."""
-        return phases_of(self.counts)
 
     def values(self, rows: Array) -> Array:
         """Values (N, c) of rows (2 J, c)."""

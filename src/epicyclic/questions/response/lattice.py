@@ -70,9 +70,6 @@ def kept_points(harmonics: tuple[int, ...], cross: int, *, mirrored: bool) -> La
     harmonics : highest multiple of each tone (D,).  cross : largest |a_1| + .. + |a_D| of a combination.
     """
     D = len(harmonics)
-    if D == 1:
-        orders = np.arange(0 if mirrored else -harmonics[0], harmonics[0] + 1, dtype=np.int64)
-        return Lattice(points=orders[:, None], mirrored=mirrored, own=(np.arange(orders.size, dtype=np.int64),))
     origin, reach = (0,) * D, range(-cross, cross + 1)
     points = [_along(origin, j, a) for j, H in enumerate(harmonics) for a in range(-H, H + 1)]
     points += [p for p in combinations(reach, repeat=D) if sum(map(abs, p)) <= cross and sum(map(bool, p)) > 1]

@@ -374,7 +374,7 @@ class _Measured:
     """Measures of one block of speeds.
 
     values : by name, speeds last, not finite where nothing was found.
-    minimum : smallest force of every mesh row (m, P) [N].  good : (P,) whether the residual is small enough.
+    minimum : smallest force of every mesh row (m, P) [N].
     The other fields as of `Block`.
     """
 
@@ -384,13 +384,13 @@ class _Measured:
     values: dict[str, NDArray[Any]]
     minimum: Array
     residual: Array
-    good: NDArray[np.bool_]
     status: list[str]
 
     def fill(self, table: SweepTable, index: NDArray[np.int64]) -> None:
         """Write the measures at the speeds `index` (P,), nan where they did not converge."""
-        table.store(index, self.values, self.good)
-        table.minimum_force[:, index] = np.where(self.good, self.minimum, np.nan)
+        good = np.array([text == "ok" for text in self.status])
+        table.store(index, self.values, good)
+        table.minimum_force[:, index] = np.where(good, self.minimum, np.nan)
         table.values["residual"][index], table.harmonics[index] = self.residual, self.harmonics
         table.status[index] = self.status
 
@@ -440,6 +440,5 @@ def _block_measures(ready: Response, block: Block, layout: Layout, options: Swee
         values=values,
         minimum=minimum,
         residual=block.residual,
-        good=np.array([text == "ok" for text in status]),
         status=status,
     )

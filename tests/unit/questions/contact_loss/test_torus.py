@@ -239,7 +239,7 @@ def test_a_grid_too_large_is_not_made(train: Train, monkeypatch: pytest.MonkeyPa
     given = torus_of(response(train(slow=[(F(1, 27), 6e-6)])))
     needed, large = memory(given, 2.3)
     problem = given.prepared(room._first_size(given, 2.3)).fine
-    values = len(problem.grid.phases) * len(problem.rows.linear)
+    values = int(np.prod(problem.grid.counts)) * len(problem.rows.linear)
     assert (needed, large) == (8.0 * room._HELD * values, False)
     with monkeypatch.context() as patch:
         patch.setattr(room, "TRUNCATION_TOLERANCE", 1e-6)
