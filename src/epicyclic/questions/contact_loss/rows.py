@@ -122,11 +122,11 @@ class GapRows:
 def gap_rows_of(ready: Response) -> GapRows:
     """The rows of a System ready for its response, made once: every problem of it has them."""
     modal, system = ready.modal, ready.system
-    table = flanks(ready.lawful or system)
-    links = _link_rows(ready.lawful) if ready.lawful is not None else None
+    table = flanks(ready.lawful)
+    links = _link_rows(ready.lawful)
     m, far = len(system.meshes.name), table.mesh[len(system.meshes.name) :]
     B, linear, lag = table.B[:, m:], table.linear, np.zeros(table.mesh.size)
-    if links is not None and ready.lawful is not None:
+    if links is not None:
         groups, (x, y) = ready.lawful.groups, links.pairs.T
         columns = ready.lawful.group_rows[:, links.rows]
         B = np.concatenate([B, columns, columns[:, x] + columns[:, y]], axis=1)
@@ -190,7 +190,7 @@ def largest_link_forces(system: System, rows: GapRows, force: Array) -> Array:
 def line_gaps(ready: Response, rows: GapRows, line: Line) -> ComplexArray:
     """Errors (R,) [m] of a line in every row, without the opening of far flanks."""
     of_flanks = ready.system.flank_gaps(line)
-    if rows.links is None or ready.lawful is None:
+    if rows.links is None:
         return of_flanks
     lawful = next((each for each in ready.lawful.lines if each.frequency == line.frequency), None)
     size = ready.lawful.group_rows.shape[1]

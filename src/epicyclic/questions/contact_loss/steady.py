@@ -204,7 +204,7 @@ def _labelled(
     # a superposed line pulls where teeth would part
     pulled = ((force < reach) & (reach > 0)).any(axis=0) & ~opens
     past = past_the_end(system, point.problem.rows.flanks, outputs.flank)
-    if ready.lawful is not None and ready.lawful.groups:
+    if ready.lawful.groups:
         forces = gap_forces(point.problem, point.state)
         past += groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
     combined, label = _combinations(torus, point, force)

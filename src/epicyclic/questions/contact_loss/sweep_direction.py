@@ -422,7 +422,7 @@ def attractor(
     """
     # mesh orders only, and a frame that turns as the balance has it
     ready = refinement.ready
-    system, orders = ready.lawful or ready.system, {line.frequency for _, line in ready.lines.mesh}
+    system, orders = ready.lawful, {line.frequency for _, line in ready.lines.mesh}
     system = replace(system, lines=tuple(line for line in system.lines if line.frequency in orders))
     if ready.frame_speed != "kinematic":
         system = replace(system, G=system.G / speed, Kg=system.Kg / speed**2, Cskew=system.Cskew / speed)

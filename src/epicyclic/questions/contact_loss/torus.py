@@ -419,8 +419,7 @@ def _solve_size(
 
 def _accepted(torus: Torus, solved: NewtonResult) -> bool:
     """Whether Newton's method converged, or to what dampers of meshes and kinks of links allow."""
-    lawful = torus.ready.lawful
-    jumps = bool(torus.ready.system.meshes.damping.any()) or (lawful is not None and bool(lawful.groups))
+    jumps = bool(torus.ready.system.meshes.damping.any()) or bool(torus.ready.lawful.groups)
     return solved.converged or (jumps and solved.state.norm <= _JUMP * dynamic_size(solved.state.y))
 
 

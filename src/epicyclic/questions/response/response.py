@@ -61,16 +61,16 @@ class Response:
 
     frame_speed : whether G and Kg follow the speed (``kinematic``) or stay (``operating``).  compiled : as of
         `response`.
-    lawful : the system with the laws of its gaps, of which `system` has the tangents; None where it has none.
+    lawful : the system with the laws of its gaps, of which `system` has the tangents.
     kernels, frequencies, line_frequencies_made, operators : what a truncation needs, made on first use.
     """
 
     system: System
+    lawful: System
     modal: Modal
     lines: LineExcitation
     frame_speed: FrameSpeed = "kinematic"
     compiled: bool | None = None
-    lawful: System | None = None
     kernels: dict[tuple[Truncation, bool], Kernel] = field(default_factory=dict)
     frequencies: dict[tuple[Truncation, bool], tuple[Array, Array]] = field(default_factory=dict)
     line_frequencies_made: dict[tuple[Truncation, bool, bool], LineFrequencies] = field(default_factory=dict)
@@ -198,10 +198,10 @@ def response(
         require_numba("compiled")
     if frame_speed not in ("kinematic", "operating"):
         raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
-    lawful, system = system, linear(system, asks_laws=asks_laws, floating=asks_laws)
-    modal = modal_form(system)
-    lines = excitation(system, modal)
-    return Response(system=system, modal=modal, lines=lines, frame_speed=frame_speed, compiled=compiled, lawful=lawful)
+    mean = linear(system, asks_laws=asks_laws, floating=asks_laws)
+    modal = modal_form(mean)
+    lines = excitation(mean, modal)
+    return Response(system=mean, lawful=system, modal=modal, lines=lines, frame_speed=frame_speed, compiled=compiled)
 
 
 def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bool = True) -> Iterator[Block]:
