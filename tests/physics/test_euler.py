@@ -53,7 +53,7 @@ def travel(system: System, state: Array, times: Array) -> Array:
     held[5] = -system.spin_up[5]  # what drives it gives the torque of its own inertia
     moving = motion(system, program=RAMP, spin=held)
     steps = 400 * (times.size - 1)
-    return integrate(moving, state, start=times[0], stop=times[-1], steps=steps, keep=400)
+    return integrate(moving, state, start=times[0], stop=times[-1], steps=steps, keep=400)[0]
 
 
 def test_a_free_body_moves_straight_on() -> None:

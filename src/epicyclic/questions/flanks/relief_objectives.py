@@ -31,7 +31,7 @@ from ...teeth.microgeometries import MicrogeometryContact, microgeometry_contact
 from ...teeth.segments import ContactSegments
 from ...train.bodies import Mesh
 from ...train.train import Train
-from ..response.steady import sweep
+from ..response.steady import SweepOptions, sweep
 from .contact_resolution import Resolution, mesh_phases, sigma_at
 
 Array = NDArray[np.float64]
@@ -499,7 +499,7 @@ def force_curves(problem: ReliefProblem, histories: Mapping[str, ContactHistory]
     assert problem.system is not None
     assert problem.speeds is not None
     system = with_contact_tangent(problem.train, problem.system, histories)
-    result = sweep(system, relative_speed=problem.speeds)
+    result = sweep(system, SweepOptions(relative_speed=problem.speeds))
     pairs = {helix.mesh.pair for helices in problem.meshes for helix in helices}
     names = [mesh.name for mesh in problem.train.meshes if mesh.pair in pairs]
     kept = result.sel(mesh=names)

@@ -1,6 +1,6 @@
 """The verbs steady and sweep, with and without contact loss."""
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from ...verbs.options import (
     Folder,
@@ -130,7 +130,7 @@ def sweep(
         refuse_without(start is None or stop is None, "at most one end of its own", range=range)
         mesh_frequency = mesh_frequencies(system, train, start, stop, points or 200, range or "operation")
         range = points = None
-    options = {
+    options: dict[str, Any] = {
         "mesh_frequency": mesh_frequency,
         "relative_speed": relative_speed,
         "speed_range": range,
@@ -140,21 +140,16 @@ def sweep(
         **given(orders=orders, tolerance=tolerance, compiled=compiled),
         **given(unstable=unstable, harmonics=harmonics, shaft_tones=shaft_tones),
     }
-    run = _analysis(contact_loss)
     verb = "sweep with contact loss" if contact_loss else "sweep"
     with run_folder(folder, system, verb=verb, options=options, resume=resume) as (system, kept):
-        return run(system, **options, progress=progress, kept=kept)
+        if contact_loss:
+            from ..contact_loss.sweep import ContactSweepOptions, contact_sweep
 
+            return contact_sweep(system, ContactSweepOptions(**options), progress=progress, kept=kept)
+        from .steady import SweepOptions
+        from .steady import sweep as linear
 
-def _analysis(contact_loss: bool) -> "Callable[..., xr.Dataset]":
-    """The sweep of linear contact, or that of teeth that part."""
-    if contact_loss:
-        from ..contact_loss.sweep import contact_sweep
-
-        return contact_sweep
-    from .steady import sweep as linear
-
-    return linear
+        return linear(system, SweepOptions(**options), progress=progress, kept=kept)
 
 
 VERBS = (
