@@ -16,11 +16,10 @@ from ..arguments import checked
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from .file import RexsFile
-from .gear_tables import material_of
 from .joint_tables import couplings_table, operation_table, tell_gravity
-from .members import GearUnit, body_tables, unit_of
+from .members import GearUnit, body_tables, material_of, unit_of
 from .reading import read_rexs_file
-from .stage_table import stage_table, x_axis_of
+from .stage_tables import stage_table, x_axis_of
 from .stages import Branch, StageParts
 from .view import Entry, View, view_of
 

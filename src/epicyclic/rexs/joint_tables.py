@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
+from .file import Number
 from .members import GearUnit, StageMember
-from .places import Vector, along, cross, minus
 from .stages import RIGID, Joint, Parts
-from .view import Number
+from .view import Vector, along, cross, minus
 
 Table = dict[str, object]
 _BALANCE = 1e-3  # power and torque times speed that differ by more are told

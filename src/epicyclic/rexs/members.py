@@ -1,17 +1,20 @@
-"""Members of the stages of a REXS file: their parts, where they are, what they weigh."""
+"""Members of the stages of a REXS file: their parts, where they are, what they weigh.
+
+Masses and inertias of shafts, plates and gear bodies follow from their sections, solids of revolution; they are derived
+here.
+"""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ..errors import ModelError
-from .gear_tables import GearFacts, gear_facts, material_of
-from .places import Inertia, PartFrame, Places, SolidSection, Vector, along, inertia_of, minus
+from .file import Component, Number, shown
 from .stages import Joint, Parts, StageParts, joints_of, planetary_stages, rigid_parts
-from .view import View, shown
+from .view import PartFrame, Places, Vector, View, along, minus
 
 Table = dict[str, object]
 STEEL = 7850.0  # the density a model file has by default [kg/m^3]
@@ -228,6 +231,84 @@ def _axis(view: View, places: Places, members: Sequence[StageMember]) -> Vector:
                 path = f"component {view.label(part)}, u_axis_vector"
                 raise ModelError("an axis that is not parallel to that of the train", path=path, given=given)
     return axis or (1.0, 0.0, 0.0)
+
+
+# gears ----------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class GearFacts:
+    """What other parts need to know of a gear.
+
+    id : of the component.  teeth : positive.  module : normal [m].  helix : signed, right positive [rad].
+    width : face width [m], nan where not given.  tip : tip diameter [m], nan where not given.  internal : a ring.
+    """
+
+    id: int
+    teeth: int
+    module: float
+    helix: float
+    width: float
+    tip: float
+    internal: bool
+
+    @property
+    def reference(self) -> float:
+        """Reference diameter [m]."""
+        return self.module * self.teeth / math.cos(self.helix)
+
+
+def gear_facts(view: View, gear: int) -> GearFacts:
+    """What a gear is. Raises ModelError where teeth or module are missing or none that a gear has."""
+    component = view.components[gear]
+    where = f"component {view.label(gear)}"
+    teeth = view.value(gear, "number_of_teeth")
+    if isinstance(teeth, bool) or not isinstance(teeth, (int, float)) or not 3 <= abs(teeth) <= 5000 or teeth % 1:
+        problem = "missing" if teeth is None else "not a number of teeth"
+        raise ModelError(problem, path=f"{where}, number_of_teeth", given=teeth, allowed="a whole number, 3 to 5000")
+    if teeth < 0 and component.type != "ring_gear":  # a sign that some programs give internal teeth, and no others
+        allowed = "a positive number, or a component of type ring_gear"
+        raise ModelError("negative, of external teeth", path=f"{where}, number_of_teeth", given=teeth, allowed=allowed)
+    module = normal_module(view, gear)
+    helix = view.number(gear, "helix_angle_reference_diameter", "angle")
+    width = view.number(gear, "face_width", "length")
+    tip = view.number(gear, "tip_diameter", "length")
+    if helix is not None and not abs(helix.si) < math.pi / 3:
+        path = f"{where}, helix_angle_reference_diameter"
+        raise ModelError("out of range", path=path, given=helix.text, allowed="-60 deg to 60 deg")
+    return GearFacts(
+        gear,
+        abs(int(teeth)),
+        module.si,
+        helix.si if helix is not None else 0.0,
+        width.si if width is not None else math.nan,
+        abs(tip.si) if tip is not None else math.nan,
+        component.type == "ring_gear",
+    )
+
+
+def normal_module(view: View, gear: int) -> Number:
+    """Normal module of a gear, from the transverse one where only that is given."""
+    normal = view.number(gear, "normal_module", "length")
+    path = f"component {view.label(gear)}, normal_module"
+    if normal is None:
+        transverse = view.number(gear, "transverse_module", "length")
+        helix = view.number(gear, "helix_angle_reference_diameter", "angle")
+        if transverse is None:
+            raise ModelError("missing", path=path, allowed="a module in mm")
+        value = transverse.si * math.cos(helix.si if helix is not None else 0.0)
+        normal = Number(value, f"{value!r} m")
+    if not 1e-5 <= normal.si <= 10:
+        raise ModelError("out of range", path=path, given=normal.text, allowed="0.01 mm to 10 m")
+    return normal
+
+
+def material_of(view: View, component: int) -> Component | None:
+    """Material of a component, None where it refers to none."""
+    return next((one for one in view.referenced(component) if one.type == "material"), None)
+
+
+# masses ---------------------------------------------------------------------------------------------------------------
 
 
 def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
@@ -456,3 +537,54 @@ def _stated(total: Inertia, extra: Sequence[Inertia], *, lumped: bool) -> Table:
     if not lumped or any(one.tilt for one in extra):  # not stated: the model asks for it where a member tilts
         table["tilt_inertia"] = f"{write(total.tilt)} kg m^2"
     return table
+
+
+# solids of revolution -------------------------------------------------------------------------------------------------
+
+# Gauss points and weights of order 3 on [0, 1]: exact for polynomials of degree 5; those here have degree 4
+_POINTS = tuple((0.5 + 0.5 * x, w / 18) for x, w in ((-math.sqrt(0.6), 5), (0.0, 8), (math.sqrt(0.6), 5)))
+
+
+@dataclass(frozen=True, slots=True)
+class SolidSection:
+    """A hollow cone about an axis parallel to z.
+
+    start, length : along z from the centre of the member [m].  outer, inner : diameters at both ends [m].
+    density : [kg/m^3].  off_axis : distance of its axis from that of the member [m].
+    """
+
+    start: float
+    length: float
+    outer: tuple[float, float]
+    inner: tuple[float, float]
+    density: float
+    off_axis: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Inertia:
+    """mass [kg]; about z and about a diameter through the centre of the member [kg m^2]."""
+
+    mass: float
+    polar: float
+    tilt: float
+
+
+def inertia_of(sections: Iterable[SolidSection]) -> Inertia:
+    """Mass and inertias of sections together; those off the axis stand evenly around it."""
+    mass = polar = tilt = 0.0
+    for section in sections:
+        for share, weight in _POINTS:
+            z = section.start + share * section.length
+            outer, inner = (_at(pair, share) / 2 for pair in (section.outer, section.inner))
+            slab = section.density * section.length * weight * math.pi
+            area, second = outer**2 - inner**2, (outer**4 - inner**4) / 2
+            mass += slab * area
+            polar += slab * (second + area * section.off_axis**2)
+            # evenly around the axis, each stands on average for half of its distance squared
+            tilt += slab * (second / 2 + area * (z**2 + section.off_axis**2 / 2))
+    return Inertia(mass, polar, tilt)
+
+
+def _at(pair: tuple[float, float], share: float) -> float:
+    return pair[0] + (pair[1] - pair[0]) * share

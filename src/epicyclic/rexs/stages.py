@@ -10,9 +10,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ..errors import ModelError
-from .file import Component
-from .places import Places, along, minus
-from .view import Number, View, shown
+from .file import Component, Number, shown
+from .view import Places, View, along, minus
 
 # Stiffness from which on a joint is rigid: "rigid" of the programs is 1e20 N/m and more, real joints stay below 1e13.
 RIGID = 1e16

@@ -1,6 +1,6 @@
 """A REXS file asked by what its components are to each other, and what of it was asked: the rest is dropped.
 
-Its numbers come in SI and in the spelling of a model file, from unit texts of any version and spelling.
+Support vectors in nested reference frames become points and axes of the gear unit.
 """
 
 from __future__ import annotations
@@ -8,143 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from decimal import Decimal
 
 from ..errors import ModelError
-from .file import Component, Relation, RexsFile, Value
-
-_DEG = math.pi / 180
-_RPM = math.pi / 30
-# kind -> unit without blanks -> factor to SI, the same unit in a model file (empty: written in SI)
-_UNITS: dict[str, dict[str, tuple[float, str]]] = {
-    "ratio": {"": (1.0, ""), "none": (1.0, ""), "-": (1.0, ""), "1": (1.0, ""), "%": (0.01, ""), "percent": (0.01, "")},
-    "length": {
-        **{"m": (1.0, "m"), "dm": (0.1, "dm"), "cm": (0.01, "cm"), "mm": (1e-3, "mm"), "km": (1e3, "km")},
-        **{"mum": (1e-6, "um"), "um": (1e-6, "um"), "micron": (1e-6, "um"), "nm": (1e-9, "nm")},
-        **{"in": (0.0254, "in"), "inch": (0.0254, "in"), "ft": (0.3048, "ft")},
-    },
-    "angle": {
-        **{"rad": (1.0, "rad"), "mrad": (1e-3, "mrad")},
-        **{text: (_DEG, "deg") for text in ("deg", "degree", "degrees", "\u00b0", "\u00ba", "Grad")},
-        **{"arcmin": (_DEG / 60, "arcmin"), "arcsec": (_DEG / 3600, "arcsec"), "gon": (math.pi / 200, "gon")},
-    },
-    "speed": {
-        **{text: (_RPM, "rpm") for text in ("1/min", "rpm", "min^-1", "min-1", "U/min", "rev/min", "1/Min")},
-        **{text: (math.tau, "") for text in ("1/s", "s^-1", "rev/s", "U/s", "Hz")},  # revolutions, as REXS counts them
-        **{"rad/s": (1.0, "rad/s"), "deg/s": (_DEG, "deg/s"), "\u00b0/s": (_DEG, "deg/s")},
-    },
-    "torque": {
-        **{"Nm": (1.0, "N m"), "Nmm": (1e-3, "N mm"), "kNm": (1e3, "kN m"), "MNm": (1e6, "MN m"), "kNmm": (1.0, "N m")},
-        "Ncm": (1e-2, "N cm"),
-    },
-    "power": {"W": (1.0, "W"), "kW": (1e3, "kW"), "MW": (1e6, "MW"), "PS": (735.49875, "")},
-    "force": {"N": (1.0, "N"), "kN": (1e3, "kN"), "MN": (1e6, "MN")},
-    "stiffness": {
-        **{"N/m": (1.0, "N/m"), "kN/m": (1e3, "kN/m"), "MN/m": (1e6, "MN/m"), "GN/m": (1e9, "GN/m")},
-        **{"N/mm": (1e3, "N/mm"), "kN/mm": (1e6, "kN/mm"), "MN/mm": (1e9, "MN/mm")},
-        **{"N/mum": (1e6, "N/um"), "N/um": (1e6, "N/um"), "kN/mum": (1e9, "kN/um"), "kN/um": (1e9, "kN/um")},
-    },
-    "stiffness_per_width": {
-        **{text: (1e9, "N/(mm um)") for text in ("N/(mmmum)", "N/(mmum)", "N/mm/mum", "N/mm/um", "N/(mummm)")},
-        **{"N/(mumm)": (1e6, ""), "N/(mmm)": (1e3, ""), "N/m^2": (1.0, "N/m^2"), "N/mm^2": (1e6, "N/mm^2")},
-        **{"kN/mm^2": (1e9, "kN/mm^2"), "MPa": (1e6, "MPa"), "GPa": (1e9, "GPa"), "Pa": (1.0, "Pa")},
-    },
-    "torsional_stiffness": {
-        **{
-            "Nmm/rad": (1e-3, ""),
-            "Nm/rad": (1.0, "N m/rad"),
-            "kNm/rad": (1e3, "kN m/rad"),
-            "MNm/rad": (1e6, "MN m/rad"),
-        },
-        **{"Nm/deg": (1 / _DEG, ""), "Nm/\u00b0": (1 / _DEG, ""), "Nmm/deg": (1e-3 / _DEG, ""), "Nmm": (1e-3, "")},
-        **{"Nmm/mrad": (1.0, ""), "Nm/mrad": (1e3, ""), "Nm": (1.0, "")},
-    },
-    "density": {
-        **{"kg/dm^3": (1e3, "g/cm^3"), "g/cm^3": (1e3, "g/cm^3"), "kg/m^3": (1.0, "kg/m^3"), "t/m^3": (1e3, "t/m^3")},
-        **{"kg/mm^3": (1e9, "kg/mm^3"), "kg/l": (1e3, "g/cm^3"), "kg/L": (1e3, "g/cm^3")},
-    },
-    "pressure": {
-        **{
-            "N/mm^2": (1e6, "N/mm^2"),
-            "MPa": (1e6, "MPa"),
-            "GPa": (1e9, "GPa"),
-            "Pa": (1.0, "Pa"),
-            "N/m^2": (1.0, "Pa"),
-        },
-        **{"kN/mm^2": (1e9, "GPa"), "bar": (1e5, "bar")},
-    },
-    "mass": {"kg": (1.0, "kg"), "g": (1e-3, "g"), "t": (1e3, "t"), "mg": (1e-6, "mg")},
-    "inertia": {"kgm^2": (1.0, "kg m^2"), "kgmm^2": (1e-6, "kg mm^2"), "gmm^2": (1e-9, ""), "tm^2": (1e3, "")},
-    "acceleration": {"m/s^2": (1.0, "m/s^2"), "mm/s^2": (1e-3, "mm/s^2")},
-}
-# units in SI, as a model file spells them
-_SI = {
-    "ratio": "", "length": "m", "angle": "rad", "speed": "rad/s", "torque": "N m", "power": "W", "force": "N",
-    "stiffness": "N/m", "stiffness_per_width": "N/m^2", "torsional_stiffness": "N m/rad", "density": "kg/m^3",
-    "pressure": "Pa", "mass": "kg", "inertia": "kg m^2", "acceleration": "m/s^2",
-}  # fmt: skip
-# nothing of a gear unit is larger in SI; "rigid" is 1e23 N/m
-_LARGEST = 1e30
-
-
-@dataclass(frozen=True, slots=True)
-class Number:
-    """A number of a REXS file.
-
-    si : in SI.  text : as a model file writes it, in the unit of the file where that is one of a model file.
-    """
-
-    si: float
-    text: str
-
-    def __neg__(self) -> Number:
-        return Number(-self.si, self.text[1:] if self.text.startswith("-") else f"-{self.text}")
-
-    def __abs__(self) -> Number:
-        return -self if self.si < 0 or self.text.startswith("-") else self
-
-
-def number_of(component: Component, name: str, kind: str) -> Number | None:
-    """A number of a component, in the unit that stands on the attribute; None where it is not given.
-
-    Raises
-    ------
-    ModelError : no number, a unit that is unknown or of another kind; names the component and the attribute.
-    """
-    attribute = component.attributes.get(name)
-    if attribute is None or attribute.value is None:
-        return None
-    value, where = attribute.value, f"component {component.id} ({component.type}), {name}"
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        given = list(value) if isinstance(value, tuple) else value
-        raise ModelError("not a number", path=where, given=given, allowed=f"a number in {_SI[kind] or 'no unit'}")
-    factor = _UNITS[kind].get(_plain(attribute.unit))
-    if factor is None:
-        allowed = ", ".join(dict.fromkeys(unit for _, unit in _UNITS[kind].values() if unit)) or "none"
-        raise ModelError("unit not known or of another kind", path=where, given=attribute.unit, allowed=allowed)
-    si = value * factor[0]
-    if not abs(si) < _LARGEST:
-        raise ModelError("out of range", path=where, given=f"{value} {attribute.unit}")
-    if factor[1]:
-        return Number(si, f"{shown(value)} {factor[1]}")
-    return Number(si, f"{shown(si)} {_SI[kind]}".strip())
-
-
-def _plain(unit: str) -> str:
-    """A unit in one spelling: no blanks, micro as mu, powers with ^."""
-    text = "".join(unit.split()).replace("\u00b5", "mu").replace("\u03bc", "mu")
-    for old, new in (("\u00b2", "^2"), ("\u00b3", "^3"), ("**", "^"), ("*", ""), ("\u00b7", ""), ("[", ""), ("]", "")):
-        text = text.replace(old, new)
-    return text
-
-
-def shown(value: float) -> str:
-    """The shortest text of a number that is read with the same bits; -0 is 0, large round ones have a power of ten."""
-    number = float(value) + 0.0
-    if abs(number) >= 1e6:
-        return str(Decimal(repr(number)).normalize()).replace("E+", "e")
-    return repr(number).removesuffix(".0")
-
+from .file import Attribute, Component, Number, Relation, RexsFile, Value, number_of
 
 _Index = Mapping[int, tuple[int, ...]]
 _Types = Mapping[str, tuple[int, ...]]
@@ -292,3 +158,134 @@ def _index(relations: Iterable[Relation], key: str, value: str) -> _Index:
         if a is not None and b is not None:
             found.setdefault(a, {})[b] = None
     return {a: tuple(parts) for a, parts in found.items()}
+
+
+# frames ---------------------------------------------------------------------------------------------------------------
+
+Vector = tuple[float, float, float]
+_MOST_FRAMES = 50  # references nested deeper than any gear unit: a loop
+
+
+@dataclass(frozen=True, slots=True)
+class PartFrame:
+    """A place [m] and the axes u, v, w of a component, in the frame of the gear unit."""
+
+    place: Vector
+    u: Vector
+    v: Vector
+    w: Vector
+
+
+_UNIT = PartFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def along(a: Vector, b: Vector) -> float:
+    """Scalar product."""
+    return math.fsum(x * y for x, y in zip(a, b, strict=True))
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Vector product."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def minus(a: Vector, b: Vector) -> Vector:
+    """Difference."""
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+@dataclass(slots=True)
+class Places:
+    """Frames of components, found when asked."""
+
+    view: View
+    _known: dict[int, PartFrame | None] = field(default_factory=dict)
+
+    def frame(self, component: int) -> PartFrame | None:
+        """Frame of a component; None where the file gives no place.
+
+        Raises
+        ------
+        ModelError : no vector of three numbers, axes without direction, references in a circle.
+        """
+        return self._frame(component, 0)
+
+    def on_shaft(self, component: int, shaft: int, coordinate: str) -> Vector | None:
+        """Place of what sits on a shaft: its own, else its coordinate along the shaft."""
+        own = self.frame(component)
+        if own is not None:
+            return own.place
+        base, there = self.frame(shaft), self.view.number(component, coordinate, "length")
+        if base is None or there is None:
+            return None if base is None else base.place  # where along the shaft is not said
+        (x, y, z), u, length = base.place, base.u, there.si
+        return (x + u[0] * length, y + u[1] * length, z + u[2] * length)
+
+    def _frame(self, component: int, depth: int) -> PartFrame | None:
+        if component in self._known:
+            return self._known[component]
+        if depth > _MOST_FRAMES:
+            raise ModelError("references of position in a circle", path=f"component {self.view.label(component)}")
+        place = self._vector(component, "support_vector", "length")
+        base: PartFrame | None = _UNIT
+        reference = self.view.value(component, "reference_component_for_position")
+        if isinstance(reference, (int, float)) and not isinstance(reference, bool) and int(reference) != component:
+            if int(reference) in self.view.components:
+                base = self._frame(int(reference), depth + 1) or _UNIT
+        frame = None if place is None else self._in(base or _UNIT, place, component)
+        self._known[component] = frame
+        return frame
+
+    def _in(self, base: PartFrame, place: Vector, component: int) -> PartFrame:
+        """A frame given in another one."""
+        u = self._axis(component, "u_axis_vector", (1.0, 0.0, 0.0))
+        w = self._axis(component, "w_axis_vector", (0.0, 0.0, 1.0))
+        absolute = _turned(base, place)
+        origin = base.place
+        axis, third = _turned(base, u), _turned(base, w)
+        return PartFrame(
+            (origin[0] + absolute[0], origin[1] + absolute[1], origin[2] + absolute[2]),
+            axis,
+            cross(third, axis),
+            third,
+        )
+
+    def _vector(self, component: int, name: str, kind: str) -> Vector | None:
+        """A vector attribute in SI; None where it is not given."""
+        value = self.view.value(component, name)
+        if value is None:
+            return None
+        where = f"component {self.view.label(component)}, {name}"
+        if not isinstance(value, tuple) or len(value) != 3:
+            shown = list(value) if isinstance(value, tuple) else value
+            raise ModelError("not a vector", path=where, given=shown, allowed="an array of three numbers")
+        owner = self.view.components[component]
+        unit = owner.attributes[name].unit
+        numbers = []
+        for entry in value:
+            read = number_of(Component(component, owner.type, "", {name: Attribute(name, entry, unit)}), name, kind)
+            if read is None:
+                raise ModelError("not a vector", path=where, given=list(value), allowed="an array of three numbers")
+            numbers.append(read.si)
+        return (numbers[0], numbers[1], numbers[2])
+
+    def _axis(self, component: int, name: str, default: Vector) -> Vector:
+        """A direction of length 1; its unit means nothing."""
+        vector = self._vector(component, name, "length")
+        if vector is None:
+            return default
+        size = math.sqrt(along(vector, vector))
+        if not size > 1e-30:
+            raise ModelError("a direction of length 0", path=f"component {self.view.label(component)}, {name}")
+        return (vector[0] / size, vector[1] / size, vector[2] / size)
+
+
+def _turned(base: PartFrame, vector: Vector) -> Vector:
+    """A vector given along the axes of a frame."""
+    u, v, w = base.u, base.v, base.w
+    x, y, z = vector
+    return (
+        x * u[0] + y * v[0] + z * w[0],
+        x * u[1] + y * v[1] + z * w[1],
+        x * u[2] + y * v[2] + z * w[2],
+    )

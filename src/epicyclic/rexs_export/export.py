@@ -15,12 +15,23 @@ from ..errors import ModelError
 from ..input_files import as_output, outputs_apart
 from ..results.files import package_version, whole_file
 from ..rexs.file import RexsFile
-from ..rexs.places import Inertia, SolidSection, inertia_of
+from ..rexs.members import Inertia, SolidSection, inertia_of
 from ..rexs.writing import encoding_of, rexs_bytes
 from ..train.train import Train
+from .components import (
+    Key,
+    ShaftPart,
+    add_gears,
+    add_joints,
+    add_loads,
+    add_meshes,
+    gravity_of,
+    material_of,
+    mesh_load_factors,
+    shafts_of,
+    speed_of,
+)
 from .draft import Attributes, Draft, Dropped, in_unit, left_out, place
-from .gears import add_gears, add_meshes, material_of, mesh_load_factors
-from .shafts import Key, ShaftPart, add_joints, add_loads, gravity_of, shafts_of, speed_of
 
 VERSION = "1.7"
 _NO_DATE = datetime(1970, 1, 1, tzinfo=UTC)
