@@ -343,28 +343,26 @@ def number_of(component: Component, name: str, kind: str) -> Number | None:
     attribute = component.attributes.get(name)
     if attribute is None or attribute.value is None:
         return None
-    value, where = attribute.value, f"component {component.id} ({component.type}), {name}"
+    return number_in(attribute.value, attribute.unit, kind, f"component {component.id} ({component.type}), {name}")
+
+
+def number_in(value: Value, unit: str, kind: str, where: str) -> Number:
+    """A value in a unit as a number. Raises ModelError as of `number_of`, with the place `where`."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         given = list(value) if isinstance(value, tuple) else value
         raise ModelError("not a number", path=where, given=given, allowed=f"a number in {_SI[kind] or 'no unit'}")
-    factor = _UNITS[kind].get(_plain(attribute.unit))
-    if factor is None:
-        allowed = ", ".join(dict.fromkeys(unit for _, unit in _UNITS[kind].values() if unit)) or "none"
-        raise ModelError("unit not known or of another kind", path=where, given=attribute.unit, allowed=allowed)
-    si = value * factor[0]
-    if not abs(si) < _LARGEST:
-        raise ModelError("out of range", path=where, given=f"{value} {attribute.unit}")
-    if factor[1]:
-        return Number(si, f"{shown(value)} {factor[1]}")
-    return Number(si, f"{shown(si)} {_SI[kind]}".strip())
-
-
-def _plain(unit: str) -> str:
-    """A unit in one spelling: no blanks, micro as mu, powers with ^."""
-    text = "".join(unit.split()).replace("\u00b5", "mu").replace("\u03bc", "mu")
+    # one spelling: no blanks, micro as mu, powers with ^
+    plain = "".join(unit.split()).replace("\u00b5", "mu").replace("\u03bc", "mu")
     for old, new in (("\u00b2", "^2"), ("\u00b3", "^3"), ("**", "^"), ("*", ""), ("\u00b7", ""), ("[", ""), ("]", "")):
-        text = text.replace(old, new)
-    return text
+        plain = plain.replace(old, new)
+    if plain not in _UNITS[kind]:
+        allowed = ", ".join(dict.fromkeys(text for _, text in _UNITS[kind].values() if text)) or "none"
+        raise ModelError("unit not known or of another kind", path=where, given=unit, allowed=allowed)
+    factor, text = _UNITS[kind][plain]
+    si = value * factor
+    if not abs(si) < _LARGEST:
+        raise ModelError("out of range", path=where, given=f"{value} {unit}")
+    return Number(si, f"{shown(value)} {text}" if text else f"{shown(si)} {_SI[kind]}".strip())
 
 
 def shown(value: float) -> str:

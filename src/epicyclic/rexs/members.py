@@ -9,16 +9,16 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..errors import ModelError
 from .file import Component, Number, shown
 from .stages import Joint, Parts, StageParts, joints_of, planetary_stages, rigid_parts
-from .view import PartFrame, Places, Vector, View, along, minus
+from .view import Vector, View, along, minus
 
 Table = dict[str, object]
 STEEL = 7850.0  # the density a model file has by default [kg/m^3]
-_BODY_NAME = re.compile(r"[a-z][a-z0-9_-]{0,40}")
+BODY_NAME = re.compile(r"[a-z][a-z0-9_-]{0,40}")
 _AXIAL = math.cos(math.radians(0.1))  # axes that differ by more are not parallel
 
 
@@ -38,9 +38,14 @@ class StageMember:
     centre: Vector | None
 
     @property
+    def full_name(self) -> str:
+        """Its name with that of its stage."""
+        return f"{self.stage}.{self.name}"
+
+    @property
     def path(self) -> str:
         """Its table in the model file."""
-        return f"stages.{self.stage}.{self.name}"
+        return f"stages.{self.full_name}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,11 +55,10 @@ class GearUnit:
     axis : direction of z.  still : parts that stand for the casing and what is rigid in it.
     turning : part that stands for all that are one -> central members among them.
     loose : the same -> shafts and plates that are no member's own.  free : the same -> names of those between members.
-     beside : the same -> joints that end there.
+    beside : the same -> joints that end there.
     """
 
     view: View
-    places: Places
     stages: tuple[StageParts, ...]
     joints: tuple[Joint, ...]
     rigid: Parts
@@ -62,9 +66,9 @@ class GearUnit:
     axis: Vector
     still: frozenset[int]
     turning: Mapping[int, tuple[StageMember, ...]]
-    loose: Mapping[int, tuple[int, ...]]
+    loose: Mapping[int, Sequence[int]]
     free: Mapping[int, str]
-    beside: Mapping[int, tuple[Joint, ...]]
+    beside: Mapping[int, Sequence[Joint]]
     facts: Mapping[int, GearFacts]
 
     def stage(self, member: StageMember) -> StageParts:
@@ -102,13 +106,12 @@ def unit_of(view: View) -> GearUnit:
     ------
     ModelError : as of `planetary_stages`, gears without teeth or module, axes that are not parallel.
     """
-    places = Places(view)
-    stages = planetary_stages(view, places)
+    stages = planetary_stages(view)
     joints = tuple(joints_of(view))
     rigid = rigid_parts(view, joints)
-    members = [member for stage in stages for member in _members(view, places, stage)]
+    members = tuple(member for stage in stages for member in _members(view, stage))
     facts = {gear: gear_facts(view, gear) for member in members for gear in member.gears}
-    axis = _axis(view, places, members)
+    axis = _axis(view, members)
     owned = {part for member in members for part in member.parts}
     turning: dict[int, dict[StageMember, None]] = {}
     for member in members:
@@ -122,107 +125,84 @@ def unit_of(view: View) -> GearUnit:
     for joint in joints:
         for root in {rigid.root(joint.inner), rigid.root(joint.outer)}:
             beside.setdefault(root, []).append(joint)
-    still = frozenset(rigid.root(component.id) for component in view.of_type("gear_casing"))
-    return GearUnit(
+    unit = GearUnit(
         view=view,
-        places=places,
         stages=stages,
         joints=joints,
         rigid=rigid,
-        members=tuple(members),
+        members=members,
         axis=axis,
-        still=still,
+        still=frozenset(rigid.root(component.id) for component in view.of_type("gear_casing")),
         turning={root: tuple(found) for root, found in turning.items()},
-        loose={root: tuple(found) for root, found in loose.items()},
-        free=_free_bodies(view, stages, rigid, joints, turning, loose, still),
-        beside={root: tuple(found) for root, found in beside.items()},
+        loose=loose,
+        free={},
+        beside=beside,
         facts=facts,
     )
+    return replace(unit, free=_free_bodies(unit))
 
 
-def _free_bodies(
-    view: View,
-    stages: Sequence[StageParts],
-    rigid: Parts,
-    joints: Sequence[Joint],
-    turning: Mapping[int, object],
-    loose: Mapping[int, Sequence[int]],
-    still: frozenset[int],
-) -> dict[int, str]:
+def _free_bodies(unit: GearUnit) -> dict[int, str]:
     """Names of the shafts between members: those that turn with a member by couplings of finite stiffness."""
-    beside: dict[int, list[int]] = {}
-    for joint in joints:
-        if joint.holds_turn and not joint.rigid:
-            a, b = rigid.root(joint.inner), rigid.root(joint.outer)
-            beside.setdefault(a, []).append(b)
-            beside.setdefault(b, []).append(a)
     found: dict[int, str] = {}
-    taken = {"housing", *(stage.name for stage in stages)}
-    reached = list(turning)
+    taken = {"housing", *(stage.name for stage in unit.stages)}
+    reached = list(unit.turning)
     while reached:
-        for root in beside.get(reached.pop(), ()):
-            if root in found or root in turning or root in still or root not in loose:
+        here = reached.pop()
+        for joint in unit.beside.get(here, ()):
+            ends = unit.rigid.root(joint.inner), unit.rigid.root(joint.outer)
+            root = ends[1] if ends[0] == here else ends[0]
+            if not joint.holds_turn or joint.rigid or root in found or root in unit.turning or root in unit.still:
                 continue
-            name = view.components[loose[root][0]].name
-            if not _BODY_NAME.fullmatch(name) or name in taken:
-                name = f"shaft{loose[root][0]}"
+            if root not in unit.loose:
+                continue
+            name = unit.view.components[unit.loose[root][0]].name
+            if not BODY_NAME.fullmatch(name) or name in taken:
+                name = f"shaft{unit.loose[root][0]}"
             taken.add(name)
             found[root] = name
             reached.append(root)
     return found
 
 
-def _members(view: View, places: Places, stage: StageParts) -> list[StageMember]:
+def _members(view: View, stage: StageParts) -> list[StageMember]:
     """Members of one stage."""
     found = []
     for name, gear in stage.central.items():
         shaft = view.shaft_of(gear)
-        centre = _centre(view, places, stage, gear, shaft)
+        centre = _centre(view, stage, gear, shaft)
         parts: tuple[int, ...] = (gear,) if shaft is None else (shaft, gear)
         kind = stage.kinds[name]
         found.append(StageMember(stage=stage.name, name=name, kind=kind, gears=(gear,), parts=parts, centre=centre))
     for place, name in enumerate(stage.planets):
         gears = tuple(branch.gears[place] for branch in stage.branches)
-        centre = _centre(view, places, stage, gears[0], stage.branches[0].shaft)
+        centre = _centre(view, stage, gears[0], stage.branches[0].shaft)
         parts = tuple(branch.shaft for branch in stage.branches)
         found.append(StageMember(stage=stage.name, name=name, kind="planet", gears=gears, parts=parts, centre=centre))
-    shafts = [
-        shaft
-        for relation in view.relations("planet_carrier_shaft")
-        if relation.part("planetary_stage") == stage.id and (shaft := relation.part("shaft")) is not None
-    ]
-    own = () if stage.carrier is None else (stage.carrier, *view.parts(stage.carrier, "shaft", "side_plate"))
-    parts = tuple(dict.fromkeys((*shafts, *own)))
+    carrier = () if stage.carrier is None else (stage.carrier, *view.parts(stage.carrier, "shaft", "side_plate"))
+    parts = tuple(dict.fromkeys((*view.shafts("planet_carrier_shaft", stage.id), *carrier)))
     if parts:
         at = found[len(stage.central)].centre
         found.append(StageMember(stage=stage.name, name="carrier", kind="carrier", gears=(), parts=parts, centre=at))
     return found
 
 
-def gear_place(view: View, places: Places, gear: int, shaft: int | None) -> Vector | None:
-    """Centre of a gear: its own place, else that on its shaft."""
-    if shaft is None:
-        frame = places.frame(gear)
-        return None if frame is None else frame.place
-    return places.on_shaft(gear, shaft, "u_coordinate_on_shaft")
-
-
-def _centre(view: View, places: Places, stage: StageParts, gear: int, shaft: int | None) -> Vector | None:
+def _centre(view: View, stage: StageParts, gear: int, shaft: int | None) -> Vector | None:
     """Centre of a gear, or between the halves of a herringbone gear."""
-    one = gear_place(view, places, gear, shaft)
+    one = view.gear_place(gear, shaft)
     twin = stage.twins.get(gear)
-    other = None if twin is None else gear_place(view, places, twin, shaft)
+    other = None if twin is None else view.gear_place(twin, shaft)
     if one is None or other is None:
         return one
     return ((one[0] + other[0]) / 2, (one[1] + other[1]) / 2, (one[2] + other[2]) / 2)
 
 
-def _axis(view: View, places: Places, members: Sequence[StageMember]) -> Vector:
+def _axis(view: View, members: Sequence[StageMember]) -> Vector:
     """Direction of z: the u axis of the first gear. Raises ModelError where another axis is not parallel to it."""
     axis: Vector | None = None
     for member in members:
         for part in (*member.gears, *(p for p in member.parts if view.components[p].type == "shaft")):
-            frame = places.frame(part)
+            frame = view.frame(part)
             if frame is None:
                 continue
             axis = axis or frame.u
@@ -323,10 +303,9 @@ def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
         own = [member.parts[0]]
         for shaft in member.parts[1:]:
             if _stretches(unit, shaft) != _stretches(unit, own[0]):
-                unit.view.lose(
-                    shaft, "shaft_section", f"sections differ from those of {own[0]}, which count for all planets"
-                )
-    sections = [section for part in own for section in _sections(unit, member, part, pin_radius)]
+                reason = f"sections differ from those of {own[0]}, which count for all planets"
+                unit.view.lose(shaft, "shaft_section", reason)
+    sections = [section for part in own for section in _sections(unit, member, part)]
     extra = [_additional(unit.view, part) for part in own]
     table: Table = {}
     if member.kind == "carrier":
@@ -338,12 +317,9 @@ def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
             return table
         if sections:  # a shaft without sections is lumped: its additional masses are all of it
             sections = [*sections, *body]
-    total = inertia_of(sections)
-    mass = total.mass + sum(one.mass for one in extra)
-    polar = total.polar + sum(one.polar for one in extra)
-    tilt = total.tilt + sum(one.tilt for one in extra)
+    mass, stated = _stated(sections, extra)
     if mass > 0:
-        table |= _stated(Inertia(mass, polar, tilt), extra, lumped=not sections)
+        table |= stated
         ids = ", ".join(map(str, own))
         name, words = ("sections", "sections") if sections else ("additional_mass", "additional masses")
         unit.view.read(own[0], name, f"{member.path}.mass", f"{mass:.6g} kg, from the {words} of {ids}")
@@ -355,18 +331,14 @@ def body_tables(unit: GearUnit) -> Table:
     tables: Table = {}
     for root, name in unit.free.items():
         parts = unit.loose[root]
-        frame = unit.places.frame(parts[0])
-        whole = StageMember(
-            stage="", name=name, kind="body", gears=(), parts=parts, centre=None if frame is None else frame.place
-        )
-        sections = [section for part in parts for section in _sections(unit, whole, part, 0.0)]
-        extra = [_additional(unit.view, part) for part in parts]
-        solid = inertia_of(sections)
-        total = Inertia(*(getattr(solid, k) + sum(getattr(e, k) for e in extra) for k in ("mass", "polar", "tilt")))
-        tables[name] = _stated(total, extra, lumped=not sections)
+        frame = unit.view.frame(parts[0])
+        centre = None if frame is None else frame.place
+        whole = StageMember(stage="", name=name, kind="body", gears=(), parts=tuple(parts), centre=centre)
+        sections = [section for part in parts for section in _sections(unit, whole, part)]
+        mass, tables[name] = _stated(sections, [_additional(unit.view, part) for part in parts])
+        source = "sections" if sections else "additional_mass"
         for part in parts:
-            source = "sections" if sections else "additional_mass"
-            unit.view.read(part, source, f"bodies.{name}", f"{total.mass:.6g} kg, a body between members")
+            unit.view.read(part, source, f"bodies.{name}", f"{mass:.6g} kg, a body between members")
         for joint in unit.joints_at(parts):
             if joint.bearing:
                 unit.view.lose(joint.id, "stiffness", f"bearings of a shaft between members, {name}, are not read")
@@ -397,20 +369,26 @@ def _density(unit: GearUnit, part: int) -> float:
     return density.si
 
 
-def _sections(unit: GearUnit, member: StageMember, part: int, pin_radius: float) -> list[SolidSection]:
+def _sections(unit: GearUnit, member: StageMember, part: int) -> list[SolidSection]:
     """Sections of a shaft or plate about the axis of the member."""
     found = _stretches(unit, part)
     if not found:
         return []
-    frame, centre = unit.places.frame(part), member.centre
-    off = _off_axis(unit, member, frame) if frame and centre and member.kind == "carrier" else 0.0
+    frame, centre = unit.view.frame(part), member.centre
+    off = 0.0
+    if frame is not None and centre is not None and member.kind == "carrier":  # pins stand off the axis of the stage
+        gear = next(iter(unit.stage(member).central.values()))
+        middle = unit.view.gear_place(gear, unit.view.shaft_of(gear))
+        if middle is not None:
+            apart = minus(frame.place, middle)
+            off = math.sqrt(max(along(apart, apart) - along(apart, unit.axis) ** 2, 0.0))
     density = _density(unit, part)
     forward = frame is None or along(frame.u, unit.axis) >= 0
-    sign = 1.0 if forward else -1.0
     if frame is not None and centre is not None:
         base = along(minus(frame.place, centre), unit.axis)
     else:  # nowhere: its middle at the centre of the member
-        base = -sign * (min(s.start for s in found) + max(s.start + s.length for s in found)) / 2
+        middle_of_all = (min(s.start for s in found) + max(s.start + s.length for s in found)) / 2
+        base = -middle_of_all if forward else middle_of_all
     return [
         SolidSection(
             base + one.start if forward else base - one.start - one.length,
@@ -451,18 +429,6 @@ def _diameters(unit: GearUnit, source: int, name: str, plate: bool) -> tuple[flo
     given = [unit.view.number(source, one, "length") for one in names]
     values = [abs(number.si) for number in given if number is not None]
     return (values[0], values[-1]) if values else None
-
-
-def _off_axis(unit: GearUnit, member: StageMember, frame: PartFrame) -> float:
-    """Distance of a part's axis from that of its stage [m]: that of a pin, 0 of what is concentric."""
-    stage = unit.stage(member)
-    gear = next(iter(stage.central.values()))
-    middle = gear_place(unit.view, unit.places, gear, unit.view.shaft_of(gear))
-    if middle is None:
-        return 0.0
-    apart = minus(frame.place, middle)
-    axial = along(apart, unit.axis)
-    return math.sqrt(max(along(apart, apart) - axial**2, 0.0))
 
 
 def _gear_body(
@@ -512,31 +478,33 @@ def _additional(view: View, shaft: int) -> Inertia:
 
 def _cheeks(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
     """A carrier whose file has no plates: two steel discs of a quarter of the face width to beyond the pins."""
-    stage = unit.stage(member)
-    planet = unit.facts[stage.branches[0].gears[0]]
-    width = planet.width if not math.isnan(planet.width) else 10 * planet.module
-    outer = 2 * pin_radius + planet.reference / 2
-    discs = [SolidSection(start, width / 4, (outer, outer), (0.0, 0.0), STEEL) for start in (width / 2, -3 * width / 4)]
-    total = inertia_of(discs)
     extra = [_additional(unit.view, part) for part in member.parts]
     if any(one.mass for one in extra):
-        total = Inertia(*(sum(getattr(e, k) for e in extra) for k in ("mass", "polar", "tilt")))
-    else:
-        reason = (
-            "no plates in the file: two steel discs of a quarter of the face width, to half a planet beyond the pins"
-        )
-        for key in ("mass", "inertia", "tilt_inertia"):
-            unit.view.assume(member.parts[0], key, f"{member.path}.{key}", reason)
-    return _stated(total, extra, lumped=any(one.mass for one in extra))
+        return _stated([], extra)[1]
+    planet = unit.facts[unit.stage(member).branches[0].gears[0]]
+    width = planet.width if not math.isnan(planet.width) else 10 * planet.module
+    outer = 2 * pin_radius + planet.reference / 2
+    reason = "no plates in the file: two steel discs of a quarter of the face width, to half a planet beyond the pins"
+    for key in ("mass", "inertia", "tilt_inertia"):
+        unit.view.assume(member.parts[0], key, f"{member.path}.{key}", reason)
+    discs = [SolidSection(start, width / 4, (outer, outer), (0.0, 0.0), STEEL) for start in (width / 2, -3 * width / 4)]
+    return _stated(discs, [])[1]
 
 
-def _stated(total: Inertia, extra: Sequence[Inertia], *, lumped: bool) -> Table:
-    """Mass and inertias as texts: nine digits of what was integrated, all digits of what additional masses state."""
-    write = shown if lumped else lambda value: f"{value:.9g}"
-    table: Table = {"mass": f"{write(total.mass)} kg", "inertia": f"{write(total.polar)} kg m^2"}
-    if not lumped or any(one.tilt for one in extra):  # not stated: the model asks for it where a member tilts
-        table["tilt_inertia"] = f"{write(total.tilt)} kg m^2"
-    return table
+def _stated(sections: Sequence[SolidSection], extra: Sequence[Inertia]) -> tuple[float, Table]:
+    """Mass [kg] of sections and additional masses; with the inertias as texts of a model file.
+
+    Nine digits of what is integrated, all digits of what additional masses alone state.
+    """
+    solid = inertia_of(sections)
+    mass, polar, tilt = (
+        getattr(solid, key) + sum(getattr(one, key) for one in extra) for key in ("mass", "polar", "tilt")
+    )
+    write = (lambda value: f"{value:.9g}") if sections else shown
+    table: Table = {"mass": f"{write(mass)} kg", "inertia": f"{write(polar)} kg m^2"}
+    if sections or any(one.tilt for one in extra):  # not stated: the model asks for it where a member tilts
+        table["tilt_inertia"] = f"{write(tilt)} kg m^2"
+    return mass, table
 
 
 # solids of revolution -------------------------------------------------------------------------------------------------

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from ..errors import ModelError
 from .file import Component, Number, shown
 from .joint_tables import planet_bearings, support_table
-from .members import GearFacts, GearUnit, StageMember, gear_facts, gear_place, is_lumped, mass_table, normal_module
+from .members import GearFacts, GearUnit, StageMember, gear_facts, is_lumped, mass_table, normal_module
 from .stages import StageParts
 from .view import Vector, View, along, cross, minus
 
 Table = dict[str, object]
 _SAME_ANGLE = 0.01  # deg; files state places with 1e-12, angles by hand with a few digits
 _SAME_LENGTH = 1e-6  # m
+_HELIX = "helix_angle_reference_diameter"
+# attribute -> key of what the gears of a stage mostly share
+_SHARED = {"normal_module": "module", _HELIX: "helix_angle", "face_width": "face_width"}
+# attribute -> why it is only nearly the stiffness of the mesh
+_STIFFNESSES = {
+    "mean_mesh_stiffness_for_transverse_load_iso_6336_2019": "",
+    "mesh_stiffness_for_load_distribution_along_face_width": ("a value for the load along the face: taken as the mean"),
+}
+_PLACES = ("support_vector", "u_axis_vector", "w_axis_vector", "reference_component_for_position")
 
 
 def stage_table(unit: GearUnit, stage: StageParts, origin: Vector | None) -> Table:
@@ -26,7 +35,6 @@ def stage_table(unit: GearUnit, stage: StageParts, origin: Vector | None) -> Tab
     ------
     ModelError : planets on the axis of the stage, gears without teeth or module, a unit that is not known.
     """
-    members = [member for member in unit.members if member.stage == stage.name]
     path = f"stages.{stage.name}"
     table: Table = _angles(unit, stage, path)
     distance = _distance(unit, stage, path)
@@ -35,14 +43,18 @@ def stage_table(unit: GearUnit, stage: StageParts, origin: Vector | None) -> Tab
     table |= _shared(unit, stage, path)
     if stage.twins:
         table |= _herringbone(unit, stage, path)
-    pins = distance.si if distance is not None else _reference_distance(unit, stage)
-    for member in members:
-        table[member.name] = _member(unit, member, table, pins, origin)
-    _hands(unit, stage, table)
-    _shifts(unit, stage, table, distance)
+    if distance is not None:
+        pins = distance.si
+    else:  # without profile shift
+        planet, other = unit.facts[stage.branches[0].gears[0]], unit.facts[next(iter(stage.central.values()))]
+        pins = abs(other.reference + (-planet.reference if other.internal else planet.reference)) / 2
+    members = {m.name: _member(unit, m, table, pins, origin) for m in unit.members if m.stage == stage.name}
+    _hands(unit, stage, members)
+    _shifts(unit, stage, members, distance)
     meshes = {pair: mesh for pair in stage.meshes if (mesh := _mesh(unit, stage, pair))}
     if len(stage.planets) > 1:
         meshes = {pair: meshes.get(pair, {}) for pair in stage.meshes}
+    table |= members
     if meshes:
         table["meshes"] = meshes
     return table
@@ -51,15 +63,15 @@ def stage_table(unit: GearUnit, stage: StageParts, origin: Vector | None) -> Tab
 def _spokes(unit: GearUnit, stage: StageParts) -> list[Vector] | None:
     """From the axis of the stage to each planet, across the axis; None where a place is missing."""
     gear = next(iter(stage.central.values()))
-    middle = gear_place(unit.view, unit.places, gear, unit.view.shaft_of(gear))
+    middle = unit.view.gear_place(gear, unit.view.shaft_of(gear))
+    z = unit.axis
     found = []
     for branch in stage.branches:
-        place = gear_place(unit.view, unit.places, branch.gears[0], branch.shaft)
+        place = unit.view.gear_place(branch.gears[0], branch.shaft)
         if place is None or middle is None:
             return None
         apart = minus(place, middle)
-        axial = along(apart, unit.axis)
-        z = unit.axis
+        axial = along(apart, z)
         found.append((apart[0] - axial * z[0], apart[1] - axial * z[1], apart[2] - axial * z[2]))
     return found
 
@@ -83,20 +95,17 @@ def _angles(unit: GearUnit, stage: StageParts, path: str) -> Table:
     stated = _stated_angles(unit, stage)
     if x is not None:
         y = cross(unit.axis, x)
-        spokes = _spokes(unit, stage) or []
-        angles = [_clean(math.degrees(math.atan2(along(s, y), along(s, x)))) for s in spokes]
-        for branch, angle in zip(stage.branches, angles, strict=True):
-            unit.view.read(branch.gears[0], "support_vector", f"{path}.planet_angles", f"{angle:.9g} deg")
-        _compare(unit, stage, angles, stated)
+        angles = [_clean(math.degrees(math.atan2(along(s, y), along(s, x)))) for s in _spokes(unit, stage) or []]
+        source = "support_vector"
     elif stated is not None:
-        angles = stated
-        for branch, angle in zip(stage.branches, angles, strict=True):
-            unit.view.read(
-                branch.gears[0], "rotating_angle_around_neg_u_axis", f"{path}.planet_angles", f"{angle:.9g} deg"
-            )
+        angles, source = stated, "rotating_angle_around_neg_u_axis"
     else:
         unit.view.assume(stage.id, "support_vector", f"{path}.planets", "no places of the planets: equally spaced")
         return {"planets": count}
+    for branch, angle in zip(stage.branches, angles, strict=True):
+        unit.view.read(branch.gears[0], source, f"{path}.planet_angles", f"{angle:.9g} deg")
+    if x is not None and stated is not None:
+        _compare(unit, stage, angles, stated)
     if all(abs(angle - 360 * i / count) < 1e-9 for i, angle in enumerate(angles)):
         return {"planets": count}
     return {"planet_angles": f"[{', '.join(f'{angle:.12g}' for angle in angles)}] deg"}
@@ -120,20 +129,18 @@ def _stated_angles(unit: GearUnit, stage: StageParts) -> list[float] | None:
     return None
 
 
-def _compare(unit: GearUnit, stage: StageParts, angles: list[float], stated: list[float] | None) -> None:
+def _compare(unit: GearUnit, stage: StageParts, angles: list[float], stated: list[float]) -> None:
     """Tell where places and stated angles differ: the places count."""
-    if stated is None:
-        return
     mesh = next(meshes[0] for pair, meshes in stage.meshes.items() if pair.startswith("sun"))
     name = "rotating_angle_around_neg_u_axis"
 
-    def same(others: list[float]) -> bool:
-        apart = ((a - b + 180) % 360 - 180 for a, b in zip(angles, others, strict=True))
+    def same(sense: int) -> bool:
+        apart = ((a - sense * b + 180) % 360 - 180 for a, b in zip(angles, stated, strict=True))
         return all(abs(one) < _SAME_ANGLE for one in apart)
 
-    if same(stated):
+    if same(1):
         unit.view.read(mesh, name, f"stages.{stage.name}.planet_angles", "agrees with the places of the planets")
-    elif same([-angle for angle in stated]):
+    elif same(-1):
         unit.view.assume(mesh, name, "", "counts the other way round than the places of the planets, which are taken")
     else:
         unit.view.assume(mesh, name, "", "differs from the places of the planets, which are taken")
@@ -142,13 +149,11 @@ def _compare(unit: GearUnit, stage: StageParts, angles: list[float], stated: lis
 def _distance(unit: GearUnit, stage: StageParts, path: str) -> Number | None:
     """Centre distance of all meshes, else the distance of the planets from the axis; None where neither is given."""
     given = []
-    for meshes in stage.meshes.values():
-        for mesh in meshes:
-            number = unit.view.number(mesh, "center_distance", "length")
-            if number is not None:
-                given.append((mesh, abs(number)))
-    spokes = _spokes(unit, stage)
-    radii = [math.sqrt(along(spoke, spoke)) for spoke in spokes or []]
+    for mesh in (mesh for meshes in stage.meshes.values() for mesh in meshes):
+        number = unit.view.number(mesh, "center_distance", "length")
+        if number is not None:
+            given.append((mesh, abs(number)))
+    radii = [math.sqrt(along(spoke, spoke)) for spoke in _spokes(unit, stage) or []]
     if given:
         mesh, first = given[0]
         for other, number in given[1:]:
@@ -158,41 +163,25 @@ def _distance(unit: GearUnit, stage: StageParts, path: str) -> Number | None:
             unit.view.assume(mesh, "center_distance", "", "differs from the places of the planets: it counts")
         unit.view.read(mesh, "center_distance", f"{path}.centre_distance", first.text)
         return first
-    if radii:
-        number = Number(radii[0], f"{radii[0] * 1e3:.12g} mm")
-        gear = stage.branches[0].gears[0]
-        unit.view.read(gear, "support_vector", f"{path}.centre_distance", number.text)
-        return number
-    return None
-
-
-def _reference_distance(unit: GearUnit, stage: StageParts) -> float:
-    """Centre distance without profile shift [m]."""
-    planet = unit.facts[stage.branches[0].gears[0]]
-    other = unit.facts[next(iter(stage.central.values()))]
-    return abs(other.reference + (-planet.reference if other.internal else planet.reference)) / 2
+    if not radii:
+        return None
+    number = Number(radii[0], f"{radii[0] * 1e3:.12g} mm")
+    unit.view.read(stage.branches[0].gears[0], "support_vector", f"{path}.centre_distance", number.text)
+    return number
 
 
 def _shared(unit: GearUnit, stage: StageParts, path: str) -> Table:
     """What all gears of a stage have in common: module, helix angle, pressure angle, face width."""
-    gears = [*stage.central.values(), *stage.branches[0].gears]
+    gears = list(stage.gears.values())
     table: Table = {}
-    for name, key, show in (
-        ("normal_module", "module", _text),
-        ("helix_angle_reference_diameter", "helix_angle", _magnitude),
-        ("face_width", "face_width", _text),
-    ):
-        kind = "angle" if key == "helix_angle" else "length"
-        texts = {show(unit.view.number(gear, name, kind)) for gear in gears}
+    for name, key in _SHARED.items():
+        texts = {_text(unit.view, gear, name) for gear in gears}
         if len(texts) == 1 and (text := texts.pop()):
             table[key] = text
             for gear in gears:
                 unit.view.read(gear, name, f"{path}.{key}", text)
-    angles = {
-        _text(unit.view.number(f.id, "normal_pressure_angle", "angle"))
-        for gear in gears
-        for f in unit.view.flanks_of(gear)
-    }
+    flanks = [flank.id for gear in gears for flank in unit.view.flanks_of(gear)]
+    angles = {_text(unit.view, flank, "normal_pressure_angle") for flank in flanks}
     if len(angles) == 1 and (angle := angles.pop()):
         table["pressure_angle"] = angle
         unit.view.read(gears[0], "normal_pressure_angle", f"{path}.pressure_angle", angle)
@@ -201,12 +190,12 @@ def _shared(unit: GearUnit, stage: StageParts, path: str) -> Table:
     return table
 
 
-def _text(number: Number | None) -> str:
+def _text(view: View, component: int, name: str) -> str:
+    """A length or angle as a model file writes it; empty where it is not given, or a helix angle of 0."""
+    number = view.number(component, name, "angle" if "_angle" in name else "length")
+    if name == _HELIX:
+        return "" if number is None or not number.si else abs(number).text
     return "" if number is None else number.text
-
-
-def _magnitude(number: Number | None) -> str:
-    return "" if number is None or not number.si else abs(number).text
 
 
 def _herringbone(unit: GearUnit, stage: StageParts, path: str) -> Table:
@@ -216,13 +205,13 @@ def _herringbone(unit: GearUnit, stage: StageParts, path: str) -> Table:
         given = sorted(set(every) - set(stage.twins))
         raise ModelError("a stage with herringbone gears and others", path=f"component {stage.id}", given=given)
     gear = every[0]
-    frames = [unit.places.frame(one) for one in (gear, stage.twins[gear])]
+    left, right = unit.view.frame(gear), unit.view.frame(stage.twins[gear])
     table: Table = {"herringbone": True}
-    if frames[0] is not None and frames[1] is not None:
-        gap = abs(along(minus(frames[1].place, frames[0].place), unit.axis)) - unit.facts[gear].width
+    if left is not None and right is not None:
+        gap = abs(along(minus(right.place, left.place), unit.axis)) - unit.facts[gear].width
         if gap > 1e-9:
             table["gap"] = f"{gap * 1e3:.9g} mm"
-    unit.view.read(gear, "helix_angle_reference_diameter", f"{path}.herringbone", f"with component {stage.twins[gear]}")
+    unit.view.read(gear, _HELIX, f"{path}.herringbone", f"with component {stage.twins[gear]}")
     return table
 
 
@@ -241,14 +230,12 @@ def _member(unit: GearUnit, member: StageMember, stage_table: Table, pins: float
             unit.view.assume(member.gears[0], "mass", f"{member.path}.mass", reason)
     else:
         table |= mass_table(unit, member, pins)
-    if member.kind == "planet":
-        bearing = planet_bearings(unit, member) if member.name == "planet" else None
-        if bearing:
-            table["bearing"] = bearing
-    else:
+    if member.kind != "planet":
         support = support_table(unit, member)
         if support:
             table["support"] = support
+    elif member.name == "planet" and (bearing := planet_bearings(unit, member)):
+        table["bearing"] = bearing
     if member.centre is not None and origin is not None:
         station = along(minus(member.centre, origin), unit.axis)
         if abs(station) > _SAME_LENGTH:
@@ -256,11 +243,10 @@ def _member(unit: GearUnit, member: StageMember, stage_table: Table, pins: float
     return table
 
 
-def _hands(unit: GearUnit, stage: StageParts, table: Table) -> None:
+def _hands(unit: GearUnit, stage: StageParts, members: Mapping[str, Table]) -> None:
     """The hand of one gear of each chain in mesh; those of its mates follow, and are told where they do not."""
-    for place, planet in enumerate(stage.planets):
-        mates = [m for pair in stage.meshes if planet in pair.split("-") for m in pair.split("-") if m != planet]
-        chain = {mate: stage.central[mate] for mate in mates} | {planet: stage.branches[0].gears[place]}
+    for planet in stage.planets:
+        chain = {name: stage.gears[name] for name in (*stage.mates(planet), planet)}
         first: tuple[str, float] | None = None  # the helix that the planet must have, by the first gear
         for name, gear in chain.items():
             helix = unit.facts[gear].helix
@@ -270,41 +256,36 @@ def _hands(unit: GearUnit, stage: StageParts, table: Table) -> None:
             if first is None:
                 first = (name, as_planet)
                 hand = "right" if helix > 0 else "left"
-                _dict(table[name])["hand"] = hand
-                path = f"stages.{stage.name}.{name}.hand"
-                unit.view.read(gear, "helix_angle_reference_diameter", path, hand)
+                members[name]["hand"] = hand
+                unit.view.read(gear, _HELIX, f"stages.{stage.name}.{name}.hand", hand)
             elif first[1] * as_planet < 0:
-                reason = f"its sign does not fit that of {first[0]}, which counts"
-                unit.view.assume(gear, "helix_angle_reference_diameter", "", reason)
+                unit.view.assume(gear, _HELIX, "", f"its sign does not fit that of {first[0]}, which counts")
         for name, gear in chain.items():
             if unit.facts[gear].internal and first is not None and unit.facts[gear].helix * first[1] < 0:
                 reason = f"its sign is that of the other hand: {name} has the hand of its planets"
-                unit.view.assume(gear, "helix_angle_reference_diameter", "", reason)
+                unit.view.assume(gear, _HELIX, "", reason)
 
 
-def _shifts(unit: GearUnit, stage: StageParts, table: Table, distance: Number | None) -> None:
+def _shifts(unit: GearUnit, stage: StageParts, members: Mapping[str, Table], distance: Number | None) -> None:
     """Profile shifts that the file does not give: from the centre distance where it says them, else 0."""
-    path = f"stages.{stage.name}"
-    gear = {**stage.central, **dict(zip(stage.planets, stage.branches[0].gears, strict=True))}
-    missing = [name for name in gear if "profile_shift" not in _dict(table[name])]
     name = "addendum_modification_coefficient"
+
+    def unshifted(member: str) -> None:
+        members[member]["profile_shift"] = 0.0
+        path = f"stages.{stage.name}.{member}.profile_shift"
+        unit.view.assume(stage.gears[member], name, path, "not in the file: 0")
+
+    missing = [member for member in stage.gears if "profile_shift" not in members[member]]
     for planet in stage.planets:
-        mates = [m for pair in stage.meshes for m in pair.split("-") if planet in pair.split("-") and m != planet]
-        if planet in missing and (distance is None or all(mate in missing for mate in mates)):
-            _dict(table[planet])["profile_shift"] = 0.0
-            unit.view.assume(gear[planet], name, f"{path}.{planet}.profile_shift", "not in the file: 0")
+        if planet in missing and (distance is None or all(mate in missing for mate in stage.mates(planet))):
+            unshifted(planet)
             missing.remove(planet)
     for member in missing:
         if distance is not None:
-            unit.view.assume(gear[member], name, "", f"{path}.{member}.profile_shift follows from the centre distance")
+            reason = f"stages.{stage.name}.{member}.profile_shift follows from the centre distance"
+            unit.view.assume(stage.gears[member], name, "", reason)
         else:
-            _dict(table[member])["profile_shift"] = 0.0
-            unit.view.assume(gear[member], name, f"{path}.{member}.profile_shift", "not in the file: 0")
-
-
-def _dict(table: object) -> Table:
-    assert isinstance(table, dict)
-    return table
+            unshifted(member)
 
 
 def _mesh(unit: GearUnit, stage: StageParts, pair: str) -> Table:
@@ -312,29 +293,21 @@ def _mesh(unit: GearUnit, stage: StageParts, pair: str) -> Table:
     table: Table = {}
     meshes = stage.meshes[pair]
     path = f"stages.{stage.name}.meshes.{pair}"
-    gears = {**stage.central, **dict(zip(stage.planets, stage.branches[0].gears, strict=True))}
-    widths = [unit.facts[gears[name]].width for name in pair.split("-")]
-    for name, reason in (
-        ("mean_mesh_stiffness_for_transverse_load_iso_6336_2019", ""),
-        (
-            "mesh_stiffness_for_load_distribution_along_face_width",
-            "a value for the load along the face: taken as the mean",
-        ),
-    ):
-        numbers = _alike(unit, meshes, name, "stiffness_per_width")
-        if numbers is None or not numbers.si > 0:
+    for name, reason in _STIFFNESSES.items():
+        number = _alike(unit, meshes, name, "stiffness_per_width")
+        if number is None or not number.si > 0:
             continue
         common = unit.view.number(meshes[0], "common_face_width", "length")
-        least = min((w for w in widths if not math.isnan(w)), default=math.nan)
-        if common is not None and not abs(common.si - least) < _SAME_LENGTH:
-            table["stiffness"] = f"{shown(numbers.si * common.si)} N/m"
+        widths = [unit.facts[stage.gears[gear]].width for gear in pair.split("-")]
+        least = min((width for width in widths if not math.isnan(width)), default=math.nan)
+        if common is None or abs(common.si - least) < _SAME_LENGTH:
+            stiffness = number.text
         else:
-            table["stiffness"] = numbers.text
-        table["direction"] = "transverse"
-        table["variation"] = "contact-lines"
-        reason_of_variation = "the file has a mean stiffness: it varies with the length of the contact lines"
-        unit.view.assume(meshes[0], name, f"{path}.variation", reason_of_variation)
-        unit.view.read(meshes[0], name, f"{path}.stiffness", table["stiffness"])
+            stiffness = f"{shown(number.si * common.si)} N/m"
+        table |= {"stiffness": stiffness, "direction": "transverse", "variation": "contact-lines"}
+        varies = "the file has a mean stiffness: it varies with the length of the contact lines"
+        unit.view.assume(meshes[0], name, f"{path}.variation", varies)
+        unit.view.read(meshes[0], name, f"{path}.stiffness", stiffness)
         if reason:
             unit.view.assume(meshes[0], name, f"{path}.stiffness", reason)
         break
@@ -370,30 +343,25 @@ def gear_table(view: View, gears: Sequence[int], path: str, stage_table: Table) 
     gear, facts = gears[0], gear_facts(view, gears[0])
     table: Table = {"teeth": facts.teeth}
     view.read(gear, "number_of_teeth", f"{path}.teeth", facts.teeth)
-    module = normal_module(view, gear)
-    if stage_table.get("module") != module.text:
-        table["module"] = module.text
-        view.read(gear, "normal_module", f"{path}.module", module.text)
-    helix = view.number(gear, "helix_angle_reference_diameter", "angle")
-    slant = abs(helix).text if helix is not None and helix.si else None
-    if slant is not None and stage_table.get("helix_angle") != slant:
-        table["helix_angle"] = slant
-        view.read(gear, "helix_angle_reference_diameter", f"{path}.helix_angle", slant)
-    width = view.number(gear, "face_width", "length")
-    if width is not None and stage_table.get("face_width") != width.text:
-        table["face_width"] = width.text
-        view.read(gear, "face_width", f"{path}.face_width", width.text)
-    for name, key in (("tip_diameter", "tip_diameter"), ("root_diameter", "root_diameter")):
+    for name, key in _SHARED.items():
+        text = normal_module(view, gear).text if key == "module" else _text(view, gear, name)
+        if text and stage_table.get(key) != text:
+            table[key] = text
+            view.read(gear, name, f"{path}.{key}", text)
+    for name in ("tip_diameter", "root_diameter"):
         number = view.number(gear, name, "length")
         if number is not None:
-            table[key] = abs(number).text
-            view.read(gear, name, f"{path}.{key}", abs(number).text)
+            table[name] = abs(number).text
+            view.read(gear, name, f"{path}.{name}", abs(number).text)
     table |= _coefficients(view, gear, path, facts)
     flanks = view.flanks_of(gear)
     table |= _profile(view, flanks, path, stage_table)
-    modified = _modifications(view, flanks, facts, path)
-    if modified:
-        table["flank"] = modified
+    modified = [_flank_table(view, flank, facts, f"{path}.flank") for flank in flanks]
+    if len(modified) == 2 and modified[0] != modified[1]:
+        reason = "left and right flank differ: that of the left flank is taken for the loaded one"
+        view.assume(flanks[0].id, "flank", f"{path}.flank" if modified[0] else "", reason)
+    if modified and modified[0]:
+        table["flank"] = modified[0]
     for other in gears[1:]:
         _mark_alike(view, gear, other)
     return table
@@ -405,33 +373,34 @@ def _mark_alike(view: View, gear: int, other: int) -> None:
     pairs += list(zip((f.id for f in view.flanks_of(gear)), (f.id for f in view.flanks_of(other)), strict=False))
     for a, b in pairs:
         for name in list(view.asked.get(a, ())):
-            mine, theirs = view.components[a].attributes.get(name), view.value(b, name)
-            if name in ("support_vector", "u_axis_vector", "w_axis_vector", "reference_component_for_position"):
-                continue
-            if theirs is not None and (mine is None or mine.value != theirs):
+            first, second = view.components[a].attributes.get(name), view.value(b, name)
+            differs = second is not None and (first is None or first.value != second)
+            if differs and name not in _PLACES:
                 view.lose(b, name, f"differs from that of component {a}, which counts for all planets")
 
 
 def _coefficients(view: View, gear: int, path: str, facts: GearFacts) -> Table:
     """Addendum of the gear; dedendum and rounding from the tool that cuts it."""
     table: Table = {}
+    given = view.components[gear].attributes
+
+    def read(component: int, name: str, key: str, number: Number) -> None:
+        table[key] = number.si
+        view.read(component, name, f"{path}.{key}", number.text)
+
     addendum = view.number(gear, "addendum_coefficient_basic_profile", "ratio")
-    if addendum is not None and "tip_diameter" not in view.components[gear].attributes:
-        table["addendum"] = addendum.si
-        view.read(gear, "addendum_coefficient_basic_profile", f"{path}.addendum", addendum.text)
+    if addendum is not None and "tip_diameter" not in given:
+        read(gear, "addendum_coefficient_basic_profile", "addendum", addendum)
     elif math.isnan(facts.tip):
         view.assume(gear, "tip_diameter", "", "tip diameter not given: addendum 1 module")
-    for tool in _tools(view, gear):
+    for tool in _tools(view, gear)[:1]:
         root = view.number(tool.id, "addendum_coefficient_reference_profile", "ratio")
-        if root is not None and "root_diameter" not in view.components[gear].attributes and 0.2 < root.si < 5:
-            table["dedendum"] = root.si
-            view.read(tool.id, "addendum_coefficient_reference_profile", f"{path}.dedendum", root.text)
+        if root is not None and "root_diameter" not in given and 0.2 < root.si < 5:
+            read(tool.id, "addendum_coefficient_reference_profile", "dedendum", root)
         if tool.type == "rack_shaped_tool":
             rounding = view.number(tool.id, "tip_radius_factor", "ratio")
             if rounding is not None and 0 <= rounding.si <= 1:
-                table["tip_rounding"] = rounding.si
-                view.read(tool.id, "tip_radius_factor", f"{path}.tip_rounding", rounding.text)
-        break
+                read(tool.id, "tip_radius_factor", "tip_rounding", rounding)
     return table
 
 
@@ -462,15 +431,6 @@ def _profile(view: View, flanks: Sequence[Component], path: str, stage_table: Ta
                 table["profile_shift"] = shift.si
                 view.read(flank.id, name, f"{path}.profile_shift", shift.text)
     return table
-
-
-def _modifications(view: View, flanks: Sequence[Component], facts: GearFacts, path: str) -> Table:
-    """Flank modifications that a model file has: reliefs and crowning, of both flanks or those of the left one."""
-    tables = [_flank_table(view, flank, facts, f"{path}.flank") for flank in flanks]
-    if len(tables) == 2 and tables[0] != tables[1]:
-        reason = "left and right flank differ: that of the left flank is taken for the loaded one"
-        view.assume(flanks[0].id, "flank", f"{path}.flank" if tables[0] else "", reason)
-    return tables[0] if tables else {}
 
 
 def _flank_table(view: View, flank: Component, facts: GearFacts, path: str) -> Table:

@@ -6,14 +6,53 @@ Support vectors in nested reference frames become points and axes of the gear un
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from ..errors import ModelError
-from .file import Attribute, Component, Number, Relation, RexsFile, Value, number_of
+from .file import Component, Number, Relation, RexsFile, Value, number_in, number_of
 
-_Index = Mapping[int, tuple[int, ...]]
-_Types = Mapping[str, tuple[int, ...]]
+Vector = tuple[float, float, float]
+_Index = Mapping[int, Sequence[int]]
+_MOST_FRAMES = 50  # references nested deeper than any gear unit: a loop
+
+
+def along(a: Vector, b: Vector) -> float:
+    """Scalar product."""
+    return math.fsum(x * y for x, y in zip(a, b, strict=True))
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Vector product."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def minus(a: Vector, b: Vector) -> Vector:
+    """Difference."""
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+@dataclass(frozen=True, slots=True)
+class PartFrame:
+    """A place [m] and the axes u, v, w of a component, in the frame of the gear unit."""
+
+    place: Vector
+    u: Vector
+    v: Vector
+    w: Vector
+
+    def turned(self, vector: Vector) -> Vector:
+        """A vector given along the axes."""
+        u, v, w = self.u, self.v, self.w
+        x, y, z = vector
+        return (
+            x * u[0] + y * v[0] + z * w[0],
+            x * u[1] + y * v[1] + z * w[1],
+            x * u[2] + y * v[2] + z * w[2],
+        )
+
+
+_UNIT = PartFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,22 +77,23 @@ class View:
     assembled : assembly -> its parts.  assemblies : part -> what it is assembled to.
     references : origin -> referenced.  flanks : gear -> left and right flank.  by_type : relations by their type.
     entries, assumptions, losses : each entry once, in the order of the questions.
-    asked : component -> attributes that were asked for.
+    asked : component -> attributes that were asked for.  frames : of components, found when asked.
     unread : stages without planets, which are not read -> their two gears.
     """
 
     file: RexsFile
     components: Mapping[int, Component]
-    types: _Types
+    types: Mapping[str, Sequence[int]]
     assembled: _Index
     assemblies: _Index
     references: _Index
     flanks: _Index
-    by_type: Mapping[str, tuple[Relation, ...]]
+    by_type: Mapping[str, Sequence[Relation]]
     entries: dict[Entry, None] = field(default_factory=dict)
     assumptions: dict[Entry, None] = field(default_factory=dict)
     losses: dict[Entry, None] = field(default_factory=dict)
     asked: dict[int, dict[str, None]] = field(default_factory=dict)
+    frames: dict[int, PartFrame | None] = field(default_factory=dict)
     unread: dict[int, tuple[int, int]] = field(default_factory=dict)
 
     def of_type(self, *types: str) -> list[Component]:
@@ -63,6 +103,10 @@ class View:
     def relations(self, *types: str) -> Iterable[Relation]:
         """Relations of some types, in the order of the file."""
         return (relation for kind in types for relation in self.by_type.get(kind, ()))
+
+    def shafts(self, relation: str, stage: int) -> list[int]:
+        """Shafts that relations of a type join to a planetary stage, each once."""
+        return list(_index_of(self.relations(relation), "planetary_stage", "shaft").get(stage, ()))
 
     def parts(self, assembly: int, *types: str) -> list[int]:
         """Parts of an assembly, of some component types or of all."""
@@ -107,6 +151,82 @@ class View:
         """``53 (cylindrical_gear)``."""
         return f"{component} ({self.components[component].type})"
 
+    def frame(self, component: int) -> PartFrame | None:
+        """Frame of a component; None where the file gives no place.
+
+        Raises
+        ------
+        ModelError : no vector of three numbers, axes without direction, references in a circle.
+        """
+        return self._frame(component, 0)
+
+    def on_shaft(self, component: int, shaft: int, coordinate: str) -> Vector | None:
+        """Place of what sits on a shaft: its own, else its coordinate along the shaft."""
+        own = self.frame(component)
+        if own is not None:
+            return own.place
+        base, there = self.frame(shaft), self.number(component, coordinate, "length")
+        if base is None or there is None:
+            return None if base is None else base.place  # where along the shaft is not said
+        (x, y, z), u, length = base.place, base.u, there.si
+        return (x + u[0] * length, y + u[1] * length, z + u[2] * length)
+
+    def gear_place(self, gear: int, shaft: int | None) -> Vector | None:
+        """Centre of a gear: its own place, else that on its shaft."""
+        if shaft is not None:
+            return self.on_shaft(gear, shaft, "u_coordinate_on_shaft")
+        frame = self.frame(gear)
+        return None if frame is None else frame.place
+
+    def _frame(self, component: int, depth: int) -> PartFrame | None:
+        if component in self.frames:
+            return self.frames[component]
+        if depth > _MOST_FRAMES:
+            raise ModelError("references of position in a circle", path=f"component {self.label(component)}")
+        place = self._vector(component, "support_vector")
+        base = _UNIT
+        reference = self.value(component, "reference_component_for_position")
+        if isinstance(reference, (int, float)) and not isinstance(reference, bool) and int(reference) != component:
+            if int(reference) in self.components:
+                base = self._frame(int(reference), depth + 1) or _UNIT
+        frame = None
+        if place is not None:
+            u = self._axis(component, "u_axis_vector", (1.0, 0.0, 0.0))
+            w = self._axis(component, "w_axis_vector", (0.0, 0.0, 1.0))
+            origin, absolute = base.place, base.turned(place)
+            axis, third = base.turned(u), base.turned(w)
+            centre = (origin[0] + absolute[0], origin[1] + absolute[1], origin[2] + absolute[2])
+            frame = PartFrame(centre, axis, cross(third, axis), third)
+        self.frames[component] = frame
+        return frame
+
+    def _vector(self, component: int, name: str) -> Vector | None:
+        """A vector attribute as lengths in SI; None where it is not given."""
+        value = self.value(component, name)
+        if value is None:
+            return None
+        where = f"component {self.label(component)}, {name}"
+        shown = list(value) if isinstance(value, tuple) else value
+        if not isinstance(value, tuple) or len(value) != 3:
+            raise ModelError("not a vector", path=where, given=shown, allowed="an array of three numbers")
+        unit = self.components[component].attributes[name].unit
+        numbers = []
+        for entry in value:
+            if entry is None:
+                raise ModelError("not a vector", path=where, given=shown, allowed="an array of three numbers")
+            numbers.append(number_in(entry, unit, "length", where).si)
+        return (numbers[0], numbers[1], numbers[2])
+
+    def _axis(self, component: int, name: str, default: Vector) -> Vector:
+        """A direction of length 1; its unit means nothing."""
+        vector = self._vector(component, name)
+        if vector is None:
+            return default
+        size = math.sqrt(along(vector, vector))
+        if not size > 1e-30:
+            raise ModelError("a direction of length 0", path=f"component {self.label(component)}, {name}")
+        return (vector[0] / size, vector[1] / size, vector[2] / size)
+
 
 def view_of(file: RexsFile, load_case: int | None) -> View:
     """The view of a file, with the attributes of a load case laid over.
@@ -122,9 +242,8 @@ def view_of(file: RexsFile, load_case: int | None) -> View:
             ids = ", ".join(str(c.id) for c in file.load_cases[:20]) or "none in this file"
             raise ModelError("no such load case", path="load_case", given=load_case, allowed=ids)
         for over in case.components:
-            if over.id in components:
-                merged = {**components[over.id].attributes, **over.attributes}
-                components[over.id] = replace(components[over.id], attributes=merged)
+            if (base := components.get(over.id)) is not None:
+                components[over.id] = replace(base, attributes={**base.attributes, **over.attributes})
     types: dict[str, list[int]] = {}
     for number in sorted(components):
         types.setdefault(components[number].type, []).append(number)
@@ -133,159 +252,28 @@ def view_of(file: RexsFile, load_case: int | None) -> View:
         by_type.setdefault(relation.type, []).append(relation)
     assemblies = [*by_type.get("assembly", ()), *by_type.get("ordered_assembly", ())]
     references = [*by_type.get("reference", ()), *by_type.get("ordered_reference", ())]
-    flanks: dict[int, tuple[int, ...]] = {}
+    flanks: dict[int, list[int]] = {}
     for relation in by_type.get("flank", ()):
         gear, sides = relation.part("gear"), (relation.part("left"), relation.part("right"))
         if gear is not None:
-            flanks.setdefault(gear, tuple(side for side in sides if side is not None))
+            flanks.setdefault(gear, [side for side in sides if side is not None])
     return View(
         file=file,
         components=components,
-        types={kind: tuple(ids) for kind, ids in types.items()},
-        assembled=_index(assemblies, "assembly", "part"),
-        assemblies=_index(assemblies, "part", "assembly"),
-        references=_index(references, "origin", "referenced"),
+        types=types,
+        assembled=_index_of(assemblies, "assembly", "part"),
+        assemblies=_index_of(assemblies, "part", "assembly"),
+        references=_index_of(references, "origin", "referenced"),
         flanks=flanks,
-        by_type={kind: tuple(found) for kind, found in by_type.items()},
+        by_type=by_type,
     )
 
 
-def _index(relations: Iterable[Relation], key: str, value: str) -> _Index:
+def _index_of(relations: Iterable[Relation], key: str, value: str) -> _Index:
     """Components in one role by that in another, each once."""
-    found: dict[int, dict[int, None]] = {}
+    index: dict[int, dict[int, None]] = {}
     for relation in relations:
         a, b = relation.part(key), relation.part(value)
         if a is not None and b is not None:
-            found.setdefault(a, {})[b] = None
-    return {a: tuple(parts) for a, parts in found.items()}
-
-
-# frames ---------------------------------------------------------------------------------------------------------------
-
-Vector = tuple[float, float, float]
-_MOST_FRAMES = 50  # references nested deeper than any gear unit: a loop
-
-
-@dataclass(frozen=True, slots=True)
-class PartFrame:
-    """A place [m] and the axes u, v, w of a component, in the frame of the gear unit."""
-
-    place: Vector
-    u: Vector
-    v: Vector
-    w: Vector
-
-
-_UNIT = PartFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
-
-def along(a: Vector, b: Vector) -> float:
-    """Scalar product."""
-    return math.fsum(x * y for x, y in zip(a, b, strict=True))
-
-
-def cross(a: Vector, b: Vector) -> Vector:
-    """Vector product."""
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-def minus(a: Vector, b: Vector) -> Vector:
-    """Difference."""
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
-
-
-@dataclass(slots=True)
-class Places:
-    """Frames of components, found when asked."""
-
-    view: View
-    _known: dict[int, PartFrame | None] = field(default_factory=dict)
-
-    def frame(self, component: int) -> PartFrame | None:
-        """Frame of a component; None where the file gives no place.
-
-        Raises
-        ------
-        ModelError : no vector of three numbers, axes without direction, references in a circle.
-        """
-        return self._frame(component, 0)
-
-    def on_shaft(self, component: int, shaft: int, coordinate: str) -> Vector | None:
-        """Place of what sits on a shaft: its own, else its coordinate along the shaft."""
-        own = self.frame(component)
-        if own is not None:
-            return own.place
-        base, there = self.frame(shaft), self.view.number(component, coordinate, "length")
-        if base is None or there is None:
-            return None if base is None else base.place  # where along the shaft is not said
-        (x, y, z), u, length = base.place, base.u, there.si
-        return (x + u[0] * length, y + u[1] * length, z + u[2] * length)
-
-    def _frame(self, component: int, depth: int) -> PartFrame | None:
-        if component in self._known:
-            return self._known[component]
-        if depth > _MOST_FRAMES:
-            raise ModelError("references of position in a circle", path=f"component {self.view.label(component)}")
-        place = self._vector(component, "support_vector", "length")
-        base: PartFrame | None = _UNIT
-        reference = self.view.value(component, "reference_component_for_position")
-        if isinstance(reference, (int, float)) and not isinstance(reference, bool) and int(reference) != component:
-            if int(reference) in self.view.components:
-                base = self._frame(int(reference), depth + 1) or _UNIT
-        frame = None if place is None else self._in(base or _UNIT, place, component)
-        self._known[component] = frame
-        return frame
-
-    def _in(self, base: PartFrame, place: Vector, component: int) -> PartFrame:
-        """A frame given in another one."""
-        u = self._axis(component, "u_axis_vector", (1.0, 0.0, 0.0))
-        w = self._axis(component, "w_axis_vector", (0.0, 0.0, 1.0))
-        absolute = _turned(base, place)
-        origin = base.place
-        axis, third = _turned(base, u), _turned(base, w)
-        return PartFrame(
-            (origin[0] + absolute[0], origin[1] + absolute[1], origin[2] + absolute[2]),
-            axis,
-            cross(third, axis),
-            third,
-        )
-
-    def _vector(self, component: int, name: str, kind: str) -> Vector | None:
-        """A vector attribute in SI; None where it is not given."""
-        value = self.view.value(component, name)
-        if value is None:
-            return None
-        where = f"component {self.view.label(component)}, {name}"
-        if not isinstance(value, tuple) or len(value) != 3:
-            shown = list(value) if isinstance(value, tuple) else value
-            raise ModelError("not a vector", path=where, given=shown, allowed="an array of three numbers")
-        owner = self.view.components[component]
-        unit = owner.attributes[name].unit
-        numbers = []
-        for entry in value:
-            read = number_of(Component(component, owner.type, "", {name: Attribute(name, entry, unit)}), name, kind)
-            if read is None:
-                raise ModelError("not a vector", path=where, given=list(value), allowed="an array of three numbers")
-            numbers.append(read.si)
-        return (numbers[0], numbers[1], numbers[2])
-
-    def _axis(self, component: int, name: str, default: Vector) -> Vector:
-        """A direction of length 1; its unit means nothing."""
-        vector = self._vector(component, name, "length")
-        if vector is None:
-            return default
-        size = math.sqrt(along(vector, vector))
-        if not size > 1e-30:
-            raise ModelError("a direction of length 0", path=f"component {self.view.label(component)}, {name}")
-        return (vector[0] / size, vector[1] / size, vector[2] / size)
-
-
-def _turned(base: PartFrame, vector: Vector) -> Vector:
-    """A vector given along the axes of a frame."""
-    u, v, w = base.u, base.v, base.w
-    x, y, z = vector
-    return (
-        x * u[0] + y * v[0] + z * w[0],
-        x * u[1] + y * v[1] + z * w[1],
-        x * u[2] + y * v[2] + z * w[2],
-    )
+            index.setdefault(a, {})[b] = None
+    return {a: tuple(parts) for a, parts in index.items()}
