@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,64 +19,15 @@ from ..document.units import Bounds, read_quantity
 from ..errors import ConvergenceError, ModelError
 from ..questions.sharing.definitions import known_mean_loads
 from ..rexs.file import Value
+from ..rexs.members import Inertia, SolidSection, inertia_of
 from ..system.assembly import assemble
 from ..system.system import faces
 from ..teeth.flank import PLAIN, Flank
 from ..train.bodies import Body, GearData, Link, Mesh
 from ..train.train import Train
-from .draft import RIGID, Attributes, Draft, in_unit, place
+from .draft import RIGID, Attributes, Draft, GearPart, Key, ShaftPart, in_unit, middle, place
 
 # shafts ---------------------------------------------------------------------------------------------------------------
-
-Key = tuple[str, str | None]
-"""A gear: name of its body, and left or right of a herringbone gear in one body, else None."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GearPart:
-    """One helix of a gear.
-
-    key, body.  hand : +1 right, -1 left, 0 spur.  station : its middle [m].
-    """
-
-    key: Key
-    body: Body
-    hand: int
-    station: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ShaftPart:
-    """Bodies that turn together in one shaft.
-
-    name : member, with its branch.  bodies : the halves of a split member, the gears of a stepped planet, or one.
-    gears : from left to right.  mass [kg], inertia, tilt_inertia [kg m^2], nan where not known.  start : left end [m].
-    """
-
-    name: str
-    bodies: tuple[Body, ...]
-    gears: tuple[GearPart, ...]
-    mass: float
-    inertia: float
-    tilt_inertia: float
-    start: float
-
-    @property
-    def first(self) -> Body:
-        """The body whose place is that of the shaft."""
-        return self.bodies[0]
-
-    @property
-    def station(self) -> float:
-        """Axial place of its tilt inertia [m]: between the halves of a member, else at its first gear."""
-        return _middle(self.bodies)
-
-
-def _middle(bodies: tuple[Body, ...]) -> float:
-    """Axial place between the halves of a member, else of the first body [m]."""
-    first = bodies[0]
-    alike = [body.station for body in bodies if body.member == first.member]
-    return math.fsum(alike) / len(alike)
 
 
 def shafts_of(train: Train, draft: Draft) -> tuple[ShaftPart, ...]:
@@ -141,7 +91,7 @@ def _gears(body: Body, hands: Mapping[Key, int]) -> list[GearPart]:
 
 def _shaft(bodies: tuple[Body, ...], hands: Mapping[Key, int]) -> ShaftPart:
     gears = tuple(sorted((g for body in bodies for g in _gears(body, hands)), key=lambda gear: gear.station))
-    middle, first = _middle(bodies), bodies[0]
+    centre, first = middle(bodies), bodies[0]
     name = first.member if first.branch is None else f"{first.member} {first.branch}"
     ends = [gear.station - ((gear.body.gear.face_width if gear.body.gear else None) or 0.0) / 2 for gear in gears]
     return ShaftPart(
@@ -150,9 +100,101 @@ def _shaft(bodies: tuple[Body, ...], hands: Mapping[Key, int]) -> ShaftPart:
         gears=gears,
         mass=math.fsum(body.mass for body in bodies),
         inertia=math.fsum(body.inertia for body in bodies),
-        tilt_inertia=math.fsum(b.tilt_inertia + b.mass * (b.station - middle) ** 2 for b in bodies),
-        start=min(ends, default=middle),
+        tilt_inertia=math.fsum(b.tilt_inertia + b.mass * (b.station - centre) ** 2 for b in bodies),
+        start=min(ends, default=centre),
     )
+
+
+def add_carriers(train: Train, draft: Draft, stages: Mapping[str, int]) -> dict[str, int]:
+    """Add the planet carrier of each stage that has one; by member."""
+    found: dict[str, int] = {}
+    for body in train.bodies:
+        stage = body.member.split(".")[0]
+        if body.kind == "carrier" and body.member not in found and stage in stages:
+            found[body.member] = draft.add("planet_carrier", body.member)
+            draft.relate("assembly", assembly=stages[stage], part=found[body.member])
+    return found
+
+
+def add_shaft(train: Train, draft: Draft, shaft: ShaftPart, unit: int, material: int) -> int:
+    """Add a shaft with its place, speed, material, rim and what the rim leaves of its mass; its id."""
+    attributes: Attributes = {**place(shaft.start, *shaft.first.centre), **speed_of(train, shaft)}
+    number = draft.add("shaft", shaft.name, attributes)
+    draft.relate("assembly", assembly=unit, part=number)
+    draft.relate("reference", origin=number, referenced=material)
+    for body in shaft.bodies:
+        if not (math.isfinite(body.mass) and math.isfinite(body.inertia)):
+            where = f"stages.{body.member}" if "." in body.member else f"bodies.{body.member}"
+            draft.drop(f"{where}.mass", "not in the model: the file has none either")
+    whole = Inertia(shaft.mass, shaft.inertia, shaft.tilt_inertia)
+    left = _beside_rim(draft, shaft, number, material, whole)
+    tilt = left.tilt if math.isfinite(left.tilt) else None
+    if math.isfinite(left.polar) and max(left.mass, left.polar, tilt or 0.0) > 0:
+        mass: Attributes = {
+            "u_coordinate_on_shaft": (in_unit(shaft.station - shaft.start, 1e-3), "mm"),
+            "mass": (left.mass, "kg"),
+            "moment_of_inertia_u_axis": (left.polar, "kg m^2"),
+            "moment_of_inertia_v_axis": (tilt, "kg m^2"),
+            "moment_of_inertia_w_axis": (tilt, "kg m^2"),
+        }
+        draft.relate("assembly", assembly=number, part=draft.add("additional_mass", f"{shaft.name} mass", mass))
+    return number
+
+
+def _beside_rim(draft: Draft, shaft: ShaftPart, number: int, material: int, whole: Inertia) -> Inertia:
+    """Add the rim of a ring, from its pitch circle out, as a section of its shaft; mass and inertias that it leaves.
+
+    Where these would be negative or are not known, no section is written, which is noted: all is left.
+    """
+    outer, gear = shaft.first.outer_radius, shaft.first.gear
+    if outer is None or gear is None:
+        return whole
+    length = max(g.station for g in shaft.gears) + (gear.face_width or 0.0) / 2 - shaft.start
+    density = draft.components[material - 1].attributes["density"].value
+    assert isinstance(density, float)
+    diameters = (2 * outer, 2 * outer), (2 * gear.reference_radius, 2 * gear.reference_radius)
+    solid = inertia_of([SolidSection(shaft.start - shaft.station, length, *diameters, 1e3 * density)])
+    pairs = ((whole.mass, solid.mass), (whole.polar, solid.polar), (whole.tilt, solid.tilt))
+    rest = [0.0 if abs(all_ - own) <= 1e-9 * all_ else all_ - own for all_, own in pairs]  # beside rounding
+    if not all(value >= 0 for value in rest):
+        draft.drop(
+            f"stages.{shaft.first.member}.rim", "more than the mass and inertias stated: these alone are written"
+        )
+        return whole
+    section: Attributes = {"u_coordinate_on_shaft": (0.0, "mm"), "length": (in_unit(length, 1e-3), "mm")}
+    for name, (diameter, _) in zip(("outer_diameter", "inner_diameter"), diameters, strict=True):
+        section = {**section, **{f"{name}_{end}": (in_unit(diameter, 1e-3), "mm") for end in ("begin", "end")}}
+    draft.relate("assembly", assembly=number, part=draft.add("shaft_section", f"{shaft.name} rim", section))
+    return Inertia(*rest)
+
+
+def add_to_stage(
+    draft: Draft,
+    shaft: ShaftPart,
+    number: int,
+    stages: Mapping[str, int],
+    carriers: Mapping[str, int],
+    pins: dict[str, int],
+) -> None:
+    """Relate a shaft to its stage; a planet that a carrier carries gets its pin."""
+    body = shaft.first
+    stage = stages.get(body.member.split(".")[0])
+    if stage is None:
+        return
+    if body.kind == "planet":
+        draft.relate("planet_shaft", planetary_stage=stage, shaft=number)
+        if body.carried_by is not None:
+            pin = draft.add("shaft", f"{shaft.name} pin", place(shaft.start, *body.centre))
+            draft.relate("planet_pin", planetary_stage=stage, shaft=pin)
+            name = body.member.split(".")[0]
+            carrier = next(number for member, number in carriers.items() if member.split(".")[0] == name)
+            draft.relate("assembly", assembly=carrier, part=pin)
+            pins |= {one.name: pin for one in shaft.bodies}
+    elif body.member in carriers:
+        draft.relate("planet_carrier_shaft", planetary_stage=stage, shaft=number)
+        draft.relate("assembly", assembly=carriers[body.member], part=number)
+    else:
+        draft.relate("central_shaft", planetary_stage=stage, shaft=number)
 
 
 # joints ---------------------------------------------------------------------------------------------------------------
