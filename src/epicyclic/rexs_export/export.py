@@ -22,20 +22,8 @@ from ..results.files import package_version, whole_file
 from ..rexs.file import RexsFile
 from ..rexs.writing import encoding_of, rexs_bytes
 from ..train.train import Train
-from .components import (
-    add_carriers,
-    add_gears,
-    add_joints,
-    add_loads,
-    add_meshes,
-    add_shaft,
-    add_to_stage,
-    gravity_of,
-    material_of,
-    mesh_load_factors,
-    shafts_of,
-)
-from .draft import Draft, Dropped, Key, ShaftPart, place
+from .components import add_carriers, add_joints, add_loads, add_meshes, add_shafts, gravity_of
+from .draft import Attributes, Draft, Dropped, place
 
 VERSION = "1.7"
 _NO_DATE = datetime(1970, 1, 1, tzinfo=UTC)
@@ -105,34 +93,25 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
     ModelError : planets that mesh with each other; gears that do not fit their places.
     """
     _check(train)
-    draft = Draft()
-    unit = draft.add("gear_unit", train.title, {**place(0.0), "number_of_gears": (1, "none"),
-                     "gear_shift_index": (1, "none"), **gravity_of(train)})  # fmt: skip
-    casing = draft.add("gear_casing", "casing")
-    draft.relate("assembly", assembly=unit, part=casing)
-    materials: dict[object, int] = {}
+    draft = Draft(train)
+    shifts: Attributes = {"number_of_gears": (1, "none"), "gear_shift_index": (1, "none")}
+    draft.unit = draft.add("gear_unit", train.title, {**place(0.0), **shifts, **gravity_of(train)})
+    draft.casing = draft.add("gear_casing", "casing")
+    draft.relate("assembly", assembly=draft.unit, part=draft.casing)
     # gears on parallel axes mesh in a cylindrical_stage of no planetary stage
     epicyclic = {body.member.split(".")[0] for body in train.bodies if body.kind == "planet"}
-    stages = {name: draft.add("planetary_stage", name) for name in train.planets if name in epicyclic}
+    draft.stages = {name: draft.add("planetary_stage", name) for name in train.planets if name in epicyclic}
     for name in train.planets:
         if name not in epicyclic:
-            draft.drop(
-                f"stages.{name}", "written as cylindrical_stage; `epicyclic import` reads planetary stages alone"
-            )
-    for number in stages.values():
-        draft.relate("assembly", assembly=unit, part=number)
-    carriers = add_carriers(train, draft, stages)
-    shafts: dict[str, tuple[ShaftPart, int]] = {}
-    gears: dict[Key, int] = {}
-    pins: dict[str, int] = {}
-    for shaft in shafts_of(train, draft):
-        number = add_shaft(train, draft, shaft, unit, material_of(train, draft, shaft.first, materials))
-        shafts |= {body.name: (shaft, number) for body in shaft.bodies}
-        add_to_stage(draft, shaft, number, stages, carriers, pins)
-        gears |= add_gears(train, draft, shaft, number, materials)
-    add_joints(train, draft, shafts, pins, casing)
-    add_meshes(train, draft, stages, unit, gears, mesh_load_factors(train, draft))
-    add_loads(train, draft, shafts)
+            reason = "written as cylindrical_stage; `epicyclic import` reads planetary stages alone"
+            draft.drop(f"stages.{name}", reason)
+    for number in draft.stages.values():
+        draft.relate("assembly", assembly=draft.unit, part=number)
+    add_carriers(draft)
+    add_shafts(draft)
+    add_joints(draft)
+    add_meshes(draft)
+    add_loads(draft)
     file = RexsFile(
         version=VERSION,
         application="epicyclic",
@@ -156,10 +135,11 @@ def _check(train: Train) -> None:
         worked = mesh.radius_b - mesh.radius_a if mesh.internal else mesh.radius_a + mesh.radius_b
         # far above rounding, far below any tolerance of a centre distance
         if abs(distance - worked) > 1e-6 * distance:
-            problem = f"gears that do not fit their places: they work at a centre distance of {worked * 1e3:.7g} mm"
-            given = f"{distance * 1e3:.7g} mm"
             raise ModelError(
-                problem, path=f"{mesh.pair}.centre_distance", given=given, allowed="one geometry of all gears"
+                f"gears that do not fit their places: they work at a centre distance of {worked * 1e3:.7g} mm",
+                path=f"{mesh.pair}.centre_distance",
+                given=f"{distance * 1e3:.7g} mm",
+                allowed="one geometry of all gears",
             )
 
 
@@ -182,7 +162,10 @@ _CARRIED = re.compile(
     r"|couplings\.[\w-]+\.(?:between|radial|x|y|z|tilt|rx|ry|rz|radius)"
     r"|operation\.(?:held|gravity|(?:speed|torque|power)\..+)"
 )
-_FOLLOWS = re.compile(r".*\.(?:clearance|exponent|friction|damping|table|load|law)(?:\..*)?")
+# assumptions, costs and deviations as the entry they belong to
+_ENTRY = re.compile(
+    r"^(assumed|tolerance\.cost)\..*|^(deviations\b.*)\.(?:amplitude|phase|order|seed|value|frequency)$"
+)
 _REASONS = (
     (r"assumed\..*", "what is assumed is written like what is given"),
     (r"(?:doi|notes)$", "a text of the model file"),
@@ -196,35 +179,18 @@ _REASONS = (
     (r".*\.(?:neck|shaft)(?:\..*)?$", "one rigid shaft in the file"),
     (r".*\.clocking", "the phase of the second gear of a planet has no place"),
     (r".*\.tip_rounding", "of a tool that the file does not have"),
+    (r".*\.(?:clearance|exponent|friction|damping|table|load|law)(?:\..*)?", "laws of links have no place"),
 )
 
 
 def left_out(document: Mapping[str, object]) -> Iterator[Dropped]:
     """What stands in a document and is not carried, each value with its path; tables of reasons as one entry."""
-    seen: dict[str, None] = {}
+    seen: set[str] = set()
     for path, _ in leaves({key: value for key, value in document.items()}):
         if _CARRIED.fullmatch(path):
             continue
-        short = _short(path)
-        if short not in seen:
-            seen[short] = None
-            yield Dropped(short, _reason(path))
-
-
-def _short(path: str) -> str:
-    """The path; of assumptions, costs and deviations the entry they belong to."""
-    if path.startswith("assumed."):
-        return "assumed"
-    if path.startswith("tolerance.cost."):
-        return "tolerance.cost"
-    if path.startswith("deviations."):
-        return re.sub(r"\.(?:amplitude|phase|order|seed|value|frequency)$", "", path)
-    return path
-
-
-def _reason(path: str) -> str:
-    """Why a path is not carried."""
-    found = next((text for pattern, text in _REASONS if re.fullmatch(pattern, path)), None)
-    if found is not None:
-        return found
-    return "laws of links have no place" if _FOLLOWS.fullmatch(path) else "no place in the format"
+        entry = _ENTRY.sub(r"\1\2", path)
+        if entry not in seen:
+            seen.add(entry)
+            reasons = (text for pattern, text in _REASONS if re.fullmatch(pattern, path))
+            yield Dropped(entry, next(reasons, "no place in the format"))
