@@ -23,7 +23,7 @@ from ..rexs.file import Value
 from ..rexs.members import Inertia, SolidSection, inertia_of
 from ..system.assembly import assemble
 from ..system.system import faces
-from ..teeth.flank import PLAIN, Flank
+from ..teeth.form import PLAIN, Flank
 from ..train.bodies import Body, GearData, Link, Mesh
 from ..train.train import Train
 from .draft import RIGID, Attributes, Draft, GearPart, Key, ShaftPart, in_unit, place

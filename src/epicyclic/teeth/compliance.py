@@ -42,7 +42,7 @@ from scipy.interpolate import CubicSpline
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from . import geometry
-from .outline import GearForm, Outline, tooth_outline
+from .form import GearForm, Outline, tooth_outline
 
 Array = NDArray[np.float64]
 

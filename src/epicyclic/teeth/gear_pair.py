@@ -19,10 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError
 from .compliance import ToothCompliance, tooth_compliance
-from .contact_lines import PlaneOfAction
-from .flank import PLAIN, Flank, check_flank
+from .form import PLAIN, Flank, GearForm, check_flank
 from .mesh_stiffness import ToothPair
-from .outline import GearForm
+from .path_of_contact import PlaneOfAction
 
 Array = NDArray[np.float64]
 

@@ -26,8 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
-from .flank import PLAIN, Flank
-from .outline import GearForm
+from .form import PLAIN, Flank, GearForm
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

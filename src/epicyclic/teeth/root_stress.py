@@ -33,9 +33,9 @@ from scipy.interpolate import CubicSpline
 from scipy.sparse.linalg import splu
 
 from .compliance import ToothCompliance, face_coupling
-from .contact_lines import PlaneOfAction
+from .form import GearForm, Outline, tooth_outline
 from .gear_pair import ContactPair, ElasticTooth
-from .outline import GearForm, Outline, tooth_outline
+from .path_of_contact import PlaneOfAction
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
