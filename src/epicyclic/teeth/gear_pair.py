@@ -24,6 +24,7 @@ from .mesh_stiffness import ToothPair
 from .path_of_contact import PlaneOfAction
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 # Most Newton steps of `load`; they stop at rounding.  From below they converge for every approach in the range.
 _STEPS = 40
@@ -47,6 +48,10 @@ class LineContact:
     def compliance(self) -> float:
         """Compliance 1/E* = sum (1 - nu^2)/E of both bodies [1/Pa]."""
         return np.pi * self.A
+
+    def at(self, index: Index) -> LineContact:
+        """The line contact at some of the places, an index of their first axis."""
+        return LineContact(A=self.A, B=self.B[index], radius=self.radius[index])
 
 
 def line_contact(

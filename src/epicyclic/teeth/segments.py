@@ -175,8 +175,7 @@ class ContactSegments:
 
     def law(self, approach: Array, phases: Index) -> tuple[Array, Array]:
         """Force (t, n) [N] and slope (t, n) [N/m] of the line contacts at own approaches (t, n) [m], phases (t,)."""
-        own = self.contact
-        p, slope = gear_pair.load(gear_pair.LineContact(A=own.A, B=own.B[phases], radius=own.radius[phases]), approach)
+        p, slope = gear_pair.load(self.contact.at(phases), approach)
         return p * self.length[phases], slope * self.length[phases]
 
     def own_approach(self, force: Array, phases: Index) -> Array:
@@ -184,10 +183,9 @@ class ContactSegments:
 
         Beyond half the load per length at which that of [weber1953] is largest it is that of the half.
         """
-        line = replace(self.contact, B=self.contact.B[phases], radius=self.contact.radius[phases])
-        return gear_pair.approach(
-            line, np.minimum(force / self.length[phases], _OF_LARGEST * gear_pair.largest_load(line))
-        )
+        line = self.contact.at(phases)
+        most = _OF_LARGEST * gear_pair.largest_load(line)
+        return gear_pair.approach(line, np.minimum(force / self.length[phases], most))
 
     def spread(self, values: Array) -> Array:
         """Values (..., T, n) of the segments spread over all lines, (..., T, J, K); 0 elsewhere."""
@@ -456,19 +454,10 @@ def row_response(
     c, valid = weight[phases], segments.valid[phases]
     gap = np.where(valid, segments.gap[phases] - np.matmul(c, rows[:, :, None])[:, :, 0], 0.0)
     zero = np.zeros(len(phases))
+    model = (segments.compliance, gap, valid, None)
     if segments.line is None:
-        found = solve_linear(segments.compliance, gap, valid, None, approach=zero, phase=phases)
-        return _response(segments, c, found, None, phases)
-    found = solve_hertzian(
-        segments.compliance,
-        gap,
-        valid,
-        None,
-        lambda u, i: segments.law(u, phases[i]),
-        approach=zero,
-        start=start,
-        phase=phases,
-    )
+        return _response(segments, c, solve_linear(*model, approach=zero, phase=phases), None, phases)
+    found = solve_hertzian(*model, lambda u, i: segments.law(u, phases[i]), approach=zero, start=start, phase=phases)
     own = -gap - products(segments.compliance, phases, found.force)
     return _response(segments, c, found, own, phases)
 
@@ -504,8 +493,7 @@ def _response(
 
 def _own_energy(segments: ContactSegments, force: Array, own: Array, phases: Index) -> Array:
     """Energy sum P u - int u dP of the line contacts themselves, (t,) [J]; force : (t, n) [N], own : (t, n) [m]."""
-    contact, length = segments.contact, segments.length[phases]
-    line = gear_pair.LineContact(A=contact.A, B=contact.B[phases], radius=contact.radius[phases])
+    line, length = segments.contact.at(phases), segments.length[phases]
     p = np.where(force > 0, force / length, 1.0)
     complement = line.A * p**2 * ((line.B - np.log(p)) / 2 + 0.25)
     return np.asarray(np.where(force > 0, force * own - length * complement, 0.0).sum(axis=1))
