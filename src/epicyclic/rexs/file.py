@@ -349,8 +349,8 @@ def number_of(component: Component, name: str, kind: str) -> Number | None:
 def number_in(value: Value, unit: str, kind: str, where: str) -> Number:
     """A value in a unit as a number. Raises ModelError as of `number_of`, with the place `where`."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        given = list(value) if isinstance(value, tuple) else value
-        raise ModelError("not a number", path=where, given=given, allowed=f"a number in {_SI[kind] or 'no unit'}")
+        shown_value = list(value) if isinstance(value, tuple) else value
+        raise ModelError("not a number", path=where, given=shown_value, allowed=f"a number in {_SI[kind] or 'no unit'}")
     # one spelling: no blanks, micro as mu, powers with ^
     plain = "".join(unit.split()).replace("\u00b5", "mu").replace("\u03bc", "mu")
     for old, new in (("\u00b2", "^2"), ("\u00b3", "^3"), ("**", "^"), ("*", ""), ("\u00b7", ""), ("[", ""), ("]", "")):

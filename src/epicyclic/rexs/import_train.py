@@ -191,11 +191,11 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     )
 
 
-def traced(error: ModelError, found: RexsImport) -> ModelError:
+def traced(error: ModelError, imported: RexsImport) -> ModelError:
     """An error of the model document, with the component of the REXS file its value is from."""
     # the checks name members by their full path, also where the document, of a single stage, does not
     short = re.sub(r"^(operation\.\w+)\.main\.", r"\1.", error.path)
-    entry = next((e for e in found.read if e.path and f"{short}.".startswith(f"{e.path}.")), None)
+    entry = next((e for e in imported.read if e.path and f"{short}.".startswith(f"{e.path}.")), None)
     if entry is None or entry.component is None:
         return error
     return error.at(f"{error.path} (component {entry.component}, {entry.attribute})")
@@ -311,9 +311,11 @@ def _unread(unit: GearUnit) -> set[int]:
     shafts = {shaft for gear in gears if (shaft := view.shaft_of(gear)) is not None}
     shafts = {s for s in shafts if not {unit.rigid.root(s)} & (unit.turning.keys() | unit.free.keys())}
     data = {r.part("stage_gear_data") for r in view.relations("stage_gear_data") if r.part("stage") in view.unread}
-    found = {*view.unread, *gears, *shafts, *(flank.id for gear in gears for flank in view.flanks_of(gear))}
-    found |= {part for shaft in shafts for part in view.parts(shaft)} | {one for one in data if one is not None}
-    return found | {joint.id for joint in unit.joints if {joint.inner, joint.outer} & shafts}
+    parts = {*view.unread, *gears, *shafts, *(flank.id for gear in gears for flank in view.flanks_of(gear))}
+    parts |= {part for shaft in shafts for part in view.parts(shaft)} | {
+        number for number in data if number is not None
+    }
+    return parts | {joint.id for joint in unit.joints if {joint.inner, joint.outer} & shafts}
 
 
 def _counterparts(unit: GearUnit) -> dict[int, int]:

@@ -43,15 +43,15 @@ class _Load(NamedTuple):
 def _outer_joints(unit: GearUnit, member: StageMember) -> list[Joint]:
     """Joints of a member with anything outside it, the nearest member on a shared shaft taking each."""
     shared = unit.sharing(member)
-    found = []
+    joints = []
     for joint in unit.joints_at(member.parts):
         inside = [part for part in (joint.inner, joint.outer) if member in unit.at(part)]
         if len(inside) != 1:
             continue
         offsets = [abs(_offset(unit, joint, other)) for other in shared] if len(shared) > 1 else [0.0]
         if shared[offsets.index(min(offsets))] == member:
-            found.append(joint)
-    return found
+            joints.append(joint)
+    return joints
 
 
 def _to_housing(unit: GearUnit, member: StageMember) -> list[Joint]:
@@ -154,15 +154,15 @@ def planet_bearings(unit: GearUnit, member: StageMember) -> Table | None:
     rows: list[list[Joint]] = []
     for shaft in member.parts:
         root = unit.rigid.root(shaft)
-        found = [
+        joints = [
             j
             for j in unit.joints_at([shaft])
             if sum(unit.rigid.root(part) == root for part in (j.inner, j.outer)) == 1 and (j.bearing or not j.rigid)
         ]
-        rows.append(sorted(found, key=lambda joint: (round(_offset(unit, joint, member), 9), joint.id)))
+        rows.append(sorted(joints, key=lambda joint: (round(_offset(unit, joint, member), 9), joint.id)))
     if len({len(row) for row in rows}) > 1:
-        given = {shaft: len(row) for shaft, row in zip(member.parts, rows, strict=True)}
-        reason = f"planets with different bearings {given}: those of the first"
+        counts = {shaft: len(row) for shaft, row in zip(member.parts, rows, strict=True)}
+        reason = f"planets with different bearings {counts}: those of the first"
         unit.view.assume(member.parts[0], "bearings", "", reason)
         rows = [rows[0]] * len(rows)
     if not rows[0]:
@@ -206,11 +206,11 @@ def couplings_table(unit: GearUnit) -> Table:
         name = unit.view.components[joint.id].name
         if not BODY_NAME.fullmatch(name) or name in table:
             name = f"coupling{joint.id}"
-        one: Table = {"between": [ends[0][0], ends[1][0]]}
+        coupling: Table = {"between": [ends[0][0], ends[1][0]]}
         turn = _stiff(unit, joint, joint.turn, "rotational_stiffness")
         if turn != math.inf:
-            one["rz"] = turn
-        table[name] = one
+            coupling["rz"] = turn
+        table[name] = coupling
         unit.view.read(joint.id, "rotational_stiffness", f"couplings.{name}.rz", turn)
         if any(number is None or number.si > 0 for number in (joint.radial, joint.axial, joint.tilt)):
             reason = "a coupling of two members joins their turn only"
@@ -251,11 +251,11 @@ def operation_table(unit: GearUnit) -> Table:
 
 def held_members(unit: GearUnit) -> list[StageMember]:
     """Central members that do not turn: rigid in the casing, or joined to it by a coupling that holds their turn."""
-    found = []
+    held = []
     for member in unit.members:
         if member.kind != "planet" and (unit.held(member) or any(j.holds_turn for j in _to_housing(unit, member))):
-            found.append(member)
-    return found
+            held.append(member)
+    return held
 
 
 def _short(unit: GearUnit, member: StageMember) -> str:

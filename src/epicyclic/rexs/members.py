@@ -90,13 +90,13 @@ class GearUnit:
     def joints_at(self, parts: Sequence[int]) -> list[Joint]:
         """Joints that end at some parts, by id."""
         roots = dict.fromkeys(self.rigid.root(part) for part in parts)
-        found = {joint.id: joint for root in roots for joint in self.beside.get(root, ())}
-        return [found[key] for key in sorted(found)]
+        joints = {joint.id: joint for root in roots for joint in self.beside.get(root, ())}
+        return [joints[key] for key in sorted(joints)]
 
     def sharing(self, member: StageMember) -> tuple[StageMember, ...]:
         """Central members on the same rigid shaft, itself included."""
-        found = dict.fromkeys(m for part in member.parts for m in self.at(part))
-        return tuple(m for m in self.members if m in found) or (member,)
+        sharing = dict.fromkeys(m for part in member.parts for m in self.at(part))
+        return tuple(m for m in self.members if m in sharing) or (member,)
 
 
 def unit_of(view: View) -> GearUnit:
@@ -133,7 +133,7 @@ def unit_of(view: View) -> GearUnit:
         members=members,
         axis=axis,
         still=frozenset(rigid.root(component.id) for component in view.of_type("gear_casing")),
-        turning={root: tuple(found) for root, found in turning.items()},
+        turning={root: tuple(parts) for root, parts in turning.items()},
         loose=loose,
         free={},
         beside=beside,
@@ -144,7 +144,7 @@ def unit_of(view: View) -> GearUnit:
 
 def _free_bodies(unit: GearUnit) -> dict[int, str]:
     """Names of the shafts between members: those that turn with a member by couplings of finite stiffness."""
-    found: dict[int, str] = {}
+    free: dict[int, str] = {}
     taken = {"housing", *(stage.name for stage in unit.stages)}
     reached = list(unit.turning)
     while reached:
@@ -152,7 +152,7 @@ def _free_bodies(unit: GearUnit) -> dict[int, str]:
         for joint in unit.beside.get(here, ()):
             ends = unit.rigid.root(joint.inner), unit.rigid.root(joint.outer)
             root = ends[1] if ends[0] == here else ends[0]
-            if not joint.holds_turn or joint.rigid or root in found or root in unit.turning or root in unit.still:
+            if not joint.holds_turn or joint.rigid or root in free or root in unit.turning or root in unit.still:
                 continue
             if root not in unit.loose:
                 continue
@@ -160,41 +160,41 @@ def _free_bodies(unit: GearUnit) -> dict[int, str]:
             if not BODY_NAME.fullmatch(name) or name in taken:
                 name = f"shaft{unit.loose[root][0]}"
             taken.add(name)
-            found[root] = name
+            free[root] = name
             reached.append(root)
-    return found
+    return free
 
 
 def _members(view: View, stage: StageParts) -> list[StageMember]:
     """Members of one stage."""
-    found = []
+    members = []
     for name, gear in stage.central.items():
         shaft = view.shaft_of(gear)
         centre = _centre(view, stage, gear, shaft)
         parts: tuple[int, ...] = (gear,) if shaft is None else (shaft, gear)
         kind = stage.kinds[name]
-        found.append(StageMember(stage=stage.name, name=name, kind=kind, gears=(gear,), parts=parts, centre=centre))
+        members.append(StageMember(stage=stage.name, name=name, kind=kind, gears=(gear,), parts=parts, centre=centre))
     for place, name in enumerate(stage.planets):
         gears = tuple(branch.gears[place] for branch in stage.branches)
         centre = _centre(view, stage, gears[0], stage.branches[0].shaft)
         parts = tuple(branch.shaft for branch in stage.branches)
-        found.append(StageMember(stage=stage.name, name=name, kind="planet", gears=gears, parts=parts, centre=centre))
+        members.append(StageMember(stage=stage.name, name=name, kind="planet", gears=gears, parts=parts, centre=centre))
     carrier = () if stage.carrier is None else (stage.carrier, *view.parts(stage.carrier, "shaft", "side_plate"))
     parts = tuple(dict.fromkeys((*view.shafts("planet_carrier_shaft", stage.id), *carrier)))
     if parts:
-        at = found[len(stage.central)].centre
-        found.append(StageMember(stage=stage.name, name="carrier", kind="carrier", gears=(), parts=parts, centre=at))
-    return found
+        at = members[len(stage.central)].centre
+        members.append(StageMember(stage=stage.name, name="carrier", kind="carrier", gears=(), parts=parts, centre=at))
+    return members
 
 
 def _centre(view: View, stage: StageParts, gear: int, shaft: int | None) -> Vector | None:
     """Centre of a gear, or between the halves of a herringbone gear."""
-    one = view.gear_place(gear, shaft)
+    centre = view.gear_place(gear, shaft)
     twin = stage.twins.get(gear)
-    other = None if twin is None else view.gear_place(twin, shaft)
-    if one is None or other is None:
-        return one
-    return ((one[0] + other[0]) / 2, (one[1] + other[1]) / 2, (one[2] + other[2]) / 2)
+    twin_centre = None if twin is None else view.gear_place(twin, shaft)
+    if centre is None or twin_centre is None:
+        return centre
+    return ((centre[0] + twin_centre[0]) / 2, (centre[1] + twin_centre[1]) / 2, (centre[2] + twin_centre[2]) / 2)
 
 
 def _axis(view: View, members: Sequence[StageMember]) -> Vector:
@@ -207,9 +207,9 @@ def _axis(view: View, members: Sequence[StageMember]) -> Vector:
                 continue
             axis = axis or frame.u
             if abs(along(axis, frame.u)) < _AXIAL:
-                given = [round(x, 6) for x in frame.u]
+                direction = [round(x, 6) for x in frame.u]
                 path = f"component {view.label(part)}, u_axis_vector"
-                raise ModelError("an axis that is not parallel to that of the train", path=path, given=given)
+                raise ModelError("an axis that is not parallel to that of the train", path=path, given=direction)
     return axis or (1.0, 0.0, 0.0)
 
 
@@ -285,7 +285,7 @@ def normal_module(view: View, gear: int) -> Number:
 
 def material_of(view: View, component: int) -> Component | None:
     """Material of a component, None where it refers to none."""
-    return next((one for one in view.referenced(component) if one.type == "material"), None)
+    return next((material for material in view.referenced(component) if material.type == "material"), None)
 
 
 # masses ---------------------------------------------------------------------------------------------------------------
@@ -298,31 +298,31 @@ def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
 
     pin_radius : distance of the planet axes from that of the stage [m].
     """
-    own = [part for part in _bodies(unit, member) if unit.view.components[part].type in ("shaft", "side_plate")]
+    parts = [part for part in _bodies(unit, member) if unit.view.components[part].type in ("shaft", "side_plate")]
     if member.kind == "planet":
-        own = [member.parts[0]]
+        parts = [member.parts[0]]
         for shaft in member.parts[1:]:
-            if _stretches(unit, shaft) != _stretches(unit, own[0]):
-                reason = f"sections differ from those of {own[0]}, which count for all planets"
+            if _stretches(unit, shaft) != _stretches(unit, parts[0]):
+                reason = f"sections differ from those of {parts[0]}, which count for all planets"
                 unit.view.lose(shaft, "shaft_section", reason)
-    sections = [section for part in own for section in _sections(unit, member, part)]
-    extra = [_additional(unit.view, part) for part in own]
+    sections = [section for part in parts for section in _sections(unit, member, part)]
+    extra = [_additional(unit.view, part) for part in parts]
     table: Table = {}
     if member.kind == "carrier":
         if not sections:
             return _cheeks(unit, member, pin_radius)
     else:
         body, table = _gear_body(unit, member, sections)
-        if not sections and not any(one.mass for one in extra):
+        if not sections and not any(additional.mass for additional in extra):
             return table
         if sections:  # a shaft without sections is lumped: its additional masses are all of it
             sections = [*sections, *body]
     mass, stated = _stated(sections, extra)
     if mass > 0:
         table |= stated
-        ids = ", ".join(map(str, own))
+        ids = ", ".join(map(str, parts))
         name, words = ("sections", "sections") if sections else ("additional_mass", "additional masses")
-        unit.view.read(own[0], name, f"{member.path}.mass", f"{mass:.6g} kg, from the {words} of {ids}")
+        unit.view.read(parts[0], name, f"{member.path}.mass", f"{mass:.6g} kg, from the {words} of {ids}")
     return table
 
 
@@ -371,8 +371,8 @@ def _density(unit: GearUnit, part: int) -> float:
 
 def _sections(unit: GearUnit, member: StageMember, part: int) -> list[SolidSection]:
     """Sections of a shaft or plate about the axis of the member."""
-    found = _stretches(unit, part)
-    if not found:
+    stretches = _stretches(unit, part)
+    if not stretches:
         return []
     frame, centre = unit.view.frame(part), member.centre
     off = 0.0
@@ -387,18 +387,18 @@ def _sections(unit: GearUnit, member: StageMember, part: int) -> list[SolidSecti
     if frame is not None and centre is not None:
         base = along(minus(frame.place, centre), unit.axis)
     else:  # nowhere: its middle at the centre of the member
-        middle_of_all = (min(s.start for s in found) + max(s.start + s.length for s in found)) / 2
+        middle_of_all = (min(s.start for s in stretches) + max(s.start + s.length for s in stretches)) / 2
         base = -middle_of_all if forward else middle_of_all
     return [
         SolidSection(
-            base + one.start if forward else base - one.start - one.length,
-            one.length,
-            one.outer if forward else one.outer[::-1],
-            one.inner if forward else one.inner[::-1],
+            base + stretch.start if forward else base - stretch.start - stretch.length,
+            stretch.length,
+            stretch.outer if forward else stretch.outer[::-1],
+            stretch.inner if forward else stretch.inner[::-1],
             density,
             off,
         )
-        for one in found
+        for stretch in stretches
     ]
 
 
@@ -406,7 +406,7 @@ def _stretches(unit: GearUnit, part: int) -> list[SolidSection]:
     """Sections of a shaft along its u axis, each behind the one before where its place is not given; or a plate."""
     view = unit.view
     plate = view.components[part].type == "side_plate"
-    found: list[SolidSection] = []
+    stretches: list[SolidSection] = []
     end = 0.0
     for source in [part] if plate else view.parts(part, "shaft_section"):
         length = view.number(source, "length", "length")
@@ -419,15 +419,15 @@ def _stretches(unit: GearUnit, part: int) -> list[SolidSection]:
             continue
         at = start.si if start is not None else end
         end = at + length.si
-        found.append(SolidSection(at, length.si, outer, inner, 0.0))
-    return found
+        stretches.append(SolidSection(at, length.si, outer, inner, 0.0))
+    return stretches
 
 
 def _diameters(unit: GearUnit, source: int, name: str, plate: bool) -> tuple[float, float] | None:
     """Diameters at both ends [m]; the one that is given where only one is."""
     names = (name, name) if plate else (f"{name}_begin", f"{name}_end")
-    given = [unit.view.number(source, one, "length") for one in names]
-    values = [abs(number.si) for number in given if number is not None]
+    diameters = [unit.view.number(source, end, "length") for end in names]
+    values = [abs(number.si) for number in diameters if number is not None]
     return (values[0], values[-1]) if values else None
 
 
@@ -469,17 +469,17 @@ def _additional(view: View, shaft: int) -> Inertia:
         weight = view.number(part, "mass", "mass")
         about_u = view.number(part, "moment_of_inertia_u_axis", "inertia")
         across = [view.number(part, f"moment_of_inertia_{axis}_axis", "inertia") for axis in ("v", "w")]
-        given = [number.si for number in across if number is not None]
+        stated = [number.si for number in across if number is not None]
         mass += weight.si if weight else 0.0
         polar += about_u.si if about_u else 0.0
-        tilt += sum(given) / len(given) if given else 0.0
+        tilt += sum(stated) / len(stated) if stated else 0.0
     return Inertia(mass, polar, tilt)
 
 
 def _cheeks(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
     """A carrier whose file has no plates: two steel discs of a quarter of the face width to beyond the pins."""
     extra = [_additional(unit.view, part) for part in member.parts]
-    if any(one.mass for one in extra):
+    if any(additional.mass for additional in extra):
         return _stated([], extra)[1]
     planet = unit.facts[unit.stage(member).branches[0].gears[0]]
     width = planet.width if not math.isnan(planet.width) else 10 * planet.module
@@ -498,11 +498,13 @@ def _stated(sections: Sequence[SolidSection], extra: Sequence[Inertia]) -> tuple
     """
     solid = inertia_of(sections)
     mass, polar, tilt = (
-        getattr(solid, key) + sum(getattr(one, key) for one in extra) for key in ("mass", "polar", "tilt")
+        getattr(solid, key) + sum(getattr(additional, key) for additional in extra) for key in ("mass", "polar", "tilt")
     )
     write = (lambda value: f"{value:.9g}") if sections else shown
     table: Table = {"mass": f"{write(mass)} kg", "inertia": f"{write(polar)} kg m^2"}
-    if sections or any(one.tilt for one in extra):  # not stated: the model asks for it where a member tilts
+    if sections or any(
+        additional.tilt for additional in extra
+    ):  # not stated: the model asks for it where a member tilts
         table["tilt_inertia"] = f"{write(tilt)} kg m^2"
     return mass, table
 

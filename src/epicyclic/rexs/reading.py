@@ -184,10 +184,10 @@ def _json_file(tables: object) -> RexsFile:
 
 def _tables(table: Mapping[str, Any], key: str) -> Iterable[Mapping[str, Any]]:
     """The tables of a list, of a single table, or none. Raises ModelError for anything else."""
-    found = table.get(key)
-    if found is None:
+    value = table.get(key)
+    if value is None:
         return ()
-    entries = found if isinstance(found, list) else [found]
+    entries = value if isinstance(value, list) else [value]
     for entry in entries:
         if not isinstance(entry, Mapping):
             raise ModelError("not a table", path=key, given=entry, allowed="a list of tables")
@@ -202,13 +202,13 @@ def _text(table: Mapping[str, Any], key: str, *, otherwise: str = "") -> str:
 
 def _json_components(table: Mapping[str, Any], gathered: _Gathered) -> Iterator[Component]:
     """Components of a table, one after the other. Raises ModelError as of `_Gathered.component`."""
-    for one in _tables(table, "components"):
-        number = _checked_id(one.get("id"), "component")
+    for component in _tables(table, "components"):
+        number = _checked_id(component.get("id"), "component")
         attributes = (
-            (_text(entry, "id"), _text(entry, "unit", otherwise="none"), partial(_json_value, entry))
-            for entry in _tables(one, "attributes")
+            (_text(attribute, "id"), _text(attribute, "unit", otherwise="none"), partial(_json_value, attribute))
+            for attribute in _tables(component, "attributes")
         )
-        yield gathered.component(number, _text(one, "type"), _text(one, "name"), attributes)
+        yield gathered.component(number, _text(component, "type"), _text(component, "name"), attributes)
 
 
 def _json_value(table: Mapping[str, Any], where: str, name: str) -> Value:
@@ -281,13 +281,19 @@ def _all(element: Element, tag: str) -> Iterable[Element]:
 
 def _xml_components(element: Element, gathered: _Gathered) -> Iterator[Component]:
     """Components of an element, one after the other. Raises ModelError as of `_Gathered.component`."""
-    for one in _all(element, "component"):
-        number = _checked_id(one.get("id"), "component")
+    for component in _all(element, "component"):
+        number = _checked_id(component.get("id"), "component")
         attributes = (
-            (plain_text(entry.get("id", "")), plain_text(entry.get("unit", "none")), partial(_xml_value, entry))
-            for entry in _all(one, "attribute")
+            (
+                plain_text(attribute.get("id", "")),
+                plain_text(attribute.get("unit", "none")),
+                partial(_xml_value, attribute),
+            )
+            for attribute in _all(component, "attribute")
         )
-        yield gathered.component(number, plain_text(one.get("type", "")), plain_text(one.get("name", "")), attributes)
+        yield gathered.component(
+            number, plain_text(component.get("type", "")), plain_text(component.get("name", "")), attributes
+        )
 
 
 def _xml_value(element: Element, where: str, name: str) -> Value:

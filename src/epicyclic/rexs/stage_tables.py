@@ -65,15 +65,15 @@ def _spokes(unit: GearUnit, stage: StageParts) -> list[Vector] | None:
     gear = next(iter(stage.central.values()))
     middle = unit.view.gear_place(gear, unit.view.shaft_of(gear))
     z = unit.axis
-    found = []
+    spokes = []
     for branch in stage.branches:
         place = unit.view.gear_place(branch.gears[0], branch.shaft)
         if place is None or middle is None:
             return None
         apart = minus(place, middle)
         axial = along(apart, z)
-        found.append((apart[0] - axial * z[0], apart[1] - axial * z[1], apart[2] - axial * z[2]))
-    return found
+        spokes.append((apart[0] - axial * z[0], apart[1] - axial * z[1], apart[2] - axial * z[2]))
+    return spokes
 
 
 def x_axis_of(unit: GearUnit, stage: StageParts) -> Vector | None:
@@ -136,7 +136,7 @@ def _compare(unit: GearUnit, stage: StageParts, angles: list[float], stated: lis
 
     def same(sense: int) -> bool:
         apart = ((a - sense * b + 180) % 360 - 180 for a, b in zip(angles, stated, strict=True))
-        return all(abs(one) < _SAME_ANGLE for one in apart)
+        return all(abs(angle) < _SAME_ANGLE for angle in apart)
 
     if same(1):
         unit.view.read(mesh, name, f"stages.{stage.name}.planet_angles", "agrees with the places of the planets")
@@ -148,15 +148,15 @@ def _compare(unit: GearUnit, stage: StageParts, angles: list[float], stated: lis
 
 def _distance(unit: GearUnit, stage: StageParts, path: str) -> Number | None:
     """Centre distance of all meshes, else the distance of the planets from the axis; None where neither is given."""
-    given = []
+    distances = []
     for mesh in (mesh for meshes in stage.meshes.values() for mesh in meshes):
         number = unit.view.number(mesh, "center_distance", "length")
         if number is not None:
-            given.append((mesh, abs(number)))
+            distances.append((mesh, abs(number)))
     radii = [math.sqrt(along(spoke, spoke)) for spoke in _spokes(unit, stage) or []]
-    if given:
-        mesh, first = given[0]
-        for other, number in given[1:]:
+    if distances:
+        mesh, first = distances[0]
+        for other, number in distances[1:]:
             if abs(number.si - first.si) > _SAME_LENGTH:
                 unit.view.lose(other, "center_distance", f"{number.text} differs from {first.text} of component {mesh}")
         if any(abs(radius - first.si) > _SAME_LENGTH for radius in radii):
@@ -202,8 +202,8 @@ def _herringbone(unit: GearUnit, stage: StageParts, path: str) -> Table:
     """Keys of a stage of herringbone gears, each two gears of opposite hand in the file."""
     every = [*stage.central.values(), *(gear for branch in stage.branches for gear in branch.gears)]
     if any(gear not in stage.twins for gear in every):
-        given = sorted(set(every) - set(stage.twins))
-        raise ModelError("a stage with herringbone gears and others", path=f"component {stage.id}", given=given)
+        without = sorted(set(every) - set(stage.twins))
+        raise ModelError("a stage with herringbone gears and others", path=f"component {stage.id}", given=without)
     gear = every[0]
     left, right = unit.view.frame(gear), unit.view.frame(stage.twins[gear])
     table: Table = {"herringbone": True}
@@ -312,9 +312,9 @@ def _mesh(unit: GearUnit, stage: StageParts, pair: str) -> Table:
             unit.view.assume(meshes[0], name, f"{path}.stiffness", reason)
         break
     limits = [_alike(unit, meshes, f"{end}_normal_backlash", "length") for end in ("minimum", "maximum")]
-    given = [number.si for number in limits if number is not None]
-    if given and min(given) >= 0:
-        table["backlash"] = f"{sum(given) / len(given) * 1e3:.9g} mm"
+    backlashes = [number.si for number in limits if number is not None]
+    if backlashes and min(backlashes) >= 0:
+        table["backlash"] = f"{sum(backlashes) / len(backlashes) * 1e3:.9g} mm"
         unit.view.read(meshes[0], "normal_backlash", f"{path}.backlash", f"{table['backlash']}, mean of the limits")
     return table
 
@@ -382,20 +382,20 @@ def _mark_alike(view: View, gear: int, other: int) -> None:
 def _coefficients(view: View, gear: int, path: str, facts: GearFacts) -> Table:
     """Addendum of the gear; dedendum and rounding from the tool that cuts it."""
     table: Table = {}
-    given = view.components[gear].attributes
+    attributes = view.components[gear].attributes
 
     def read(component: int, name: str, key: str, number: Number) -> None:
         table[key] = number.si
         view.read(component, name, f"{path}.{key}", number.text)
 
     addendum = view.number(gear, "addendum_coefficient_basic_profile", "ratio")
-    if addendum is not None and "tip_diameter" not in given:
+    if addendum is not None and "tip_diameter" not in attributes:
         read(gear, "addendum_coefficient_basic_profile", "addendum", addendum)
     elif math.isnan(facts.tip):
         view.assume(gear, "tip_diameter", "", "tip diameter not given: addendum 1 module")
     for tool in _tools(view, gear)[:1]:
         root = view.number(tool.id, "addendum_coefficient_reference_profile", "ratio")
-        if root is not None and "root_diameter" not in given and 0.2 < root.si < 5:
+        if root is not None and "root_diameter" not in attributes and 0.2 < root.si < 5:
             read(tool.id, "addendum_coefficient_reference_profile", "dedendum", root)
         if tool.type == "rack_shaped_tool":
             rounding = view.number(tool.id, "tip_radius_factor", "ratio")
@@ -406,13 +406,13 @@ def _coefficients(view: View, gear: int, path: str, facts: GearFacts) -> Table:
 
 def _tools(view: View, gear: int) -> list[Component]:
     """Tools of a gear: those it refers to, or that work on its flanks, in their order."""
-    found = [component for component in view.referenced(gear) if component.type in _TOOLS]
+    tools = [component for component in view.referenced(gear) if component.type in _TOOLS]
     flanks = {flank.id for flank in view.flanks_of(gear)}
     for relation in view.relations("manufacturing_step"):
         tool = relation.part("tool")
         if relation.part("workpiece") in flanks and tool is not None and view.components[tool].type in _TOOLS:
-            found.append(view.components[tool])
-    return found
+            tools.append(view.components[tool])
+    return tools
 
 
 def _profile(view: View, flanks: Sequence[Component], path: str, stage_table: Table) -> Table:
@@ -444,11 +444,11 @@ def _flank_table(view: View, flank: Component, facts: GearFacts, path: str) -> T
                 view.read(part.id, f"{part.type}_depth", f"{path}.{part.type}", relief["amount"])
         elif part.type == "helix_crowning":
             ends = [view.number(part.id, f"helix_crowning_amount_{e}_face", "length") for e in ("datum", "non_datum")]
-            given = [number for number in ends if number is not None]
-            if given and all(number.si == given[0].si for number in given) and given[0].si >= 0:
-                table["crown"] = given[0].text
-                view.read(part.id, "helix_crowning_amount_datum_face", f"{path}.crown", given[0].text)
-            elif given:
+            crownings = [number for number in ends if number is not None]
+            if crownings and all(number.si == crownings[0].si for number in crownings) and crownings[0].si >= 0:
+                table["crown"] = crownings[0].text
+                view.read(part.id, "helix_crowning_amount_datum_face", f"{path}.crown", crownings[0].text)
+            elif crownings:
                 view.lose(part.id, "helix_crowning_amount", "crowning that differs at both ends of the face")
     return table
 

@@ -67,7 +67,7 @@ class Joint:
 
 def joints_of(view: View) -> list[Joint]:
     """Bearings and couplings of a file, engaged ones, by id. Raises ModelError for a stiffness without its unit."""
-    found = []
+    joints = []
     for relation in view.relations("side", "coupling", "connection"):
         joint, inner, outer = relation.part("assembly"), relation.part("inner_part"), relation.part("outer_part")
         if joint is None or inner is None or outer is None:
@@ -79,8 +79,8 @@ def joints_of(view: View) -> list[Joint]:
                 continue
             inner, outer = sides
         if _engaged(view, view.components[joint]):
-            found.append(_joint(view, view.components[joint], inner, outer))
-    return sorted(found, key=lambda one: one.id)
+            joints.append(_joint(view, view.components[joint], inner, outer))
+    return sorted(joints, key=lambda engaged: engaged.id)
 
 
 def _engaged(view: View, component: Component) -> bool:
@@ -123,10 +123,10 @@ def _at_operating_point(view: View, component: Component) -> Number | None:
     both = [
         view.number(component.id, f"operating_point_stiffness_f_{axis}_d_{axis}", "stiffness") for axis in ("v", "w")
     ]
-    given = [number.si for number in both if number is not None]
-    if not given:
+    stiffnesses = [number.si for number in both if number is not None]
+    if not stiffnesses:
         return None
-    mean = sum(given) / len(given)
+    mean = sum(stiffnesses) / len(stiffnesses)
     view.assume(component.id, "operating_point_stiffness", "", "mean of both radial directions, without cross terms")
     return Number(mean, f"{shown(mean)} N/m")
 
@@ -143,15 +143,15 @@ class Parts:
         while (above := self._above.get(part, part)) != part:
             path.append(part)
             part = above
-        for one in path:
-            self._above[one] = part
+        for passed in path:
+            self._above[passed] = part
         return part
 
     def join(self, parts: Iterable[int]) -> None:
         """Make parts one; the least id stands for them."""
         roots = sorted({self.root(part) for part in parts})
-        for one in roots[1:]:
-            self._above[one] = roots[0]
+        for root in roots[1:]:
+            self._above[root] = roots[0]
 
     def one(self, a: int, b: int) -> bool:
         """Whether two parts are one."""
@@ -231,20 +231,20 @@ def planetary_stages(view: View) -> tuple[StageParts, ...]:
     ------
     ModelError : none, one without planets or gears, planets that mesh with each other, planets that differ.
     """
-    found = view.of_type("planetary_stage")
-    if not found:
+    components = view.of_type("planetary_stage")
+    if not components:
         kinds = sorted({c.type for c in view.components.values() if c.type.endswith("_stage")})
         problem = f"no planetary stage (stages in it: {', '.join(kinds) or 'none'})"
         raise ModelError(problem, path="components", allowed="a gear unit with a planetary stage")
-    if len(found) > _MOST_STAGES:
-        raise ModelError(f"{len(found)} planetary stages", path="components", allowed=f"at most {_MOST_STAGES}")
+    if len(components) > _MOST_STAGES:
+        raise ModelError(f"{len(components)} planetary stages", path="components", allowed=f"at most {_MOST_STAGES}")
     meshes = []
     for relation in view.relations("stage"):
         stage, a, b = (relation.part(role) for role in ("stage", "gear_1", "gear_2"))
         if stage is not None and a is not None and b is not None:
             meshes.append(_Mesh(stage, a, b))
-    names = ["main"] if len(found) == 1 else [f"stage{i + 1}" for i in range(len(found))]
-    stages = tuple(_stage(view, one.id, name, meshes) for one, name in zip(found, names, strict=True))
+    names = ["main"] if len(components) == 1 else [f"stage{i + 1}" for i in range(len(components))]
+    stages = tuple(_stage(view, component.id, name, meshes) for component, name in zip(components, names, strict=True))
     planets = {gear for stage in stages for branch in stage.branches for gear in branch.gears}
     planets |= {stage.twins[gear] for stage in stages for gear in planets & stage.twins.keys()}
     for mesh in meshes:
@@ -259,16 +259,16 @@ def _stage(view: View, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageP
     where = f"component {view.label(stage)}"
     on_shaft = {shaft: view.parts(shaft, *_GEARS) for shaft in view.shafts("planet_shaft", stage)}
     if not 1 <= len(on_shaft) <= _MOST_PLANETS or not all(on_shaft.values()):
-        given = {shaft: len(gears) for shaft, gears in on_shaft.items()}
+        counts = {shaft: len(gears) for shaft, gears in on_shaft.items()}
         allowed = f"1 to {_MOST_PLANETS} relations planet_shaft, each shaft with a gear assembled to it"
-        raise ModelError("no planets", path=where, given=given, allowed=allowed)
+        raise ModelError("no planets", path=where, given=counts, allowed=allowed)
     planet_gears = {gear for gears in on_shaft.values() for gear in gears}
-    own = [mesh for mesh in meshes if {mesh.a, mesh.b} & planet_gears]
-    for mesh in own:
+    of_stage = [mesh for mesh in meshes if {mesh.a, mesh.b} & planet_gears]
+    for mesh in of_stage:
         if {mesh.a, mesh.b} <= planet_gears:
             pair = sorted((mesh.a, mesh.b))
             raise ModelError("planets that mesh with each other are not read", path=where, given=pair)
-    central = list(dict.fromkeys(gear for m in own for gear in (m.a, m.b) if gear not in planet_gears))
+    central = list(dict.fromkeys(gear for m in of_stage for gear in (m.a, m.b) if gear not in planet_gears))
     if not central:
         allowed = "relations stage with gear_1, gear_2"
         raise ModelError("no gear that meshes with the planets", path=where, allowed=allowed)
@@ -286,7 +286,7 @@ def _stage(view: View, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageP
         member = f"{kind}{count + 1}" if count else kind
         members[member], kinds[member] = gear, kind
     suns = {gear for gear in central if view.components[gear].type == "cylindrical_gear"}
-    with_sun = {gear for mesh in own if {mesh.a, mesh.b} & suns for gear in (mesh.a, mesh.b)}
+    with_sun = {gear for mesh in of_stage if {mesh.a, mesh.b} & suns for gear in (mesh.a, mesh.b)}
     branches = [  # the gear that meshes with a sun first
         Branch(shaft, tuple(sorted(set(gears) - right, key=lambda gear: (gear not in with_sun, gear))))
         for shaft, gears in on_shaft.items()
@@ -306,14 +306,14 @@ def _stage(view: View, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageP
         planets=planets,
         branches=tuple(branches),
         carrier=carriers[0] if carriers else None,
-        meshes=_pairs(members, planets, branches, own),
+        meshes=_pairs(members, planets, branches, of_stage),
         twins=twins,
     )
 
 
 def _twins(view: View, groups: Sequence[Sequence[int]]) -> dict[int, int]:
     """Left gear -> right gear of two on one shaft that are alike but for their hand: halves of a herringbone gear."""
-    found = {}
+    twins = {}
     for group in groups:
         if len(group) != 2:
             continue
@@ -326,8 +326,8 @@ def _twins(view: View, groups: Sequence[Sequence[int]]) -> dict[int, int]:
             continue
         order = along(minus(frames[1].place, frames[0].place), frames[0].u) >= 0
         left, right = group if order else (group[1], group[0])
-        found[left] = right
-    return found
+        twins[left] = right
+    return twins
 
 
 def _pairs(
@@ -335,12 +335,12 @@ def _pairs(
 ) -> dict[str, tuple[int, ...]]:
     """Pairs of members that mesh, with the cylindrical stage of each branch where it has one."""
     by_gears = {frozenset((mesh.a, mesh.b)): mesh.stage for mesh in meshes}
-    found: dict[str, tuple[int, ...]] = {}
+    pairs: dict[str, tuple[int, ...]] = {}
     for member, gear in members.items():
         for place, planet in enumerate(planets):
             stages = [by_gears.get(frozenset((gear, branch.gears[place]))) for branch in branches]
-            given = tuple(stage for stage in stages if stage is not None)
-            if given:
+            of_pair = tuple(stage for stage in stages if stage is not None)
+            if of_pair:
                 name = f"{planet}-{member}" if member.startswith("ring") else f"{member}-{planet}"
-                found[name] = given
-    return found
+                pairs[name] = of_pair
+    return pairs

@@ -162,13 +162,13 @@ class View:
 
     def on_shaft(self, component: int, shaft: int, coordinate: str) -> Vector | None:
         """Place of what sits on a shaft: its own, else its coordinate along the shaft."""
-        own = self.frame(component)
-        if own is not None:
-            return own.place
-        base, there = self.frame(shaft), self.number(component, coordinate, "length")
-        if base is None or there is None:
+        frame = self.frame(component)
+        if frame is not None:
+            return frame.place
+        base, distance = self.frame(shaft), self.number(component, coordinate, "length")
+        if base is None or distance is None:
             return None if base is None else base.place  # where along the shaft is not said
-        (x, y, z), u, length = base.place, base.u, there.si
+        (x, y, z), u, length = base.place, base.u, distance.si
         return (x + u[0] * length, y + u[1] * length, z + u[2] * length)
 
     def gear_place(self, gear: int, shaft: int | None) -> Vector | None:

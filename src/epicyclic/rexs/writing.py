@@ -32,10 +32,10 @@ _ENUMS = frozenset({"axial_force_absorption", "shape_of_relief", "datum_face_ori
 def encoding_of(path: str | Path) -> str:
     """``xml``, ``json`` or ``zip`` by the end of a file name. Raises ModelError for another end."""
     name = str(path).lower()
-    found = next((kind for end, kind in _ENCODINGS.items() if name.endswith(end)), None)
-    if found is None or Path(path).name.lower() in _ENCODINGS:
+    encoding = next((kind for end, kind in _ENCODINGS.items() if name.endswith(end)), None)
+    if encoding is None or Path(path).name.lower() in _ENCODINGS:
         raise ModelError("not the name of a REXS file", path=str(path), allowed=f"NAME with {', '.join(_ENCODINGS)}")
-    return found
+    return encoding
 
 
 def rexs_bytes(file: RexsFile, encoding: str, *, name: str = "model.rexs") -> bytes:

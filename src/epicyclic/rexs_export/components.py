@@ -160,7 +160,9 @@ def _beside_rim(draft: Draft, shaft: ShaftPart, number: int, material: int) -> I
     rim = SolidSection(shaft.start - shaft.station, length, (outside, outside), (inside, inside), 1e3 * density)
     solid = inertia_of([rim])
     pairs = ((whole.mass, solid.mass), (whole.polar, solid.polar), (whole.tilt, solid.tilt))
-    rest = [0.0 if abs(all_ - own) <= 1e-9 * all_ else all_ - own for all_, own in pairs]  # beside rounding
+    rest = [
+        0.0 if abs(stated - of_rim) <= 1e-9 * stated else stated - of_rim for stated, of_rim in pairs
+    ]  # beside rounding
     if not all(value >= 0 for value in rest):
         reason = "more than the mass and inertias stated: these alone are written"
         draft.drop(f"stages.{shaft.first.member}.rim", reason)
@@ -434,15 +436,15 @@ def _material(draft: Draft, body: Body) -> int:
     levels = [value_at(draft.train.document, path) for path in (*paths, ["material"])]
     values: dict[str, tuple[float, str]] = {}
     for key, name, kind, unit, default in _MATERIAL:
-        given = next((level[key] for level in levels if isinstance(level, Mapping) and key in level), default)
-        number = read_quantity(given, (kind,), Bounds())
+        value = next((level[key] for level in levels if isinstance(level, Mapping) and key in level), default)
+        number = read_quantity(value, (kind,), Bounds())
         if not isinstance(number, (int, float)):
-            raise ModelError("not a number", path="material", given=given)
+            raise ModelError("not a number", path="material", given=value)
         values[name] = in_unit(float(number), unit)
-    found = tuple(values.items())
-    if found not in draft.materials:
-        draft.materials[found] = draft.add("material", f"material {len(draft.materials) + 1}", values)
-    return draft.materials[found]
+    values_of = tuple(values.items())
+    if values_of not in draft.materials:
+        draft.materials[values_of] = draft.add("material", f"material {len(draft.materials) + 1}", values)
+    return draft.materials[values_of]
 
 
 # meshes ---------------------------------------------------------------------------------------------------------------

@@ -104,10 +104,10 @@ class Draft:
     def add(self, kind: str, name: str, attributes: Attributes | None = None) -> int:
         """Add a component, attributes without value left out; its id."""
         number = len(self.components) + 1
-        given = {
+        stated = {
             key: Attribute(key, value, unit) for key, (value, unit) in (attributes or {}).items() if value is not None
         }
-        self.components.append(Component(number, kind, name, given))
+        self.components.append(Component(number, kind, name, stated))
         return number
 
     def relate(self, kind: str, *, order: int | None = None, **roles: int) -> None:

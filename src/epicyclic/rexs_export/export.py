@@ -61,12 +61,12 @@ def write_rexs(source: Source, path: str | Path, *, overrides: Overrides | None 
     with outputs_apart():
         as_output(Path(path))
         train = train_of(source, overrides=overrides)
-    found = rexs_of(train, date=_date(source))
+    export = rexs_of(train, date=_date(source))
     stem = Path(path).name.split(".rexs")[0]
-    raw = rexs_bytes(found.file, encoding, name=f"{stem}.rexs")
+    raw = rexs_bytes(export.file, encoding, name=f"{stem}.rexs")
     with whole_file(path) as opened:
         opened.write(raw)
-    return found
+    return export
 
 
 def _date(source: Source) -> str:

@@ -67,8 +67,8 @@ class GearForm:
     @property
     def to_virtual(self) -> float:
         """Reference radius of the virtual gear less that of the gear itself [m], the offset of every radius."""
-        own = geometry.reference_radius(self.teeth, self.module, self.helix_angle)
-        return 0.5 * self.module * self.virtual_teeth - own
+        reference = geometry.reference_radius(self.teeth, self.module, self.helix_angle)
+        return 0.5 * self.module * self.virtual_teeth - reference
 
     @property
     def tip(self) -> float:

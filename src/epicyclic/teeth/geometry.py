@@ -76,8 +76,8 @@ def inverse_involute(value: float | Array) -> float | Array:
     shape [rad].  Newton's method on the whole array: from a start above or near the root it needs no bracket, and the
     last digits of every working pressure angle are those of this iteration.
     """
-    given = np.asarray(value, dtype=float)
-    size = np.abs(given)
+    values = np.asarray(value, dtype=float)
+    size = np.abs(values)
     root = np.cbrt(3.0 * size)
     # u = tan(angle) solves u - atan u = value: u ~ root + root^3/5 near zero, u < value + pi/2 always.
     tangent = np.minimum(root + root**3 / 5.0, size + 0.5 * np.pi)
@@ -85,7 +85,7 @@ def inverse_involute(value: float | Array) -> float | Array:
     for _ in range(8):
         slope = np.maximum(np.tan(angle) ** 2, np.finfo(float).tiny)
         angle = np.clip(angle - (np.asarray(involute(angle)) - size) / slope, 0.0, 0.5 * np.pi)
-    return _like(value, np.copysign(angle, given))
+    return _like(value, np.copysign(angle, values))
 
 
 def _like(model: float | Array, values: Array) -> float | Array:

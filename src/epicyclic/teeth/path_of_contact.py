@@ -313,9 +313,9 @@ def cycle_harmonics(values: Array, phase: Array, count: int) -> NDArray[np.compl
     angle = np.pi * np.outer(order, length)
     turn = length * np.exp(-2j * np.pi * np.outer(order, middle))
     even, odd = turn * spherical_jn(0, angle), turn * spherical_jn(1, angle)
-    found = mean @ even.T - 0.5j * (difference @ odd.T)
-    found[..., 1:] *= 2
-    return np.asarray(found, dtype=np.complex128)
+    amplitudes = mean @ even.T - 0.5j * (difference @ odd.T)
+    amplitudes[..., 1:] *= 2
+    return np.asarray(amplitudes, dtype=np.complex128)
 
 
 # corner contact ------------------------------------------------------------------------------------------------------
@@ -341,14 +341,14 @@ def corner_reach(plane: PlaneOfAction, gap: float) -> tuple[float, float]:
     At most one base pitch.
     """
     # Bisection stays: the separation is infinite where a tip has left the flank, and a secant step would stop there.
-    found = []
+    distances = []
     for edge, away in ((plane.limits[0], -1.0), (plane.limits[1], 1.0)):
         low, high = 0.0, 1.0
         for _ in range(50):  # to rounding of one base pitch
             middle = 0.5 * (low + high)
             low, high = (middle, high) if float(tip_separation(plane, edge + away * middle)) < gap else (low, middle)
-        found.append(high)
-    return found[0], found[1]
+        distances.append(high)
+    return distances[0], distances[1]
 
 
 def _of_tip(plane: PlaneOfAction, past: Array, *, tip_of_b: bool) -> Array:
@@ -563,9 +563,9 @@ def _inverse_length(phase: Array, limits: Limits, overlap: float) -> Array:
     return np.asarray(turn * before[-1] + before[at] + step / _log_mean(length[at], reached))
 
 
-def _log_mean(one: Array, other: Array) -> Array:
+def _log_mean(first: Array, last: Array) -> Array:
     """Logarithmic mean (n,), whose inverse is the mean of 1/x of a linear x from one to the other."""
-    apart = (other - one) / one
+    apart = (last - first) / first
     varies = apart != 0
     safe = np.where(varies, apart, 1.0)
-    return np.asarray(one * np.where(varies, safe / np.log1p(safe), 1.0))
+    return np.asarray(first * np.where(varies, safe / np.log1p(safe), 1.0))

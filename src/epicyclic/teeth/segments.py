@@ -135,12 +135,12 @@ def between_parts(coupling: Array, parts: FaceParts) -> Iterator[Array]:
     # of every different part with the whole slices, which are nearly all
     sliced = moved @ parts.weight[:K].T
     for row, column in zip(parts.row, parts.column, strict=True):
-        found = np.take(sliced[row], np.minimum(row, K - 1), axis=1)
+        between = np.take(sliced[row], np.minimum(row, K - 1), axis=1)
         at = column[column < n]
         if at.size:
-            found[:, at] = found[at].T
-            found[np.ix_(at, at)] = moved[row[at]] @ parts.weight[row[at]].T
-        yield found
+            between[:, at] = between[at].T
+            between[np.ix_(at, at)] = moved[row[at]] @ parts.weight[row[at]].T
+        yield between
 
 
 # segments ------------------------------------------------------------------------------------------------------------
@@ -320,12 +320,12 @@ def _plane_compliance(gear: ElasticTooth, radius: Array, bending: Array, ahead: 
 
     radius : (n,) of the segments [m].  bending : (n,) of tooth and body at these [m^2/N].  ahead : (n, n) pitches.
     """
-    found = gear.cross(radius[:, None], radius[None, :], ahead)
+    compliance = gear.cross(radius[:, None], radius[None, :], ahead)
     # at the root of a ring no tooth remains between the load and the body
-    root = np.sqrt(np.maximum(bending - np.diagonal(found), 0.0))
-    found += (ahead == 0) * (root[:, None] * root)
-    found -= gear.shared
-    return found
+    root = np.sqrt(np.maximum(bending - np.diagonal(compliance), 0.0))
+    compliance += (ahead == 0) * (root[:, None] * root)
+    compliance -= gear.shared
+    return compliance
 
 
 def _twisted(pair: ContactPair, centre: Array) -> Array | None:
@@ -339,8 +339,8 @@ def _twisted(pair: ContactPair, centre: Array) -> Array | None:
             continue
         away = centre - face[0] if torsion.end == "left" else face[1] - centre
         lever = (base * math.cos(plane.base_helix)) ** 2 / torsion.rigidity
-        own = lever * np.minimum(away[:, None], away[None, :])
-        whole = own if whole is None else whole + own
+        twist = lever * np.minimum(away[:, None], away[None, :])
+        whole = twist if whole is None else whole + twist
     return whole
 
 
@@ -457,19 +457,19 @@ def row_response(
     model = (segments.compliance, gap, valid, None)
     if segments.line is None:
         return _response(segments, c, solve_linear(*model, approach=zero, phase=phases), None, phases)
-    found = solve_hertzian(*model, lambda u, i: segments.law(u, phases[i]), approach=zero, start=start, phase=phases)
-    own = -gap - products(segments.compliance, phases, found.force)
-    return _response(segments, c, found, own, phases)
+    solution = solve_hertzian(*model, lambda u, i: segments.law(u, phases[i]), approach=zero, start=start, phase=phases)
+    own = -gap - products(segments.compliance, phases, solution.force)
+    return _response(segments, c, solution, own, phases)
 
 
 def _response(
-    segments: ContactSegments, c: Array, found: ContactSolution, own: Array | None, phases: Index
+    segments: ContactSegments, c: Array, solution: ContactSolution, own: Array | None, phases: Index
 ) -> RowResponse:
     """Forces, tangent and energy of the rows from the solution of the segments.
 
     c : (t, n, 3) [1].  own : (t, n) own approaches [m], None with a linear law.  phases : (t,).
     """
-    P, on = found.force, found.active
+    P, on = solution.force, solution.active
     shared = 0.5 * (P * products(segments.compliance, phases, P)).sum(axis=1)
     if own is None:
         matrix = np.where(on[:, :, None] & on[:, None, :], segments.compliance[phases], np.eye(on.shape[1]))
@@ -487,7 +487,7 @@ def _response(
         energy=energy,
         segment=P,
         own=state,
-        residual=found.residual,
+        residual=solution.residual,
     )
 
 
