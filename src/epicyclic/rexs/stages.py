@@ -60,10 +60,6 @@ class Joint:
         """Whether a torque passes through it."""
         return not self.bearing and (self.turn is None or self.turn.si > 0)
 
-    def other(self, part: int) -> int:
-        """The part at its other side."""
-        return self.outer if part == self.inner else self.inner
-
 
 def joints_of(view: View) -> list[Joint]:
     """Bearings and couplings of a file, engaged ones, by id. Raises ModelError for a stiffness without its unit."""
@@ -152,10 +148,6 @@ class Parts:
         roots = sorted({self.root(part) for part in parts})
         for root in roots[1:]:
             self._above[root] = roots[0]
-
-    def one(self, a: int, b: int) -> bool:
-        """Whether two parts are one."""
-        return self.root(a) == self.root(b)
 
 
 def rigid_parts(view: View, joints: Iterable[Joint]) -> Parts:
