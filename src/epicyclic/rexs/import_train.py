@@ -16,7 +16,7 @@ from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from .file import RexsFile
 from .joint_tables import couplings_table, operation_table, tell_gravity
-from .members import GearUnit, body_tables, material_of, unit_of
+from .members import MATERIAL, GearUnit, body_tables, material_of, unit_of
 from .reading import read_rexs_file
 from .stage_tables import stage_table, x_axis_of
 from .stages import Branch, StageParts
@@ -223,20 +223,13 @@ def _tell_cases(view: View, case: int | None, *, chosen: bool) -> None:
         view.lose(None, "accumulation", "accumulations over a load spectrum are results")
 
 
-_KEYS = (
-    ("density", "density", "density"),
-    ("elastic_modulus", "youngs_modulus", "pressure"),
-    ("poisson_ratio", "poisson_ratio", "ratio"),
-)
-
-
 def _material(unit: GearUnit, gear: int) -> tuple[int, Table]:
     """Material of a gear: id of its component (0 where it has none) and its table."""
     material = material_of(unit.view, gear)
     if material is None:
         return 0, {}
     table: Table = {}
-    for name, key, kind in _KEYS:
+    for key, name, kind, _, _ in MATERIAL:
         number = unit.view.number(material.id, name, kind)
         if number is not None and number.si > 0:
             table[key] = number.si if kind == "ratio" else number.text
@@ -257,7 +250,7 @@ def _common_material(unit: GearUnit, materials: Sequence[tuple[int, Table]]) -> 
 
 def _read_material(unit: GearUnit, number: int, material: Table, path: str) -> None:
     """Note the values of a material as read."""
-    for name, key, _ in _KEYS:
+    for key, name, *_ in MATERIAL:
         if key in material:
             unit.view.read(number, name, f"{path}.{key}", material[key])
 

@@ -18,6 +18,12 @@ from .view import Vector, View, along, minus
 
 Table = dict[str, object]
 STEEL = 7850.0  # the density a model file has by default [kg/m^3]
+# of a material, read and written: key of the model file, attribute, kind, unit of version 1.7, value of steel
+MATERIAL = (
+    ("density", "density", "density", "kg / dm^3", 7850.0),
+    ("youngs_modulus", "elastic_modulus", "pressure", "N / mm^2", 206e9),
+    ("poisson_ratio", "poisson_ratio", "ratio", "none", 0.3),
+)
 BODY_NAME = re.compile(r"[a-z][a-z0-9_-]{0,40}")
 _AXIAL = math.cos(math.radians(0.1))  # axes that differ by more are not parallel
 

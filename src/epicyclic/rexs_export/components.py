@@ -20,7 +20,7 @@ from ..document.units import Bounds, read_quantity
 from ..errors import ConvergenceError, ModelError
 from ..questions.sharing.definitions import known_mean_loads
 from ..rexs.file import Value
-from ..rexs.members import Inertia, SolidSection, inertia_of
+from ..rexs.members import MATERIAL, Inertia, SolidSection, inertia_of
 from ..system.assembly import assemble
 from ..system.system import faces
 from ..teeth.form import PLAIN, Flank
@@ -356,13 +356,6 @@ def gravity_of(train: Train) -> Attributes:
 
 # gears ----------------------------------------------------------------------------------------------------------------
 
-# key of the model file, attribute, kind and unit, and the value of steel
-_MATERIAL = (
-    ("density", "density", "density", "kg / dm^3", 7850.0),
-    ("youngs_modulus", "elastic_modulus", "pressure", "N / mm^2", 206e9),
-    ("poisson_ratio", "poisson_ratio", "ratio", "none", 0.3),
-)
-
 
 def _added_gear(draft: Draft, shaft: ShaftPart, part: GearPart, flank: Flank) -> int:
     """Add one gear, its flanks and what belongs to them; its id."""
@@ -435,7 +428,7 @@ def _material(draft: Draft, body: Body) -> int:
     paths = [["stages", stage, member, "material"], ["stages", stage, "material"]] if stage else []
     levels = [value_at(draft.train.document, path) for path in (*paths, ["material"])]
     values: dict[str, tuple[float, str]] = {}
-    for key, name, kind, unit, default in _MATERIAL:
+    for key, name, kind, unit, default in MATERIAL:
         value = next((level[key] for level in levels if isinstance(level, Mapping) and key in level), default)
         number = read_quantity(value, (kind,), Bounds())
         if not isinstance(number, (int, float)):
