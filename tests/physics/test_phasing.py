@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import epicyclic
-from epicyclic.teeth.phasing import Phase, contact_of_mate, contact_place, driver_tooth, mate_tooth, shift_term
+from epicyclic.teeth.geometry import Phase, contact_of_mate, contact_place, driver_tooth, mate_tooth, shift_term
 from epicyclic.train.phasing import StagePhases, ToothedGear, ToothMesh, stage_leads
 
 TEETH = st.integers(12, 130)

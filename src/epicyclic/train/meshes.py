@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ..document.schema import ModelFile
 from ..errors import ModelError
+from ..teeth.geometry import shift_term
 from ..teeth.mesh_stiffness import ToothPair, face_average
-from ..teeth.phasing import shift_term
 from ..warning_codes import coded
 from .bodies import Mesh, MeshSlice
 from .centres import StageShape
@@ -135,7 +135,7 @@ def _hand(shape: StageShape, p: GearPair, side: str | None) -> int:
 
 
 def _shift(shape: StageShape, p: GearPair) -> float:
-    """c of gear a in this mesh [pitches], see `teeth.phasing`."""
+    """c of gear a in this mesh [pitches], see `teeth.geometry`."""
     return shift_term(
         teeth=shape.plan.gears[p.a].teeth or 0,
         profile_shift=next(iter(shape.gears[p.a].values())).profile_shift,

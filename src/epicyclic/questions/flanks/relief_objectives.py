@@ -24,10 +24,9 @@ from ...errors import ModelError
 from ...statics.record import reference_tone
 from ...system.system import System
 from ...system.tooth_pairs import ContactHistory, pair_of, with_contact_tangent
-from ...teeth.flank import Flank, Relief
+from ...teeth.form import Flank, Relief
 from ...teeth.gear_pair import ContactPair, uniform_along_face
-from ...teeth.loaded_contact import all_segments, first_images
-from ...teeth.microgeometries import MicrogeometryContact, microgeometry_contact
+from ...teeth.loaded_contact import MicrogeometryContact, all_segments, first_images, microgeometry_contact
 from ...teeth.segments import ContactSegments
 from ...train.bodies import Mesh
 from ...train.train import Train
