@@ -83,6 +83,7 @@ def collect(checkout: Path, folder: Path, drives: list[str], only: str, jobs: in
             "PYTHONPATH": str((checkout / "src").resolve()),
             "OPENBLAS_NUM_THREADS": "1",
             "EPICYCLIC_JOBS": "1",
+            "PYTHONHASHSEED": "0",
             "COLUMNS": "160",
             "LC_ALL": "C.UTF-8",
         }
@@ -146,14 +147,16 @@ def kept(drive: str) -> dict[str, str]:
     return texts
 
 
-def check(folder: Path) -> list[str]:
-    """What differs between a folder and the part that the repository holds, of the files that both have."""
-    result = []
+def check(folder: Path) -> int:
+    """Print what differs from the part that the repository holds, of the files that both have; how many lines do."""
+    compared, result = 0, list[str]()
     for drive in sorted(path.name for path in folder.iterdir() if path.is_dir()):
         for name, text in kept(drive).items():
             if (file := folder / drive / name).exists():
+                compared += 1
                 result += [f"{drive}/{name}:{line}" for line in differences(text, file.read_text(encoding="utf-8"))]
-    return result
+    print(*result, f"{compared} files compared", sep="\n")
+    return len(result)
 
 
 def main() -> int:
@@ -183,8 +186,7 @@ def main() -> int:
         keep(given.folder)
         return 0
     if given.part == "check":
-        print(*(found := check(given.folder)), sep="\n")
-        return int(bool(found))
+        return int(check(given.folder) > 0)
     text = given.renames.read_text(encoding="utf-8") if given.renames else ""
     renames = [(a.strip(), b.strip()) for a, arrow, b in (line.partition("->") for line in text.splitlines()) if arrow]
     return int(compare(given.old, given.new, renames) > 0)

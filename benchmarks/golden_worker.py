@@ -113,9 +113,8 @@ def main() -> None:
     parser.add_argument("--only", default="")
     given = parser.parse_args()
     os.chdir(given.folder)
-    wanted = given.only.split(",") if given.only else [*COMMANDS, "report", "page"]
-    if given.drive == "desk":
-        wanted = list(DESK)
+    of_drive = list(DESK) if given.drive == "desk" else [*COMMANDS, "report", "page"]
+    wanted = [name for name in of_drive if not given.only or name in given.only.split(",")]
     for name in wanted:
         if given.drive == "desk":
             show(name, DESK[name])
