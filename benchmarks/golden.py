@@ -124,6 +124,8 @@ def keep(folder: Path) -> None:
     KEPT.mkdir(exist_ok=True)
     for pattern in KEPT_FILES:
         drive = pattern.partition("/")[0]
+        if not (folder / drive).is_dir():
+            continue
         words, numbers = [], []
         for file in sorted(folder.glob(pattern)):
             if file.stat().st_size > KEPT_LARGEST or file.name.startswith("help"):
