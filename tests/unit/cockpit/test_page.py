@@ -13,12 +13,12 @@ from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import visit
 
 from epicyclic.cockpit.canvas.element import Board
-from epicyclic.cockpit.computing.frames import PageFrame, pack
 from epicyclic.cockpit.page import page
-from epicyclic.cockpit.page.job_bar import progress_text
+from epicyclic.cockpit.page.evidence import progress_text
 from epicyclic.cockpit.page.levers_column import LeverControl
 from epicyclic.cockpit.page.page import cockpit_page
 from epicyclic.cockpit.processes.jobs import Job
+from epicyclic.cockpit.state.frames import PageFrame, pack
 from epicyclic.cockpit.state.state import opened
 from epicyclic.errors import ModelError
 
@@ -453,7 +453,7 @@ def test_words_of_a_job() -> None:
 
 def test_the_options_of_jobs_are_those_the_jobs_know() -> None:
     from epicyclic.cockpit.answers import jobs
-    from epicyclic.cockpit.page.job_bar import OPTIONS
+    from epicyclic.cockpit.page.evidence import OPTIONS
 
     assert set(OPTIONS) <= set(jobs.JOBS)
     for name, option in OPTIONS.items():

@@ -17,11 +17,11 @@ import psutil
 import pytest
 from tests.unit.cockpit import fake_compute
 
-from epicyclic.cockpit.computing.frames import PageFrame, pack, unpack
 from epicyclic.cockpit.processes.jobs import Task
 from epicyclic.cockpit.processes.session import Session, levers_at
 from epicyclic.cockpit.processes.spawned import Spare
 from epicyclic.cockpit.processes.worker import Worker
+from epicyclic.cockpit.state.frames import PageFrame, pack, unpack
 from epicyclic.cockpit.state.history import StateHistory, Step
 from epicyclic.cockpit.state.state import PageState, opened, request_of, with_value
 from epicyclic.errors import ModelError
@@ -472,7 +472,7 @@ def test_a_process_that_waits_takes_the_next_call() -> None:
 SERVER = """
 import asyncio, time, psutil
 from tests.unit.cockpit import fake_compute
-from epicyclic.cockpit.computing.frames import Request
+from epicyclic.cockpit.state.frames import Request
 from epicyclic.cockpit.processes.worker import Client, Worker
 
 async def main():

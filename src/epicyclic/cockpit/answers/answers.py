@@ -1,25 +1,88 @@
-"""The five answers of the page, from what a frame of results holds; those on resonances and on tip relief."""
+"""The five answers of the page, those on resonances and tip relief here; and what fails in a model, with its code."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from ...document.tables import leaves
 from ...document.units import factor
 from ...document.written_numbers import written
+from ...errors import ModelError
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
 from ...questions.response.resonances import BAND
+from ...statics.equilibrium import compliance_of
+from ...statics.unheld import unheld_warnings
 from ...system.system import System
-from ...system.tooth_pairs import mean_force
+from ...system.tooth_pairs import mean_force, pair_of, tooth_warnings
 from ...train.bodies import Mesh
 from ...train.train import Train
-from .answer import Answer, Level, answer, number, per_cent
+from ...warning_codes import WARNING_CODES, CodedText, code_of, coded
 from .sharing_answers import error_answer, float_answer, planet_answer
+from .words import Answer, Level, answer, number, per_cent
+
+# Codes of trains that cannot be built or do not run; all others are warnings.
+_FAILS = frozenset(
+    {
+        *("not-assembled", "ring-too-small", "planets-collide", "tips-in-roots", "contact-ratio-below-one"),
+        *("shafts-not-alike", "centre-distances-differ", "not-solvable", "no-tooth-contact", "load-not-held"),
+    }
+)
+_PATH = re.compile(r"\b(?:stages|operation|deviations|bodies|couplings|loads|damping|tolerance)(?:\.[\w-]+)+")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelCheck:
+    """One line of the checks.
+
+    level : ``bad`` where the train cannot be built or solved, else ``warn``.  code : of `warning_codes`, or "".
+    text : without its code.  path : of the model file, "" where the text names none.  cure : what helps.
+    """
+
+    level: Literal["bad", "warn"]
+    code: str
+    text: str
+    path: str
+    cure: str
+
+
+def checks_of(train: Train, system: System) -> tuple[ModelCheck, ...]:
+    """Warnings of the train, its teeth and its equations; those that fail first."""
+    said = [*train.warnings, *_teeth(train), *unheld_warnings(system, compliance_of(system).free)]
+    found = [_check(text) for text in dict.fromkeys(said)]
+    return tuple(sorted(found, key=lambda one: one.level != "bad"))
+
+
+def _teeth(train: Train) -> list[CodedText]:
+    """Warnings of the tooth contact of the first mesh of every pair that has teeth."""
+    first = {mesh.pair: mesh for mesh in reversed(train.meshes) if mesh.teeth is not None}
+    said: list[CodedText] = []
+    for mesh in first.values():
+        try:
+            said += tooth_warnings(pair_of(train, mesh), mesh)
+        except ModelError as error:
+            if error.path != "operation.torque":
+                said.append(coded("no-tooth-contact", str(error)))
+    return said
+
+
+def _check(text: CodedText) -> ModelCheck:
+    code = code_of(text) or ""
+    plain = text.removesuffix(f" [{code}]") if code else str(text)
+    path = _PATH.search(plain)
+    return ModelCheck(
+        level="bad" if code in _FAILS else "warn",
+        code=code,
+        text=plain,
+        path=path[0] if path else "",
+        cure=WARNING_CODES[code].cure if code else "",
+    )
+
 
 # A peak above the quietest speed by less than a twentieth is less than loads of a train are known to; from one on the
 # force falls to zero once a cycle where the rise is an amplitude: teeth part.  The limits of the verb `modes`.

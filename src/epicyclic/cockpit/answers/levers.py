@@ -28,8 +28,8 @@ from ...statics.tangent import linear
 from ...system.assembly import assemble
 from ...train.resolution import load
 from ...train.train import Train
-from .answer import per_cent
 from .sharing_answers import in_short
+from .words import per_cent
 
 # A soft support that is still felt, per mesh stiffness: where a floating sun is first held.
 _SOFT = 0.03

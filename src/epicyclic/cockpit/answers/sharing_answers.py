@@ -20,8 +20,7 @@ from ...document.written_numbers import written
 from ...teeth.grades import FLANK_GRADES, SIZE_GRADES, run_out_width
 from ...train.bodies import Body
 from ...train.train import Train
-from .answer import Answer, Level, answer, number
-from .names import listed
+from .words import Answer, Level, answer, listed, number
 
 # Tables whose second key may be left out where the train has one stage.
 _STAGED = ("deviations", "operation.speed", "operation.torque", "operation.power")

@@ -29,9 +29,9 @@ from ...system.assembly import assemble
 from ...system.system import System
 from ...train.resolution import load
 from ...train.train import Train
-from ..answers import answers, checks
-from ..answers.names import SpeedAxis, body_labels, mesh_labels, override_at, speed_axis
-from .frames import PageFrame, Request, failed_frame
+from ..answers import answers
+from ..answers.words import SpeedAxis, body_labels, mesh_labels, override_at, speed_axis
+from ..state.frames import PageFrame, Request, failed_frame
 from .sharing_view import (
     ErrorView,
     SharingView,
@@ -374,7 +374,7 @@ def _answers(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[
         twin=None if parts.twin is None else {**parts.twin.head, "coefficient": parts.twin.coefficient},
         **others,
     )
-    stated = [_table(one) for one in checks.checks_of(model.train, model.system)]
+    stated = [_table(one) for one in answers.checks_of(model.train, model.system)]
     return {"answers": [_table(one) for one in found], "checks": [*stated, *(one.check for one in parts.missing)]}
 
 

@@ -25,7 +25,7 @@ from ...system.excitation import unit_lines
 from ...system.system import Array, System
 from ...train.bodies import Link
 from ...train.train import Displacement, MeshError, Train
-from ..answers.names import as_overridden, member_words, rounded
+from ..answers.words import as_overridden, member_words, rounded
 
 # What is shown of a list that nobody reads to its end.
 _MOST = 12

@@ -16,6 +16,7 @@ from ...errors import ModelError
 from ...terms.file_paths import Explanation
 from ...train.resolution import load
 from ..state.state import PageState, request_of
+from .controls import enlarge_button, heard, icon_button, present
 from .field_list import (
     Field,
     FieldGroup,
@@ -27,7 +28,6 @@ from .field_list import (
     group_at,
     typed_value,
 )
-from .parts import enlarge_button, heard, icon_button, present
 
 if TYPE_CHECKING:
     from ..processes.session import Session

@@ -19,7 +19,7 @@ from ...errors import ModelError
 from ...rexs.file import is_rexs_name
 from ..state.history import file_name_of
 from ..state.state import opened, uploaded
-from .parts import heard, icon_button, on_key, plain_button, present, refused, rename, show_model, window
+from .controls import heard, icon_button, on_key, plain_button, present, refused, rename, show_model, window
 
 if TYPE_CHECKING:
     from ..processes.session import Session

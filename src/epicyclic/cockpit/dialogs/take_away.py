@@ -14,7 +14,7 @@ from ...errors import ConvergenceError, ModelError
 from ..state.history import command_line, file_name_of, script
 from ..state.state import request_of
 from ..state.written_text import text_of
-from .parts import copy, give, heard, icon_button, plain_button, present, refused, safe_name, window
+from .controls import copy, give, heard, icon_button, plain_button, present, refused, safe_name, window
 from .worker_calls import VERBS, figure_of, figures, job_file, jobs_done
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from ...errors import ModelError
 from ...train.resolution import load
 from ..state.state import request_of, with_text
 from ..state.written_text import text_of
-from .parts import enlarge_button, heard, plain_button, present
+from .controls import enlarge_button, heard, plain_button, present
 
 if TYPE_CHECKING:
     from ..processes.session import Session

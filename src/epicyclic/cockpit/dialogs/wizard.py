@@ -17,7 +17,7 @@ from ...train.new_train import new_train
 from ...train.resolution import load
 from ...train.wishes import HELD, KINDS, MEMBERS
 from ..state.state import from_text
-from .parts import plain_button, refused, safe_name, show_model, window
+from .controls import plain_button, refused, safe_name, show_model, window
 
 if TYPE_CHECKING:
     from ..processes.session import Session

@@ -8,12 +8,11 @@ from typing import Any
 from nicegui.element import Element
 
 from ...errors import ModelError
-from ..answers.answer import QUESTIONS
-from ..dialogs.parts import refused
+from ..answers.words import QUESTIONS
+from ..dialogs.controls import Words, box, button, hide, prop, refused
 from ..processes.jobs import Job
 from ..processes.session import Session
-from .controls import Words, box, button, hide, prop
-from .job_bar import progress_text
+from .evidence import progress_text
 
 _MARKS = {"good": ("✓", "passes"), "warn": ("!", "look at"), "bad": ("✗", "fails"), "none": ("·", "note")}
 # Failing checks above the answers; the header has all of them.

@@ -14,13 +14,13 @@ from nicegui.events import GenericEventArguments
 from ...document.units import factor
 from ...document.written_numbers import Written, written
 from ...errors import ModelError
+from ..dialogs.controls import Words, box, prop
 from ..dialogs.field_list import file_value
 from ..dialogs.fields_panel import fields_panel
 from ..dialogs.text_panel import text_panel
 from ..processes.session import Session
 from ..state.state import PageState
 from ..state.written_text import written_value
-from .controls import Words, box, prop
 
 
 def entry_of(value: object, unit: str, entry: int) -> float | None:

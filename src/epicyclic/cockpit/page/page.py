@@ -13,15 +13,14 @@ from nicegui.element import Element
 
 from ...document.drives import drive_titles
 from ..canvas.element import SweepPane, TrainPane, send
-from ..computing.frames import PageFrame
+from ..dialogs.controls import Words, box, button, heard, hide, prop, show_model
 from ..dialogs.open_model import open_window
-from ..dialogs.parts import heard, show_model
 from ..dialogs.wizard import new_window
 from ..processes.session import Session
+from ..state.frames import PageFrame
 from ..state.state import opened
 from .answers_pane import AnswersPane
-from .controls import Words, box, button, hide, prop
-from .evidence_tabs import EvidenceTabs, ModesList
+from .evidence import EvidenceTabs, ModesList
 from .header import Header
 from .levers_column import LeversColumn
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ...errors import ModelError
-from ..computing.frames import PageFrame, pack, unpack
+from ..state.frames import PageFrame, pack, unpack
 from ..state.state import Origin
 from .spawned import Channel, Spare, kill_group, spawned, waiting
 

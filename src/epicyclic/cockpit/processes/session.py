@@ -12,12 +12,11 @@ from typing import Any, Literal
 
 from ...errors import ModelError
 from ...results.files import write_text
-from ..computing.frames import PageFrame, Request, failed_frame, unpack
-from ..state.history import StateHistory, Step, command_line, from_fragment, script, snapshot_text
+from ..state.frames import PageFrame, Request, failed_frame, unpack
+from ..state.history import StateHistory, Step, command_line, file_of, from_fragment, script, seal_of, snapshot_text
 from ..state.state import Origin, PageState, at_speed, request_of, with_text, with_value, with_values
 from ..state.written_text import text_of
 from .jobs import Job, Jobs
-from .seals import file_of, seal_of
 from .worker import Client, Worker, start_worker
 
 

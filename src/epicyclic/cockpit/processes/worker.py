@@ -12,7 +12,7 @@ from multiprocessing.context import SpawnProcess
 from typing import Any
 
 from ...errors import ModelError
-from ..computing.frames import PageFrame, Request, failed_frame, pack
+from ..state.frames import PageFrame, Request, failed_frame, pack
 from .spawned import Channel, Spare, kill_group, spawned
 
 # [s] that one frame may take: the slowest, a sweep with shaft orders of a train of several stages, takes some 20 s on a

@@ -13,9 +13,9 @@ from pathlib import Path
 from types import FrameType
 
 from ...errors import ModelError
-from ..processes.seals import set_seal_key
+from ..state.history import set_seal_key
 from ..state.state import PageState, opened
-from .passes import Passes, issue, state_folder
+from .guard import Passes, issue, state_folder
 
 PORT = 8765  # 8080 and 8000 are what other development servers take first
 _MORE_PORTS = 20  # tried where the port is taken: as many cockpits at once

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.cockpit.answers.job_results import JobFrame, tolerance_shares
-from epicyclic.cockpit.answers.jobs import JOBS
+from epicyclic.cockpit.answers.jobs import JOBS, JobFrame, tolerance_shares
 from epicyclic.cockpit.answers.sharing_answers import halved_text, halved_tolerance
-from epicyclic.cockpit.computing.frames import pack, unpack
+from epicyclic.cockpit.state.frames import pack, unpack
 from epicyclic.document.drives import drive_text
 from epicyclic.errors import ModelError
 from epicyclic.train.resolution import load

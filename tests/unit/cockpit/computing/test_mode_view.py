@@ -7,7 +7,7 @@ import pytest
 
 import epicyclic
 from epicyclic import assemble, load
-from epicyclic.cockpit.answers.names import body_labels, listed, ordinal, rounded, speed_axis
+from epicyclic.cockpit.answers.words import body_labels, listed, ordinal, rounded, speed_axis
 from epicyclic.cockpit.computing.speed_view import ModeView, mode_view
 from epicyclic.document.document import ready_drives
 from epicyclic.train.train import Train

@@ -1,4 +1,6 @@
-"""What all dialogs share: windows with a title, small buttons with a name, downloads, callbacks of a session."""
+"""Controls of the page and of its windows: native elements, which browsers make reachable by keyboard, texts sent on
+change, windows with a title, buttons with a name, downloads, keys, callbacks of a session.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +10,59 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import background_tasks, ui
 from nicegui.element import Element
+from nicegui.elements.mixins.text_element import TextElement
 
 from ...errors import ModelError
 
 if TYPE_CHECKING:
     from ..processes.session import Session
     from ..state.state import PageState
+
+
+class Words(TextElement):
+    """An element with a text; an equal one is not sent again."""
+
+    def __init__(self, tag: str = "span", text: str = "", *, classes: str = "") -> None:
+        super().__init__(tag=tag, text=text)
+        self.classes(classes)
+
+    def say(self, text: str) -> None:
+        if self.text != text:
+            self.set_text(text)
+
+
+def box(classes: str, tag: str = "div") -> Element:
+    """A container."""
+    return Element(tag).classes(classes)
+
+
+def button(text: str, on_click: Callable[..., Any], *, classes: str = "ck-small", label: str = "") -> Words:
+    """A native button; label : its name where the text is none."""
+    made = Words("button", text, classes=classes)
+    made.props["type"] = "button"
+    if label:
+        made.props["aria-label"] = label
+        made.props["title"] = label
+    made.on("click", lambda _: on_click())
+    return made
+
+
+def prop(element: Element, name: str, value: object) -> None:
+    """Set a property and send it, where it is another one."""
+    if element.props.get(name) != value:
+        element.props[name] = value
+        element.update()
+
+
+def hide(element: Element, hidden: bool) -> None:
+    """Take an element away from the page and its readers, or show it."""
+    if bool(element.props.get("hidden")) != hidden:
+        if hidden:
+            element.props["hidden"] = True
+        else:
+            del element.props["hidden"]
+        element.update()
+
 
 # Characters of a file name: file systems take 255 bytes, and a suffix and a number of the browser's come behind.
 _MOST_NAME = 100
