@@ -115,7 +115,7 @@ def run(
 def ready(system: Any, compiled: bool) -> tuple[Any, Any]:
     """What the curve of the live set is computed of."""
     model = speed_model(system, compiled=compiled)
-    return model, efforts(model).live
+    return model, efforts(model)[0]
 
 
 def show(name: str, found: list[Times]) -> None:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ...document.shorthand import PAIRS
+from ...document.tables import leaves, value_at
 from ...train.bodies import Body
 from ...train.train import Train
 
@@ -22,20 +26,22 @@ QUESTIONS: Mapping[str, str] = {
 """Key of an answer -> its question, in the order of the page."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True)
 class Answer:
     """One line of the page.
 
-    key, question : of `QUESTIONS`.  text : one sentence or two.  figure : the number to remember, "" without one.
-    level : how it stands.  apply : overrides by path that act on it, None without.  apply_label : what they do.
-    evidence : what shows why: sweep, sharing, errors, relief or modes.  job : that says more, None without.
-    stale : whether it belongs to an earlier state.  mode : number of the mode that it is about, None without one.
-    speed : that it is about, on the axis of the sweep [rpm], None without one.
+    key : of `QUESTIONS`, whose text is the question.  text : one sentence or two.  figure : the number to remember, ""
+    without one.  level : how it stands.  apply : overrides by path that act on it, None without.
+    apply_label : what they do.  evidence : what shows why: sweep, sharing, errors, relief or modes.
+    job : that says more, None without.  stale : whether it belongs to an earlier state.
+    mode : number of the mode that it is about, None without one.  speed : that it is about, on the axis of the sweep
+    [rpm], None without one.
     """
 
     key: str
-    question: str
+    question: str = field(init=False)
     text: str
+    _: KW_ONLY
     figure: str = ""
     level: Level = "none"
     apply: Mapping[str, object] | None = None
@@ -46,34 +52,10 @@ class Answer:
     mode: int | None = None
     speed: float | None = None
 
-
-def answer(
-    key: str,
-    text: str,
-    *,
-    figure: str = "",
-    level: Level = "none",
-    apply: Mapping[str, object] | None = None,
-    apply_label: str = "",
-    evidence: str = "",
-    job: str | None = None,
-    mode: int | None = None,
-    speed: float | None = None,
-) -> Answer:
-    """An answer to the question of a key."""
-    return Answer(
-        key=key,
-        question=QUESTIONS[key],
-        text=text,
-        figure=figure,
-        level=level,
-        apply=dict(apply) if apply else None,
-        apply_label=apply_label if apply else "",
-        evidence=evidence,
-        job=job,
-        mode=mode,
-        speed=speed,
-    )
+    def __post_init__(self) -> None:
+        self.question = QUESTIONS[self.key]
+        if not self.apply:
+            self.apply, self.apply_label = None, ""
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -88,9 +70,10 @@ def per_cent(share: float, digits: int = 2) -> str:
     return f"{value:.0f} %" if abs(value) >= 10 ** (digits - 1) else f"{value:.1f} %"
 
 
-def larger_part(value: float, other: float) -> float:
-    """Relative change of a value to another [1]; 0 where the first is 0."""
-    return other / value - 1 if value else 0.0
+def largest_known(values: NDArray[np.float64]) -> float:
+    """Largest of values that are finite; nan where none is."""
+    known = values[np.isfinite(values)]
+    return float(known.max()) if known.size else float("nan")
 
 
 SpeedAxis = tuple[str, float]
@@ -100,31 +83,27 @@ SpeedAxis = tuple[str, float]
 def body_labels(train: Train) -> dict[str, str]:
     """Label of every body by its name: ``planet 1 left``; with the stage before it where there are several."""
     several = len(train.planets) > 1
-    return {body.name: _body_label(body, several=several and body.frame in train.planets) for body in train.bodies}
-
-
-def _body_label(body: Body, *, several: bool) -> str:
-    """Label of one body."""
-    words = [body.member.rpartition(".")[2], str(body.branch or ""), body.side or ""]
-    label = " ".join(filter(None, words))
-    return f"{body.frame}: {label}" if several else label
+    labels = {}
+    for body in train.bodies:
+        label = _seat(body, body.side)
+        labels[body.name] = f"{body.frame}: {label}" if several and body.frame in train.planets else label
+    return labels
 
 
 def mesh_labels(train: Train) -> dict[str, str]:
     """Label of every whole mesh by its name: ``sun, planet 1 left``; ``sun, planet 1`` where no side is needed."""
     bodies = {body.name: body for body in train.bodies}
     several = len(train.planets) > 1
-    found = {}
+    labels = {}
     for mesh in train.meshes:
-        words = [_unsided(bodies[name]) for name in (mesh.a, mesh.b)]
-        label = ", ".join(words) + (f" {mesh.side}" if mesh.side else "")
-        found[mesh.name] = f"{mesh.stage}: {label}" if several else label
-    return found
+        label = f"{_seat(bodies[mesh.a])}, {_seat(bodies[mesh.b], mesh.side)}"
+        labels[mesh.name] = f"{mesh.stage}: {label}" if several else label
+    return labels
 
 
-def _unsided(body: Body) -> str:
-    """Member and branch of a body."""
-    return " ".join(filter(None, [body.member.rpartition(".")[2], str(body.branch or "")]))
+def _seat(body: Body, side: str | None = None) -> str:
+    """Member, branch and side of a body, those that it has."""
+    return " ".join(filter(None, [body.member.rpartition(".")[2], str(body.branch or ""), side]))
 
 
 def member_words(train: Train, member: str, branches: Sequence[int]) -> str:
@@ -149,21 +128,14 @@ def speed_axis(train: Train) -> SpeedAxis | None:
     turns at all.
     """
     speed = train.kinematics.speed or {}
-    operation: Any = train.document.get("operation")
-    stated = _leaves(operation.get("speed") if isinstance(operation, Mapping) else None)
-    for member in (*stated, *speed):
+    stated = value_at(train.document, ("operation", "speed"))
+    members = [path for path, _ in leaves(stated)] if isinstance(stated, dict) else []
+    for member in (*members, *speed):
         if speed.get(member):
             stage, _, name = member.rpartition(".")
             words = f"{name} of stage {stage}" if len(train.planets) > 1 and stage else name
             return f"speed of the {words} [rpm]", abs(float(speed[member]))
     return None
-
-
-def _leaves(table: object, before: str = "") -> list[str]:
-    """Dotted paths of the values of nested tables, in order."""
-    if not isinstance(table, Mapping):
-        return [before.rstrip(".")] if before else []
-    return [path for key, value in table.items() for path in _leaves(value, f"{before}{key}.")]
 
 
 def as_overridden(path: str, overrides: Mapping[str, object]) -> str:
@@ -217,9 +189,3 @@ def listed(numbers: Sequence[int]) -> str:
         else:
             runs.append([number])
     return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
-
-
-def rounded(value: float, digits: int = 3) -> str:
-    """A number of so many digits, without an exponent where it has none of its own."""
-    text = f"{value:.{digits}g}"
-    return f"{float(text):.10g}" if "e" in text and 1e-4 <= abs(value) < 1e9 else text
