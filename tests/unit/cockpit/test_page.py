@@ -67,10 +67,6 @@ class PageSession(FakeSession):
         self.started: list[Job] = []
         self.jobs = SimpleNamespace(start=self.begin, cancel=self.end, visible=lambda: self.started)
 
-    @property
-    def state(self) -> Any:
-        return self.history.present
-
     def set(self, path: str, value: object, *, released: bool, key: str | None = None) -> None:
         if value == "nonsense":
             raise ModelError("is no number", path=path, allowed="a mass")
@@ -456,6 +452,6 @@ def test_the_options_of_jobs_are_those_the_jobs_know() -> None:
     from epicyclic.cockpit.page.evidence import OPTIONS
 
     assert set(OPTIONS) <= set(jobs.JOBS)
-    for name, option in OPTIONS.items():
-        assert {key for choice in option.choices for key in choice.options} <= set(jobs.JOBS[name].options)
-    assert all(not option.choices[0].options for option in OPTIONS.values())  # the first one is the job's own
+    for name, (_, choices) in OPTIONS.items():
+        assert {key for options in choices.values() for key in options} <= set(jobs.JOBS[name].options)
+        assert not next(iter(choices.values()))  # the first one is the job's own

@@ -36,12 +36,15 @@ _SOFT = 0.03
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Candidate:
-    """A number of the model file.
+class Lever:
+    """A number of the model file, and its slider once that is made.
 
-    kind : pin, run_out, sun, support, load, speed or design.  path, label, unit, entry, count : as of a lever.
-    value : in `unit`; 0 where the model has none, inf where it is rigid.  log : whether a slider is logarithmic.
-    usual : a usual value in `unit`, of a support.  others : all entries of a list, in `unit`.
+    kind : pin, run_out, sun, support, load, speed or design.  path : of the override.  label : in words.
+    value : in `unit`, "" of a plain number; of a candidate 0 where the model has none, inf where it is rigid.
+    log : whether the slider is logarithmic.  usual : a usual value in `unit`, of a support.
+    entry, count : place from 0 and number of entries, where the value is one entry of a list at the path; None of a
+        single number.  others : all entries of the list, in `unit`.
+    least, most, step : of the slider, in `unit`.  why : what it does to this train.
     """
 
     kind: str
@@ -54,9 +57,13 @@ class Candidate:
     entry: int | None = None
     count: int | None = None
     others: tuple[float, ...] = ()
+    least: float = 0.0
+    most: float = 0.0
+    step: float = 0.0
+    why: str = ""
 
     def scaled(self, si: float) -> float:
-        """A value in SI in the unit of the candidate."""
+        """A value in SI in the unit of the lever."""
         return si / _si_of(self.unit)
 
     def written(self) -> object:
@@ -67,7 +74,7 @@ class Candidate:
         return Written(values=values, unit=self.unit, many=True).text(values)
 
 
-def candidates_of(train: Train, tables: PlainTable, overrides: Mapping[str, object]) -> list[Candidate]:
+def candidates_of(train: Train, tables: PlainTable, overrides: Mapping[str, object]) -> list[Lever]:
     """Candidates of a train in the order of the page.
 
     tables, overrides : the model file and what is laid over it, which say how a number is written.
@@ -115,7 +122,7 @@ class _Model:
         names = (full, f"{full.removesuffix('.radial')}.x") if full.endswith(".radial") else (full,)
         return next((one for name in names if (one := written(self.document.get(name))) is not None), None)
 
-    def pins(self) -> Iterator[Candidate]:
+    def pins(self) -> Iterator[Lever]:
         """Tangential position of the pin that stands farthest off, else of that of planet 1."""
         for member, body in self.members.items():
             if body.kind != "planet" or body.carried_by is None or body.gear is None:
@@ -127,7 +134,7 @@ class _Model:
             if (number is not None and not number.many) or len(values) != count or count < 2:
                 continue
             entry = max(range(count), key=lambda i: (abs(values[i]), -i))
-            yield Candidate(
+            yield Lever(
                 kind="pin",
                 path=self.path_of(full),
                 label=f"pin of {self.of(member)} {entry + 1}, tangential",
@@ -138,7 +145,7 @@ class _Model:
                 others=tuple(values),
             )
 
-    def run_outs(self) -> Iterator[Candidate]:
+    def run_outs(self) -> Iterator[Lever]:
         """Run-out of every member about the axis that turns; of planets where the file has one."""
         speeds = self.train.kinematics.speed or {}
         for member, body in self.members.items():
@@ -150,7 +157,7 @@ class _Model:
                 continue
             if number is None and body.kind == "planet":
                 continue
-            yield Candidate(
+            yield Lever(
                 kind="run_out",
                 path=self.path_of(full),
                 label=f"run-out of the {self.of(member)}{'s' if body.kind == 'planet' else ''}",
@@ -158,7 +165,7 @@ class _Model:
                 unit=number.unit if number is not None and number.unit else "um",
             )
 
-    def supports(self) -> Iterator[Candidate]:
+    def supports(self) -> Iterator[Lever]:
         """Radial stiffness of suns, whether they float or not, and of what has a finite one."""
         mesh: dict[str, float] = {}
         for one in self.train.meshes:
@@ -176,7 +183,7 @@ class _Model:
                     continue
                 unit = number.unit if number is not None and number.unit else "N/m"
                 word = "bearing of the" if table == "bearing" else "support of the"
-                yield Candidate(
+                yield Lever(
                     kind="sun" if sun and table == "support" else "support",
                     path=self.path_of(full),
                     label=f"{word} {self.of(member)}{'s' if body.kind == 'planet' else ''}, radial",
@@ -186,7 +193,7 @@ class _Model:
                     usual=float(f"{_SOFT * mesh[body.frame] / _si_of(unit):.2g}"),
                 )
 
-    def operation(self) -> Iterator[Candidate]:
+    def operation(self) -> Iterator[Lever]:
         """Torques, powers and speeds that the file states."""
         for table, kind in (("torque", "load"), ("power", "load"), ("speed", "speed")):
             for full, value in self.document.items():
@@ -195,7 +202,7 @@ class _Model:
                     continue
                 member = full.removeprefix(f"operation.{table}.")
                 short = in_short(self.train, full, self.document).removeprefix(f"operation.{table}.")
-                yield Candidate(
+                yield Lever(
                     kind=kind,
                     path=self.path_of(full),
                     label=f"{table} of the {short.replace('.', ' ') if not self.several else member.replace('.', ' ')}",
@@ -203,7 +210,7 @@ class _Model:
                     unit=number.unit,
                 )
 
-    def design(self) -> Iterator[Candidate]:
+    def design(self) -> Iterator[Lever]:
         """Helix angle, module, face width, masses, damping and mesh stiffnesses that the file states."""
         words = {"helix_angle": "helix angle", "module": "module", "face_width": "face width"}
         for full, value in self.document.items():
@@ -221,7 +228,7 @@ class _Model:
                 label, log = f"stiffness of {parts[3]}{stage}", True
             else:
                 continue
-            yield Candidate(
+            yield Lever(
                 kind="design",
                 path=self.path_of(full),
                 label=label,
@@ -307,10 +314,9 @@ def effect_of(now: Figures, then: Figures, where: str) -> Effect:
     return Effect(f"{where}: {'; '.join(words[:2])}" if words else "", size)
 
 
-# Levers that one screen shows beside their number boxes, and how many of each kind are taken first.
+# Levers that one screen shows beside their number boxes.
 _MOST = 7
 _ERRORS = ("pin", "run_out")
-_PLACES = {"pin": 1, "run_out": 1, "sun": 1, "support": 1, "load": 1, "speed": 1, "design": 1}
 # Candidates that are tried, 20 ms each of a small train: a model opens meanwhile.  Those that are left move nothing
 # known.  A number and no time, so that a model has the same levers whatever else the machine does.
 _TRIALS = 12
@@ -334,29 +340,7 @@ _TRIES = 5
 _HELIX, _DAMPING = 40.0, 0.2
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModelLever:
-    """One slider.
-
-    path : of the override.  label : in words.  value, least, most, step : in `unit`, "" of a plain number.
-    log : whether the slider is logarithmic.  why : what it does to this train.  entry, count : place from 0 and number
-        of entries, where the value is one entry of a list at the path; None of a single number.
-    """
-
-    path: str
-    label: str
-    value: float
-    unit: str
-    least: float
-    most: float
-    step: float
-    log: bool = False
-    why: str = ""
-    entry: int | None = None
-    count: int | None = None
-
-
-def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tuple[ModelLever, ...]:
+def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tuple[Lever, ...]:
     """Levers of a model, at most seven, in the order of the page: errors, supports, load, design.
 
     Raises
@@ -369,12 +353,10 @@ def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tup
     effects = _effects(source, overrides, train, candidates)
     ranked = sorted(range(len(candidates)), key=lambda i: (-effects[i].size, i))
     chosen: list[int] = []
-    places = dict(_PLACES)
-    for i in ranked:
-        if places.get(candidates[i].kind, 0) > 0:
-            places[candidates[i].kind] -= 1
+    for i in ranked:  # the first of each kind
+        if candidates[i].kind not in [candidates[k].kind for k in chosen]:
             chosen.append(i)
-    # places that no candidate takes go to those that move most
+    # the places that are left go to those that move most
     for i in ranked:
         if len(chosen) >= _MOST:
             break
@@ -390,7 +372,7 @@ def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tup
     return tuple(levers)
 
 
-def _that_loads(source: PlainTable | Path, overrides: Mapping[str, object], lever: ModelLever) -> ModelLever:
+def _that_loads(source: PlainTable | Path, overrides: Mapping[str, object], lever: Lever) -> Lever:
     """A lever whose ends give models, drawn in where the rest of the drawing does not follow, as a rim of a module."""
     ends = []
     for end in (lever.least, lever.most):
@@ -406,7 +388,7 @@ def _that_loads(source: PlainTable | Path, overrides: Mapping[str, object], leve
 
 
 def _effects(
-    source: PlainTable | Path, overrides: Mapping[str, object], train: Train, candidates: list[Candidate]
+    source: PlainTable | Path, overrides: Mapping[str, object], train: Train, candidates: list[Lever]
 ) -> list[Effect]:
     """What every candidate moves; those that are not tried move nothing that is known."""
     kinds = ["damping" if candidate.path.startswith("damping") else candidate.kind for candidate in candidates]
@@ -423,7 +405,7 @@ def _effects(
     return [effects.get(i, Effect("", 0.0)) for i in range(len(candidates))]
 
 
-def _in_turn(candidates: list[Candidate]) -> list[int]:
+def _in_turn(candidates: list[Lever]) -> list[int]:
     """Places of the candidates, one of each kind in turn, so that their number costs no kind its best."""
     before: dict[str, int] = {}
     rounds = []
@@ -433,7 +415,7 @@ def _in_turn(candidates: list[Candidate]) -> list[int]:
     return [i for _, i in sorted(rounds)]
 
 
-def _tried(candidate: Candidate) -> float:
+def _tried(candidate: Lever) -> float:
     """Another value of a candidate: twice, of an error without a value a usual one, of design a tenth more."""
     if candidate.kind in _ERRORS:
         return 2 * candidate.value if candidate.value else candidate.scaled(_ERROR / 3)
@@ -442,7 +424,7 @@ def _tried(candidate: Candidate) -> float:
     return candidate.value * (1.1 if candidate.kind == "design" else 2.0)
 
 
-def _lever(candidate: Candidate, effect: Effect) -> ModelLever:
+def _lever(candidate: Lever, effect: Effect) -> Lever:
     value, why, step = candidate.value, effect.words, 0.0
     least, most = _range(candidate)
     if not candidate.log:  # ends are whole steps: 1, 2, 5, 10 .. times a power of ten
@@ -454,22 +436,10 @@ def _lever(candidate: Candidate, effect: Effect) -> ModelLever:
     if candidate.kind == "sun" and not 0 < value < math.inf:
         why = ", ".join(filter(None, ["the sun floats now" if value == 0 else "rigid now", why]))
         value = value if value == 0 else most
-    return ModelLever(
-        path=candidate.path,
-        label=candidate.label,
-        value=_clean(value),
-        unit=candidate.unit,
-        least=_clean(least),
-        most=_clean(most),
-        step=_clean(step),
-        log=candidate.log,
-        why=why,
-        entry=candidate.entry,
-        count=candidate.count,
-    )
+    return replace(candidate, value=_clean(value), least=_clean(least), most=_clean(most), step=_clean(step), why=why)
 
 
-def _range(candidate: Candidate) -> tuple[float, float]:
+def _range(candidate: Lever) -> tuple[float, float]:
     """Ends of a slider in the unit of the candidate."""
     value = candidate.value
     if candidate.kind in _ERRORS:

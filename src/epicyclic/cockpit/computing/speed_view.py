@@ -119,9 +119,9 @@ def mode_view(
     squared, vectors = mean_modes(system)
     kinds = classify_modes(system, squared, vectors)
     elastic = np.flatnonzero(squared > 0)[:_MOST]
-    vectors = kinds.vectors[:, elastic]
-    vectors = vectors * normalisation(vectors, system.dofs.radius)
-    full = (system.dofs.expand @ vectors).reshape(len(system.dofs.bodies), 6, -1).transpose(2, 0, 1)
+    shapes = kinds.vectors[:, elastic]
+    shapes = shapes * normalisation(shapes, system.dofs.radius)
+    full = (system.dofs.expand @ shapes).reshape(len(system.dofs.bodies), 6, -1).transpose(2, 0, 1)
     label, body = _labels(train, system, full, labels)
     frequency = np.sqrt(squared) / (2 * np.pi)
     tones = tones_of_meshes(system)

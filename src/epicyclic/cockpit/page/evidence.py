@@ -3,70 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from ...errors import ModelError
+from ..answers.jobs import JOBS
 from ..canvas.element import EvidencePane, send
 from ..dialogs.controls import Words, box, button, hide, prop, refused
 from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JobChoice:
-    """One entry: its words, and the options that it means."""
-
-    label: str
-    options: Mapping[str, int | float | str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JobOption:
-    """A list of choices with its name."""
-
-    label: str
-    choices: tuple[JobChoice, ...]
-
-
-OPTIONS: Mapping[str, JobOption] = {
-    "contact": JobOption(
-        label="Show",
-        choices=(
-            JobChoice(label="transmission error"),
-            JobChoice(label="load along the face", options={"show": "load"}),
-        ),
-    ),
-    "relief": JobOption(
-        label="Search",
-        # three times the candidates and generations: two optima of nearly the same error are told apart
-        choices=(JobChoice(label="quick"), JobChoice(label="thorough", options={"population": 36, "generations": 24})),
-    ),
-    "tolerance": JobOption(
-        label="Trains",
-        choices=(JobChoice(label="16 384"), JobChoice(label="131 072", options={"samples": 131_072})),
-    ),
-    "contact_loss": JobOption(
-        label="Speeds",
-        choices=(
-            JobChoice(label="60"),
-            JobChoice(label="200", options={"points": 200}),
-            JobChoice(label="60 with shaft orders", options={"shaft_orders": True}),
-        ),
-    ),
-    "transient": JobOption(
-        label="Mesh cycles",
-        choices=(JobChoice(label="50"), JobChoice(label="300", options={"cycles": 300.0})),
-    ),
-    "sensitivity": JobOption(
-        label="Of",
-        choices=(JobChoice(label="lowest frequency"), JobChoice(label="mesh force", options={"of": "force"})),
-    ),
+OPTIONS: Mapping[str, tuple[str, Mapping[str, Mapping[str, int | float | str]]]] = {
+    "contact": ("Show", {"transmission error": {}, "load along the face": {"show": "load"}}),
+    # three times the candidates and generations: two optima of nearly the same error are told apart
+    "relief": ("Search", {"quick": {}, "thorough": {"population": 36, "generations": 24}}),
+    "tolerance": ("Trains", {"16 384": {}, "131 072": {"samples": 131_072}}),
+    "contact_loss": ("Speeds", {"60": {}, "200": {"points": 200}, "60 with shaft orders": {"shaft_orders": True}}),
+    "transient": ("Mesh cycles", {"50": {}, "300": {"cycles": 300.0}}),
+    "sensitivity": ("Of", {"lowest frequency": {}, "mesh force": {"of": "force"}}),
 }
-"""Job -> what may be chosen of it; a job that is missing has nothing to choose."""
+"""Job -> name of its list of choices, and the options that each means; a job that is missing has nothing to choose."""
 
 
 # Steps of the progress that are worth a message: a bar has no more pixels.
@@ -81,20 +40,30 @@ class JobBar:
     ) -> None:
         self._session, self._name, self._words = session, name, words
         self._job: Job | None = None
-        self._before = _before(name)
+        kind = JOBS[name]
+        self._before = f"{kind.about} From {_time(kind.seconds)}, by the size of the train."
+        list_label, choices = OPTIONS.get(name, ("", {}))
+        self._options = list(choices.values())
+        self._chosen = 0
         with box("ck-job") as self._bar:
             self._bar.props["data-job"] = name
             self._run = button("Run", lambda: run(name), classes="ck-small ck-main")
             self._cancel = button("Cancel", lambda: cancel(name))
-            self._chosen = 0
-            self._choices = _choices(OPTIONS[name], self._choose) if name in OPTIONS else None
+            with box("ck-choice", "label") as self._choices:
+                Words(text=list_label, classes="ck-pale")
+                with box("ck-select", "select") as select:
+                    select.props["aria-label"] = list_label
+                    for number, label in enumerate(choices):
+                        Words("option", label).props["value"] = str(number)
+                select.on("change", self._choose, js_handler="(e) => emit(Number(e.target.value))")
             self._progress = box("", "progress")
             self._progress.props.update({"max": 1, "aria-label": f"{words}: share done"})
             self._text = Words(classes="ck-answer-text", text=self._before)
             self._text.props["title"] = self._before
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
-        for part in (self._cancel, self._progress, self._apply):
-            hide(part, True)
+        hide(self._choices, not choices)
+        for control in (self._cancel, self._progress, self._apply):
+            hide(control, True)
         self.hide(True)
 
     def hide(self, hidden: bool) -> None:
@@ -103,10 +72,10 @@ class JobBar:
     @property
     def options(self) -> Mapping[str, Any]:
         """What is chosen of the job."""
-        return OPTIONS[self._name].choices[self._chosen].options if self._name in OPTIONS else {}
+        return self._options[self._chosen] if self._options else {}
 
     def _choose(self, event: GenericEventArguments) -> None:
-        if isinstance(event.args, int) and 0 <= event.args < len(OPTIONS[self._name].choices):
+        if isinstance(event.args, int) and 0 <= event.args < len(self._options):
             self._chosen = event.args
 
     def follow(self, job: Job | None) -> None:
@@ -114,37 +83,22 @@ class JobBar:
         if job is None and self._job is None:
             return
         self._job = job
-        if job is None:
-            self._forget()
-            return
         rev = self._session.rev
-        hide(self._run, not job.ended)
-        hide(self._cancel, job.ended)
-        hide(self._progress, job.ended)
-        if self._choices is not None:
-            hide(self._choices, not job.ended)
-        # without a number the bar only moves: a first part may take long
-        prop(self._progress, "value", round(job.progress * _STEPS) / _STEPS or None)
-        self._text.say(progress_text(job, rev))
+        runs = job is not None and not job.ended
+        for control, hidden in ((self._run, runs), (self._cancel, not runs), (self._progress, not runs)):
+            hide(control, hidden)
+        hide(self._choices, runs or not self._options)
+        self._text.say(self._before if job is None else progress_text(job, rev))
         prop(self._text, "title", self._text.text)
-        prop(self._text, "role", "alert" if job.status == "failed" else None)
-        prop(self._bar, "data-stale", "true" if job.ended and job.rev != rev else None)
-        self._run.say("Run" if job.rev == rev or job.status != "done" else "Run again")
-        result = result_of(job)
-        self._apply.say(str(result.get("apply_label") or "Apply"))
-        hide(self._apply, not result.get("apply") or job.rev != rev)
-
-    def _forget(self) -> None:
-        """Show the job as one that has not run."""
-        for part, hidden in ((self._run, False), (self._cancel, True), (self._progress, True), (self._apply, True)):
-            hide(part, hidden)
-        if self._choices is not None:
-            hide(self._choices, False)
-        self._run.say("Run")
-        self._text.say(self._before)
-        for name, value in {"title": self._before, "role": None}.items():
-            prop(self._text, name, value)
-        prop(self._bar, "data-stale", None)
+        prop(self._text, "role", "alert" if job is not None and job.status == "failed" else None)
+        prop(self._bar, "data-stale", "true" if job is not None and job.ended and job.rev != rev else None)
+        self._run.say("Run again" if job is not None and job.rev != rev and job.status == "done" else "Run")
+        result = {} if job is None or job.rev != rev else result_of(job)
+        hide(self._apply, not result.get("apply"))
+        if job is not None:
+            # without a number the bar only moves: a first part may take long
+            prop(self._progress, "value", round(job.progress * _STEPS) / _STEPS or None)
+            self._apply.say(str(result_of(job).get("apply_label") or "Apply"))
 
     def _on_apply(self) -> None:
         if self._job is None:
@@ -156,45 +110,22 @@ class JobBar:
             refused(error)
 
 
-def _choices(option: JobOption, choose: Callable[[GenericEventArguments], None]) -> Element:
-    """A native list."""
-    with box("ck-choice", "label") as root:
-        Words(text=option.label, classes="ck-pale")
-        with box("ck-select", "select") as list_of_choices:
-            list_of_choices.props["aria-label"] = option.label
-            for number, choice in enumerate(option.choices):
-                Words("option", choice.label).props["value"] = str(number)
-        list_of_choices.on("change", choose, js_handler="(e) => emit(Number(e.target.value))")
-    return root
-
-
-def _before(name: str) -> str:
-    """What is said of a job that has not run."""
-    from ..answers.jobs import JOBS
-
-    if name not in JOBS:
-        return "runs beside the page"
-    return f"{JOBS[name].about} From {_time(JOBS[name].seconds)}, by the size of the train."
-
-
 def result_of(job: Job) -> Mapping[str, Any]:
     """What a job says of its result; nothing before it is done."""
-    found = job.frame.head.get("job") if job.frame is not None else None
-    return found if isinstance(found, Mapping) else {}
+    result = job.frame.head.get("job") if job.frame is not None else None
+    return result if isinstance(result, Mapping) else {}
 
 
 def progress_text(job: Job, rev: int) -> str:
     """One sentence of a job as it stands, where the present state has the number `rev`."""
     if job.status == "waits":
         return "waits for another job"
-    other = "" if job.rev == rev else "of another state"
     if job.status == "runs":
         left = "" if job.remaining is None else f", {_time(job.remaining)} left"
-        return f"{100 * job.progress:.0f} %{left}{other and f', {other}'}"
+        return f"{100 * job.progress:.0f} %{left}{'' if job.rev == rev else ', of another state'}"
     if job.status != "done":
         return f"failed: {job.message}" if job.status == "failed" else "cancelled"
-    old = f"{other}: run again. " if other else ""
-    return f"{old}{result_of(job).get('text') or 'done'}"
+    return f"{'' if job.rev == rev else 'of another state: run again. '}{result_of(job).get('text') or 'done'}"
 
 
 def _time(seconds: float) -> str:
@@ -238,15 +169,14 @@ class _JobRow:
     """One job."""
 
     def __init__(self, session: Session, show: Callable[[str], None]) -> None:
-        self._session, self._job = session, None
+        self._session = session
+        self._job: Job | None = None
         with box("ck-job-row") as self._row:
             self._name = Words("b")
             self._state = Words(classes="ck-pale")
             self._text = Words(classes="ck-answer-text")
-            self._cancel = button("Cancel", self._on_cancel)
+            self._cancel = button("Cancel", lambda: session.jobs.cancel(self._job) if self._job else None)
             self._open = button("Show", lambda: show(self._job.name) if self._job else None)
-
-    _job: Job | None
 
     def follow(self, job: Job, rev: int, *, shown: bool) -> None:
         self._job = job
@@ -262,10 +192,6 @@ class _JobRow:
 
     def end(self) -> None:
         hide(self._row, True)
-
-    def _on_cancel(self) -> None:
-        if self._job is not None:
-            self._session.jobs.cancel(self._job)
 
 
 class ModesList:
@@ -336,28 +262,20 @@ class _ModeRow:
         hide(self._row, True)
 
 
-# The tabs before those of jobs, and the jobs in the order in which they are asked for.
-_TABS = {"sharing": "Sharing", "errors": "Errors"}
-_JOBS = {
-    "contact": "Contact, LTE",
-    "relief": "Relief",
-    "stiffness": "Stiffness",
-    "tolerance": "Tolerance",
-    "contact_loss": "Contact loss",
-    "transient": "Transient",
-    "sensitivity": "Sensitivity",
+# Words of the tabs before those of jobs, and of jobs in the order in which they are asked for; what each is for, beside
+# the pointer.
+_TABS = {
+    "sharing": ("Sharing", "Load of each mesh per fair share, at rest and over the hunting period"),
+    "errors": ("Errors", "What each deviation costs in load sharing"),
 }
-# What a tab is for, beside the pointer.
-_WHY = {
-    "sharing": "Load of each mesh per fair share, at rest and over the hunting period",
-    "errors": "What each deviation costs in load sharing",
-    "contact": "Load over the flanks and loaded transmission error",
-    "relief": "Tip relief for the least transmission error",
-    "stiffness": "Mesh stiffness over a mesh cycle, and the phases of the meshes",
-    "tolerance": "Load sharing within the tolerances, and the share of each",
-    "contact_loss": "Sweep in which teeth may part",
-    "transient": "Run in time, as the model's scenario or at its speed",
-    "sensitivity": "What the natural frequencies depend on",
+_JOBS = {
+    "contact": ("Contact, LTE", "Load over the flanks and loaded transmission error"),
+    "relief": ("Relief", "Tip relief for the least transmission error"),
+    "stiffness": ("Stiffness", "Mesh stiffness over a mesh cycle, and the phases of the meshes"),
+    "tolerance": ("Tolerance", "Load sharing within the tolerances, and the share of each"),
+    "contact_loss": ("Contact loss", "Sweep in which teeth may part"),
+    "transient": ("Transient", "Run in time, as the model's scenario or at its speed"),
+    "sensitivity": ("Sensitivity", "What the natural frequencies depend on"),
 }
 _LIST = "jobs"
 
@@ -375,30 +293,27 @@ class EvidenceTabs:
             root.props["aria-label"] = "Evidence"
             with box("ck-tabs") as tabs:
                 tabs.props.update({"role": "tablist", "aria-label": "Evidence", "data-keys": "choose"})
-                for name, words in (_TABS | _JOBS | {_LIST: "Jobs"}).items():
-                    self._tabs[name] = self._tab(name, words)
-            for name, words in _JOBS.items():
+                for name, (words, purpose) in (_TABS | _JOBS | {_LIST: ("Jobs", "All jobs of this page")}).items():
+                    tab = button(words, partial(self.show, name), classes="ck-tab")
+                    tab.props.update({"role": "tab", "title": purpose})
+                    self._tabs[name] = tab
+            for name, (words, _) in _JOBS.items():
                 self._bars[name] = JobBar(session, name, words, run=self.run, cancel=self.cancel)
-            with box("ck-grow") as self._place:
+            with box("ck-grow") as self._drawn:
                 self.pane = EvidencePane()
             self._list = JobsList(session, show=self.show)
         self.show("sharing")
-
-    def _tab(self, name: str, words: str) -> Words:
-        tab = button(words, lambda: self.show(name), classes="ck-tab")
-        tab.props.update({"role": "tab", "title": _WHY.get(name, "All jobs of this page")})
-        return tab
 
     def show(self, name: str) -> None:
         """Show the evidence of a name: a tab of the first two, a job, or the list of jobs."""
         if name not in self._tabs:
             return
-        for own, tab in self._tabs.items():
-            prop(tab, "aria-selected", "true" if own == name else "false")
-            prop(tab, "tabindex", "0" if own == name else "-1")
-        for own, bar in self._bars.items():
-            bar.hide(own != name)
-        hide(self._place, name == _LIST)
+        for key, tab in self._tabs.items():
+            prop(tab, "aria-selected", "true" if key == name else "false")
+            prop(tab, "tabindex", "0" if key == name else "-1")
+        for key, bar in self._bars.items():
+            bar.hide(key != name)
+        hide(self._drawn, name == _LIST)
         self._list.hide(name != _LIST)
         if name != _LIST:
             self.pane.evidence(name)

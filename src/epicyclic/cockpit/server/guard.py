@@ -229,7 +229,7 @@ class Guard:
 
     async def _without_cookie(self, scope: Message, send: Send) -> None:
         if scope["path"] == _PAGE and scope["method"] == "GET":
-            if MARK in _query(scope) or _header(scope, b"sec-fetch-site"):
+            if MARK in _query(scope) or any(_all(scope, b"sec-fetch-site")[:1]):
                 words = "Open the address that `epicyclic app` has printed: it lets this browser in."
                 await _page(send, 403, refusal("This browser is not known here", words))
             else:  # a browser that does not say who asked may have held its cookie back
@@ -259,9 +259,9 @@ class Guard:
 
         async def sender(message: Message) -> None:
             if message["type"] == "http.response.start":
-                own = list(message.get("headers", []))
-                named = {name.lower() for name, _ in own}
-                message = {**message, "headers": own + [pair for pair in self._headers if pair[0] not in named]}
+                headers = list(message.get("headers", []))
+                named = {name.lower() for name, _ in headers}
+                message = {**message, "headers": headers + [pair for pair in self._headers if pair[0] not in named]}
             await send(message)
 
         return sender
@@ -331,10 +331,6 @@ def _query(scope: Message) -> dict[str, list[str]]:
 def _all(scope: Message, name: bytes) -> list[str]:
     """Values of a header, in latin-1 as HTTP has them."""
     return [value.decode("latin-1").strip() for key, value in scope["headers"] if key.lower() == name]
-
-
-def _header(scope: Message, name: bytes) -> str:
-    return next(iter(_all(scope, name)), "")
 
 
 async def _page(send: Send, status: int, body: bytes) -> None:

@@ -17,6 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from pprint import pformat
+from typing import NamedTuple
 
 from ...document.document import file_text, ready_drives
 from ...document.overrides import parse_setting
@@ -84,16 +85,14 @@ class StateHistory:
 
     def with_file(self, before: PageState, saved: PageState) -> StateHistory:
         """The history after a state was written to a file: that is the file of all steps of the same model."""
-        name = (before.path, before.drive, before.name)
 
-        def step(one: Step) -> Step:
-            if one.state is None or one.state == saved or (one.state.path, one.state.drive, one.state.name) != name:
-                return one
-            if one.state == before:
-                return replace(one, state=saved)
-            return replace(
-                one, state=replace(one.state, path=saved.path, name=saved.name, drive=None, trusted=saved.trusted)
-            )
+        def step(past: Step) -> Step:
+            if past.state is None or past.state == saved or past.state.origin != before.origin:
+                return past
+            if past.state == before:
+                return replace(past, state=saved)
+            file = replace(past.state, path=saved.path, name=saved.name, drive=None, trusted=saved.trusted)
+            return replace(past, state=file)
 
         return StateHistory(
             now=step(self.now), behind=tuple(map(step, self.behind)), ahead=tuple(map(step, self.ahead))
@@ -109,15 +108,9 @@ def setting(path: str, value: object) -> str:
     return f"{path}={value_text(value)}"
 
 
-def command_line(state: PageState, verb: str = "report", options: Mapping[str, object] | None = None) -> str:
-    """The command that computes the same from the ready drive, the file, or a download of it.
-
-    verb : a command.  options : further ones by their names without dashes; None is left out.
-    """
+def command_line(state: PageState, verb: str = "report") -> str:
+    """The command that computes the same from the ready drive, the file, or a download of it."""
     words = ["epicyclic", verb.replace("_", "-"), _source(state)]
-    for name, value in (options or {}).items():
-        if value is not None and value is not False:
-            words += [f"--{name}"] if value is True else [f"--{name}", str(value)]
     for path, value in state.overrides.items():
         words += ["--set", setting(path, value)]
     return shlex.join(words)
@@ -266,8 +259,7 @@ _key = [secrets.token_bytes(32)]
 _SEALED = ("file", "trusted", "digest")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SealedFile:
+class SealedFile(NamedTuple):
     """The file of a state that a browser kept.  digest : of its content when it was read or written."""
 
     path: Path
