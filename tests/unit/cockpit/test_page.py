@@ -81,7 +81,7 @@ class PageSession(FakeSession):
     def begin(self, name: str, options: Any) -> Job:
         self.calls.append(("job", name, dict(options)))
         job = Job(id=len(self.started) + 1, name=name, label=name, rev=self.rev, status="runs")
-        job.origin = self.state.origin
+        job.origin = self.now.origin
         self.started.append(job)
         return self.started[-1]
 

@@ -196,7 +196,7 @@ def _peaks(sweep: Mapping[str, Any], met: list[Meeting], relative: float) -> lis
     peaks = []
     for peak in sweep.get("peaks", ()):
         speed = float(peak["x"]) * float(sweep["to_relative"])
-        at_peak = [(abs(one.speed / speed - 1), one) for one in met if one.mode == peak.get("mode")]
+        at_peak = [(abs(meeting.speed / speed - 1), meeting) for meeting in met if meeting.mode == peak.get("mode")]
         away, nearest = min(at_peak, key=lambda pair: pair[0], default=(math.inf, None))
         if nearest is not None and away <= _AT_PEAK and abs(speed / relative - 1) <= BAND and least > 0:
             peaks.append((float(peak["y"]) / least - 1, nearest))

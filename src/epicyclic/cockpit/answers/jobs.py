@@ -246,7 +246,7 @@ def stiffness_frame(result: xr.Dataset) -> PageFrame:
     drawn = lines("mesh cycle [1]", "mesh stiffness [N/nm]", x, curves)
     swing = np.ptp(history, axis=1) / history.mean(axis=1)
     most = largest(swing)
-    leads = sorted({f"{float(one):.3g}" for one in result["phase_lead"].values}, key=float)
+    leads = sorted({f"{float(lead):.3g}" for lead in result["phase_lead"].values}, key=float)
     phases = ", ".join(leads[:6]) + (" ..." if len(leads) > 6 else "")
     text = (
         f"{words[most]} varies most, {per_cent(float(swing[most]))} of its mean "
@@ -324,9 +324,9 @@ def tolerance_shares(result: xr.Dataset, name: str = "sobol_total") -> Array:
 
     The numbers that the verb `tolerance` prints.  name : ``sobol_total``, with interactions; ``sobol_first``, alone.
     """
-    one = result.sel(definition="mean-load")
-    pair = scattering_pair(one)
-    share: Array = np.nan_to_num(one[name].isel(pair=pair).transpose("tolerance").values)
+    mean_load = result.sel(definition="mean-load")
+    pair = scattering_pair(mean_load)
+    share: Array = np.nan_to_num(mean_load[name].isel(pair=pair).transpose("tolerance").values)
     return np.clip(share, 0.0, None)
 
 

@@ -120,7 +120,8 @@ class _Model:
     def number(self, full: str) -> Written | None:
         """Number of the document at a full path; a radial stiffness is that along x."""
         names = (full, f"{full.removesuffix('.radial')}.x") if full.endswith(".radial") else (full,)
-        return next((one for name in names if (one := written(self.document.get(name))) is not None), None)
+        numbers = (written(self.document.get(name)) for name in names)
+        return next((number for number in numbers if number is not None), None)
 
     def pins(self) -> Iterator[Lever]:
         """Tangential position of the pin that stands farthest off, else of that of planet 1."""
@@ -167,9 +168,9 @@ class _Model:
 
     def supports(self) -> Iterator[Lever]:
         """Radial stiffness of suns, whether they float or not, and of what has a finite one."""
-        mesh: dict[str, float] = {}
-        for one in self.train.meshes:
-            mesh.setdefault(one.stage, one.stiffness)
+        stiffness: dict[str, float] = {}
+        for mesh in self.train.meshes:
+            stiffness.setdefault(mesh.stage, mesh.stiffness)
         for member, body in self.members.items():
             sun = body.kind == "sun" and body.gear is not None
             for table in ("support", "bearing"):
@@ -177,7 +178,7 @@ class _Model:
                 number = self.number(full)
                 stated = number is not None and not number.many
                 value = number.values[0] if number is not None and stated else math.inf
-                if body.frame not in mesh or (number is not None and not stated):
+                if body.frame not in stiffness or (number is not None and not stated):
                     continue
                 if not (0 < value < math.inf) and not (sun and table == "support"):
                     continue
@@ -190,7 +191,7 @@ class _Model:
                     value=value,
                     unit=unit,
                     log=True,
-                    usual=float(f"{_SOFT * mesh[body.frame] / _si_of(unit):.2g}"),
+                    usual=float(f"{_SOFT * stiffness[body.frame] / _si_of(unit):.2g}"),
                 )
 
     def operation(self) -> Iterator[Lever]:

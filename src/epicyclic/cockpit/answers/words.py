@@ -113,12 +113,12 @@ def member_words(train: Train, member: str, branches: Sequence[int]) -> str:
     """
     stage, _, word = member.rpartition(".")
     before = f"{stage} " if len(train.planets) > 1 and stage else ""
-    own = {body.branch for body in train.bodies if body.member == member and body.branch is not None}
-    if not own:
+    all_branches = {body.branch for body in train.bodies if body.member == member and body.branch is not None}
+    if not all_branches:
         return before + word
     many = "planets" if len(branches) > 1 else "planet"
     named = many if word == "planet" else f"{many} {word}"
-    return before + named + ("" if len(branches) == len(own) else f" {listed(branches)}")
+    return before + named + ("" if len(branches) == len(all_branches) else f" {listed(branches)}")
 
 
 def speed_axis(train: Train) -> SpeedAxis | None:
@@ -156,9 +156,9 @@ def override_at(path: str, overrides: Mapping[str, object]) -> str:
     """
     table, _, key = path.rpartition(".")
     short = [f"{table}.{pair}" for pair, keys in PAIRS.items() if key in keys]
-    for one in (path, *_without_stage(path), *short, *(other for name in short for other in _without_stage(name))):
+    for spelling in (path, *_without_stage(path), *short, *(other for name in short for other in _without_stage(name))):
         for key in overrides:
-            if _within(one, key):
+            if _within(spelling, key):
                 return key
     return path
 
@@ -166,7 +166,7 @@ def override_at(path: str, overrides: Mapping[str, object]) -> str:
 def _without_stage(path: str) -> list[str]:
     """A path without one of its inner words: any of them may be the stage."""
     words = path.split(".")
-    return [".".join(words[:place] + words[place + 1 :]) for place in range(1, len(words) - 1)]
+    return [".".join(words[:i] + words[i + 1 :]) for i in range(1, len(words) - 1)]
 
 
 def _within(path: str, other: str) -> bool:

@@ -149,11 +149,11 @@ def _crossings(
     """
     low = min(OPERATION[0], (1 - BAND) * relative_speed)
     high = max(OPERATION[1], (1 + BAND) * relative_speed)
-    found = mesh_crossings(frequency, [float(tone) for tone in tones_of_meshes(system)], low=low, high=high)
-    near = np.abs(found.relative_speed / relative_speed - 1) <= BAND
-    kept = np.ones(len(found.mode), dtype=bool)
-    kept[near] = excited_modes(system, found.chosen(near), shapes, compiled=compiled) != "no"
-    return found.chosen(kept), int((~kept).sum())
+    crossings = mesh_crossings(frequency, [float(tone) for tone in tones_of_meshes(system)], low=low, high=high)
+    near = np.abs(crossings.relative_speed / relative_speed - 1) <= BAND
+    kept = np.ones(len(crossings.mode), dtype=bool)
+    kept[near] = excited_modes(system, crossings.chosen(near), shapes, compiled=compiled) != "no"
+    return crossings.chosen(kept), int((~kept).sum())
 
 
 def _drawn(train: Train, full: Array) -> Array:
@@ -186,8 +186,8 @@ def _labels(
     total = energy.sum(axis=(1, 2), keepdims=True)
     energy = energy / np.where(total > 0, total, 1.0)
     members = list(dict.fromkeys(body.member for body in train.bodies))
-    place = np.array([members.index(body.member) for body in train.bodies])
-    member_sum = (place == np.arange(len(members))[:, None]).astype(float)
+    member_of_body = np.array([members.index(body.member) for body in train.bodies])
+    member_sum = (member_of_body == np.arange(len(members))[:, None]).astype(float)
     by_member = np.einsum("kb,mbd->mkd", member_sum, energy)
     motions = np.stack(
         [by_member[..., 0], by_member[..., 1], by_member[..., 2], by_member[..., 3:5].sum(axis=2), by_member[..., 5]],
@@ -435,8 +435,8 @@ def _peaks(curves: ForceCurves, operating: float, scale: float, modes: ModeView 
         return []
     most = np.nanmax(curves.force[:, known], axis=0)
     least = _PROMINENCE * max(float(np.ptp(most)), 1e-9 * float(np.abs(most).max()))
-    places, found = find_peaks(most, prominence=max(least, 1e-300))
-    highest = places[np.argsort(-found["prominences"], kind="stable")[:_PEAKS]]
+    places, properties = find_peaks(most, prominence=max(least, 1e-300))
+    highest = places[np.argsort(-properties["prominences"], kind="stable")[:_PEAKS]]
     return [
         {"x": float(speed[i] * operating), "y": float(most[i] * scale), **_met(float(speed[i]), modes)}
         for i in sorted(highest.tolist())

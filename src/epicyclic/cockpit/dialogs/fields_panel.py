@@ -45,13 +45,8 @@ _LOOK = """
 """
 
 
-def fields_panel(session: Session) -> None:
+class FieldsPanel:
     """The fields of the model by table, with a search over all of them and a message beside each that is refused."""
-    _FieldsPanel(session)
-
-
-class _FieldsPanel:
-    """The tables and the rows of those that have been opened."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -216,7 +211,7 @@ class _Row:
     """
 
     def __init__(
-        self, panel: _FieldsPanel, field: Field, explained: Explanation | None, *, whole: bool, is_set: bool
+        self, panel: FieldsPanel, field: Field, explained: Explanation | None, *, whole: bool, is_set: bool
     ) -> None:
         self.panel, self.path, self.whole, self.shown = panel, field.path, whole, field.text
         if whole:  # beside each other whole paths do not fit into a column

@@ -77,13 +77,8 @@ _WATCH = """(() => {
 })()"""
 
 
-def text_panel(session: Session) -> None:
-    """An editor of the model text, with apply (Ctrl+Enter), the line of an error, and both texts where both changed."""
-    _TextPanel(session)
-
-
-class _TextPanel:
-    """One editor and what it knows.
+class TextPanel:
+    """An editor of the model text, with apply (Ctrl+Enter), the line of an error, and both texts where both changed.
 
     shown : the text that the editor was given last.  kept : a text of the user's that gave way to that of the model.
     """

@@ -14,8 +14,8 @@ from ...document.written_numbers import Written, written
 from ...errors import ModelError
 from ..dialogs.controls import Words, box, fold, prop, sentence
 from ..dialogs.field_list import file_value
-from ..dialogs.fields_panel import fields_panel
-from ..dialogs.text_panel import text_panel
+from ..dialogs.fields_panel import FieldsPanel
+from ..dialogs.text_panel import TextPanel
 from ..processes.session import Session
 from ..state.state import PageState
 from ..state.written_text import written_value
@@ -194,8 +194,8 @@ class LeversColumn:
             with box("ck-title"):
                 Words("h2", "Levers")
             self._list = box("ck-lever-list")
-            fold("All fields", lambda: fields_panel(session)).classes("ck-fold")
-            fold("Model text (TOML)", lambda: text_panel(session)).classes("ck-fold")
+            fold("All fields", lambda: FieldsPanel(session)).classes("ck-fold")
+            fold("Model text (TOML)", lambda: TextPanel(session)).classes("ck-fold")
 
     def follow(self) -> None:
         """Show the values of the present state, and the levers of the present model."""

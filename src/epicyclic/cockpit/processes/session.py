@@ -243,8 +243,8 @@ class Session:
     def pin(self) -> None:
         """Keep the present state as A, with its frames, to compare with. Raises ModelError where no model is open."""
         self._pin(self._present())
-        own = {kind: frame for kind, frame in self.frames.items() if frame.rev == self.rev}
-        self.pinned_frames, self.pinned_packed = own, {kind: self.packed[kind] for kind in own}
+        frames = {kind: frame for kind, frame in self.frames.items() if frame.rev == self.rev}
+        self.pinned_frames, self.pinned_packed = frames, {kind: self.packed[kind] for kind in frames}
         self._tell_state()
         if self.busy or self.released_rev != self.rev:
             self._ask_a()  # some of its frames are not there yet
@@ -346,7 +346,7 @@ class Session:
         if state is None:
             return {"state": None}
         kept = self._kept.get(state.origin)
-        found: dict[str, object] = {
+        snapshot: dict[str, object] = {
             "state": snapshot_text(state),
             "pinned": None if pinned is None else snapshot_text(pinned),
             "unsaved": self.unsaved,
@@ -354,8 +354,8 @@ class Session:
         }
         if state.path is not None:
             file = {"file": str(state.path), "trusted": state.trusted, "digest": self._digests.get(state.path, "")}
-            found |= file | {"seal": seal_of(str(found["state"]), file)}
-        return found
+            snapshot |= file | {"seal": seal_of(str(snapshot["state"]), file)}
+        return snapshot
 
     async def restore(self, snapshot: Mapping[str, object]) -> None:
         """Begin with what a browser kept; without a valid seal it has no file.

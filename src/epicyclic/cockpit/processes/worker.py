@@ -156,7 +156,9 @@ class Worker:
             return
         if self._frames_since and self._next_call():
             return
-        client = next((one for one in self.clients if one.waiting is not None or one.task is not None), None)
+        client = next(
+            (client for client in self.clients if client.waiting is not None or client.task is not None), None
+        )
         if client is None:
             self._next_call()
             return

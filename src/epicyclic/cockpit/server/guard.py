@@ -114,11 +114,11 @@ def _kept_key(folder: Path) -> bytes:
 def _private_key(file: Path) -> bytes | None:
     """Key of a regular file that its owner alone can read, whole."""
     try:
-        found = file.lstat()
+        status = file.lstat()
     except FileNotFoundError:
         return None
-    open_to_others = os.name == "posix" and (found.st_mode & 0o077 or found.st_uid != os.getuid())
-    if not stat.S_ISREG(found.st_mode) or open_to_others or found.st_size != _KEY_BYTES:
+    open_to_others = os.name == "posix" and (status.st_mode & 0o077 or status.st_uid != os.getuid())
+    if not stat.S_ISREG(status.st_mode) or open_to_others or status.st_size != _KEY_BYTES:
         return None
     return file.read_bytes()
 

@@ -81,15 +81,15 @@ async def _end(live: dict[str, Session], name: str) -> None:
 async def _begin(session: Session, state: PageState | None) -> None:
     """Open what a link brings, as a step after what the tab had; else that, else what the command line named."""
     kept = await ui.run_javascript("return await cockpitRecovery.begin()", timeout=_ANSWERED)
-    found = kept if isinstance(kept, Mapping) else {}
+    brought = kept if isinstance(kept, Mapping) else {}
     begun = False
-    if snapshot := found.get("snapshot"):
+    if snapshot := brought.get("snapshot"):
         try:
             await session.restore(_read(snapshot))
             begun = True
         except ModelError as error:
             ui.notify(f"What this tab had cannot be restored: {error}", type="warning", close_button="Close")
-    if link := found.get("link"):
+    if link := brought.get("link"):
         try:
             linked = from_fragment(str(link))
             # what the tab had is one undo away
@@ -100,7 +100,7 @@ async def _begin(session: Session, state: PageState | None) -> None:
     if begun:
         return
     await session.start(state)
-    for entry in found.get("left") or []:
+    for entry in brought.get("left") or []:
         _offer(session, entry)
 
 

@@ -40,8 +40,8 @@ class Spelling:
     def same(self, keys: Keys, value: object) -> Keys | None:
         """The key of the text that gives exactly the places of this one; None where there is none."""
         places = self.places_of(keys, value)
-        found = {self.key_of.get(place) for place in places}
-        key = next(iter(found)) if len(found) == 1 else None
+        keys_of_places = {self.key_of.get(place) for place in places}
+        key = next(iter(keys_of_places)) if len(keys_of_places) == 1 else None
         return key if key is not None and self.places[key] == places else None
 
 
