@@ -26,7 +26,7 @@ from epicyclic.questions.contact_loss.outputs import force_level
 from epicyclic.questions.contact_loss.problem import Problem, State
 from epicyclic.questions.contact_loss.refinement import Refinement, Solution, solution, with_stability
 from epicyclic.questions.contact_loss.stability import floquet_stability
-from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.contact_loss.sweep_direction import period_doubled_motions, symmetry_broken_motions
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System
@@ -89,7 +89,7 @@ def _branches(system: System, quick: bool) -> list[table.Row]:
     each = [1e3 * took / len(points) for points, took in guarded]
     kept, lost = (sum(_kept(system, points) for points, _ in some) for some in (guarded, free))
     without = sum(not folds(points) for points, _ in free)
-    peaks = [_level(system)(points[_top(system, points)].state, points[0].path.given) for points, _ in guarded]
+    peaks = [_level(system)(points[_top(system, points)].state, points[0].path.balance) for points, _ in guarded]
     turns = np.array([[1e3 * points[i].state.speed for i in folds(points)][:2] for points, _ in guarded])
     middle, count = statistics.median(each), len(settings)
     say = f"{turns[:, 0].min():.2f}..{turns[:, 0].max():.2f} and {turns[:, 1].min():.2f}..{turns[:, 1].max():.2f} Hz"
@@ -136,14 +136,16 @@ def _kept(system: System, points: list[PathPoint]) -> bool:
     turns = [1e3 * points[i].state.speed for i in folds(points)]
     top = points[_top(system, points)]
     near = len(turns) == 2 and all(abs(a - b) < 0.2 for a, b in zip(turns, FOLDS, strict=True))
-    return near and points[-1].state.speed > 2.4 and abs(_level(system)(top.state, top.path.given) / PEAK - 1) < 2e-3
+    return near and points[-1].state.speed > 2.4 and abs(_level(system)(top.state, top.path.balance) / PEAK - 1) < 2e-3
 
 
 def _points(system: System, quick: bool) -> list[table.Row]:
     """A sweep with 16 harmonics, and the stability of the points of a branch."""
     frequencies = np.linspace(1000, 2400, 36 if quick else 141)
     started = time.process_time()
-    swept = contact_sweep(system, mesh_frequency=frequencies, harmonics=HARMONICS, unstable="ignore")
+    swept = contact_sweep(
+        system, ContactSweepOptions(mesh_frequency=frequencies, harmonics=HARMONICS, unstable="ignore")
+    )
     each = 1e3 * (time.process_time() - started) / frequencies.size
     failed = int((swept.status != "ok").sum())
     refinement = Refinement(ready=response(system))
@@ -152,7 +154,7 @@ def _points(system: System, quick: bool) -> list[table.Row]:
     for point in points[:: 8 if quick else 2]:
         started = time.process_time()
         floquet_stability(
-            refinement, Solution(given=point.path.given, harmonics=HARMONICS, state=point.state, residual=3e-4)
+            refinement, Solution(balance=point.path.balance, harmonics=HARMONICS, state=point.state, residual=3e-4)
         )
         spent.append(1e3 * (time.process_time() - started))
     median = statistics.median(spent)
@@ -169,8 +171,8 @@ def _symmetry(system: System) -> list[table.Row]:
     started = time.process_time()
     other = next(symmetry_broken_motions(refinement, at), None)
     took = 1e3 * (time.process_time() - started)
-    here = _level(system)(at.state, at.given)
-    found = 0.0 if other is None else _level(system)(other.state, other.given)
+    here = _level(system)(at.state, at.balance)
+    found = 0.0 if other is None else _level(system)(other.state, other.balance)
     kind = at.stability.kind if at.stability else ""
     good = abs(found / 1129 - 1) < 2e-3 and kind == "symmetry breaking"
     return [
@@ -189,8 +191,8 @@ def _half_order() -> list[table.Row]:
     refinement = Refinement(ready=response(system))
     at = _from_closed(refinement, 2.0)
     other = next(period_doubled_motions(refinement, at), None)
-    here = _level(system)(at.state, at.given)
-    found = 0.0 if other is None else _level(system)(other.state, other.given)
+    here = _level(system)(at.state, at.balance)
+    found = 0.0 if other is None else _level(system)(other.state, other.balance)
     kind = at.stability.kind if at.stability else ""
     good = found > 10 * here and kind == "period doubling"
     return [_row(f"  one pair at 2 f_n: {here:.0f} N, left by {kind}; period 2", f"{found:.0f} N", "> 10 times", good)]
@@ -247,7 +249,7 @@ def pair() -> System:
 
 def _from_closed(refinement: Refinement, speed: float) -> Solution:
     given = refinement.problem(HARMONICS)
-    found = solution(refinement, linear_start(given, speed), speed, given=given, harmonics=HARMONICS, fixed=True)
+    found = solution(refinement, linear_start(given, speed), speed, balance=given, harmonics=HARMONICS, fixed=True)
     if found is None:
         raise RuntimeError(f"no solution from closed teeth at {speed}")
     return with_stability(refinement, found)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from epicyclic.questions.tolerance.columns import SampleValues
+from epicyclic.questions.tolerance.tolerance_map import SampleValues
 
 __all__ = ["FloatingSun"]
 

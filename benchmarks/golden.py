@@ -3,13 +3,14 @@
     python benchmarks/golden.py collect CHECKOUT FOLDER [--drives ren2021,desk] [--only modes,page] [--jobs 2]
     python benchmarks/golden.py compare OLD NEW [--renames FILE]
     python benchmarks/golden.py keep FOLDER
+    python benchmarks/golden.py check FOLDER
 
 `collect` writes for every ready drive what commands print, the data of figures, tables as CSV and XLSX, the text of
 the report and the frames of the page (`golden_worker.py`); ``desk`` is what belongs to no drive: help, messages.
 `compare` reads two such folders.  Integers and words are equal; a number with a fraction agrees to a unit of its last
 printed digit, to 1e-6 of itself, or to 1e-9 of the largest number of its line.  Lines of FILE are ``old -> new``: words
 that were renamed, as regular expressions of the old text.  `keep` puts the part that the repository holds into
-``tests/golden``, words and numbers apart.
+``tests/golden``, words and numbers apart; `check` compares a folder with it.
 
 Exit status 1 where anything differs.
 """
@@ -27,14 +28,15 @@ from pathlib import Path
 HERE = Path(__file__).parent
 KEPT = HERE.parent / "tests/golden"
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w]*[a-zA-Z_]\d)")
+PLACE = "\N{CURRENCY SIGN}"  # stands for a number among the words
 # files that the repository holds: of the drives named, what commands print and axes of figures
 KEPT_FILES = ("ren2021/*.txt", "encased-differential/*.txt", "desk/*.txt")
-KEPT_LARGEST = 12_000  # bytes of one file: no tables of many thousand numbers
+KEPT_LARGEST = 30_000  # bytes of one file: no tables of many thousand numbers
 
 
 def split(text: str) -> tuple[str, list[str]]:
-    """Words of a text with ``#`` for each number, and the numbers as printed."""
-    return NUMBER.sub("#", text), NUMBER.findall(text)
+    """Words of a text with a mark for each number, and the numbers as printed."""
+    return NUMBER.sub(PLACE, text), NUMBER.findall(text)
 
 
 def agree(old: str, new: str, largest: float) -> bool:
@@ -132,8 +134,30 @@ def keep(folder: Path) -> None:
         (KEPT / f"{drive}.numbers").write_text("\n".join(numbers) + "\n", encoding="utf-8")
 
 
+def kept(drive: str) -> dict[str, str]:
+    """Texts of the files of a drive that the repository holds, by name."""
+    words = re.split(r"^==== ", (KEPT / f"{drive}.words").read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
+    numbers = (KEPT / f"{drive}.numbers").read_text(encoding="utf-8").splitlines()
+    texts = {}
+    for part, line in zip(words, numbers, strict=True):
+        name, _, text = part.partition("\n")
+        values = iter(line.split()[1:])
+        texts[name] = re.sub(PLACE, lambda _, values=values: next(values), text)
+    return texts
+
+
+def check(folder: Path) -> list[str]:
+    """What differs between a folder and the part that the repository holds, of the files that both have."""
+    result = []
+    for drive in sorted(path.name for path in folder.iterdir() if path.is_dir()):
+        for name, text in kept(drive).items():
+            if (file := folder / drive / name).exists():
+                result += [f"{drive}/{name}:{line}" for line in differences(text, file.read_text(encoding="utf-8"))]
+    return result
+
+
 def main() -> int:
-    """Run one of the three."""
+    """Run one of the four."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parts = parser.add_subparsers(required=True, dest="part")
     one = parts.add_parser("collect")
@@ -147,6 +171,7 @@ def main() -> int:
     two.add_argument("new", type=Path)
     two.add_argument("--renames", type=Path)
     parts.add_parser("keep").add_argument("folder", type=Path)
+    parts.add_parser("check").add_argument("folder", type=Path)
     given = parser.parse_args()
     if given.part == "collect":
         ready = sorted(p.stem for p in (given.checkout / "src/epicyclic/systems").glob("*.toml") if "." not in p.stem)
@@ -157,6 +182,9 @@ def main() -> int:
     if given.part == "keep":
         keep(given.folder)
         return 0
+    if given.part == "check":
+        print(*(found := check(given.folder)), sep="\n")
+        return int(bool(found))
     text = given.renames.read_text(encoding="utf-8") if given.renames else ""
     renames = [(a.strip(), b.strip()) for a, arrow, b in (line.partition("->") for line in text.splitlines()) if arrow]
     return int(compare(given.old, given.new, renames) > 0)

@@ -9,7 +9,7 @@ import table
 from timing import cpu_seconds
 
 from epicyclic.questions.response.response import respond, response
-from epicyclic.questions.response.steady import sweep
+from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.results.dataset import to_json
 from epicyclic.system.system import System
 
@@ -22,10 +22,10 @@ def rows(quick: bool) -> list[table.Row]:
     system = assemble(load("ren2021"))
     frequency = np.linspace(20, 600, 200)
     repeats = 3 if quick else 7
-    whole = cpu_seconds(lambda: sweep(system, mesh_frequency=frequency), repeats=repeats)[0]
+    whole = cpu_seconds(lambda: sweep(system, SweepOptions(mesh_frequency=frequency)), repeats=repeats)[0]
     solution = cpu_seconds(lambda: _solve(system, frequency), repeats=repeats)[0]
     tracemalloc.start()
-    result = sweep(system, mesh_frequency=frequency)
+    result = sweep(system, SweepOptions(mesh_frequency=frequency))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     megabytes = result.nbytes / 1e6

@@ -121,7 +121,7 @@ def rk4_rms(moving: Motion, steps: int, cycles: int, frequency: float) -> tuple[
     """The same by the compiled fixed steps."""
     keep, begin = max(1, steps // SAMPLES), at_equilibrium(moving)
     clock = time.process_time()
-    found = integrate(moving, begin, stop=cycles / frequency, steps=steps * cycles, keep=keep)
+    found = integrate(moving, begin, stop=cycles / frequency, steps=steps * cycles, keep=keep)[0]
     spent = time.process_time() - clock
     count = steps // keep
     times = (np.arange(count) + (cycles - 1) * count) / (count * frequency)

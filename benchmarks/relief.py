@@ -15,9 +15,8 @@ from scipy.optimize import differential_evolution
 
 from epicyclic.questions.flanks.relief import relief
 from epicyclic.system.tooth_pairs import pair_of
-from epicyclic.teeth.flank import Flank, Relief
-from epicyclic.teeth.loaded_contact import loaded_contact
-from epicyclic.teeth.microgeometries import microgeometry_contact
+from epicyclic.teeth.form import Flank, Relief
+from epicyclic.teeth.loaded_contact import loaded_contact, microgeometry_contact
 from epicyclic.teeth.segments import ContactSegments, contact_segments
 from epicyclic.train.resolution import load
 

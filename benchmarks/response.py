@@ -28,7 +28,7 @@ from known import KNOWN112, MESHES112, bench56, bench112
 from timing import cpu_seconds
 
 from epicyclic.questions.response.periodic import periodic
-from epicyclic.questions.response.steady import sweep
+from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.system.system import System
 
 LIMIT = 1e-4
@@ -67,10 +67,12 @@ def _numba(system: System, frequencies: np.ndarray, speeds: np.ndarray) -> list[
     except ImportError:
         return [("  the same by numba", "skipped", "", "numba is not installed")]
     clock = time.process_time()
-    rms = sweep(system, mesh_frequency=speeds, compiled=True).mesh_force_rms.values
+    rms = sweep(system, SweepOptions(mesh_frequency=speeds, compiled=True)).mesh_force_rms.values
     loading = time.process_time() - clock
-    took, least = cpu_seconds(lambda: sweep(system, mesh_frequency=frequencies, compiled=True), repeats=15)
-    fine = sweep(system, mesh_frequency=speeds, tolerance=1e-11, compiled=False).mesh_force_rms.values
+    took, least = cpu_seconds(
+        lambda: sweep(system, SweepOptions(mesh_frequency=frequencies, compiled=True)), repeats=15
+    )
+    fine = sweep(system, SweepOptions(mesh_frequency=speeds, tolerance=1e-11, compiled=False)).mesh_force_rms.values
     error = max(baseline.relative(a, b) for a, b in zip(rms.T, fine.T, strict=True))
     return [
         table.judged("  the same by numba, loaded before", f"{took:.3f} s", "<= 0.03 s", took <= 0.03),
@@ -86,10 +88,10 @@ def _bench112() -> list[table.Row]:
     except FileNotFoundError as absent:
         return [("two tones, bench112", "skipped", "", f"{absent}")]
     frequencies = np.linspace(600, 5000, 40)
-    took, _ = cpu_seconds(lambda: sweep(system, mesh_frequency=frequencies), repeats=3)
+    took, _ = cpu_seconds(lambda: sweep(system, SweepOptions(mesh_frequency=frequencies)), repeats=3)
     each = 1e3 * took / frequencies.size
     known = np.array(list(KNOWN112.values())).T
-    rms = sweep(system, mesh_frequency=list(KNOWN112)).mesh_force_rms.values[MESHES112]
+    rms = sweep(system, SweepOptions(mesh_frequency=list(KNOWN112))).mesh_force_rms.values[MESHES112]
     error = float(np.abs(rms / known - 1).max())
     wave = max(_waveform_error(system, frequency) for frequency in KNOWN112)
     label = f"two tones, bench112, {frequencies.size} speeds {frequencies[0]:g}..{frequencies[-1]:g} Hz"
@@ -127,8 +129,8 @@ def _compare(
     """Sweep against the baseline: time, error, ratio."""
     tone = system.tones[0]
     mesh_orders = replace(system, lines=tuple(li for li in system.lines if (li.frequency / tone).denominator == 1))
-    took, _ = cpu_seconds(lambda: sweep(mesh_orders, mesh_frequency=frequencies), repeats=REPEATS)
-    rms = sweep(mesh_orders, mesh_frequency=speeds).mesh_force_rms.values
+    took, _ = cpu_seconds(lambda: sweep(mesh_orders, SweepOptions(mesh_frequency=frequencies)), repeats=REPEATS)
+    rms = sweep(mesh_orders, SweepOptions(mesh_frequency=speeds)).mesh_force_rms.values
     motions = [baseline.equation(mesh_orders, frequency) for frequency in speeds]
     references = [baseline.shooting(motion) for motion in motions]
     error = max(baseline.relative(rms[:, i], reference) for i, reference in enumerate(references))
@@ -148,7 +150,7 @@ def _compare(
         table.judged("  ratio", f"{whole / took:.0f}x", f">= {times:g}x", whole / took >= times),
     ]
     if len(mesh_orders.lines) < len(system.lines):
-        full, _ = cpu_seconds(lambda: sweep(system, mesh_frequency=frequencies), repeats=3)
+        full, _ = cpu_seconds(lambda: sweep(system, SweepOptions(mesh_frequency=frequencies)), repeats=3)
         count = len(system.lines) - len(mesh_orders.lines)
         found.append((f"  the same with its {count} shaft orders", f"{full:.3f} s", "", "no baseline"))
     return found

@@ -29,7 +29,7 @@ import baseline
 import numpy as np
 import table
 
-from epicyclic.questions.response.steady import sweep
+from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load
@@ -50,7 +50,7 @@ def chain(size: int) -> System:
     shafts = [f"shaft{i}" for i in range(1, count + 1)]
     ends = ["main.carrier", *shafts]
     model: dict[str, Any] = {
-        "format": 1,
+        "format": 2,
         "title": f"{size} degrees of freedom",
         "damping": {"modal": 0.03},
         "stages": {
@@ -123,7 +123,7 @@ def _each(system: System, *, compiled: bool) -> float:
     spent = []
     for _ in range(4):
         clock = time.process_time()
-        sweep(system, mesh_frequency=SPEEDS, compiled=compiled)
+        sweep(system, SweepOptions(mesh_frequency=SPEEDS, compiled=compiled))
         spent.append(time.process_time() - clock)
     return statistics.median(spent[1:]) / SPEEDS.size
 
@@ -138,10 +138,10 @@ def _memory(size: int, name: str) -> tuple[float, float]:
 def _print_memory(size: int, name: str) -> None:
     system = chain(size)
     # once before tracing, which has a price of its own; it also compiles what is not kept yet
-    sweep(system, mesh_frequency=SPEEDS, compiled=name == "numba")
+    sweep(system, SweepOptions(mesh_frequency=SPEEDS, compiled=name == "numba"))
     peak = _largest_set()
     tracemalloc.start()
-    sweep(system, mesh_frequency=SPEEDS, compiled=name == "numba")
+    sweep(system, SweepOptions(mesh_frequency=SPEEDS, compiled=name == "numba"))
     print(tracemalloc.get_traced_memory()[1] / 2**20, peak)
 
 
@@ -154,9 +154,9 @@ def _largest_set() -> float:
 
 
 def _error(system: System) -> tuple[float, str]:
-    rms = sweep(system, mesh_frequency=CHECKED).mesh_force_rms.values
+    rms = sweep(system, SweepOptions(mesh_frequency=CHECKED)).mesh_force_rms.values
     if len(system.force) > SHOT:
-        fine = sweep(system, mesh_frequency=CHECKED, tolerance=1e-11).mesh_force_rms.values
+        fine = sweep(system, SweepOptions(mesh_frequency=CHECKED, tolerance=1e-11)).mesh_force_rms.values
         return max(baseline.relative(a, b) for a, b in zip(rms.T, fine.T, strict=True)), "tolerance 1e-11 as reference"
     shot = [baseline.shooting(baseline.equation(system, frequency)) for frequency in CHECKED]
     return max(baseline.relative(a, b) for a, b in zip(rms.T, shot, strict=True)), "shooting as reference"

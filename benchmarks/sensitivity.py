@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from timing import cpu_seconds
 
 from epicyclic.questions.response.response import respond, response
-from epicyclic.questions.response.steady import sweep
+from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.questions.sensitivity.adjoint import (
     SystemNumbers,
     adjoint_form,
@@ -114,7 +114,9 @@ def _error(system: System, speed: float) -> float:
             stiffness = meshes.stiffness.copy()
             stiffness[j] *= 1 + share
             moved = replace(system, meshes=replace(meshes, stiffness=stiffness))
-            return np.asarray(sweep(moved, relative_speed=[speed], tolerance=1e-11).mesh_force_rms.values[:, 0])
+            return np.asarray(
+                sweep(moved, SweepOptions(relative_speed=[speed], tolerance=1e-11)).mesh_force_rms.values[:, 0]
+            )
 
         wanted = (8 * (rms(h) - rms(-h)) - (rms(2 * h) - rms(-2 * h))) / (12 * h * meshes.stiffness[j])
         worst = max(worst, float(np.abs(found[j, :, 0] - wanted).max()))

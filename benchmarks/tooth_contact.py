@@ -23,11 +23,10 @@ from scipy.optimize import nnls
 
 from epicyclic.teeth import compiled_pivoting, contact_solver, geometry
 from epicyclic.teeth.compliance import tooth_compliance
-from epicyclic.teeth.contact_lines import PlaneOfAction
-from epicyclic.teeth.flank import Flank, Relief
+from epicyclic.teeth.form import Flank, GearForm, Relief
 from epicyclic.teeth.gear_pair import ContactPair
 from epicyclic.teeth.loaded_contact import loaded_contact, loaded_segments
-from epicyclic.teeth.outline import GearForm
+from epicyclic.teeth.path_of_contact import PlaneOfAction
 from epicyclic.teeth.segments import ContactSegments, contact_segments
 
 __all__ = ["rows"]

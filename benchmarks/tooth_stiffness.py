@@ -13,7 +13,7 @@ import table
 from epicyclic.teeth import geometry
 from epicyclic.teeth.compliance import face_coupling, tooth_compliance
 from epicyclic.teeth.energy_stiffness import MeshedTeeth, energy_series, section_stiffness
-from epicyclic.teeth.outline import GearForm
+from epicyclic.teeth.form import GearForm
 
 REPEATS = 9
 

@@ -27,7 +27,7 @@ from known import bench56, bench112, sliced_xu2020, with_backlash
 from numpy.typing import NDArray
 
 from epicyclic.questions.contact_loss.outputs import torus_outputs
-from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus, torus
+from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus, torus_of
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import Line, System
 
@@ -73,7 +73,7 @@ def _compare(
     name: str, system: System, speeds: Sequence[float], *, cycles: int, seconds: float | None
 ) -> list[table.Row]:
     """Time a speed, and the RMS against integration."""
-    given = torus(response(system))
+    given = torus_of(response(system))
     tone = float(given.ready.lines.tone)
     took, points = _timed(lambda frequency: respond_torus(given, frequency / tone), speeds)
     errors = [_error(given, point, cycles) for point in points]
@@ -120,8 +120,8 @@ def _error(given: Torus, point: TorusPoint, cycles: int, steps: int = 256) -> tu
     settle = cycles * max(1, 250 // cycles)
     begin, end = settle / tone, (settle + cycles) / tone
     moving = motion(given.ready.system, program=constant(speed))
-    settled = integrate(moving, start, stop=begin, steps=settle * steps, keep=settle * steps)[-1]
-    states = integrate(moving, settled, start=begin, stop=end, steps=cycles * steps, keep=2)
+    settled = integrate(moving, start, stop=begin, steps=settle * steps, keep=settle * steps)[0][-1]
+    states = integrate(moving, settled, start=begin, stop=end, steps=cycles * steps, keep=2)[0]
     times = np.linspace(begin, end, len(states))
     force = mesh_force(moving, times[:-1], states[:-1])
     rms = np.sqrt(force.var(axis=1))

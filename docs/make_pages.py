@@ -1,6 +1,6 @@
 """Write the pages of docs/reference that follow from the code.
 
-verbs.md comes from the signatures in `epicyclic/verbs`, variables.md from the results of their examples, api.md from
+verbs.md comes from the signatures of `verbs`, variables.md from the results of their examples, api.md from
 the stub of the package, commands.md from the command line, schema.md from the JSON Schema of the model file,
 warnings.md from the table of their codes.
 
@@ -33,7 +33,7 @@ VARIANT = {"stages.main.sun.support.radial": 0}  # of the comparison whose varia
 KINDS = HERE.parent / "src" / "epicyclic" / "results" / "variable_kinds.json"
 HEAD = """# Verbs
 
-Made by `python docs/make_pages.py` from the records in `src/epicyclic/verbs`; not written by hand.
+Made by `python docs/make_pages.py` from the records in `src/epicyclic/questions/*/verbs.py`; not written by hand.
 
 Every verb takes a source (the name of a ready drive, a model file, a dict, a Train or a System) and returns a Dataset.
 `overrides`, path -> value, go with a model file, not with a Train or System. The attribute `verb` of the Dataset is the
@@ -171,7 +171,7 @@ def _coded(names: tuple[str, ...]) -> str:
 
 
 def api_page() -> str:
-    """Text of api.md: every public name, in groups of one question each."""
+    """Text of api.md: every public name, in groups of one question each, verbs by name."""
     stub = (HERE.parent / "src" / "epicyclic" / "__init__.pyi").read_text(encoding="utf-8")
     names = re.findall(r"^from \S+ import (\w+) as \1$", stub, re.MULTILINE)
     groups: dict[str, list[str]] = {"Verbs": [], "Errors": [], "Train and system": [], "Around the verbs": []}
@@ -180,7 +180,7 @@ def api_page() -> str:
     lines = [API]
     for group in ("Train and system", "Verbs", "Around the verbs", "Errors"):
         lines += [f"## {group}", ""]
-        for name in groups[group]:
+        for name in sorted(groups[group]) if group == "Verbs" else groups[group]:
             kind = {"Errors": "autoexception", "Train and system": "autoclass"}.get(group, "autofunction")
             kind = kind if name[0].isupper() else "autofunction"
             lines += [f"### {name}", "", "```{eval-rst}", f".. {kind}:: epicyclic.{name}", "```", ""]

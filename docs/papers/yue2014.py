@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.show.charts.style import INK, PALE, PALETTE, figure, mode_colour, note, panels
 from epicyclic.system.tooth_pairs import pair_of
-from epicyclic.teeth.flank import Flank, Relief
-from epicyclic.teeth.microgeometries import microgeometry_contact
+from epicyclic.teeth.form import Flank, Relief
+from epicyclic.teeth.loaded_contact import microgeometry_contact
 from epicyclic.teeth.segments import contact_segments
 
 Array = NDArray[np.float64]

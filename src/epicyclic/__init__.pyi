@@ -3,7 +3,28 @@
 from .audits.audit import audit as audit
 from .errors import ConvergenceError as ConvergenceError
 from .errors import ModelError as ModelError
+from .questions.check.verbs import check as check
+from .questions.check.verbs import matrices as matrices
+from .questions.compare.compare import compare as compare
+from .questions.flanks.verbs import contact as contact
+from .questions.flanks.verbs import efficiency as efficiency
+from .questions.flanks.verbs import relief as relief
+from .questions.flanks.verbs import stiffness as stiffness
+from .questions.flanks.verbs import train_contact as train_contact
+from .questions.modes.verbs import campbell as campbell
+from .questions.modes.verbs import modes as modes
+from .questions.modulation.verbs import modulation as modulation
 from .questions.parameters.parameter_studies import vary as vary
+from .questions.parameters.verbs import study as study
+from .questions.parameters.verbs import track as track
+from .questions.response.verbs import steady as steady
+from .questions.response.verbs import sweep as sweep
+from .questions.sensitivity.verbs import sensitivity as sensitivity
+from .questions.sharing.verbs import sharing as sharing
+from .questions.stability.verbs import stability as stability
+from .questions.tolerance.verbs import allocate as allocate
+from .questions.tolerance.verbs import tolerance as tolerance
+from .questions.transient.verbs import transient as transient
 from .results.dataset import load_result as load_result
 from .results.dataset import save_result as save_result
 from .results.dataset import to_json as to_json
@@ -13,6 +34,7 @@ from .rexs_export.export import write_rexs as write_rexs
 from .show.plot import figure_names as figure_names
 from .show.plot import plot as plot
 from .show.report import write_report as write_report
+from .statics.verbs import static as static
 from .system.assembly import assemble as assemble
 from .system.system import System as System
 from .terms.explain import explain as explain
@@ -21,28 +43,6 @@ from .train.new_train import planetary as planetary
 from .train.new_train import star as star
 from .train.resolution import load as load
 from .train.train import Train as Train
-from .verbs.allocate import allocate as allocate
-from .verbs.campbell import campbell as campbell
-from .verbs.check import check as check
-from .verbs.compare import compare as compare
-from .verbs.contact import contact as contact
-from .verbs.efficiency import efficiency as efficiency
-from .verbs.matrices import matrices as matrices
-from .verbs.modes import modes as modes
-from .verbs.modulation import modulation as modulation
-from .verbs.relief import relief as relief
-from .verbs.sensitivity import sensitivity as sensitivity
-from .verbs.sharing import sharing as sharing
-from .verbs.stability import stability as stability
-from .verbs.static import static as static
-from .verbs.steady import steady as steady
-from .verbs.stiffness import stiffness as stiffness
-from .verbs.study import study as study
-from .verbs.sweep import sweep as sweep
-from .verbs.tolerance import tolerance as tolerance
-from .verbs.track import track as track
-from .verbs.train_contact import train_contact as train_contact
-from .verbs.transient import transient as transient
 
 __all__: list[str]
 __version__: str

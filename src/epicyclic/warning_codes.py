@@ -66,10 +66,6 @@ ring-teeth model-file.md
 With other teeth on sun or planet the ring fits no longer: sun and two planets make another number.
 Set the teeth of the ring too, or profile shifts with a centre distance.
 
-no-unit model-file.md
-A number of a file of format 1 has no unit and is read in SI.
-Write the unit behind the number, as format = 2 asks: the warning shows how.
-
 rexs-assumed rexs.md
 The model is a REXS file: what it does not say is assumed, and what the model has no place for is dropped.
 Read the list that `epicyclic import FILE` prints; with -o it writes the model file, in which values can be replaced.

@@ -107,10 +107,11 @@ def _both(sun: str, planet: str) -> str:
 CASES: tuple[Case, ...] = (
     # the file as a whole
     _read("no-format", "format = 2\n", "", "format", "", "format = 2"),
-    _read("newer-format", "format = 2\n", "format = 3\n", "format", "3", "format = 1 or 2"),
-    _read("format-text", "format = 2\n", 'format = "1"\n', "format", "1", "1"),
+    _read("older-format", "format = 2\n", "format = 1\n", "format", "1", "docs/reference/model-file.md"),
+    _read("newer-format", "format = 2\n", "format = 3\n", "format", "3", "format = 2"),
+    _read("format-text", "format = 2\n", 'format = "2"\n', "format", "2", "format = 2"),
     _read("format-true", "format = 2\n", "format = true\n", "format", "True", "format = 2"),
-    _read("format-zero", "format = 2\n", "format = 0\n", "format", "0", "1 or 2"),
+    _read("format-zero", "format = 2\n", "format = 0\n", "format", "0", "format = 2"),
     _read("no-title", 'title = "a planetary set"\n', "", "title", "", "one line"),
     _read("title-number", '"a planetary set"', "3", "title", "3", "a text"),
     _read("title-date", '"a planetary set"', "1979-05-27", "title", "1979", "a text"),
@@ -552,6 +553,6 @@ BYTES: tuple[tuple[str, bytes, str], ...] = (
     ("latin-1", BASE.replace("planetary", "planet\xe9").encode("latin-1"), "line 2"),
     ("utf-16", BASE.encode("utf-16"), "binary"),
     ("csv", b"a,b\n1,2\n", "line 1"),
-    ("json", b'{"format": 1}', "line 1"),
+    ("json", b'{"format": 2}', "line 1"),
     ("too-large", b"#" * 5_000_000, "4000000 bytes"),
 )

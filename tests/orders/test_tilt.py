@@ -21,7 +21,7 @@ def train(member: str, tilt: float | None) -> dict[str, Any]:
     if tilt is not None:
         links[member]["tilt"] = tilt
     return {
-        "format": 1,
+        "format": 2,
         "title": "a helical set",
         "stages": {
             "main": {

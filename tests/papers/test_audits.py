@@ -17,7 +17,7 @@ import xarray as xr
 import epicyclic
 from epicyclic.audits.audit_file import attempts
 from epicyclic.audits.audit_reader import audited_drives, read_audit
-from epicyclic.show.views.audit import tally
+from epicyclic.audits.views import tally
 
 PAGES = Path(__file__).parents[2] / "docs" / "papers"
 SLOW: tuple[str, ...] = ()  # drives whose audit takes more than ten seconds

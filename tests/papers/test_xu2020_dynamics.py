@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from epicyclic.questions.modes.modal import modal
 from epicyclic.questions.response.periodic import Periodic, periodic
 from epicyclic.questions.response.response import FrameSpeed
-from epicyclic.questions.response.steady import sweep
+from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
@@ -96,7 +96,7 @@ def planar() -> dict[str, Any]:
     }
     operation = {"held": ["ring"], "speed": {"carrier": "17.3 rpm"}, "power": {"carrier": "1.5 MW"}}
     return {
-        "format": 1,
+        "format": 2,
         "title": "planar",
         "damping": {"modal": 0.03},
         "stages": {"main": stage},
@@ -128,7 +128,7 @@ def test_rigid_necks_vibrate_as_the_planar_set(rigid: System) -> None:
 
 def rms(system: System, frequency: float, frame_speed: FrameSpeed = "kinematic") -> Array:
     """RMS of the sun meshes' dynamic forces [N]."""
-    result = sweep(system, mesh_frequency=[frequency], frame_speed=frame_speed)
+    result = sweep(system, SweepOptions(mesh_frequency=[frequency], frame_speed=frame_speed))
     assert result["status"].values.tolist() == ["ok"]
     return np.asarray(result["mesh_force_rms"].values[["sun-planet" in m for m in system.meshes.name], 0])
 
@@ -224,6 +224,6 @@ def orbit(system: System, solution: Periodic, *, steps: int) -> Array:
 
 
 def test_the_linear_model_pulls_at_the_peak(system: System) -> None:
-    result = sweep(system, mesh_frequency=np.linspace(1350, 1450, 11))
+    result = sweep(system, SweepOptions(mesh_frequency=np.linspace(1350, 1450, 11)))
     assert float(result["mesh_force_minimum"].min()) < 0
     assert "tensile mesh force in the linear model" in result.attrs["warnings"]

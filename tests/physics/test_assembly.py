@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epicyclic.teeth.phasing import Phase
+from epicyclic.teeth.geometry import Phase
 from epicyclic.train.phasing import StagePhases, ToothedGear, ToothMesh, stage_leads
 
 F = Fraction

@@ -63,7 +63,7 @@ COUPLINGS = ("torsional", "axial", "gear", "shaft")
 
 def chain(kinds: list[str], joints: list[str], helix: float = 0.2, torque: float = 1000.0) -> Document:
     """Stages one behind the other, joined as said, with an output body at the end."""
-    data: Document = {"format": 1, "title": "coupled", "stages": {}, "bodies": {}, "couplings": {}}
+    data: Document = {"format": 2, "title": "coupled", "stages": {}, "bodies": {}, "couplings": {}}
     held = []
     for i, name in enumerate(kinds):
         kind = KINDS[name]
@@ -397,7 +397,7 @@ def test_a_fixed_shaft_joins_all_six_directions_of_two_standing_frames() -> None
 
 def tied() -> Document:
     """Two planetary stages on one carrier shaft: the first drives it, the second one is driven by it."""
-    data: Document = {"format": 1, "title": "tied carriers", "stages": {}}
+    data: Document = {"format": 2, "title": "tied carriers", "stages": {}}
     for name, held in (("one", "ring"), ("two", "ring")):
         members = {member: dict(table) for member, table in (SET | CARRIER).items()}
         members[held]["support"] = LATERAL | {"rz": 1e9}

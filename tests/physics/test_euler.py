@@ -53,7 +53,7 @@ def travel(system: System, state: Array, times: Array) -> Array:
     held[5] = -system.spin_up[5]  # what drives it gives the torque of its own inertia
     moving = motion(system, program=RAMP, spin=held)
     steps = 400 * (times.size - 1)
-    return integrate(moving, state, start=times[0], stop=times[-1], steps=steps, keep=400)
+    return integrate(moving, state, start=times[0], stop=times[-1], steps=steps, keep=400)[0]
 
 
 def test_a_free_body_moves_straight_on() -> None:
@@ -105,7 +105,7 @@ def planar(**more: Any) -> System:
     """A planar set with soft bearings, nothing damped, no errors, constant meshes; the ring held."""
     links = {"support": {"radial": 2e8}}
     document = {
-        "format": 1,
+        "format": 2,
         "title": "a planar set",
         "stages": {
             "main": {
@@ -190,7 +190,7 @@ def test_a_displaced_rigid_seat_is_the_limit_of_a_stiff_one() -> None:
 
 def planar_with_bearing(radial: float) -> System:
     document = {
-        "format": 1,
+        "format": 2,
         "title": "a set whose planet bearings run out",
         "stages": {
             "main": {

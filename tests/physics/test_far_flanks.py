@@ -45,7 +45,7 @@ def document(*, torque: float = 900.0, shifted: bool = False, helix: float = 12.
         for member, x in SHIFTS.items():
             stage[member]["profile_shift"] = x
     return {
-        "format": 1,
+        "format": 2,
         "title": "far flanks",
         "damping": {"modal": "3 %"},
         "stages": {"main": stage},

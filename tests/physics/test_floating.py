@@ -9,7 +9,7 @@ import epicyclic
 from epicyclic.errors import ConvergenceError
 
 MODEL = """
-format = 1
+format = 2
 title = "Sun floats, ring hangs in its play"
 damping.modal = 0.04
 [stages.main]

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[2]
 PAIRS = ("sun-planet", "planet-ring")
 BASE: dict[str, Any] = {
-    "format": 1,
+    "format": 2,
     "title": "a set with a pin out of place",
     "damping": {"modal": 0.03},
     "stages": {

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 def model(**changes: Any) -> dict[str, Any]:
     """A reducer whose sun is driven through a coupling from a body."""
     return {
-        "format": 1,
+        "format": 2,
         "title": "a reducer",
         "damping": {"mass": 0.1, "stiffness": 1e-5},
         "stages": {

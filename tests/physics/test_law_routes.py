@@ -71,7 +71,7 @@ class Found:
     @property
     def force(self) -> Array:
         """(N, w) [N]"""
-        return np.asarray(mesh_force(self.ready.system, flank_force(self.at.given, self.at.state)))
+        return np.asarray(mesh_force(self.ready.system, flank_force(self.at.balance, self.at.state)))
 
 
 def balance(system: System, frequency: float) -> Found:
@@ -79,7 +79,7 @@ def balance(system: System, frequency: float) -> Found:
     refinement, speed = Refinement(ready=ready), frequency / float(ready.lines.tone)
     start = load_continuation(refinement, speed, harmonics=16)
     assert start.converged
-    at = solution(refinement, start.state.y, speed, given=refinement.problem(16), harmonics=16)
+    at = solution(refinement, start.state.y, speed, balance=refinement.problem(16), harmonics=16)
     assert at is not None
     return Found(ready, with_stability(refinement, at), speed)
 
@@ -193,7 +193,7 @@ def test_compiled_steps_are_the_balance(name: str, frequency: float) -> None:
     steps = -(-steps_for(moving, period) // samples) * samples
     states = integrate(
         moving, initial_state(found.at), stop=cycles * period, steps=cycles * steps, keep=steps // samples
-    )
+    )[0]
     times = period * np.arange(len(states)) / samples
     force = record_force(moving, times[-samples:], states[-samples:]).T
     rms = mesh_force(system, force).std(axis=0)
@@ -219,7 +219,7 @@ def _integrated_multipliers(found: Found, system: System) -> ComplexArray:
 
     A step turns the phase of the highest mode by 0.03: its error is below 1e-6.
     """
-    equation, given, state = Equation(system, found.speed), found.at.given, found.at.state
+    equation, given, state = Equation(system, found.speed), found.at.balance, found.at.state
     gap = gap_rows(given, state.y) - given.error
     orders, period = given.grid.points[:, 0], 1 / (found.speed * float(system.tones[0]))
     steps = 1500

@@ -23,7 +23,7 @@ ANGLE = np.radians(20)
 def stars(**support: Any) -> dict[str, Any]:
     """Five stepped stars between a sun in a spline and a sprung ring, spur, of one centre distance."""
     return {
-        "format": 1,
+        "format": 2,
         "title": "five stepped stars",
         "stages": {
             "main": {
@@ -160,7 +160,7 @@ def test_coulomb_has_the_same_peak_and_another_history() -> None:
 def two_pins(clearance: list[float], torque: float) -> dict[str, Any]:
     """Two planets between a sun, a ring and a held carrier that stand firm, pins with play."""
     return {
-        "format": 1,
+        "format": 2,
         "title": "two pins",
         "stages": {
             "main": {

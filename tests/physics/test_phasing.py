@@ -13,7 +13,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from epicyclic.teeth.phasing import Phase, contact_of_mate, contact_place, driver_tooth, mate_tooth, shift_term
+import epicyclic
+from epicyclic.teeth.geometry import Phase, contact_of_mate, contact_place, driver_tooth, mate_tooth, shift_term
 from epicyclic.train.phasing import StagePhases, ToothedGear, ToothMesh, stage_leads
 
 TEETH = st.integers(12, 130)
@@ -308,3 +309,43 @@ def bracket(pair: Pair, met: float, teeth: int) -> tuple[float, float]:
     start = off(pair.place_of_b(0.0) - met)
     centre = pair.d * -start * math.tau / teeth
     return centre - 0.1 / teeth, centre + 0.1 / teeth
+
+
+@pytest.mark.parametrize("held", ["ring", "carrier"])
+@pytest.mark.parametrize("station", [15.0, -5.0])
+def test_a_helical_mesh_apart_along_the_axis_has_the_lead_of_the_slice_there(held: str, station: float) -> None:
+    """The teeth of one helix: a narrow ring meets the planet where a slice of a wide one does."""
+
+    def train(ring: dict[str, object], slices: int) -> epicyclic.Train:
+        return epicyclic.load(
+            {
+                "format": 2,
+                "title": "helical",
+                "stages": {
+                    "main": {
+                        "planets": 3,
+                        "module": "4 mm",
+                        "helix_angle": "17 deg",
+                        "face_width": "40 mm",
+                        "sun": {"teeth": 22},
+                        "planet": {"teeth": 23},
+                        "ring": {"teeth": 68, "rim": "30 mm", **ring},
+                        "carrier": {"mass": "20 kg", "inertia": "0.2 kg m^2"},
+                        "meshes": {"planet-ring": {"slices": slices}},
+                    }
+                },
+                "operation": {"held": [held], "speed": {"sun": "100 rad/s"}, "torque": {"sun": "1 kN m"}},
+            }
+        )
+
+    wide = train({}, 4)
+    narrow = train({"face_width": "10 mm", "station": f"{station} mm"}, 1)
+    for cut, whole in zip(wide.meshes, narrow.meshes, strict=True):
+        if cut.pair.endswith("sun-planet"):
+            assert whole.lead == cut.lead
+            continue
+        (piece,) = (piece for piece in cut.slices if abs(piece.station - station / 1e3) < 1e-9)
+        assert whole.station == pytest.approx(piece.station)
+        assert off(float(whole.lead) - float(piece.lead)) == pytest.approx(0.0, abs=1e-12)
+        # a quarter of the face is not a whole axial pitch
+        assert abs(off(float(whole.lead) - float(cut.lead))) > 0.05

@@ -40,7 +40,7 @@ MESHED = {
 
 
 def train_of(stage: dict[str, Any], **operation: Any) -> Train:
-    return epicyclic.load({"format": 1, "title": "t", "stages": {"main": {**STAGE, **stage}}, "operation": operation})
+    return epicyclic.load({"format": 2, "title": "t", "stages": {"main": {**STAGE, **stage}}, "operation": operation})
 
 
 SUN = {"speed": {"sun": "1500 rpm"}, "torque": {"sun": "800 N m"}}

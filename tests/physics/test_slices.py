@@ -24,7 +24,7 @@ PAIRS = ("sun-planet", "planet-ring")
 WIDTH, MODULE, HELIX = 0.05, 0.004, math.radians(15)
 
 BASE: Document = {
-    "format": 1,
+    "format": 2,
     "title": "a helical set",
     "damping": {"modal": 0.03},
     "stages": {

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.questions.response.periodic import Periodic, periodic
 from epicyclic.questions.transient.equation import from_modal, motion, to_modal
-from epicyclic.questions.transient.integrators import adaptive_states, modal_scale
+from epicyclic.questions.transient.integrators import adaptive_states
 from epicyclic.questions.transient.program import constant
 from epicyclic.questions.transient.transient import link_force, mesh_force
 from epicyclic.system.system import System
@@ -137,7 +137,7 @@ def test_three_routes_meet(name: str) -> None:
         shooting[:, i] = k * (gaps[:, 0] - e) + system.meshes.damping * (gaps[:, 1] - rate)
     moving = motion(system, program=constant(speed), contact="linear")
     start = to_modal(moving, np.stack([states[0][:n], states[0][n:] * linear.unit]))
-    found, _ = adaptive_states(moving, start, times[::16], method="dop853", scale=modal_scale(moving))
+    found, _ = adaptive_states(moving, start, times[::16], method="dop853")
     integrated = mesh_force(moving, times[::16], from_modal(moving, np.concatenate([start[None], found])))
     size = shooting.std(axis=1).max()
     assert size > 0.01 * shooting.mean()  # it vibrates

@@ -14,7 +14,7 @@ from epicyclic.errors import ModelError
 from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.compliance import ToothCompliance
 from epicyclic.teeth.energy_stiffness import MeshedTeeth, section_stiffness
-from epicyclic.teeth.flank import Flank, Relief
+from epicyclic.teeth.form import Flank, Relief
 from epicyclic.teeth.gear_pair import ContactPair
 from epicyclic.teeth.loaded_contact import loaded_contact
 from epicyclic.train.train import Train
@@ -33,7 +33,7 @@ STAGE: dict[str, Any] = {
 def train(**stage: Any) -> Train:
     return epicyclic.load(
         {
-            "format": 1,
+            "format": 2,
             "title": "three planets",
             "stages": {"main": STAGE | stage},
             "operation": {"held": ["main.ring"], "speed": {"main.sun": "1500 rpm"}, "torque": {"main.sun": "900 N m"}},

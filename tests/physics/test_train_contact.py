@@ -20,9 +20,8 @@ from epicyclic.system.face_contact import face_laws, with_three_rows
 from epicyclic.system.flank_laws import FaceForce
 from epicyclic.system.system import System, faces
 from epicyclic.system.tooth_pairs import pair_of
-from epicyclic.teeth.face_rows import RowStations, row_response, row_weights
 from epicyclic.teeth.loaded_contact import loaded_contact
-from epicyclic.teeth.segments import contact_segments
+from epicyclic.teeth.segments import RowStations, contact_segments, row_response, row_weights
 from epicyclic.train.resolution import load
 from epicyclic.train.train import Train
 
@@ -31,7 +30,7 @@ Document = dict[str, Any]
 WIDTH = 0.05
 
 BASE: Document = {
-    "format": 1,
+    "format": 2,
     "title": "a set",
     "stages": {
         "main": {

@@ -14,7 +14,7 @@ Tables = dict[str, Any]
 def _torsional(*, modal: float, sun_planet: Tables | None = None, planet_ring: Tables | None = None) -> Tables:
     """A planetary set that only turns, quick to solve: its meshes in N/m, with more keys if need be."""
     return {
-        "format": 1,
+        "format": 2,
         "title": "a torsional set",
         "damping": {"modal": modal},
         "stages": {
@@ -58,7 +58,7 @@ def torsional_set() -> Callable[..., Tables]:
 def one_stage() -> Tables:
     """One helical stage that its carrier drives."""
     return {
-        "format": 1,
+        "format": 2,
         "title": "One stage",
         "damping": {"modal": 0.03},
         "stages": {"main": _helical_stage()},
@@ -70,7 +70,7 @@ def one_stage() -> Tables:
 def two_stages() -> Tables:
     """Two such stages in a row, the sun of the low one on the carrier of the high one."""
     return {
-        "format": 1,
+        "format": 2,
         "title": "Two equal stages",
         "damping": {"modal": 0.03},
         "stages": {"low": _helical_stage(), "high": _helical_stage()},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable, Iterable
+from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
 
@@ -18,9 +19,14 @@ MODULES = {
 PYTHON = sorted([*PACKAGE.rglob("*.py"), *(ROOT / "tests").rglob("*.py"), *(ROOT / "examples").glob("*.py")])
 # the table of rooms in docs/design.md: room -> the rooms it may import, at the top of a file or inside a function
 DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
-ROWS = re.findall(r"^\| `([\w/]+?)/?` \|.*\|([^|]*)\|$", DESIGN, re.MULTILINE)
-ALLOWED = {room: set(re.findall(r"`([\w/]+)`", arrows)) for room, arrows in ROWS}
-QUESTIONS = {room for room in ALLOWED if room.startswith("questions/")}
+# a room is a folder, or modules of one name in several: `questions/*/views`
+ROWS = re.findall(r"^\| ((?:`[\w/*]+`(?:, )?)+) \|.*\|([^|]*)\|$", DESIGN, re.MULTILINE)
+ALLOWED = {
+    room.removesuffix("/"): set(re.findall(r"`([\w/*]+)`", arrows))
+    for rooms, arrows in ROWS
+    for room in re.findall(r"`([^`]+)`", rooms)
+}
+QUESTIONS = {room for room in ALLOWED if re.fullmatch(r"questions/\w+", room)}
 for arrows in ALLOWED.values():
     arrows |= QUESTIONS if "questions" in arrows else set()
 # rooms that are given a System, never a drawing
@@ -37,9 +43,10 @@ def tree_of(path: Path) -> ast.Module:
 
 
 def room_of(module: str) -> str:
-    """Folder under the package; of a question its own folder."""
-    parts = module.removesuffix(".__init__").split(".")
-    return "/".join(parts[: 1 + (parts[0] == "questions")])
+    """The room that says most of where a module stands: a module of its own, folder of a question, folder."""
+    path = module.removesuffix(".__init__").replace(".", "/")
+    rooms = [room for room in ALLOWED if fnmatchcase(path, room) or fnmatchcase(path, f"{room}/*")]
+    return max(rooms, key=lambda room: room.count("/"), default=path)
 
 
 @cache
@@ -108,7 +115,29 @@ def test_an_analysis_knows_no_drawing() -> None:
 
 def test_arrows_are_seen_to_fail() -> None:
     assert violations("questions.modes.modal", {"teeth.geometry"}) == {"teeth.geometry"}
+    # an analysis knows no verb and no view, a view no analysis
+    for above in ("questions.modes.verbs", "questions.modes.views", "statics.verbs", "verbs.record", "show.view"):
+        assert violations("questions.modes.modal", {above}) == {above}
+        assert violations("statics.static", {above}) == {above}
+    assert violations("questions.modes.verbs", {"questions.modes.modal", "show.view"}) == {"show.view"}
+    assert violations("questions.modes.views", {"questions.modes.modal", "show.tables"}) == {"questions.modes.modal"}
     assert violations("system.rows", {"epicyclic.train"}) == {"epicyclic.train"}  # the package root from inside
+
+
+def drawn_with(path: Path, module: str) -> set[str]:
+    """Libraries that draw which a module imports though its room may not import `show`."""
+    nodes = [node for node in ast.walk(tree_of(path)) if isinstance(node, ast.Import | ast.ImportFrom)]
+    names = {(getattr(node, "module", "") or alias.name).split(".")[0] for node in nodes for alias in node.names}
+    room = room_of(module)
+    return set() if room == "show" or "show" in ALLOWED[room] else names & {"plotly", "rich"}
+
+
+def test_only_what_shows_results_draws(tmp_path: Path) -> None:
+    inside = [name for name in MODULES if name != "__init__"]
+    assert each(lambda module: drawn_with(MODULES[module], module), inside) == {}
+    (tmp_path / "m.py").write_text("import rich\ndef f():\n    import plotly.graph_objects as go\n")
+    assert drawn_with(tmp_path / "m.py", "questions.modes.modal") == {"plotly", "rich"}
+    assert drawn_with(tmp_path / "m.py", "questions.modes.views") == set()
 
 
 def imported_names(path: Path, module: str) -> set[tuple[str, str]]:

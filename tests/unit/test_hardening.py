@@ -477,14 +477,14 @@ def test_the_package_refuses_the_same_numbers() -> None:
 
 def test_dotted_keys_and_many_stages_are_refused_at_once(tmp_path: Path) -> None:
     path = tmp_path / "model.toml"
-    path.write_text("format = 1\n" + ".".join(["a"] * 100_000) + " = 1\n")
+    path.write_text("format = 2\n" + ".".join(["a"] * 100_000) + " = 1\n")
     with pytest.raises(ModelError, match=r"nested too deeply \(line 2\)"):
         epicyclic.load(path)
     table = hardening._tables()[-1]
     stage = next(iter(table["stages"].values()))
     many = {**table, "stages": {f"s{i}": stage for i in range(60)}}
     with pytest.raises(ModelError, match=r"stages|s0"):
-        epicyclic.load({"format": 1, "title": "many", "stages": many["stages"]})
+        epicyclic.load({"format": 2, "title": "many", "stages": many["stages"]})
 
 
 def test_control_characters_do_not_reach_the_terminal(tmp_path: Path) -> None:

@@ -39,6 +39,15 @@ def fault(code: str, *arguments: str) -> str:
     return done.stderr or "failed" if done.returncode else ""
 
 
+def test_a_result_is_shown_with_the_views_of_its_question_alone() -> None:
+    code = """
+views = {name for name in sys.modules if name.endswith(".views")} - {"epicyclic.show.views"}
+assert views == {"epicyclic.questions.check.views"}, views
+assert "plotly" not in sys.modules
+"""
+    assert fault(code, "check", "ren2021") == ""
+
+
 @pytest.mark.parametrize("name", ["ren2021", "encased-differential"])
 def test_a_sweep_of_linear_contact_imports_only_what_it_needs(name: str) -> None:
     assert fault(HEAVY, "sweep", name, "--points", "2") == ""

@@ -19,7 +19,6 @@ AS_PRINTED = "as printed"
 """Text of the attempt that needs no reading."""
 Verdict = Literal["reproduced", "under a reading", "not reproducible", "not compared"]
 Origin = Literal["source", "hand calculation"]
-_SECOND = ("published_as", "origin", "readings", "nothing_to_try")  # keys of a row that format 1 does not know
 Label = str | bool | int | float
 Text = Annotated[str, Field(min_length=1)]
 _REDUCTIONS = ("max", "min", "mean", "sum", "rms", "range", "ratio", "largest", "count", "first", "last")
@@ -196,12 +195,9 @@ class Row(_Table):
 
 
 class Audit(_Table):
-    """An audit file.  drive : ready drive or path of the model audited; None: the name of the file.
+    """An audit file.  drive : ready drive or path of the model audited; None: the name of the file."""
 
-    Format 1 knows neither the keys of a row that format 2 brought (readings, ...) nor the verdict "not compared".
-    """
-
-    format: Literal[1, 2]
+    format: Literal[2]
     drive: str | None = None
     source: Text
     notes: str = ""
@@ -221,13 +217,12 @@ class Audit(_Table):
         return self
 
     def check_row(self, row: Row, path: str) -> None:
-        """Refuse a row that does not go with the format and the runs.
+        """Refuse a row that does not go with the runs.
 
         Raises
         ------
-        ModelError : a key of another format, no such run, reproduced with a fitted run; at `path` of the row.
+        ModelError : no such run, reproduced with a fitted run; at `path` of the row.
         """
-        self._of_format(row, path)
         for name in row.ours.runs() if row.ours else ():
             self._known(name, f"{path}.ours.run")
         for place, reading in enumerate(row.readings):
@@ -257,17 +252,6 @@ class Audit(_Table):
     def fitted(self, row: Row | Attempt) -> bool:
         """Whether `ours` of a row or of an attempt rests on a fitted parameter, its own or one of its runs'."""
         return row.fitted or any(self.resolved(name).fitted for name in (row.ours.runs() if row.ours else ()))
-
-    def _of_format(self, row: Row, path: str) -> None:
-        """Raise ModelError for what a file of format 1 cannot hold."""
-        if self.format == 1:
-            if row.verdict == "not compared":
-                raise ModelError("not compared in a file of format 1", path=f"{path}.verdict", allowed="format = 2")
-            for key in _SECOND:
-                if key in row.model_fields_set:
-                    raise ModelError(
-                        "a key of format 2 in a file of format 1", path=f"{path}.{key}", allowed="format = 2"
-                    )
 
     def _chain(self, name: str) -> None:
         seen: list[str] = []

@@ -21,9 +21,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, Literal, Union, ge
 import typer
 
 from ..errors import ModelError
+from ..questions.flanks.verbs import RECORD
 from ..results.files import write_text
 from ..verbs.record import Option, Verb, help_of, keywords, verbs
-from ..verbs.relief import RECORD
 from .console import complain, import_model_rooms, parsed_overrides, progress_bar, reported
 from .help import model_names
 from .output import FORMATS, figure_option, print_result, put, require_output

@@ -159,11 +159,11 @@ def _compare(
 ) -> None:
     require_output(output, figures, ("compare",), as_json=as_json)
     import_model_rooms()
-    from ..questions.compare.compare import compare_of
+    from ..questions.compare.compare import compare as run
 
     overrides = parsed_overrides(sets) or None
     try:
-        result = compare_of(sources, overrides=overrides, variants=[_variant(text) for text in variants])
+        result = run(*sources, overrides=overrides, variants=[_variant(text) for text in variants])
     except ModelError as error:
         raise _at_flag(error) from None
     put({"compare": result}, output=output, figures=figures, as_json=as_json)
@@ -320,10 +320,10 @@ def _run(
 
 def _compared(models: Sequence[str], sets: list[str] | None) -> Any:
     """What differs between the models, as `compare` says it; None where it cannot."""
-    from ..questions.compare.compare import compare_of
+    from ..questions.compare.compare import compare as run
 
     try:
-        return compare_of(models, overrides=parsed_overrides(sets) or None)
+        return run(*models, overrides=parsed_overrides(sets) or None)
     except (ModelError, ConvergenceError) as error:
         complain(f"left out: what differs between the models: {error}")
         return None
@@ -470,7 +470,7 @@ def _study(
 ) -> None:
     require_output(output, figures, ["study"], as_json=as_json)
     import_model_rooms()
-    from ..verbs.study import study as run
+    from ..questions.parameters.verbs import study as run
 
     with progress_bar(f"study {job}") as step:
         result = run(job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=step)

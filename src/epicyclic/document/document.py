@@ -1,17 +1,16 @@
 """Model file -> validated, normalised document in SI, with overrides laid over it.
 
-Paths of `[assumed]` must exist.  What a person wrote without a unit is refused in format 2, and told in format 1, by
-its path.
+Paths of `[assumed]` must exist.  What a person wrote without a unit is refused by its path.
 """
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from ..errors import ModelError
 from ..input_files import read_bytes
@@ -19,13 +18,12 @@ from ..rexs.file import is_rexs_name
 from ..warning_codes import CodedText, coded
 from .csv_files import with_files
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
-from .schema import ModelFile, Names, check_names, collect, nearest
+from .schema import FORMAT, ModelFile, Names, check_names, collect, nearest
 from .shorthand import expand, expand_path
 from .tables import PlainTable, clean, dotted_line, finite_float, leaves, merge, nested, value_at
 from .tolerances import check_tolerance, still_toleranced
-from .units import KINDS
 from .validation import bare_numbers, validate
-from .written_numbers import BareNumber, likely_text
+from .written_numbers import BareNumber
 
 
 def check_assumed(layer: PlainTable, data: PlainTable, names: Names) -> None:
@@ -56,68 +54,39 @@ def still_assumed(data: PlainTable, overridden: Iterable[str]) -> PlainTable:
     return data | {"assumed": {path: reason for path, reason in data["assumed"].items() if stands(path)}}
 
 
-# warnings of one file: as many as fit on a screen, or the first few and the count
-_MOST, _FEW = 8, 5
-
-
-def _written_bare(
+def _check_units_stated(
     data: PlainTable, names: Names, file: PlainTable, settings: PlainTable, overridden: Collection[str]
-) -> dict[str, BareNumber]:
-    """Return the bare numbers that a person wrote, by the path as it is written.
+) -> None:
+    """Raise ModelError for the first number without a unit that a person wrote, by its path as written, and the others.
 
     file, settings : tables of the file, and values typed on the command line; empty where built in Python, whose
     numbers are SI.  overridden : paths set by any override.
     """
+    if not (file or settings):
+        return
     try:
         errors = bare_numbers(data, names)
     except ModelError:  # a name that is none, which validation tells
-        return {}
+        return
     written: dict[str, BareNumber] = {}
     for layer, set_there in ((file, False), (settings, True)):
-        for path, value in _numbers(layer):
+        for path, value in leaves(layer):
+            if isinstance(value, str) and "[" not in value:
+                continue
             try:
-                expanded = [p for p, _ in leaves(expand(nested(path, value), names))]
+                expanded = [p for p, _ in leaves(expand(nested(tuple(path.split(".")), value), names))]
             except ModelError:
                 continue
             bare = [p for p in expanded if p in errors and (p in overridden) == set_there]
             if bare:
-                written[".".join(path)] = errors[bare[0]]
-    return written
+                written[path] = errors[bare[0]]
+    if written:
+        (path, first), *rest = written.items()
+        others = f"{', '.join(p for p, _ in rest[:3])}{', ...' if rest[3:] else ''}"
+        more = f" (and {len(rest)} more, at {others})" if rest else ""
+        raise ModelError(f"{first.problem}{more}", path=path, given=first.given, allowed=first.allowed)
 
 
-def _numbers(table: PlainTable, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Yield path and value of everything in which a bare number may stand."""
-    for name, value in table.items():
-        if isinstance(value, dict):
-            yield from _numbers(value, (*path, name))
-        elif isinstance(value, (int, float, list)) or (isinstance(value, str) and "[" in value):
-            yield (*path, name), value
-
-
-def _refusal(written: dict[str, BareNumber]) -> ModelError:
-    """Return the error of the first bare number, which names the others."""
-    (path, first), *rest = written.items()
-    others = f"{', '.join(p for p, _ in rest[:3])}{', ...' if rest[3:] else ''}"
-    more = f" (and {len(rest)} more, at {others})" if rest else ""
-    return ModelError(f"{first.problem}{more}", path=path, given=first.given, allowed=first.allowed)
-
-
-def _told(written: dict[str, BareNumber]) -> list[CodedText]:
-    """Return a warning of each bare number, what it was read as and what was likely meant; of many the first few."""
-    texts = []
-    for path, error in written.items():
-        unit = KINDS[error.kinds[0]].unit
-        read = likely_text(error.given, error.kinds, ((0.0, unit),))
-        meant = "write it so, as format = 2 asks" if read == error.likely else f'"{error.likely}"?'
-        text = f'{path} = {read.removesuffix(unit).strip()}: no unit, read as "{read}"; {meant}'
-        texts.append(coded("no-unit", text))
-    if len(texts) <= _MOST:
-        return texts
-    count = f"{len(texts)} numbers of the file have no unit, {len(texts) - _FEW} more than these"
-    return [*texts[:_FEW], coded("no-unit", count)]
-
-
-FORMAT = 2
 MAX_BYTES = 4_000_000
 Source = str | Path | Mapping[str, object]
 Origin = Literal["given", "set"]
@@ -131,8 +100,7 @@ class Document:
     data : the same as nested tables as written, shorthands expanded, overrides laid over (plain JSON).
     origin : by path of every value in `data`, whether the file gives it or an override sets it.
     source : name of the ready drive, path of the file, or "dict".
-    warnings : numbers without a unit, read as SI in a file of format 1; what was assumed of a REXS file; numbers that
-        follow teeth an override sets.
+    warnings : what was assumed of a REXS file; numbers that follow teeth an override sets.
     hints : those of the warnings that say what else to set, for errors that follow.
     """
 
@@ -174,22 +142,16 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     data = expand(still_toleranced(still_assumed(merged, overridden), file, above, names), names)
     data, followed, hints, moved = follow_teeth(data, file, frozenset(overridden), names)
     of_file, typed = {} if isinstance(source, Mapping) else base, settings_of(overrides or {})
-
-    def bare() -> dict[str, BareNumber]:
-        """The numbers without a unit that a person wrote. Raises ModelError where the format asks for one."""
-        written = _written_bare(data, names, of_file, typed, overridden) if of_file or typed else {}
-        if written and data.get("format") != 1:
-            raise _refusal(written)
-        return written
-
     try:
         model, has_bare = validate(data, names)
-    except ModelError:
-        bare()  # ahead of any other fault: the size of such a number is not to be believed
+    except ModelError:  # the size of a number without a unit is not to be believed
+        _check_units_stated(data, names, of_file, typed, overridden)
         raise
-    warnings = (*_told(bare() if has_bare else {}), *check_tolerance(data, names), *followed, *hints)
+    if has_bare:
+        _check_units_stated(data, names, of_file, typed, overridden)
+    check_tolerance(data, names)
     origin: dict[str, Origin] = {path: "set" if path in overridden | moved else "given" for path, _ in leaves(data)}
-    return Document(model=model, data=data, origin=origin, source=name, warnings=warnings, hints=hints)
+    return Document(model=model, data=data, origin=origin, source=name, warnings=(*followed, *hints), hints=hints)
 
 
 def ready_drives() -> tuple[str, ...]:
@@ -200,15 +162,17 @@ def ready_drives() -> tuple[str, ...]:
 
 
 def _check_format(base: PlainTable) -> None:
-    """Raise ModelError for a file without version or of a newer one, ahead of any other error."""
+    """Raise ModelError for a file of another version of the format, or of none, ahead of any other error."""
     version = base.get("format")
+    if type(version) is int and version == FORMAT:  # 2.0 equals 2
+        return
+    allowed = f"format = {FORMAT}, described in docs/reference/model-file.md"
     if version is None:
-        raise ModelError("missing", path="format", allowed=f"format = {FORMAT}, the version of the file format")
-    if isinstance(version, bool) or not isinstance(version, int):  # 2.0 equals 2, and would pass for a format 1
-        raise ModelError("not a whole number", path="format", given=version, allowed=f"format = {FORMAT}, or 1")
-    if version > FORMAT:
-        problem = f"format {version} is newer than this program reads"
-        raise ModelError(problem, path="format", given=version, allowed=f"format = 1 or {FORMAT}, or a newer epicyclic")
+        raise ModelError("missing", path="format", allowed=allowed)
+    newer = type(version) is int and version > FORMAT
+    problem = f"format {version} is newer than this program reads" if newer else "no version that this program reads"
+    allowed += ", or a newer epicyclic" if newer else ""
+    raise ModelError(problem, path="format", given=version, allowed=allowed)
 
 
 def _open(source: object) -> tuple[PlainTable, str, Path | None]:

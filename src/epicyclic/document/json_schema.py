@@ -1,4 +1,4 @@
-"""The JSON Schema of a model file of format 2 as it is written: unit texts, shorthands, free member names."""
+"""The JSON Schema of a model file as it is written: unit texts, shorthands, free member names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from .distributions import EXAMPLES, PHASES, distribution_pattern, form_texts
 from .schema import KIND_BY_NAME, SIDES, VARIATIONS, ModelFile
 from .schema_fields import DisplacementForceTable, MeshForceTable, TiltMomentTable, TurnMomentTable, Unit
 from .units import KINDS, list_pattern, number_pattern
-from .validation import LISTED
 
 Schema = dict[str, Any]
 _NAME = "^[A-Za-z0-9_]{1,60}$"
@@ -63,10 +62,6 @@ def _as_written(root: Schema, defs: Schema) -> None:
     root["properties"]["assumed"]["additionalProperties"] = {"type": ["string", "object"]}
     _tolerances(root["properties"], defs)
     root["required"] = ["format", "title", "stages"]
-    root["properties"]["format"] = {
-        "const": LISTED,
-        "description": "version of the format; 1, with bare numbers in SI, is read too",
-    }
 
 
 def _referring(schema: Any, named: Callable[[Schema], tuple[str, Schema] | None], found: Schema) -> Any:
@@ -248,7 +243,8 @@ def _tidy(schema: Any) -> Any:
     if not isinstance(schema, dict):
         return schema
     schema = _flat(schema)
-    quantity = _quantities(schema)
+    words = " or ".join(f'"{w}"' for w in schema.get("x-words", ()))
+    quantity = " or ".join(part for part in (schema.get("x-quantity", ""), words) if part)
     dropped = ("default", "x-quantity", "x-words")
     result = {
         k: {name: _tidy(v) for name, v in value.items()} if k == "properties" else _tidy(value)
@@ -286,9 +282,3 @@ def _flat(schema: Schema) -> Schema:
     if len(flat) == 1:
         return {**flat[0], **found, **rest}
     return {"anyOf": [f for i, f in enumerate(flat) if f not in flat[:i]], **found, **rest}
-
-
-def _quantities(schema: Schema) -> str:
-    """Return kind of quantity, unit and words of a schema, in words."""
-    words = " or ".join(f'"{w}"' for w in schema.get("x-words", ()))
-    return " or ".join(part for part in (schema.get("x-quantity", ""), words) if part)

@@ -355,7 +355,7 @@ def _scaled(
     if power is None:
         return f"{short} follows from the teeth (was {value})", None
     try:
-        read = read_quantity(value, kinds, Bounds(inf=True))
+        read = read_quantity(value, kinds, Bounds(inf=True), listed=True)
     except ModelError:  # validation names it
         return None
     kind = kinds[0]

@@ -34,6 +34,7 @@ from .schema_fields import (
 from .units import Quantity
 from .written_numbers import MESH, SMALL
 
+FORMAT = 2  # version of the format of the file
 Kind = Literal["sun", "planet", "ring", "carrier", "gear"]
 KIND_BY_NAME: dict[str, Kind] = {
     "sun": "sun",
@@ -407,7 +408,7 @@ class LoadTable(SchemaTable):
 class ModelFile(SchemaTable):
     """A whole model file. Members are named by full paths (`main.sun`, `main.sun.right`, `g1`)."""
 
-    format: Literal[1, 2] = Field(description="version of the format of the file")
+    format: Literal[2] = Field(description="version of the format of the file")
     title: str = Field(description="title of the train, one line")
     doi: str = key("", "DOI of the source")
     notes: str = key("", "notes, free text")
@@ -514,7 +515,10 @@ def reference(text: object, names: Names, *, path: str, sides: bool = True) -> s
     member = ".".join(segments[:1] if segments[0] in names.bodies else segments[:2])
     rest = segments[len(member.split(".")) :]
     if member not in names.members:
-        raise ModelError(f"no such member{nearest(text, _spoken(names))}", path=path, given=text, allowed=allowed)
+        # as they may be written: without the stage where there is only one
+        short = tuple(next(iter(names.stages.values()))) if len(names.stages) == 1 else ()
+        near = nearest(text, (*short, *names.members))
+        raise ModelError(f"no such member{near}", path=path, given=text, allowed=allowed)
     if rest and (not sides or len(rest) > 1 or rest[0] not in SIDES or member in names.bodies):
         raise ModelError("no such member or side", path=path, given=text, allowed=allowed)
     return ".".join(segments)
@@ -545,12 +549,6 @@ def nearest(word: object, known: Iterable[str]) -> str:
     """Return `; did you mean 'teeth'?`, or nothing where no known word is near."""
     found = get_close_matches(str(word)[:80], list(known), n=1, cutoff=0.6)
     return f"; did you mean '{found[0]}'?" if found else ""
-
-
-def _spoken(names: Names) -> tuple[str, ...]:
-    """Return the references as they are written: without the stage where there is only one."""
-    short = tuple(next(iter(names.stages.values()))) if len(names.stages) == 1 else ()
-    return (*short, *names.members)
 
 
 def _tables(value: object) -> list[tuple[str, Mapping[str, object]]]:

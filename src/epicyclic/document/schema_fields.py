@@ -70,13 +70,13 @@ class Unit:
         context: Reading | None = None if info is None else info.context
         if self.table is not None and isinstance(value, dict):
             return self.table.model_validate(value, context=context)
-        kinds, bounds, listed = tuple(self.kinds.split()), self._bounds, False
+        kinds = tuple(self.kinds.split())
+        bounds = Bounds(low=self.low, high=self.high, above=self.above, below=self.below, inf=self.inf)
         if context is not None:
             context.look(value, kinds, self.likely, bounds=bounds, many=self.many, lists=self.lists)
-            listed = context.listed
         many, one = self.many or self.lists, not self.lists
         try:
-            read = read_quantity(value, kinds, bounds, many=many, one=one, words=self.words, listed=listed)
+            read = read_quantity(value, kinds, bounds, many=many, one=one, words=self.words, listed=True)
         except ModelError as error:
             if not self.reason:
                 raise
@@ -85,10 +85,6 @@ class Unit:
         if self.count is not None and isinstance(read, tuple) and len(read) != self.count:
             raise ModelError(f"a list of {len(read)}", given=value, allowed=f"a list of {self.count}")
         return read
-
-    @property
-    def _bounds(self) -> Bounds:
-        return Bounds(low=self.low, high=self.high, above=self.above, below=self.below, inf=self.inf)
 
     def describe(self) -> str:
         """Return the unit and kind of quantity in words, for the schema."""
@@ -386,7 +382,7 @@ class FrictionTable(SchemaTable):
 
 
 class LinkDampingTable(SchemaTable):
-    """Dampers of a link; a bare number in the file is x, y and z."""
+    """Dampers of a link; one value in place of the table is x, y and z."""
 
     x: Damper | None = key(None, "damper along x")
     y: Damper | None = key(None, "damper along y")
@@ -415,7 +411,7 @@ class BoltsTable(SchemaTable):
 
 
 class LinkTable(SchemaTable):
-    """One bearing. A direction that is None is not named: rigid in a support or bearing; 0 floats, inf is rigid."""
+    """A link. A direction that is None is not named: rigid in a support or bearing; 0 floats, inf is rigid."""
 
     x: Stiffness | None = key(None, "stiffness along x (of a bearing: radial); 0 floats, inf is rigid")
     y: Stiffness | None = key(None, "stiffness along y (of a bearing: tangential); 0 floats, inf is rigid")
@@ -424,7 +420,7 @@ class LinkTable(SchemaTable):
     ry: TiltStiffness | None = key(None, "tilting stiffness about y; 0 is free, inf is rigid")
     rz: TurnStiffness | None = key(None, "torsional stiffness; in N/m at the base radius (carrier: pin radius)")
     at: Place | None = key(None, "axial place, from the centre of the member; default 0")
-    damping: LinkDampingTable | None = key(None, "dampers; a bare number [N s/m] is x, y and z")
+    damping: LinkDampingTable | None = key(None, "dampers; one value [N s/m] is x, y and z")
     clearance: Clearance | None = key(None, "radial clearance of the bearing")
     exponent: Annotated[float, Unit("ratio", low=1, high=3)] | None = key(
         None, "exponent of the force over deflection; 10/9 of rolling elements; default 1"

@@ -53,7 +53,9 @@ def clean(value: object, path: str = "", depth: int = 0) -> Any:
             raise ModelError("too large", path=path, given="a number of hundreds of digits", allowed="a number")
         return int(value)  # not the mark of a number typed on the command line
     if isinstance(value, float):
-        return _clean_float(value, path)
+        if math.isnan(value):
+            raise ModelError("not a number", path=path, given="nan", allowed="a number")
+        return ("inf" if value > 0 else "-inf") if math.isinf(value) else float(value)
     if isinstance(value, Mapping):
         return {
             _clean_text(str(k), path): clean(v, f"{path}.{k}" if path else str(k), depth + 1)
@@ -105,13 +107,6 @@ def finite_float(text: str) -> float:
     if math.isinf(number) and "inf" not in text:
         raise OverflowError(f"{text} is too large")
     return number
-
-
-def _clean_float(value: float, path: str) -> float | str:
-    """Return a plain float, "inf" for infinity."""
-    if math.isnan(value):
-        raise ModelError("not a number", path=path, given="nan", allowed="a number")
-    return ("inf" if value > 0 else "-inf") if math.isinf(value) else float(value)
 
 
 def split_path(text: str, *, path: str = "") -> tuple[str, ...]:

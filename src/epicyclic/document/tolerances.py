@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import ModelError
-from ..warning_codes import CodedText, coded
 from .distributions import FORMS, PHASES, VECTORS, Distribution, StandardGrade, read_distribution
 from .schema import Names, collect, nearest
 from .shorthand import TOLERANCE_TABLES, expand, one_path
 from .tables import PlainTable, leaves, nested
 from .units import KINDS, NUMBER, Bounds, Quantity, kind_words, read_quantity, split_list
-from .validation import LISTED, quantities_at
-from .written_numbers import Probe, bare_in, likely_text
+from .validation import quantities_at
+from .written_numbers import BareNumber, Probe, bare_in
 
 _NUMBER = re.compile(rf"\s*{NUMBER}\s*")
 _VECTORS = ("run_out", "bearing_run_out", "position", "tilt")  # kinds of deviations with x and y
@@ -70,7 +69,7 @@ def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance,
     document : a Document, or its tables (`Train.document`).  width : of the grades; `train.tolerances` knows the
     sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
     """
-    return tuple(_resolved(entry, width) for entry in _Reading(_tables_of(document)).entries())
+    return tuple(_resolved(entry, width) for entry in _ToleranceTable(_tables_of(document)).entries())
 
 
 def costs(document: object, width: Width | None = None) -> dict[str, tuple[Grade, ...]]:
@@ -85,7 +84,7 @@ def tolerances_and_costs(
     document: object, width: Width | None = None
 ) -> tuple[tuple[Tolerance, ...], dict[str, tuple[Grade, ...]]]:
     """Return `tolerances` and `costs` of one reading.  Raises ModelError as both."""
-    reading = _Reading(_tables_of(document))
+    reading = _ToleranceTable(_tables_of(document))
     entries = reading.entries()
     priced: dict[str, tuple[Grade, ...]] = {}
     for entry in entries:
@@ -98,49 +97,19 @@ def tolerances_and_costs(
     return tuple(_resolved(entry, width) for entry in entries), priced
 
 
-def check_tolerance(data: PlainTable, names: Names) -> list[CodedText]:
-    """Return warnings of numbers without a unit in a file of format 1.
+def check_tolerance(data: PlainTable, names: Names) -> None:
+    """Raise ModelError for what is wrong in `[tolerance]`.
 
-    Raises ModelError for a tolerance that is no distribution, whose path is not in the model or no number, whose values
-    are of another quantity than what stands there, of a spread below zero; for two entries of one number; for a price
+    That is a tolerance that is no distribution, whose path is not in the model or no number, whose values are of
+    another quantity than what stands there or have no unit, of a spread below zero; two entries of one number; a price
     that is none, or of a path without tolerance.
     """
     if not isinstance(data.get("tolerance"), dict):
-        return []
-    reading = _Reading(data, names)
+        return
+    reading = _ToleranceTable(data, names)
     entries = reading.entries()
     _check_overlaps(entries, names)
     _check_costs(reading, entries)
-    return reading.warnings
-
-
-def rewritten(data: PlainTable, write: Callable[[float, str], str]) -> PlainTable:
-    """Return `[tolerance]` of a document with every value of its distributions written anew; grades stay.
-
-    data : a document, expanded, as of format 1, whose texts may hold numbers without a unit.  write : text of a value
-    in SI of a kind of quantity, as `writer.quantity_text`.  Raises ModelError as `check_tolerance`.
-    """
-    reading = _Reading(data)
-
-    def text_of(entry: _Entry, text: object, where: str) -> object:
-        read, unit = reading.distribution(text, entry.probe, entry.vector, where)
-        if isinstance(read, StandardGrade):
-            return text
-        unit = unit or entry.unit
-        kind = next(kind for kind in entry.probe.kinds if KINDS[kind].unit == unit)
-        return f"{read.kind}({', '.join(write(value, kind) if value else '0' for value in read.values)})"
-
-    table = dict(reading.table)
-    for entry in reading.entries():
-        value, where = table[entry.path], f"tolerance.{entry.path}"
-        if isinstance(value, dict):
-            table[entry.path] = value | {k: text_of(entry, value[k], where) for k in ("own", "common") if k in value}
-        else:
-            table[entry.path] = text_of(entry, value, where)
-        if isinstance(prices := reading.costs.get(entry.path), dict):
-            anew = {text_of(entry, text, where): price for text, price in prices.items()}
-            table["cost"] = table["cost"] | {entry.path: anew}
-    return table
 
 
 def still_toleranced(data: PlainTable, file: PlainTable, above: PlainTable, names: Names) -> PlainTable:
@@ -186,8 +155,8 @@ class _Entry:
     vector: bool
 
 
-class _Reading:
-    """`[tolerance]` of one document.  warnings : numbers without a unit in a file of format 1, once it is read."""
+class _ToleranceTable:
+    """`[tolerance]` of one document."""
 
     def __init__(self, data: PlainTable, names: Names | None = None) -> None:
         table = data.get("tolerance")
@@ -197,7 +166,6 @@ class _Reading:
             raise ModelError("not a table", path="tolerance.cost", given=self.costs, allowed="[tolerance.cost]")
         self.data = data
         self.names = names or collect(data)
-        self.warnings: list[CodedText] = []
 
     def entries(self) -> tuple[_Entry, ...]:
         """Return the entries in the order of the file. Raises ModelError."""
@@ -227,8 +195,10 @@ class _Reading:
         where = f"tolerance.{path}"
         texts, phase = _texts(value, where)
         probe = self._probe(path, value, found)
+        # a grade, which has no word of its own for a vector, is one where a vector may stand
+        words = {text.strip().partition("(")[0].strip() for text in texts.values() if isinstance(text, str)}
         vector = path.startswith("deviations.") and path.rpartition(".")[2] in _VECTORS
-        vector = vector and any(_is_vector_text(text) for text in texts.values())
+        vector = vector and not words.isdisjoint((*VECTORS, "grade"))
         read: dict[str, Distribution | StandardGrade] = {}
         units: dict[str, str] = {}
         for name, text in texts.items():
@@ -296,7 +266,8 @@ class _Reading:
 
         def value(part: str) -> float:
             number, unit = self._value(part, probe, where, text)
-            units.update({unit} - {""})
+            if unit:
+                units.add(unit)
             return number
 
         read = read_distribution(text, value, vector=vector, where=where)
@@ -308,7 +279,7 @@ class _Reading:
                 given=text,
                 allowed=kind_words(kinds),
             )
-        if len({unit for unit in units if unit}) > 1:
+        if len(units) > 1:
             allowed = " or ".join(KINDS[kind].unit for kind in kinds)
             raise ModelError("mixes kinds of quantity", path=where, given=text, allowed=f"all in {allowed}")
         if isinstance(read, Distribution):
@@ -316,26 +287,13 @@ class _Reading:
         return read, next(iter(units), "")
 
     def _value(self, part: str, probe: Probe, where: str, text: object) -> tuple[float, str]:
-        """Return one value in SI and its SI unit, no unit of zero; warnings are noted. Raises ModelError."""
+        """Return one value in SI and its SI unit, no unit of zero. Raises ModelError."""
         kinds = probe.kinds
         bare = float(part) if _NUMBER.fullmatch(part) else None
-        version = self.data.get("format")
-        if bare is not None and bare_in(bare, kinds):
-            likely = likely_text(bare, kinds, probe.ladder)
-            if version != 1:
-                raise ModelError(
-                    f'a number without a unit: "{likely}"?',
-                    path=where,
-                    given=text,
-                    allowed=kind_words(kinds),
-                )
-            unit = KINDS[kinds[0]].unit
-            self.warnings.append(
-                coded("no-unit", f'{where} = {text}: {part.strip()} has no unit, read in {unit}; "{likely}"?')
-            )
         try:
-            listed = isinstance(version, int) and version >= LISTED
-            read = read_quantity(part if bare is None else bare, kinds, Bounds(), listed=listed)
+            if bare is not None and bare_in(bare, kinds):
+                raise BareNumber(bare, kinds, probe.ladder)
+            read = read_quantity(part if bare is None else bare, kinds, Bounds(), listed=True)
         except ModelError as error:
             raise ModelError(error.problem, path=where, given=text, allowed=kind_words(kinds)) from None
         if isinstance(read, Quantity):
@@ -368,11 +326,6 @@ def _texts(value: object, where: str) -> tuple[dict[str, object], str]:
 def _shown(value: object) -> object:
     """Return the value of an entry for a message."""
     return value if isinstance(value, str) else repr(value)
-
-
-def _is_vector_text(text: object) -> bool:
-    """Whether a text states the distribution of a vector, or a grade, which at a vector is one."""
-    return isinstance(text, str) and text.strip().partition("(")[0].strip() in (*VECTORS, "grade")
 
 
 def _check_bounds(read: Distribution, bounds: Bounds, where: str) -> None:
@@ -452,7 +405,7 @@ def _numbers_of(entry: _Entry, names: Names) -> list[str]:
     return found
 
 
-def _check_costs(reading: _Reading, entries: Sequence[_Entry]) -> None:
+def _check_costs(reading: _ToleranceTable, entries: Sequence[_Entry]) -> None:
     """Raise ModelError for prices of a path without tolerance, and for what is no grade or no price."""
     known = [entry.path for entry in entries]
     for path, table in reading.costs.items():

@@ -1,7 +1,7 @@
 """Numbers with units at the border: text or bare number -> SI.
 
 The spellings that stand in nearly every file are converted from a table (tested against pint); everything else goes
-through pint, which is imported only then.  Which spellings a file of format 2 may have says one pattern a kind of
+through pint, which is imported only then.  Which spellings a model file may have says one pattern a kind of
 quantity, for the reader and for the JSON Schema.  It is put together from the units of length, force, ... as the
 dimension is, so that a text of another dimension cannot match.
 """
@@ -76,7 +76,7 @@ UNIT_PATTERNS: dict[str, str] = {
 
 @cache
 def is_unit_of(unit: str, kind: str) -> bool:
-    """Return whether a unit text is one of a kind of quantity in a file of format 2."""
+    """Return whether a unit text is one of a kind of quantity in a model file."""
     return re.fullmatch(UNIT_PATTERNS[kind], unit) is not None
 
 
@@ -269,7 +269,7 @@ def read_quantity(
     kinds : names in `KINDS`; a bare number is the first. Two kinds: the result is a `Quantity`.
     many : a list is allowed, of one value per planet unless `one` is not; one : a single value is allowed.
     words : texts kept as they are.
-    listed : only units of `UNIT_PATTERNS`, as in a file of format 2; else any that pint knows.
+    listed : only units of `UNIT_PATTERNS`, as in a model file; else any that pint knows.
     Raises ModelError without a path.
     """
     if isinstance(value, str) and value.strip() in words:
@@ -385,7 +385,10 @@ def _common(unit: str, target: str) -> float | None:
 @cache
 def factor(unit: str, target: str) -> float | None:
     """Return the factor from `unit` to the SI unit `target`, None where `unit` is unknown or of another dimension."""
-    if len(unit) > 60 or not _UNIT.fullmatch(unit) or not _angles_agree(unit, target):
+    if len(unit) > 60 or not _UNIT.fullmatch(unit):
+        return None
+    angular = _ANGULAR.search(unit) is not None  # to pint radians are a pure number
+    if not (angular if target in ("rad", "rad/s") else not angular or "rad" in target):
         return None
     registry = _registry()
     text = unit.replace("·", " ").replace("²", "^2").replace("³", "^3")
@@ -393,12 +396,6 @@ def factor(unit: str, target: str) -> float | None:
         return float(registry.Quantity(1.0, registry.parse_units(text)).to(registry.parse_units(target)).magnitude)
     except Exception:  # pint raises many kinds on bad text: undefined, tokens, dimensions, offsets
         return None
-
-
-def _angles_agree(unit: str, target: str) -> bool:
-    """Return whether radians stand where they should; to pint they are a pure number."""
-    angular = _ANGULAR.search(unit) is not None
-    return angular if target in ("rad", "rad/s") else not angular or "rad" in target
 
 
 @cache

@@ -11,7 +11,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
-from pydantic.fields import FieldInfo
 
 from ..errors import ModelError
 from .deviations import MemberDeviationsTable, TurningErrorTable, kind_of
@@ -30,7 +29,7 @@ from .schema import (
 from .schema_fields import LinkDampingTable, LinkTable, Unit, metadata_of
 from .shorthand import expand, normalise
 from .tables import PlainTable, leaves, merge, nested, value_at
-from .units import UNKNOWN_UNIT, Quantity
+from .units import Quantity
 from .written_numbers import ASKED, BareNumber, Probe, Reading
 
 _WORDS = {
@@ -385,8 +384,10 @@ def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tu
     for name, field in fields.items():
         value = getattr(table, name)
         where = path if name in ("members", "bearings") else f"{path}.{name}"
-        if name in skip or value is None or (isinstance(value, tuple) and _is_list(field)):
+        if name in skip or value is None:
             continue
+        if isinstance(value, tuple) and any(isinstance(m, Unit) and m.lists for m in metadata_of(field)):
+            continue  # a list of its own, not one value per planet
         if isinstance(value, dict):
             for entry, below in value.items():
                 yield from _values(below, f"{where}.{entry}")
@@ -396,17 +397,9 @@ def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tu
             yield where, value.value if isinstance(value, Quantity) else value
 
 
-def _is_list(field: FieldInfo) -> bool:
-    """Return whether a key takes a list of its own, which is not one value per planet."""
-    return any(isinstance(m, Unit) and m.lists for m in metadata_of(field))
-
-
-LISTED = 2  # the format from which on only units of `UNIT_PATTERNS` are read
-
-
 def validate(data: PlainTable, names: Names) -> tuple[ModelFile, bool]:
     """Return the validated model, and whether a bare number stands in it. Raises one ModelError."""
-    context = Reading(listed=_is_listed(data))
+    context = Reading()
     try:
         model = ModelFile.model_validate(normalise(data, names), context=context)
     except ValidationError as error:
@@ -425,16 +418,9 @@ def bare_numbers(data: PlainTable, names: Names) -> dict[str, BareNumber]:
 
     They are in the order of the schema; other faults are passed over.
     """
-    faults = _faults(data, names, Reading(listed=_is_listed(data), strict=True))
+    faults = _faults(data, names, Reading(strict=True))
     errors = ((path_of(fault["loc"]), fault.get("ctx", {}).get("error")) for fault in faults)
     return {path: error for path, error in errors if isinstance(error, BareNumber)}
-
-
-def unlisted_paths(data: PlainTable, names: Names) -> list[str]:
-    """Return the paths of the texts whose unit is none of `UNIT_PATTERNS`."""
-    faults = _faults(data, names, Reading(listed=True))
-    errors = ((path_of(detail["loc"]), detail.get("ctx", {}).get("error")) for detail in faults)
-    return [path for path, error in errors if isinstance(error, ModelError) and error.problem.startswith(UNKNOWN_UNIT)]
 
 
 def quantity_at(data: PlainTable, path: str, names: Names) -> Probe:
@@ -492,8 +478,3 @@ def _faults(data: PlainTable, names: Names, context: Reading) -> list[Any]:
     except ValidationError as error:
         return list(error.errors(include_url=False))
     return []
-
-
-def _is_listed(data: PlainTable) -> bool:
-    version = data.get("format")
-    return isinstance(version, int) and version >= LISTED

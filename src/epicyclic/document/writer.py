@@ -1,4 +1,4 @@
-"""A model document as a file of format 2: numbers with the units a drawing has, that load to the same bits.
+"""A model document as a file: numbers with the units a drawing has, that load to the same bits.
 
 `model_text` states a document whole, shorthands expanded.  `commented_text` writes the file as a person would: sections
 in order, comments, reasons last.  There the spelling of the document stays (`radial`, `run_out = "20 um"`, a member
@@ -9,17 +9,16 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
-from .schema import Names, collect
+from .schema import FORMAT, Names, collect
 from .shorthand import expand
 from .tables import PlainTable, clean, key_text, leaves, nested, to_toml, value_text
-from .tolerances import rewritten
-from .units import COMMON, KINDS, Bounds, Quantity, read_quantity
-from .validation import LISTED, bare_numbers, quantity_at, unlisted_paths
+from .units import COMMON, KINDS, Bounds, read_quantity
+from .validation import bare_numbers
 from .written_numbers import shown
 
 _MOST = 10_000  # from there on a number with its unit is no longer short
@@ -36,7 +35,7 @@ _ANGLES = ("deg", "rpm")  # no power of ten: only where a short number in them h
 
 
 def model_text(data: Mapping[str, Any]) -> str:
-    """Return a model document as TOML of format 2.
+    """Return a model document as TOML.
 
     Numbers without a unit get one; reading the text gives the same bits. Raises ModelError for a document that is none.
     """
@@ -44,40 +43,9 @@ def model_text(data: Mapping[str, Any]) -> str:
 
 
 def with_units(data: Mapping[str, Any]) -> PlainTable:
-    """Return a model document as format 2: the same with a unit at every number of a quantity with a dimension."""
-    plain: PlainTable = clean(data) | {"format": LISTED}
-    names = collect(plain)
-    expanded = expand(plain, names)
-    if data.get("format") == 1 and isinstance(expanded.get("tolerance"), dict):
-        table = rewritten(expanded | {"format": 1}, quantity_text)
-        expanded = expanded | {"tolerance": table}
-    for path, error in bare_numbers(expanded, names).items():
-        expanded = _replaced(expanded, path.split("."), error.kinds, unit_text)
-    for path in unlisted_paths(expanded, names):  # texts of a file of format 1
-        kinds = quantity_at(expanded, path, names).kinds
-        expanded = _replaced(expanded, path.split("."), kinds, _rewritten)
-    return expanded
-
-
-def _replaced(
-    table: PlainTable, path: list[str], kinds: tuple[str, ...], write: Callable[[Any, tuple[str, ...]], Any]
-) -> PlainTable:
-    """Return a table with the value at a path written anew."""
-    first, *rest = path
-    value = table[first]
-    return {**table, first: _replaced(value, rest, kinds, write) if rest else write(value, kinds)}
-
-
-def _rewritten(value: Any, kinds: tuple[str, ...]) -> Any:
-    """Return texts with units of any spelling in units of format 2."""
-    if isinstance(value, list):
-        return [_rewritten(entry, kinds) for entry in value]
-    if not isinstance(value, str):
-        return value
-    read = read_quantity(value, kinds, Bounds(inf=True), many=True)
-    kind = next((k for k in kinds if isinstance(read, Quantity) and KINDS[k].unit == read.unit), kinds[0])
-    numbers = read.value if isinstance(read, Quantity) else read
-    return _list(list(numbers), kind) if isinstance(numbers, tuple) else quantity_text(float(numbers), kind)
+    """Return a model document with shorthands expanded and a unit at every number of a quantity with a dimension."""
+    plain: PlainTable = clean(data) | {"format": FORMAT}
+    return _with_units(expand(plain, collect(plain)))
 
 
 def unit_text(value: Any, kinds: tuple[str, ...]) -> Any:
@@ -153,7 +121,7 @@ def commented_text(
     comments: Mapping[str, str] = {},
     assumed: Mapping[str, str] = {},
 ) -> str:
-    """A model document as a TOML text of format 2 that a person reads and goes on with.
+    """A model document as a TOML text that a person reads and goes on with.
 
     Reading the text gives the same model as reading the document, to the bit.
 
@@ -178,10 +146,8 @@ def commented_text(
 
 
 def _with_units(plain: PlainTable) -> PlainTable:
-    """The document in format 2: a unit at every number that wants one, its spelling kept."""
-    if plain.get("format") == 1:
-        return with_units(plain)
-    plain = {"format": LISTED, **plain}
+    """The document with a unit at every number that wants one, its spelling kept."""
+    plain = {"format": FORMAT, **plain}
     names = collect(plain)
     expanded = expand(plain, names)
     bare = {path: error.kinds for path, error in bare_numbers(expanded, names).items()}
@@ -253,7 +219,10 @@ def _section(table: PlainTable, path: str, heading: str, notes: Mapping[str, str
         return _aligned(rows) + below
     if not rows and headed and path not in notes:  # [stages] alone says nothing
         return below
-    return ["", *_heading(f"[{heading}]", notes.get(path, "")), *_aligned(rows), *below]
+    said, line = _comment_lines(notes.get(path, "")), f"[{heading}]"
+    if len(said) == 1 and len(line) + 2 + len(said[0]) <= _WIDTH:
+        said, line = [], f"{line}  {said[0]}"
+    return ["", *said, line, *_aligned(rows), *below]
 
 
 def _has_heading(value: object, path: str, name: str, notes: Mapping[str, str]) -> bool:
@@ -316,14 +285,6 @@ def _aligned(rows: Sequence[_Line]) -> list[str]:
         else:
             lines += [*said, text]
     return lines
-
-
-def _heading(text: str, comment: str) -> list[str]:
-    """A heading with its comment."""
-    said = _comment_lines(comment)
-    if len(said) == 1 and len(text) + 2 + len(said[0]) <= _WIDTH:
-        return [f"{text}  {said[0]}"]
-    return [*said, text]
 
 
 def _comment_lines(text: str) -> list[str]:

@@ -1,9 +1,8 @@
 """Numbers as written in a model file: split into numbers and unit, and written back with other numbers.
 
 Those without a unit where a quantity with a dimension stands are found, and answered with the likely unit.  A person
-who writes `module = 10` means ten millimetres, and SI has ten metres.  A file of format 2 and `--set` over one ask for
-the unit; in format 1 the number is SI, with a warning.  Zero and infinity need no unit.  Numbers in tables built in
-Python are SI without a word.
+who writes `module = 10` means ten millimetres, and SI has ten metres.  A file and `--set` over one ask for the unit.
+Zero and infinity need no unit.  Numbers in tables built in Python are SI without a word.
 """
 
 from __future__ import annotations
@@ -168,11 +167,9 @@ ASKED = _Asked(1.0)
 class Reading:
     """Context of one validation.
 
-    listed : only units of `UNIT_PATTERNS` are read, as of format 2.  strict : a bare number is an error.
-    found : set where a bare number was met.
+    strict : a bare number is an error.  found : set where a bare number was met.
     """
 
-    listed: bool = False
     strict: bool = False
     found: bool = field(default=False, init=False)
 
@@ -203,9 +200,8 @@ def stated(value: float | str, kind: str, path: str, *, bounds: Bounds = _ANY) -
     if not isinstance(value, str):
         return float(value)
     if _PLAIN.fullmatch(value) and float(value) != 0:
-        likely = likely_text(float(value), (kind,), None)
-        problem = f'a number without a unit: "{likely}"?'
-        raise ModelError(problem, path=path, given=value, allowed=kind_words((kind,)))
+        bare = BareNumber(float(value), (kind,), None)
+        raise ModelError(bare.problem, path=path, given=value, allowed=bare.allowed)
     try:
         read = read_quantity(value, (kind,), bounds)
     except ModelError as error:

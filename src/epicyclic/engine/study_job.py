@@ -25,7 +25,7 @@ from ..document.schema import collect, nearest
 from ..document.tables import dotted_line
 from ..document.units import KINDS, Bounds, Quantity, read_quantity
 from ..document.validation import quantity_at
-from ..document.written_numbers import Probe, bare_in, likely_text, typed
+from ..document.written_numbers import BareNumber, Probe, bare_in, typed
 from ..errors import ModelError
 from ..input_files import read_text
 from ..train.resolution import load
@@ -131,10 +131,10 @@ def read_job(job: str | Path | Mapping[str, Any], verbs: Mapping[str, Sequence[s
             document = read(document.data, overrides)
         except ModelError as error:
             raise ModelError(f"overrides.{error}") from error
-    source = _Source(document=document, written=written)
+    origin = _Origin(document=document, written=written)
     seed = _whole(table, "seed", 1, low=0)
-    grid = [_axis(source.entry("grid", path, value)) for path, value in _flat(_section(table, "grid"))]
-    along, points, said = _along(table, source, seed)
+    grid = [_axis(origin.entry("grid", path, value)) for path, value in _flat(_section(table, "grid"))]
+    along, points, said = _along(table, origin, seed)
     keep = table.get("keep", [])
     if isinstance(keep, str) or not isinstance(keep, Sequence) or not all(isinstance(name, str) for name in keep):
         raise ModelError("not names of variables", path="keep", given=keep, allowed='["system_load_sharing"]')
@@ -229,9 +229,9 @@ def _whole(table: Mapping[str, Any], key: str, default: int, *, low: int, where:
     return value
 
 
-def _along(table: Mapping[str, Any], source: _Source, seed: int) -> tuple[list[Variation], int, list[CodedText]]:
+def _along(table: Mapping[str, Any], origin: _Origin, seed: int) -> tuple[list[Variation], int, list[CodedText]]:
     """Axes that vary together along `point`, their length, and what was made of it."""
-    axes = [_axis(source.entry("list", path, value)) for path, value in _flat(_section(table, "list"))]
+    axes = [_axis(origin.entry("list", path, value)) for path, value in _flat(_section(table, "list"))]
     said: list[CodedText] = []
     lengths = {f"list.{axis.path}": len(axis.values) for axis in axes}
     for key in _SAMPLERS:
@@ -250,9 +250,9 @@ def _along(table: Mapping[str, Any], source: _Source, seed: int) -> tuple[list[V
         # two uniform numbers of every path, the second of vectors; the same for the same seed
         plan = SamplingPlan(samples=count, scrambles=1, rows=count, seed=seed, sampler=key)
         u = np.clip(scramble_uniforms(plan, 0, 2 * len(paths)), _EDGE, 1.0 - _EDGE)
-        laws = _distributions(source.document, key, paths)
+        laws = _distributions(origin.document, key, paths)
         for index, (path, value) in enumerate(paths.items()):
-            entry, columns = source.entry(key, path, value), u[:, 2 * index : 2 * index + 2]
+            entry, columns = origin.entry(key, path, value), u[:, 2 * index : 2 * index + 2]
             axes += _drawn(entry, columns[:, 0]) if path not in laws else _sampled(entry, columns, laws[path])
     if len(set(lengths.values())) > 1:
         where, counts = ", ".join(lengths), ", ".join(map(str, lengths.values()))
@@ -302,7 +302,7 @@ def _check(job: StudyJob, known: Sequence[str]) -> None:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Source:
+class _Origin:
     """Where the entries of a job come from.
 
     document : the model.  written : by a person in a file, so that numbers must state their units.
@@ -320,7 +320,7 @@ class _Source:
                 probe = quantity_at(self.document.data, path, collect(self.document.data))
                 assert isinstance(probe, Probe)
                 kinds, whole = probe.kinds, bool(getattr(probe, "whole", False))
-        return _Entry(source=self, where=f"{section}.{path}", path=path, value=value, kinds=kinds, whole=whole)
+        return _Entry(origin=self, where=f"{section}.{path}", path=path, value=value, kinds=kinds, whole=whole)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -331,7 +331,7 @@ class _Entry:
     stands.  whole : whether it is a count.
     """
 
-    source: _Source
+    origin: _Origin
     where: str
     path: str
     value: Any
@@ -340,7 +340,7 @@ class _Entry:
 
     def typed(self, values: Sequence[Any]) -> list[Any]:
         """Values of a list, as a person means them."""
-        if self.source.written and not self.path.startswith(OPTIONS):
+        if self.origin.written and not self.path.startswith(OPTIONS):
             return [typed(value) for value in values]
         return list(values)
 
@@ -417,7 +417,7 @@ def _variation(entry: _Entry, values: Sequence[Any]) -> Variation:
     for text in texts if not entry.path.startswith(OPTIONS) else ():
         value = next(value for value in values if str(value) == text)
         try:
-            read(entry.source.document.data, {entry.path: value})
+            read(entry.origin.document.data, {entry.path: value})
         except ModelError as error:
             first_error = first_error or error
         else:
@@ -478,9 +478,8 @@ def _end(entry: _Entry, end: str) -> tuple[float, str]:
 
 def _number(entry: _Entry, value: Any, where: str) -> tuple[float, str]:
     """SI number and SI unit of a value."""
-    if entry.source.written and bare_in(value, entry.kinds):
-        likely = likely_text(value, entry.kinds, None)
-        raise ModelError(f'a number without a unit: "{likely}"?', path=where, given=value)
+    if entry.origin.written and bare_in(value, entry.kinds):
+        raise ModelError(BareNumber(value, entry.kinds, None).problem, path=where, given=value)
     try:
         quantity = read_quantity(value, entry.kinds, Bounds(inf=True))
     except ModelError as error:

@@ -2,7 +2,7 @@
 
 Its names are asked of every model, before any module that reads XML is imported.  The values are the same from XML and
 from JSON: texts, arrays and matrices in Base64.  A file has bounds of size, depth and count, so that none costs long or
-much memory.
+much memory.  Numbers come in SI and in the spelling of a model file, from unit texts of any version and spelling.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import sys
 from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal
 from pathlib import Path
 
 from ..errors import ModelError
@@ -30,8 +31,6 @@ MAX_DEPTH = 16
 MAX_RATIO = 300
 # Names and texts: longer ones say nothing that a model file could carry.
 MAX_TEXT = 2_000
-
-
 SUFFIXES = (".rexs", ".rexsj", ".rexsz", ".rexs.xml", ".rexs.json", ".rexs.zip")
 
 
@@ -239,3 +238,136 @@ def _whole(size: object) -> int | None:
     if isinstance(size, str) and _INTEGER.fullmatch(size.strip()):
         return int(size)
     return size if isinstance(size, int) and not isinstance(size, bool) else -1
+
+
+# numbers with units ---------------------------------------------------------------------------------------------------
+
+_DEG = math.pi / 180
+_RPM = math.pi / 30
+# kind -> unit without blanks -> factor to SI, the same unit in a model file (empty: written in SI)
+_UNITS: dict[str, dict[str, tuple[float, str]]] = {
+    "ratio": {"": (1.0, ""), "none": (1.0, ""), "-": (1.0, ""), "1": (1.0, ""), "%": (0.01, ""), "percent": (0.01, "")},
+    "length": {
+        **{"m": (1.0, "m"), "dm": (0.1, "dm"), "cm": (0.01, "cm"), "mm": (1e-3, "mm"), "km": (1e3, "km")},
+        **{"mum": (1e-6, "um"), "um": (1e-6, "um"), "micron": (1e-6, "um"), "nm": (1e-9, "nm")},
+        **{"in": (0.0254, "in"), "inch": (0.0254, "in"), "ft": (0.3048, "ft")},
+    },
+    "angle": {
+        **{"rad": (1.0, "rad"), "mrad": (1e-3, "mrad")},
+        **{text: (_DEG, "deg") for text in ("deg", "degree", "degrees", "\u00b0", "\u00ba", "Grad")},
+        **{"arcmin": (_DEG / 60, "arcmin"), "arcsec": (_DEG / 3600, "arcsec"), "gon": (math.pi / 200, "gon")},
+    },
+    "speed": {
+        **{text: (_RPM, "rpm") for text in ("1/min", "rpm", "min^-1", "min-1", "U/min", "rev/min", "1/Min")},
+        **{text: (math.tau, "") for text in ("1/s", "s^-1", "rev/s", "U/s", "Hz")},  # revolutions, as REXS counts them
+        **{"rad/s": (1.0, "rad/s"), "deg/s": (_DEG, "deg/s"), "\u00b0/s": (_DEG, "deg/s")},
+    },
+    "torque": {
+        **{"Nm": (1.0, "N m"), "Nmm": (1e-3, "N mm"), "kNm": (1e3, "kN m"), "MNm": (1e6, "MN m"), "kNmm": (1.0, "N m")},
+        "Ncm": (1e-2, "N cm"),
+    },
+    "power": {"W": (1.0, "W"), "kW": (1e3, "kW"), "MW": (1e6, "MW"), "PS": (735.49875, "")},
+    "force": {"N": (1.0, "N"), "kN": (1e3, "kN"), "MN": (1e6, "MN")},
+    "stiffness": {
+        **{"N/m": (1.0, "N/m"), "kN/m": (1e3, "kN/m"), "MN/m": (1e6, "MN/m"), "GN/m": (1e9, "GN/m")},
+        **{"N/mm": (1e3, "N/mm"), "kN/mm": (1e6, "kN/mm"), "MN/mm": (1e9, "MN/mm")},
+        **{"N/mum": (1e6, "N/um"), "N/um": (1e6, "N/um"), "kN/mum": (1e9, "kN/um"), "kN/um": (1e9, "kN/um")},
+    },
+    "stiffness_per_width": {
+        **{text: (1e9, "N/(mm um)") for text in ("N/(mmmum)", "N/(mmum)", "N/mm/mum", "N/mm/um", "N/(mummm)")},
+        **{"N/(mumm)": (1e6, ""), "N/(mmm)": (1e3, ""), "N/m^2": (1.0, "N/m^2"), "N/mm^2": (1e6, "N/mm^2")},
+        **{"kN/mm^2": (1e9, "kN/mm^2"), "MPa": (1e6, "MPa"), "GPa": (1e9, "GPa"), "Pa": (1.0, "Pa")},
+    },
+    "torsional_stiffness": {
+        **{
+            "Nmm/rad": (1e-3, ""),
+            "Nm/rad": (1.0, "N m/rad"),
+            "kNm/rad": (1e3, "kN m/rad"),
+            "MNm/rad": (1e6, "MN m/rad"),
+        },
+        **{"Nm/deg": (1 / _DEG, ""), "Nm/\u00b0": (1 / _DEG, ""), "Nmm/deg": (1e-3 / _DEG, ""), "Nmm": (1e-3, "")},
+        **{"Nmm/mrad": (1.0, ""), "Nm/mrad": (1e3, ""), "Nm": (1.0, "")},
+    },
+    "density": {
+        **{"kg/dm^3": (1e3, "g/cm^3"), "g/cm^3": (1e3, "g/cm^3"), "kg/m^3": (1.0, "kg/m^3"), "t/m^3": (1e3, "t/m^3")},
+        **{"kg/mm^3": (1e9, "kg/mm^3"), "kg/l": (1e3, "g/cm^3"), "kg/L": (1e3, "g/cm^3")},
+    },
+    "pressure": {
+        **{
+            "N/mm^2": (1e6, "N/mm^2"),
+            "MPa": (1e6, "MPa"),
+            "GPa": (1e9, "GPa"),
+            "Pa": (1.0, "Pa"),
+            "N/m^2": (1.0, "Pa"),
+        },
+        **{"kN/mm^2": (1e9, "GPa"), "bar": (1e5, "bar")},
+    },
+    "mass": {"kg": (1.0, "kg"), "g": (1e-3, "g"), "t": (1e3, "t"), "mg": (1e-6, "mg")},
+    "inertia": {"kgm^2": (1.0, "kg m^2"), "kgmm^2": (1e-6, "kg mm^2"), "gmm^2": (1e-9, ""), "tm^2": (1e3, "")},
+    "acceleration": {"m/s^2": (1.0, "m/s^2"), "mm/s^2": (1e-3, "mm/s^2")},
+}
+# units in SI, as a model file spells them
+_SI = {
+    "ratio": "", "length": "m", "angle": "rad", "speed": "rad/s", "torque": "N m", "power": "W", "force": "N",
+    "stiffness": "N/m", "stiffness_per_width": "N/m^2", "torsional_stiffness": "N m/rad", "density": "kg/m^3",
+    "pressure": "Pa", "mass": "kg", "inertia": "kg m^2", "acceleration": "m/s^2",
+}  # fmt: skip
+# nothing of a gear unit is larger in SI; "rigid" is 1e23 N/m
+_LARGEST = 1e30
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number of a REXS file.
+
+    si : in SI.  text : as a model file writes it, in the unit of the file where that is one of a model file.
+    """
+
+    si: float
+    text: str
+
+    def __neg__(self) -> Number:
+        return Number(-self.si, self.text[1:] if self.text.startswith("-") else f"-{self.text}")
+
+    def __abs__(self) -> Number:
+        return -self if self.si < 0 or self.text.startswith("-") else self
+
+
+def number_of(component: Component, name: str, kind: str) -> Number | None:
+    """A number of a component, in the unit that stands on the attribute; None where it is not given.
+
+    Raises
+    ------
+    ModelError : no number, a unit that is unknown or of another kind; names the component and the attribute.
+    """
+    attribute = component.attributes.get(name)
+    if attribute is None or attribute.value is None:
+        return None
+    return number_in(attribute.value, attribute.unit, kind, f"component {component.id} ({component.type}), {name}")
+
+
+def number_in(value: Value, unit: str, kind: str, where: str) -> Number:
+    """A value in a unit as a number. Raises ModelError as of `number_of`, with the place `where`."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        shown_value = list(value) if isinstance(value, tuple) else value
+        raise ModelError("not a number", path=where, given=shown_value, allowed=f"a number in {_SI[kind] or 'no unit'}")
+    # one spelling: no blanks, micro as mu, powers with ^
+    plain = "".join(unit.split()).replace("\u00b5", "mu").replace("\u03bc", "mu")
+    for old, new in (("\u00b2", "^2"), ("\u00b3", "^3"), ("**", "^"), ("*", ""), ("\u00b7", ""), ("[", ""), ("]", "")):
+        plain = plain.replace(old, new)
+    if plain not in _UNITS[kind]:
+        allowed = ", ".join(dict.fromkeys(text for _, text in _UNITS[kind].values() if text)) or "none"
+        raise ModelError("unit not known or of another kind", path=where, given=unit, allowed=allowed)
+    factor, text = _UNITS[kind][plain]
+    si = value * factor
+    if not abs(si) < _LARGEST:
+        raise ModelError("out of range", path=where, given=f"{value} {unit}")
+    return Number(si, f"{shown(value)} {text}" if text else f"{shown(si)} {_SI[kind]}".strip())
+
+
+def shown(value: float) -> str:
+    """The shortest text of a number that is read with the same bits; -0 is 0, large round ones have a power of ten."""
+    number = float(value) + 0.0
+    if abs(number) >= 1e6:
+        return str(Decimal(repr(number)).normalize()).replace("E+", "e")
+    return repr(number).removesuffix(".0")

@@ -7,8 +7,7 @@ JSON.
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,11 +15,10 @@ from ..arguments import checked
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from .file import RexsFile
-from .gear_tables import material_of
 from .joint_tables import couplings_table, operation_table, tell_gravity
-from .members import GearUnit, body_tables, unit_of
+from .members import MATERIAL, GearUnit, body_tables, material_of, unit_of
 from .reading import read_rexs_file
-from .stage_table import stage_table, x_axis_of
+from .stage_tables import stage_table, x_axis_of
 from .stages import Branch, StageParts
 from .view import Entry, View, view_of
 
@@ -33,32 +31,30 @@ _TEXTS = re.compile(
 )
 
 
-def check_damage(file: RexsFile) -> None:
+def _check_damage(file: RexsFile) -> None:
     """Refuse a file in which places or the state of couplings stand as false.
 
     Raises
     ------
     ModelError : names the attributes that are lost, and how often.
     """
-    lost: Counter[str] = Counter()
-    first: dict[str, int] = {}
+    lost: dict[str, list[int]] = {}
     for component in file.components:
         for name in _ARRAYS:
             attribute = component.attributes.get(name)
             single = attribute is not None and isinstance(attribute.value, bool)
             # a single truth value of a coupling is clear in XML, which has no types; in JSON the array is lost
             if single and (name != "is_engaged" or file.encoding == "json"):
-                lost[name] += 1
-                first.setdefault(name, component.id)
+                lost.setdefault(name, []).append(component.id)
     if lost:
-        parts = ", ".join(f"{name} ({count} times, first in component {first[name]})" for name, count in lost.items())
-        texts = Counter(name for _, name in false_texts(file))
+        parts = ", ".join(f"{name} ({len(ids)} times, first in component {ids[0]})" for name, ids in lost.items())
+        texts = dict.fromkeys(name for _, name in _false_texts(file))
         also = f"; texts lost too: {', '.join(texts)}" if texts else ""
         problem = f"damaged: true or false stands where arrays belong, they are missing: {parts}{also}"
         raise ModelError(problem, path="components", allowed="the file written again, in XML or by a newer program")
 
 
-def false_texts(file: RexsFile) -> list[tuple[int, str]]:
+def _false_texts(file: RexsFile) -> list[tuple[int, str]]:
     """Attributes (component, name) that stand as false where a text belongs."""
     return [
         (component.id, attribute.id)
@@ -92,14 +88,6 @@ _REASONS = {
     "helix_slope": "its sense against the loaded flank is not known",
     "rolling_element": "bearings are springs in the model",
 }
-
-
-def reason_of(kind: str) -> str:
-    """Reason for a type of component."""
-    if "bearing" in kind:
-        return "clearance, size, misalignment and results of bearings are not carried"
-    return _REASONS.get(kind, "no place in the model file")
-
 
 Table = dict[str, object]
 # The format has no damping, and a response needs some: the ratio that the ready drives assume too.
@@ -149,55 +137,65 @@ def read_rexs(source: str | Path | bytes, *, load_case: int | None = None) -> Re
 
 def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     """The same of a file that is read already. Raises ModelError as of `read_rexs`."""
-    check_damage(file)
-    view = view_of(file, load_case if load_case is not None else _default_case(file))
+    _check_damage(file)
+    case = load_case
+    if case is None and file.load_cases:  # the first one, where the components themselves have neither speed nor load
+        stated = {name for component in file.components for name in component.attributes}
+        case = None if stated & {"rotational_speed", "torque_around_u_axis", "power"} else file.load_cases[0].id
+    view = view_of(file, case)
     unit = unit_of(view)
-    origin = unit.members[0].centre
     document: Table = {"format": 2, "title": _title(file)}
-    document |= _materials(unit)
+    materials = {m: _material(unit, m.gears[0]) for m in unit.members if m.gears}
+    common = _common_material(unit, list(materials.values()))
+    if common:
+        document["material"] = common
     document["damping"] = {"modal": _DAMPING}
     view.assume(
         None, "damping", "damping.modal", "the format has no damping: a usual value, for modes and response only"
     )
-    document["stages"] = {stage.name: stage_table(unit, stage, origin) for stage in unit.stages}
-    _gear_materials(unit, document)
-    bodies = body_tables(unit)
-    if bodies:
-        document["bodies"] = bodies
-    couplings = couplings_table(unit)
-    if couplings:
-        document["couplings"] = couplings
+    stages = {stage.name: stage_table(unit, stage, unit.members[0].centre) for stage in unit.stages}
+    document["stages"] = stages
+    for member, (number, material) in materials.items() if not common else ():
+        if material:
+            table = stages[member.stage][member.name]
+            assert isinstance(table, dict)
+            table["material"] = material
+            _read_material(unit, number, material, f"{member.path}.material")
+    for key, tables in (("bodies", body_tables(unit)), ("couplings", couplings_table(unit))):
+        if tables:
+            document[key] = tables
     operation = operation_table(unit)
     tell_gravity(unit, x_axis_of(unit, unit.stages[0]))
     if operation:
         document["operation"] = operation
-    _cases(view, file, load_case)
-    for component, name in false_texts(file):
+    _tell_cases(view, case, chosen=load_case is not None)
+    for component, name in _false_texts(file):
         if name in view.asked.get(component, ()):
             view.assume(component, name, "", "stands as false where a text belongs: taken as missing")
+    paths = set(_paths(document))
     reasons = {
         entry.path: entry.text if entry.component is None else f"{entry.text} (component {entry.component})"
         for entry in view.assumptions
-        if entry.path and _stands(document, entry.path)
+        if entry.path in paths
     }
     if reasons:
         document["assumed"] = reasons
     return RexsImport(
         document=document,
-        comments=_comments(view, unit, document),
+        comments=_comments(unit, paths),
         read=tuple(view.entries),
         assumed=tuple(view.assumptions),
-        dropped=(*view.losses, *_dropped(unit, file)),
+        dropped=(*view.losses, *_dropped(unit)),
         file=file,
         warnings=_warnings(unit),
     )
 
 
-def traced(error: ModelError, found: RexsImport) -> ModelError:
+def traced(error: ModelError, imported: RexsImport) -> ModelError:
     """An error of the model document, with the component of the REXS file its value is from."""
     # the checks name members by their full path, also where the document, of a single stage, does not
     short = re.sub(r"^(operation\.\w+)\.main\.", r"\1.", error.path)
-    entry = next((e for e in found.read if e.path and f"{short}.".startswith(f"{e.path}.")), None)
+    entry = next((e for e in imported.read if e.path and f"{short}.".startswith(f"{e.path}.")), None)
     if entry is None or entry.component is None:
         return error
     return error.at(f"{error.path} (component {entry.component}, {entry.attribute})")
@@ -210,33 +208,19 @@ def _title(file: RexsFile) -> str:
     return f"{name} (REXS {file.version}{writer})"
 
 
-def _default_case(file: RexsFile) -> int | None:
-    """The first load case where the components themselves have neither speed nor load."""
-    names = {"rotational_speed", "torque_around_u_axis", "power"}
-    stated = any(names & component.attributes.keys() for component in file.components)
-    return file.load_cases[0].id if file.load_cases and not stated else None
-
-
-def _cases(view: View, file: RexsFile, load_case: int | None) -> None:
-    """Tell which load cases there are and which one counts."""
+def _tell_cases(view: View, case: int | None, *, chosen: bool) -> None:
+    """Tell which load cases there are and which one counts; chosen : by the caller."""
+    file = view.file
     if not file.load_cases:
         return
-    chosen = load_case if load_case is not None else _default_case(file)
-    ids = ", ".join(str(case.id) for case in file.load_cases if case.id != chosen)
-    if load_case is None:
-        text = f"load case {chosen}, the first" if chosen is not None else "values of the components themselves"
+    ids = ", ".join(str(other.id) for other in file.load_cases if other.id != case)
+    if not chosen:
+        text = f"load case {case}, the first" if case is not None else "values of the components themselves"
         view.assume(None, "load_case", "", f"{text}; another with --load-case")
     if ids:
         view.lose(None, "load_spectrum", f"load cases {ids} of the load spectrum")
     if file.accumulations:
         view.lose(None, "accumulation", "accumulations over a load spectrum are results")
-
-
-_KEYS = (
-    ("density", "density", "density"),
-    ("elastic_modulus", "youngs_modulus", "pressure"),
-    ("poisson_ratio", "poisson_ratio", "ratio"),
-)
 
 
 def _material(unit: GearUnit, gear: int) -> tuple[int, Table]:
@@ -245,71 +229,49 @@ def _material(unit: GearUnit, gear: int) -> tuple[int, Table]:
     if material is None:
         return 0, {}
     table: Table = {}
-    for name, key, kind in _KEYS:
+    for key, name, kind, _, _ in MATERIAL:
         number = unit.view.number(material.id, name, kind)
         if number is not None and number.si > 0:
             table[key] = number.si if kind == "ratio" else number.text
     return material.id, table
 
 
-def _materials(unit: GearUnit) -> Table:
+def _common_material(unit: GearUnit, materials: Sequence[tuple[int, Table]]) -> Table:
     """Material of all gears, where they have the same."""
-    gears = [gear for member in unit.members for gear in member.gears[:1]]
-    found = [_material(unit, gear) for gear in gears]
-    if not found[0][1] or any(table != found[0][1] for _, table in found):
-        if not any(table for _, table in found):
+    first = materials[0][1]
+    if not first or any(table != first for _, table in materials):
+        if not any(table for _, table in materials):
             unit.view.assume(None, "material", "", "no material in the file: steel")
         return {}
-    for number, table in dict(found).items() if all(n for n, _ in found) else ():
-        for name, key, _ in _KEYS:
-            if key in table:
-                unit.view.read(number, name, f"material.{key}", table[key])
-    return {"material": found[0][1]}
+    for number in dict(materials):
+        _read_material(unit, number, first, "material")
+    return first
 
 
-def _gear_materials(unit: GearUnit, document: Table) -> None:
-    """Materials of single gears, where they differ."""
-    if "material" in document:
-        return
-    stages = document["stages"]
-    assert isinstance(stages, dict)
+def _read_material(unit: GearUnit, number: int, material: Table, path: str) -> None:
+    """Note the values of a material as read."""
+    for key, name, *_ in MATERIAL:
+        if key in material:
+            unit.view.read(number, name, f"{path}.{key}", material[key])
+
+
+def _paths(table: object, path: str = "") -> Iterator[str]:
+    """Paths of all that stands in nested tables."""
+    for name, value in table.items() if isinstance(table, dict) else ():
+        yield f"{path}{name}"
+        yield from _paths(value, f"{path}{name}.")
+
+
+def _comments(unit: GearUnit, paths: Set[str]) -> dict[str, str]:
+    """Comments: name and id of the component of each stage and member, bearing and coupling that stands at a path."""
+    view = unit.view
+    comments = {f"stages.{stage.name}": _called(view, stage.id) for stage in unit.stages}
     for member in unit.members:
-        if not member.gears:
-            continue
-        number, table = _material(unit, member.gears[0])
-        if table:
-            stages[member.stage][member.name]["material"] = table
-            for name, key, _ in _KEYS:
-                if key in table:
-                    unit.view.read(number, name, f"{member.path}.material.{key}", table[key])
-
-
-def _stands(document: Table, path: str) -> bool:
-    """Whether there is a value at a path."""
-    here: object = document
-    for part in path.split("."):
-        if not isinstance(here, dict) or part not in here:
-            return False
-        here = here[part]
-    return True
-
-
-def _comments(view: View, unit: GearUnit, document: Table) -> dict[str, str]:
-    """Comments: name and id of the component of each stage and member."""
-    comments: dict[str, str] = {}
-    for stage in unit.stages:
-        comments[f"stages.{stage.name}"] = _called(view, stage.id)
-    for member in unit.members:
-        if _stands(document, member.path):
-            ids = member.gears or member.parts
-            comments[member.path] = ", ".join(_called(view, part) for part in ids[:8])
+        if member.path in paths:
+            comments[member.path] = ", ".join(_called(view, part) for part in (member.gears or member.parts)[:8])
     for entry in view.entries:
-        last = entry.path.rpartition(".")[2]
-        if (
-            entry.component is not None
-            and re.fullmatch(r"(?:bearing|coupling)\d+", last)
-            and _stands(document, entry.path)
-        ):
+        joint = re.fullmatch(r"(?:.*\.)?(?:bearing|coupling)\d+", entry.path)
+        if entry.component is not None and joint and entry.path in paths:
             comments[entry.path] = _called(view, entry.component)
     return comments
 
@@ -342,9 +304,11 @@ def _unread(unit: GearUnit) -> set[int]:
     shafts = {shaft for gear in gears if (shaft := view.shaft_of(gear)) is not None}
     shafts = {s for s in shafts if not {unit.rigid.root(s)} & (unit.turning.keys() | unit.free.keys())}
     data = {r.part("stage_gear_data") for r in view.relations("stage_gear_data") if r.part("stage") in view.unread}
-    found = {*view.unread, *gears, *shafts, *(flank.id for gear in gears for flank in view.flanks_of(gear))}
-    found |= {part for shaft in shafts for part in view.parts(shaft)} | {one for one in data if one is not None}
-    return found | {joint.id for joint in unit.joints if {joint.inner, joint.outer} & shafts}
+    parts = {*view.unread, *gears, *shafts, *(flank.id for gear in gears for flank in view.flanks_of(gear))}
+    parts |= {part for shaft in shafts for part in view.parts(shaft)} | {
+        number for number in data if number is not None
+    }
+    return parts | {joint.id for joint in unit.joints if {joint.inner, joint.outer} & shafts}
 
 
 def _counterparts(unit: GearUnit) -> dict[int, int]:
@@ -355,36 +319,37 @@ def _counterparts(unit: GearUnit) -> dict[int, int]:
         gears = [*branch.gears, *(stage.twins[gear] for gear in branch.gears if gear in stage.twins)]
         flanks = [flank.id for gear in gears for flank in view.flanks_of(gear)]
         yield from (*gears, *flanks, branch.shaft, *view.parts(branch.shaft, "additional_mass", "shaft_section"))
-        yield from (one.id for flank in flanks for one in view.referenced(flank))
+        yield from (part.id for flank in flanks for part in view.referenced(flank))
 
-    found: dict[int, int] = {}
+    firsts: dict[int, int] = {}
     for stage in unit.stages:
         first = list(of(stage, stage.branches[0]))
         for branch in stage.branches[1:]:
-            found |= {b: a for a, b in zip(first, of(stage, branch), strict=False) if a != b}
-        found |= {mesh: meshes[0] for meshes in stage.meshes.values() for mesh in meshes[1:]}
-    return found
+            firsts |= {b: a for a, b in zip(first, of(stage, branch), strict=False) if a != b}
+        firsts |= {mesh: meshes[0] for meshes in stage.meshes.values() for mesh in meshes[1:]}
+    return firsts
 
 
-def _dropped(unit: GearUnit, file: RexsFile) -> list[Entry]:
+def _dropped(unit: GearUnit) -> list[Entry]:
     """Every attribute that nobody asked for, by component, with the reason."""
-    found = []
+    dropped = []
     view, unread, firsts = unit.view, _unread(unit), _counterparts(unit)
-    for component in sorted(file.components, key=lambda c: c.id):
+    for component in sorted(view.file.components, key=lambda c: c.id):
         first = view.components.get(firsts.get(component.id, -1))
         reasons: dict[str, list[str]] = {}
         for name, attribute in component.attributes.items():
             if name in view.asked.get(component.id, ()):
                 continue
-            reason = reason_of(component.type)
             if component.id in unread:
                 reason = "of no planetary stage"
             elif first is not None and name in view.asked.get(first.id, ()):
                 same = first.attributes.get(name) == attribute
                 reason = "equal to planet 1" if same else f"component {first.id}, of planet 1, counts for all planets"
+            elif "bearing" in component.type:
+                reason = "clearance, size, misalignment and results of bearings are not carried"
+            else:
+                reason = _REASONS.get(component.type, "no place in the model file")
             reasons.setdefault(reason, []).append(name)
-        found += [Entry(component.id, ", ".join(names), "", reason) for reason, names in reasons.items()]
-    found += [
-        Entry(None, note, "", "a name of the user's own, which the standard leaves to him") for note in file.notes
-    ]
-    return found
+        dropped += [Entry(component.id, ", ".join(names), "", reason) for reason, names in reasons.items()]
+    reason = "a name of the user's own, which the standard leaves to him"
+    return dropped + [Entry(None, note, "", reason) for note in view.file.notes]

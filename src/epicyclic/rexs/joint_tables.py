@@ -6,25 +6,28 @@ Bearings and couplings become supports, planet bearings and couplings; speeds an
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
-from .members import GearUnit, StageMember
-from .places import Vector, along, cross, minus
+from .file import Number
+from .members import BODY_NAME, GearUnit, StageMember
 from .stages import RIGID, Joint, Parts
-from .view import Number
+from .view import Vector, along, cross, minus
 
 Table = dict[str, object]
+EndAt = Callable[[int], str | None]
+"""Part -> name of the body or member that turns with it, see `_end_at`."""
+_FORCES = ("force_", "torque_around_v", "torque_around_w", "torque_around_the")
 _BALANCE = 1e-3  # power and torque times speed that differ by more are told
 
 
 class _Load(NamedTuple):
-    """A torque or power of an external load.
+    """A torque or power of an external load, or the speed of a shaft.
 
-    defines : whether it is marked as the one that counts.  id : of its component.  key : ``torque`` or ``power``.
-    end : name of the member or body that it acts on.
+    defines : whether it is marked as the one that counts.  id : of its component.  key : ``torque``, ``power`` or
+    ``speed``.  end : name of the member or body that it acts on.
     """
 
     defines: bool
@@ -34,27 +37,21 @@ class _Load(NamedTuple):
     number: Number
 
 
-def held_members(unit: GearUnit) -> list[StageMember]:
-    """Central members that do not turn: rigid in the casing, or joined to it by a coupling that holds their turn."""
-    found = []
-    for member in unit.members:
-        if member.kind != "planet" and (unit.held(member) or any(j.holds_turn for j in _to_housing(unit, member))):
-            found.append(member)
-    return found
+# supports -------------------------------------------------------------------------------------------------------------
 
 
 def _outer_joints(unit: GearUnit, member: StageMember) -> list[Joint]:
     """Joints of a member with anything outside it, the nearest member on a shared shaft taking each."""
     shared = unit.sharing(member)
-    found = []
+    joints = []
     for joint in unit.joints_at(member.parts):
         inside = [part for part in (joint.inner, joint.outer) if member in unit.at(part)]
         if len(inside) != 1:
             continue
         offsets = [abs(_offset(unit, joint, other)) for other in shared] if len(shared) > 1 else [0.0]
         if shared[offsets.index(min(offsets))] == member:
-            found.append(joint)
-    return found
+            joints.append(joint)
+    return joints
 
 
 def _to_housing(unit: GearUnit, member: StageMember) -> list[Joint]:
@@ -64,10 +61,10 @@ def _to_housing(unit: GearUnit, member: StageMember) -> list[Joint]:
 
 def _offset(unit: GearUnit, joint: Joint, member: StageMember) -> float:
     """Axial place of a joint from the centre of a member [m]; 0 where the file gives none."""
-    place = unit.places.frame(joint.id)
-    point = None if place is None else place.place
+    frame = unit.view.frame(joint.id)
+    point = None if frame is None else frame.place
     if point is None and unit.view.components[joint.inner].type == "shaft":
-        point = unit.places.on_shaft(joint.id, joint.inner, "u_coordinate_on_shaft_inner_side")
+        point = unit.view.on_shaft(joint.id, joint.inner, "u_coordinate_on_shaft_inner_side")
     if point is None or member.centre is None:
         return 0.0
     return along(minus(point, member.centre), unit.axis)
@@ -88,16 +85,16 @@ def support_table(unit: GearUnit, member: StageMember) -> Table | None:
         of_planet = {unit.rigid.root(joint.inner), unit.rigid.root(joint.outer)} & planets
         if joint.bearing and joint not in inside and not of_planet:
             unit.view.lose(joint.id, "bearing", f"a bearing of {member.path} in a part that is no member of its stage")
-    if not housing and inside:
-        return {"to": f"{carrier.stage}.{carrier.name}", **_links(unit, member, inside)} if carrier else None
-    for joint in inside if member.name != "carrier" else []:
-        unit.view.lose(joint.id, "bearing", f"{member.path} has bearings in the casing too, which count")
     if housing:
+        for joint in inside:
+            unit.view.lose(joint.id, "bearing", f"{member.path} has bearings in the casing too, which count")
         return _links(unit, member, housing)
-    return _unsupported(unit, member, rest)
+    if inside and carrier is not None:
+        return {"to": carrier.full_name, **_links(unit, member, inside)}
+    return _unsupported(unit, member)
 
 
-def _unsupported(unit: GearUnit, member: StageMember, rest: Sequence[Joint]) -> Table | None:
+def _unsupported(unit: GearUnit, member: StageMember) -> Table | None:
     """Support of a member without a bearing: it floats where others of its file have bearings."""
     path = f"{member.path}.support"
     if len(unit.sharing(member)) > 1:
@@ -154,21 +151,19 @@ def planet_bearings(unit: GearUnit, member: StageMember) -> Table | None:
 
     None where the file has none: the planet is then rigidly on its pin.
     """
-    stage = unit.stage(member)
     rows: list[list[Joint]] = []
     for shaft in member.parts:
         root = unit.rigid.root(shaft)
-        found = [
+        joints = [
             j
             for j in unit.joints_at([shaft])
             if sum(unit.rigid.root(part) == root for part in (j.inner, j.outer)) == 1 and (j.bearing or not j.rigid)
         ]
-        rows.append(sorted(found, key=lambda joint: (round(_offset(unit, joint, member), 9), joint.id)))
+        rows.append(sorted(joints, key=lambda joint: (round(_offset(unit, joint, member), 9), joint.id)))
     if len({len(row) for row in rows}) > 1:
-        given = {branch.shaft: len(row) for branch, row in zip(stage.branches, rows, strict=True)}
-        unit.view.assume(
-            member.parts[0], "bearings", "", f"planets with different bearings {given}: those of the first"
-        )
+        counts = {shaft: len(row) for shaft, row in zip(member.parts, rows, strict=True)}
+        reason = f"planets with different bearings {counts}: those of the first"
+        unit.view.assume(member.parts[0], "bearings", "", reason)
         rows = [rows[0]] * len(rows)
     if not rows[0]:
         unit.view.assume(member.parts[0], "bearings", "", f"{member.path}: no planet bearing in the file: rigid")
@@ -176,23 +171,16 @@ def planet_bearings(unit: GearUnit, member: StageMember) -> Table | None:
     tables = {}
     for column in zip(*rows, strict=True):
         links = [_link(unit, joint, member, f"{member.path}.bearing") for joint in column]
-        for link in links:
-            link.pop("rz", None)
-        tables[_name(column[0])] = _merged(unit, column, links)
+        merged: Table = {}
+        for key in links[0]:
+            values = [link.get(key, 0) for link in links]
+            if all(value == values[0] for value in values) or key == "at":
+                merged[key] = values[0]
+            else:
+                merged[key] = ["inf" if value == math.inf else str(value) for value in values]
+        merged.pop("rz", None)
+        tables[_name(column[0])] = merged
     return next(iter(tables.values())) if len(tables) == 1 else dict(tables)
-
-
-def _merged(unit: GearUnit, joints: Sequence[Joint], links: Sequence[Table]) -> Table:
-    """One table of the bearings of all branches."""
-    merged: Table = {}
-    for key in links[0]:
-        values = [link.get(key, 0) for link in links]
-        if all(value == values[0] for value in values) or key == "at":
-            merged[key] = values[0]
-        else:
-            texts = ["inf" if value == math.inf else str(value) for value in values]
-            merged[key] = list(texts)
-    return merged
 
 
 def couplings_table(unit: GearUnit) -> Table:
@@ -207,7 +195,7 @@ def couplings_table(unit: GearUnit) -> Table:
             done.append(shared)
             for a, b in pairwise(shared):
                 name = f"{a.stage}-{a.name}-{b.stage}-{b.name}"
-                table[name] = {"between": [f"{a.stage}.{a.name}", f"{b.stage}.{b.name}"]}
+                table[name] = {"between": [a.full_name, b.full_name]}
                 unit.view.read(a.parts[0], "shaft", f"couplings.{name}", "one shaft")
     for joint in unit.joints:
         if joint.rigid or not joint.holds_turn:
@@ -216,13 +204,13 @@ def couplings_table(unit: GearUnit) -> Table:
         if not ends[0] or not ends[1] or set(ends[0]) & set(ends[1]):
             continue
         name = unit.view.components[joint.id].name
-        if not re.fullmatch(r"[a-z][a-z0-9_-]{0,40}", name) or name in table:
+        if not BODY_NAME.fullmatch(name) or name in table:
             name = f"coupling{joint.id}"
-        one: Table = {"between": [ends[0][0], ends[1][0]]}
+        coupling: Table = {"between": [ends[0][0], ends[1][0]]}
         turn = _stiff(unit, joint, joint.turn, "rotational_stiffness")
         if turn != math.inf:
-            one["rz"] = turn
-        table[name] = one
+            coupling["rz"] = turn
+        table[name] = coupling
         unit.view.read(joint.id, "rotational_stiffness", f"couplings.{name}.rz", turn)
         if any(number is None or number.si > 0 for number in (joint.radial, joint.axial, joint.tilt)):
             reason = "a coupling of two members joins their turn only"
@@ -233,8 +221,11 @@ def couplings_table(unit: GearUnit) -> Table:
 def _ends_at(unit: GearUnit, part: int) -> list[str]:
     """Names of the members and bodies that a part is rigidly joined to; none of what stands in the casing."""
     free = unit.free.get(unit.rigid.root(part))
-    members = [f"{m.stage}.{m.name}" for m in unit.at(part) if not unit.held(m)]
+    members = [m.full_name for m in unit.at(part) if not unit.held(m)]
     return members if free is None else [free]
+
+
+# operation ------------------------------------------------------------------------------------------------------------
 
 
 def operation_table(unit: GearUnit) -> Table:
@@ -245,84 +236,79 @@ def operation_table(unit: GearUnit) -> Table:
         table["held"] = [_short(unit, member) for member in held]
         for member in held:
             unit.view.read(member.parts[0], "held", "operation.held", "joined to the casing so that it does not turn")
-    turning = _turning(unit)
-    speeds = _speeds(unit, held, turning)
+    turning = Parts()  # at one speed: rigidly joined, or by a coupling of any stiffness
+    for number in unit.view.components:
+        turning.join([number, unit.rigid.root(number)])
+    for joint in unit.joints:
+        if joint.holds_turn:
+            turning.join([joint.inner, joint.outer])
+    end_at = partial(_end_at, unit, turning, held)
+    speeds = _speeds(unit, end_at)
     if speeds:
-        table["speed"] = {name: number.text for name, (_, number) in speeds.items()}
-    table |= _loads(unit, held, turning, {name: number.si for name, (_, number) in speeds.items()})
-    return table
+        table["speed"] = {name: number.text for name, number in speeds.items()}
+    return table | _loads(unit, held, end_at, speeds)
+
+
+def held_members(unit: GearUnit) -> list[StageMember]:
+    """Central members that do not turn: rigid in the casing, or joined to it by a coupling that holds their turn."""
+    held = []
+    for member in unit.members:
+        if member.kind != "planet" and (unit.held(member) or any(j.holds_turn for j in _to_housing(unit, member))):
+            held.append(member)
+    return held
 
 
 def _short(unit: GearUnit, member: StageMember) -> str:
-    return member.name if len(unit.stages) == 1 else f"{member.stage}.{member.name}"
-
-
-def _turning(unit: GearUnit) -> Parts:
-    """Parts that turn at one speed: rigidly joined, or by a coupling of any stiffness."""
-    turning = Parts()
-    for component in unit.view.components.values():
-        turning.join([component.id, unit.rigid.root(component.id)])
-    for joint in unit.joints:
-        if not joint.bearing and (joint.turn is None or joint.turn.si > 0):
-            turning.join([joint.inner, joint.outer])
-    return turning
-
-
-def _member_at(unit: GearUnit, turning: Parts, part: int) -> StageMember | None:
-    """Central member that turns with a part, the one it is rigidly joined to before others."""
-    rigid = unit.at(part)
-    if rigid:
-        return rigid[0]
-    root = turning.root(part)
-    return next((m for m in unit.members if m.kind != "planet" and root in {turning.root(p) for p in m.parts}), None)
+    return member.name if len(unit.stages) == 1 else member.full_name
 
 
 def _end_at(unit: GearUnit, turning: Parts, held: list[StageMember], part: int) -> str | None:
-    """Name of the body or member that turns with a part; None where that is held, or in no planetary stage."""
+    """Name of the body or member that turns with a part; None where that is held, or in no planetary stage.
+
+    The member that it is rigidly joined to comes before others.
+    """
     free = unit.free.get(unit.rigid.root(part))
     if free is not None:
         return free
-    member = _member_at(unit, turning, part)
+    root = turning.root(part)
+    others = (m for m in unit.members if m.kind != "planet" and root in {turning.root(p) for p in m.parts})
+    member = next(iter(unit.at(part) or others), None)
     return None if member is None or member in held else _short(unit, member)
 
 
-def _sense(unit: GearUnit, part: int) -> float:
-    """1 where the u axis of a part is z, -1 where it is against it."""
-    frame = unit.places.frame(part)
-    return 1.0 if frame is None or along(frame.u, unit.axis) >= 0 else -1.0
+def _signed(unit: GearUnit, number: Number, part: int) -> Number:
+    """A number about the u axis of a part as one about z."""
+    frame = unit.view.frame(part)
+    return number if frame is None or along(frame.u, unit.axis) >= 0 else -number
 
 
-def _signed(number: Number, sense: float) -> Number:
-    return number if sense > 0 else -number
-
-
-def _speeds(unit: GearUnit, held: list[StageMember], turning: Parts) -> dict[str, tuple[int, Number]]:
+def _speeds(unit: GearUnit, end_at: EndAt) -> dict[str, Number]:
     """Speeds of members: those of shafts that define a speed, else the first given."""
-    given: list[tuple[bool, int, str, Number]] = []
-    for component in unit.view.of_type("shaft"):
-        number = unit.view.number(component.id, "rotational_speed", "speed")
-        defines = unit.view.value(component.id, "defines_speed") is True
-        end = _end_at(unit, turning, held, component.id) if number is not None else None
-        if number is None or end is None:
-            continue
-        given.append((defines, component.id, end, _signed(number, _sense(unit, component.id))))
-    chosen = [one for one in given if one[0]] or given[:1]
-    found: dict[str, tuple[int, Number]] = {}
-    for defines, shaft, name, number in given:
-        if (defines, shaft, name, number) in chosen and name not in found:
-            found[name] = (shaft, number)
-            unit.view.read(shaft, "rotational_speed", f"operation.speed.{name}", number.text)
-        elif (defines, shaft, name, number) not in chosen:
-            unit.view.lose(shaft, "rotational_speed", f"{number.text}: follows from the speeds that are defined")
-    if found and not any(defines for defines, *_ in given):
-        name, (shaft, _) = next(iter(found.items()))
-        unit.view.assume(shaft, "defines_speed", f"operation.speed.{name}", "no shaft defines the speed: the first one")
-    return found
+    stated: list[_Load] = []
+    for shaft in unit.view.of_type("shaft"):
+        number = unit.view.number(shaft.id, "rotational_speed", "speed")
+        defines = unit.view.value(shaft.id, "defines_speed") is True
+        end = end_at(shaft.id) if number is not None else None
+        if number is not None and end is not None:
+            stated.append(_Load(defines, shaft.id, "speed", end, _signed(unit, number, shaft.id)))
+    flagged = [speed for speed in stated if speed.defines]
+    speeds: dict[str, Number] = {}
+    for speed in stated:
+        if speed not in (flagged or stated[:1]):
+            reason = f"{speed.number.text}: follows from the speeds that are defined"
+            unit.view.lose(speed.id, "rotational_speed", reason)
+        elif speed.end not in speeds:
+            speeds[speed.end] = speed.number
+            unit.view.read(speed.id, "rotational_speed", f"operation.speed.{speed.end}", speed.number.text)
+    if stated and not flagged:
+        path = f"operation.speed.{stated[0].end}"
+        unit.view.assume(stated[0].id, "defines_speed", path, "no shaft defines the speed: the first one")
+    return speeds
 
 
-def _loads(unit: GearUnit, held: list[StageMember], turning: Parts, speeds: dict[str, float]) -> Table:
+def _loads(unit: GearUnit, held: list[StageMember], end_at: EndAt, speeds: dict[str, Number]) -> Table:
     """Torques, or powers where the file gives no torque, of the external loads."""
-    found: list[_Load] = []
+    loads: list[_Load] = []
     ports: set[str] = set()
     for relation in unit.view.relations("assembly", "ordered_assembly"):
         shaft, load = relation.part("assembly"), relation.part("part")
@@ -330,40 +316,40 @@ def _loads(unit: GearUnit, held: list[StageMember], turning: Parts, speeds: dict
             continue
         torque = unit.view.number(load, "torque_around_u_axis", "torque")
         power = unit.view.number(load, "power", "power")
-        name = _end_at(unit, turning, held, shaft)
-        _forces(unit, load)
-        if name is None:
+        end = end_at(shaft)
+        for name, attribute in unit.view.components[load].attributes.items():
+            if name.startswith(_FORCES) and attribute.value not in (0, None):
+                unit.view.lose(load, name, "forces and bending moments on shafts are not carried")
+        if end is None:
             if torque is not None or power is not None:
                 unit.view.lose(load, "torque_around_u_axis", "a load on a part that is held, or in no planetary stage")
                 # what gears of no planetary stage take passes through the bodies that carry them
                 ports.update(unit.free.values())
             continue
-        ports.add(name)
+        ports.add(end)
         defines = unit.view.value(load, "defines_torque") is True
         if torque is not None:
-            signed = _signed(torque, _sense(unit, shaft))
-            _check_power(unit, load, signed, power, speeds.get(name))
-            found.append(_Load(defines, load, "torque", name, signed))
+            signed = _signed(unit, torque, shaft)
+            if power is not None and end in speeds:
+                _check_power(unit, load, signed, power, speeds[end].si)
+            loads.append(_Load(defines, load, "torque", end, signed))
         elif power is not None:
-            found.append(_Load(defines, load, "power", name, power))
-    return _balanced(unit, found, ports)
+            loads.append(_Load(defines, load, "power", end, power))
+    return _balanced(unit, held, loads, ports)
 
 
-def _check_power(unit: GearUnit, load: int, torque: Number, power: Number | None, speed: float | None) -> None:
+def _check_power(unit: GearUnit, load: int, torque: Number, power: Number, speed: float) -> None:
     """Tell a power that is not torque times speed."""
-    if power is None or speed is None:
-        return
     if abs(power.si - torque.si * speed) > _BALANCE * max(abs(power.si), abs(torque.si * speed)):
         unit.view.assume(load, "power", "", f"{power.text} is not torque times speed: the torque counts")
     else:
         unit.view.read(load, "power", "", f"{power.text}, torque times speed")
 
 
-def _balanced(unit: GearUnit, loads: list[_Load], ports: set[str]) -> Table:
+def _balanced(unit: GearUnit, held: list[StageMember], loads: list[_Load], ports: set[str]) -> Table:
     """Loads without the one that balances them: of a train with n free ends at most n - 1 are stated."""
     flagged = [load for load in loads if load.defines]
     kept = flagged or loads
-    held = held_members(unit)
     # members through which power may enter or leave: neither held nor joined to another one
     free = {
         _short(unit, member)
@@ -396,17 +382,6 @@ def _balanced(unit: GearUnit, loads: list[_Load], ports: set[str]) -> Table:
     return dict(quantities)
 
 
-def _forces(unit: GearUnit, load: int) -> None:
-    """Tell forces and bending moments of a load, which are not carried."""
-    for name in unit.view.components[load].attributes:
-        value = unit.view.components[load].attributes[name].value
-        if name.startswith(("force_", "torque_around_v", "torque_around_w", "torque_around_the")) and value not in (
-            0,
-            None,
-        ):
-            unit.view.lose(load, name, "forces and bending moments on shafts are not carried")
-
-
 def tell_gravity(unit: GearUnit, x_axis: Vector | None) -> None:
     """Tell gravity that the gear unit accounts for, in the axes of the model: it is left out.
 
@@ -418,16 +393,16 @@ def tell_gravity(unit: GearUnit, x_axis: Vector | None) -> None:
         return
     parts = [unit.view.number(units[0].id, f"direction_vector_gravity_{a}", "ratio") for a in "uvw"]
     strength = unit.view.number(units[0].id, "gravitational_acceleration", "acceleration")
-    frame = unit.places.frame(units[0].id)
+    frame = unit.view.frame(units[0].id)
     if any(part is None for part in parts) or frame is None or x_axis is None:
         return
     u, v, w = (part.si for part in parts if part is not None)
-    down = [u * frame.u[i] + v * frame.v[i] + w * frame.w[i] for i in range(3)]
-    size = math.sqrt(math.fsum(x * x for x in down))
+    down = frame.turned((u, v, w))
+    size = math.sqrt(along(down, down))
     if not size > 1e-30:
         return
     g = (strength.si if strength is not None else 9.81) / size
     axes = (x_axis, cross(unit.axis, x_axis), unit.axis)
-    vector = [round(g * along((down[0], down[1], down[2]), axis), 9) + 0.0 for axis in axes]
+    vector = [round(g * along(down, axis), 9) + 0.0 for axis in axes]
     line = f'operation.gravity = "[{", ".join(f"{c:.9g}" for c in vector)}] m/s^2"'
     unit.view.lose(units[0].id, "account_for_gravity", f"gravity is left out; {line} adds it")

@@ -1,21 +1,30 @@
-"""Members of the stages of a REXS file: their parts, where they are, what they weigh."""
+"""Members of the stages of a REXS file: their parts, where they are, what they weigh.
+
+Masses and inertias of shafts, plates and gear bodies follow from their sections, solids of revolution; they are derived
+here.
+"""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from ..errors import ModelError
-from .gear_tables import GearFacts, gear_facts, material_of
-from .places import Inertia, PartFrame, Places, SolidSection, Vector, along, inertia_of, minus
+from .file import Component, Number, shown
 from .stages import Joint, Parts, StageParts, joints_of, planetary_stages, rigid_parts
-from .view import View, shown
+from .view import Vector, View, along, minus
 
 Table = dict[str, object]
 STEEL = 7850.0  # the density a model file has by default [kg/m^3]
-_BODY_NAME = re.compile(r"[a-z][a-z0-9_-]{0,40}")
+# of a material, read and written: key of the model file, attribute, kind, unit of version 1.7, value of steel
+MATERIAL = (
+    ("density", "density", "density", "kg / dm^3", 7850.0),
+    ("youngs_modulus", "elastic_modulus", "pressure", "N / mm^2", 206e9),
+    ("poisson_ratio", "poisson_ratio", "ratio", "none", 0.3),
+)
+BODY_NAME = re.compile(r"[a-z][a-z0-9_-]{0,40}")
 _AXIAL = math.cos(math.radians(0.1))  # axes that differ by more are not parallel
 
 
@@ -35,9 +44,14 @@ class StageMember:
     centre: Vector | None
 
     @property
+    def full_name(self) -> str:
+        """Its name with that of its stage."""
+        return f"{self.stage}.{self.name}"
+
+    @property
     def path(self) -> str:
         """Its table in the model file."""
-        return f"stages.{self.stage}.{self.name}"
+        return f"stages.{self.full_name}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,11 +61,10 @@ class GearUnit:
     axis : direction of z.  still : parts that stand for the casing and what is rigid in it.
     turning : part that stands for all that are one -> central members among them.
     loose : the same -> shafts and plates that are no member's own.  free : the same -> names of those between members.
-     beside : the same -> joints that end there.
+    beside : the same -> joints that end there.
     """
 
     view: View
-    places: Places
     stages: tuple[StageParts, ...]
     joints: tuple[Joint, ...]
     rigid: Parts
@@ -59,9 +72,9 @@ class GearUnit:
     axis: Vector
     still: frozenset[int]
     turning: Mapping[int, tuple[StageMember, ...]]
-    loose: Mapping[int, tuple[int, ...]]
+    loose: Mapping[int, Sequence[int]]
     free: Mapping[int, str]
-    beside: Mapping[int, tuple[Joint, ...]]
+    beside: Mapping[int, Sequence[Joint]]
     facts: Mapping[int, GearFacts]
 
     def stage(self, member: StageMember) -> StageParts:
@@ -83,13 +96,13 @@ class GearUnit:
     def joints_at(self, parts: Sequence[int]) -> list[Joint]:
         """Joints that end at some parts, by id."""
         roots = dict.fromkeys(self.rigid.root(part) for part in parts)
-        found = {joint.id: joint for root in roots for joint in self.beside.get(root, ())}
-        return [found[key] for key in sorted(found)]
+        joints = {joint.id: joint for root in roots for joint in self.beside.get(root, ())}
+        return [joints[key] for key in sorted(joints)]
 
     def sharing(self, member: StageMember) -> tuple[StageMember, ...]:
         """Central members on the same rigid shaft, itself included."""
-        found = dict.fromkeys(m for part in member.parts for m in self.at(part))
-        return tuple(m for m in self.members if m in found) or (member,)
+        sharing = dict.fromkeys(m for part in member.parts for m in self.at(part))
+        return tuple(m for m in self.members if m in sharing) or (member,)
 
 
 def unit_of(view: View) -> GearUnit:
@@ -99,13 +112,12 @@ def unit_of(view: View) -> GearUnit:
     ------
     ModelError : as of `planetary_stages`, gears without teeth or module, axes that are not parallel.
     """
-    places = Places(view)
-    stages = planetary_stages(view, places)
+    stages = planetary_stages(view)
     joints = tuple(joints_of(view))
     rigid = rigid_parts(view, joints)
-    members = [member for stage in stages for member in _members(view, places, stage)]
+    members = tuple(member for stage in stages for member in _members(view, stage))
     facts = {gear: gear_facts(view, gear) for member in members for gear in member.gears}
-    axis = _axis(view, places, members)
+    axis = _axis(view, members)
     owned = {part for member in members for part in member.parts}
     turning: dict[int, dict[StageMember, None]] = {}
     for member in members:
@@ -119,115 +131,170 @@ def unit_of(view: View) -> GearUnit:
     for joint in joints:
         for root in {rigid.root(joint.inner), rigid.root(joint.outer)}:
             beside.setdefault(root, []).append(joint)
-    still = frozenset(rigid.root(component.id) for component in view.of_type("gear_casing"))
-    return GearUnit(
+    unit = GearUnit(
         view=view,
-        places=places,
         stages=stages,
         joints=joints,
         rigid=rigid,
-        members=tuple(members),
+        members=members,
         axis=axis,
-        still=still,
-        turning={root: tuple(found) for root, found in turning.items()},
-        loose={root: tuple(found) for root, found in loose.items()},
-        free=_free_bodies(view, stages, rigid, joints, turning, loose, still),
-        beside={root: tuple(found) for root, found in beside.items()},
+        still=frozenset(rigid.root(component.id) for component in view.of_type("gear_casing")),
+        turning={root: tuple(parts) for root, parts in turning.items()},
+        loose=loose,
+        free={},
+        beside=beside,
         facts=facts,
     )
+    return replace(unit, free=_free_bodies(unit))
 
 
-def _free_bodies(
-    view: View,
-    stages: Sequence[StageParts],
-    rigid: Parts,
-    joints: Sequence[Joint],
-    turning: Mapping[int, object],
-    loose: Mapping[int, Sequence[int]],
-    still: frozenset[int],
-) -> dict[int, str]:
+def _free_bodies(unit: GearUnit) -> dict[int, str]:
     """Names of the shafts between members: those that turn with a member by couplings of finite stiffness."""
-    beside: dict[int, list[int]] = {}
-    for joint in joints:
-        if joint.holds_turn and not joint.rigid:
-            a, b = rigid.root(joint.inner), rigid.root(joint.outer)
-            beside.setdefault(a, []).append(b)
-            beside.setdefault(b, []).append(a)
-    found: dict[int, str] = {}
-    taken = {"housing", *(stage.name for stage in stages)}
-    reached = list(turning)
+    free: dict[int, str] = {}
+    taken = {"housing", *(stage.name for stage in unit.stages)}
+    reached = list(unit.turning)
     while reached:
-        for root in beside.get(reached.pop(), ()):
-            if root in found or root in turning or root in still or root not in loose:
+        here = reached.pop()
+        for joint in unit.beside.get(here, ()):
+            ends = unit.rigid.root(joint.inner), unit.rigid.root(joint.outer)
+            root = ends[1] if ends[0] == here else ends[0]
+            if not joint.holds_turn or joint.rigid or root in free or root in unit.turning or root in unit.still:
                 continue
-            name = view.components[loose[root][0]].name
-            if not _BODY_NAME.fullmatch(name) or name in taken:
-                name = f"shaft{loose[root][0]}"
+            if root not in unit.loose:
+                continue
+            name = unit.view.components[unit.loose[root][0]].name
+            if not BODY_NAME.fullmatch(name) or name in taken:
+                name = f"shaft{unit.loose[root][0]}"
             taken.add(name)
-            found[root] = name
+            free[root] = name
             reached.append(root)
-    return found
+    return free
 
 
-def _members(view: View, places: Places, stage: StageParts) -> list[StageMember]:
+def _members(view: View, stage: StageParts) -> list[StageMember]:
     """Members of one stage."""
-    found = []
+    members = []
     for name, gear in stage.central.items():
         shaft = view.shaft_of(gear)
-        centre = _centre(view, places, stage, gear, shaft)
+        centre = _centre(view, stage, gear, shaft)
         parts: tuple[int, ...] = (gear,) if shaft is None else (shaft, gear)
         kind = stage.kinds[name]
-        found.append(StageMember(stage=stage.name, name=name, kind=kind, gears=(gear,), parts=parts, centre=centre))
+        members.append(StageMember(stage=stage.name, name=name, kind=kind, gears=(gear,), parts=parts, centre=centre))
     for place, name in enumerate(stage.planets):
         gears = tuple(branch.gears[place] for branch in stage.branches)
-        centre = _centre(view, places, stage, gears[0], stage.branches[0].shaft)
+        centre = _centre(view, stage, gears[0], stage.branches[0].shaft)
         parts = tuple(branch.shaft for branch in stage.branches)
-        found.append(StageMember(stage=stage.name, name=name, kind="planet", gears=gears, parts=parts, centre=centre))
-    shafts = [
-        shaft
-        for relation in view.relations("planet_carrier_shaft")
-        if relation.part("planetary_stage") == stage.id and (shaft := relation.part("shaft")) is not None
-    ]
-    own = () if stage.carrier is None else (stage.carrier, *view.parts(stage.carrier, "shaft", "side_plate"))
-    parts = tuple(dict.fromkeys((*shafts, *own)))
+        members.append(StageMember(stage=stage.name, name=name, kind="planet", gears=gears, parts=parts, centre=centre))
+    carrier = () if stage.carrier is None else (stage.carrier, *view.parts(stage.carrier, "shaft", "side_plate"))
+    parts = tuple(dict.fromkeys((*view.shafts("planet_carrier_shaft", stage.id), *carrier)))
     if parts:
-        at = found[len(stage.central)].centre
-        found.append(StageMember(stage=stage.name, name="carrier", kind="carrier", gears=(), parts=parts, centre=at))
-    return found
+        at = members[len(stage.central)].centre
+        members.append(StageMember(stage=stage.name, name="carrier", kind="carrier", gears=(), parts=parts, centre=at))
+    return members
 
 
-def gear_place(view: View, places: Places, gear: int, shaft: int | None) -> Vector | None:
-    """Centre of a gear: its own place, else that on its shaft."""
-    if shaft is None:
-        frame = places.frame(gear)
-        return None if frame is None else frame.place
-    return places.on_shaft(gear, shaft, "u_coordinate_on_shaft")
-
-
-def _centre(view: View, places: Places, stage: StageParts, gear: int, shaft: int | None) -> Vector | None:
+def _centre(view: View, stage: StageParts, gear: int, shaft: int | None) -> Vector | None:
     """Centre of a gear, or between the halves of a herringbone gear."""
-    one = gear_place(view, places, gear, shaft)
+    centre = view.gear_place(gear, shaft)
     twin = stage.twins.get(gear)
-    other = None if twin is None else gear_place(view, places, twin, shaft)
-    if one is None or other is None:
-        return one
-    return ((one[0] + other[0]) / 2, (one[1] + other[1]) / 2, (one[2] + other[2]) / 2)
+    twin_centre = None if twin is None else view.gear_place(twin, shaft)
+    if centre is None or twin_centre is None:
+        return centre
+    return ((centre[0] + twin_centre[0]) / 2, (centre[1] + twin_centre[1]) / 2, (centre[2] + twin_centre[2]) / 2)
 
 
-def _axis(view: View, places: Places, members: Sequence[StageMember]) -> Vector:
+def _axis(view: View, members: Sequence[StageMember]) -> Vector:
     """Direction of z: the u axis of the first gear. Raises ModelError where another axis is not parallel to it."""
     axis: Vector | None = None
     for member in members:
         for part in (*member.gears, *(p for p in member.parts if view.components[p].type == "shaft")):
-            frame = places.frame(part)
+            frame = view.frame(part)
             if frame is None:
                 continue
             axis = axis or frame.u
             if abs(along(axis, frame.u)) < _AXIAL:
-                given = [round(x, 6) for x in frame.u]
+                direction = [round(x, 6) for x in frame.u]
                 path = f"component {view.label(part)}, u_axis_vector"
-                raise ModelError("an axis that is not parallel to that of the train", path=path, given=given)
+                raise ModelError("an axis that is not parallel to that of the train", path=path, given=direction)
     return axis or (1.0, 0.0, 0.0)
+
+
+# gears ----------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class GearFacts:
+    """What other parts need to know of a gear.
+
+    id : of the component.  teeth : positive.  module : normal [m].  helix : signed, right positive [rad].
+    width : face width [m], nan where not given.  tip : tip diameter [m], nan where not given.  internal : a ring.
+    """
+
+    id: int
+    teeth: int
+    module: float
+    helix: float
+    width: float
+    tip: float
+    internal: bool
+
+    @property
+    def reference(self) -> float:
+        """Reference diameter [m]."""
+        return self.module * self.teeth / math.cos(self.helix)
+
+
+def gear_facts(view: View, gear: int) -> GearFacts:
+    """What a gear is. Raises ModelError where teeth or module are missing or none that a gear has."""
+    component = view.components[gear]
+    where = f"component {view.label(gear)}"
+    teeth = view.value(gear, "number_of_teeth")
+    if isinstance(teeth, bool) or not isinstance(teeth, (int, float)) or not 3 <= abs(teeth) <= 5000 or teeth % 1:
+        problem = "missing" if teeth is None else "not a number of teeth"
+        raise ModelError(problem, path=f"{where}, number_of_teeth", given=teeth, allowed="a whole number, 3 to 5000")
+    if teeth < 0 and component.type != "ring_gear":  # a sign that some programs give internal teeth, and no others
+        allowed = "a positive number, or a component of type ring_gear"
+        raise ModelError("negative, of external teeth", path=f"{where}, number_of_teeth", given=teeth, allowed=allowed)
+    module = normal_module(view, gear)
+    helix = view.number(gear, "helix_angle_reference_diameter", "angle")
+    width = view.number(gear, "face_width", "length")
+    tip = view.number(gear, "tip_diameter", "length")
+    if helix is not None and not abs(helix.si) < math.pi / 3:
+        path = f"{where}, helix_angle_reference_diameter"
+        raise ModelError("out of range", path=path, given=helix.text, allowed="-60 deg to 60 deg")
+    return GearFacts(
+        gear,
+        abs(int(teeth)),
+        module.si,
+        helix.si if helix is not None else 0.0,
+        width.si if width is not None else math.nan,
+        abs(tip.si) if tip is not None else math.nan,
+        component.type == "ring_gear",
+    )
+
+
+def normal_module(view: View, gear: int) -> Number:
+    """Normal module of a gear, from the transverse one where only that is given."""
+    normal = view.number(gear, "normal_module", "length")
+    path = f"component {view.label(gear)}, normal_module"
+    if normal is None:
+        transverse = view.number(gear, "transverse_module", "length")
+        helix = view.number(gear, "helix_angle_reference_diameter", "angle")
+        if transverse is None:
+            raise ModelError("missing", path=path, allowed="a module in mm")
+        value = transverse.si * math.cos(helix.si if helix is not None else 0.0)
+        normal = Number(value, f"{value!r} m")
+    if not 1e-5 <= normal.si <= 10:
+        raise ModelError("out of range", path=path, given=normal.text, allowed="0.01 mm to 10 m")
+    return normal
+
+
+def material_of(view: View, component: int) -> Component | None:
+    """Material of a component, None where it refers to none."""
+    return next((material for material in view.referenced(component) if material.type == "material"), None)
+
+
+# masses ---------------------------------------------------------------------------------------------------------------
 
 
 def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
@@ -237,35 +304,31 @@ def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
 
     pin_radius : distance of the planet axes from that of the stage [m].
     """
-    own = [part for part in _bodies(unit, member) if unit.view.components[part].type in ("shaft", "side_plate")]
+    parts = [part for part in _bodies(unit, member) if unit.view.components[part].type in ("shaft", "side_plate")]
     if member.kind == "planet":
-        own = [member.parts[0]]
+        parts = [member.parts[0]]
         for shaft in member.parts[1:]:
-            if _stretches(unit, shaft) != _stretches(unit, own[0]):
-                unit.view.lose(
-                    shaft, "shaft_section", f"sections differ from those of {own[0]}, which count for all planets"
-                )
-    sections = [section for part in own for section in _sections(unit, member, part, pin_radius)]
-    extra = [_additional(unit.view, part) for part in own]
+            if _stretches(unit, shaft) != _stretches(unit, parts[0]):
+                reason = f"sections differ from those of {parts[0]}, which count for all planets"
+                unit.view.lose(shaft, "shaft_section", reason)
+    sections = [section for part in parts for section in _sections(unit, member, part)]
+    extra = [_additional(unit.view, part) for part in parts]
     table: Table = {}
     if member.kind == "carrier":
         if not sections:
             return _cheeks(unit, member, pin_radius)
     else:
         body, table = _gear_body(unit, member, sections)
-        if not sections and not any(one.mass for one in extra):
+        if not sections and not any(additional.mass for additional in extra):
             return table
         if sections:  # a shaft without sections is lumped: its additional masses are all of it
             sections = [*sections, *body]
-    total = inertia_of(sections)
-    mass = total.mass + sum(one.mass for one in extra)
-    polar = total.polar + sum(one.polar for one in extra)
-    tilt = total.tilt + sum(one.tilt for one in extra)
+    mass, stated = _stated(sections, extra)
     if mass > 0:
-        table |= _stated(Inertia(mass, polar, tilt), extra, lumped=not sections)
-        ids = ", ".join(map(str, own))
+        table |= stated
+        ids = ", ".join(map(str, parts))
         name, words = ("sections", "sections") if sections else ("additional_mass", "additional masses")
-        unit.view.read(own[0], name, f"{member.path}.mass", f"{mass:.6g} kg, from the {words} of {ids}")
+        unit.view.read(parts[0], name, f"{member.path}.mass", f"{mass:.6g} kg, from the {words} of {ids}")
     return table
 
 
@@ -274,18 +337,14 @@ def body_tables(unit: GearUnit) -> Table:
     tables: Table = {}
     for root, name in unit.free.items():
         parts = unit.loose[root]
-        frame = unit.places.frame(parts[0])
-        whole = StageMember(
-            stage="", name=name, kind="body", gears=(), parts=parts, centre=None if frame is None else frame.place
-        )
-        sections = [section for part in parts for section in _sections(unit, whole, part, 0.0)]
-        extra = [_additional(unit.view, part) for part in parts]
-        solid = inertia_of(sections)
-        total = Inertia(*(getattr(solid, k) + sum(getattr(e, k) for e in extra) for k in ("mass", "polar", "tilt")))
-        tables[name] = _stated(total, extra, lumped=not sections)
+        frame = unit.view.frame(parts[0])
+        centre = None if frame is None else frame.place
+        whole = StageMember(stage="", name=name, kind="body", gears=(), parts=tuple(parts), centre=centre)
+        sections = [section for part in parts for section in _sections(unit, whole, part)]
+        mass, tables[name] = _stated(sections, [_additional(unit.view, part) for part in parts])
+        source = "sections" if sections else "additional_mass"
         for part in parts:
-            source = "sections" if sections else "additional_mass"
-            unit.view.read(part, source, f"bodies.{name}", f"{total.mass:.6g} kg, a body between members")
+            unit.view.read(part, source, f"bodies.{name}", f"{mass:.6g} kg, a body between members")
         for joint in unit.joints_at(parts):
             if joint.bearing:
                 unit.view.lose(joint.id, "stiffness", f"bearings of a shaft between members, {name}, are not read")
@@ -316,30 +375,36 @@ def _density(unit: GearUnit, part: int) -> float:
     return density.si
 
 
-def _sections(unit: GearUnit, member: StageMember, part: int, pin_radius: float) -> list[SolidSection]:
+def _sections(unit: GearUnit, member: StageMember, part: int) -> list[SolidSection]:
     """Sections of a shaft or plate about the axis of the member."""
-    found = _stretches(unit, part)
-    if not found:
+    stretches = _stretches(unit, part)
+    if not stretches:
         return []
-    frame, centre = unit.places.frame(part), member.centre
-    off = _off_axis(unit, member, frame) if frame and centre and member.kind == "carrier" else 0.0
+    frame, centre = unit.view.frame(part), member.centre
+    off = 0.0
+    if frame is not None and centre is not None and member.kind == "carrier":  # pins stand off the axis of the stage
+        gear = next(iter(unit.stage(member).central.values()))
+        middle = unit.view.gear_place(gear, unit.view.shaft_of(gear))
+        if middle is not None:
+            apart = minus(frame.place, middle)
+            off = math.sqrt(max(along(apart, apart) - along(apart, unit.axis) ** 2, 0.0))
     density = _density(unit, part)
     forward = frame is None or along(frame.u, unit.axis) >= 0
-    sign = 1.0 if forward else -1.0
     if frame is not None and centre is not None:
         base = along(minus(frame.place, centre), unit.axis)
     else:  # nowhere: its middle at the centre of the member
-        base = -sign * (min(s.start for s in found) + max(s.start + s.length for s in found)) / 2
+        middle_of_all = (min(s.start for s in stretches) + max(s.start + s.length for s in stretches)) / 2
+        base = -middle_of_all if forward else middle_of_all
     return [
         SolidSection(
-            base + one.start if forward else base - one.start - one.length,
-            one.length,
-            one.outer if forward else one.outer[::-1],
-            one.inner if forward else one.inner[::-1],
+            base + stretch.start if forward else base - stretch.start - stretch.length,
+            stretch.length,
+            stretch.outer if forward else stretch.outer[::-1],
+            stretch.inner if forward else stretch.inner[::-1],
             density,
             off,
         )
-        for one in found
+        for stretch in stretches
     ]
 
 
@@ -347,7 +412,7 @@ def _stretches(unit: GearUnit, part: int) -> list[SolidSection]:
     """Sections of a shaft along its u axis, each behind the one before where its place is not given; or a plate."""
     view = unit.view
     plate = view.components[part].type == "side_plate"
-    found: list[SolidSection] = []
+    stretches: list[SolidSection] = []
     end = 0.0
     for source in [part] if plate else view.parts(part, "shaft_section"):
         length = view.number(source, "length", "length")
@@ -360,28 +425,16 @@ def _stretches(unit: GearUnit, part: int) -> list[SolidSection]:
             continue
         at = start.si if start is not None else end
         end = at + length.si
-        found.append(SolidSection(at, length.si, outer, inner, 0.0))
-    return found
+        stretches.append(SolidSection(at, length.si, outer, inner, 0.0))
+    return stretches
 
 
 def _diameters(unit: GearUnit, source: int, name: str, plate: bool) -> tuple[float, float] | None:
     """Diameters at both ends [m]; the one that is given where only one is."""
     names = (name, name) if plate else (f"{name}_begin", f"{name}_end")
-    given = [unit.view.number(source, one, "length") for one in names]
-    values = [abs(number.si) for number in given if number is not None]
+    diameters = [unit.view.number(source, end, "length") for end in names]
+    values = [abs(number.si) for number in diameters if number is not None]
     return (values[0], values[-1]) if values else None
-
-
-def _off_axis(unit: GearUnit, member: StageMember, frame: PartFrame) -> float:
-    """Distance of a part's axis from that of its stage [m]: that of a pin, 0 of what is concentric."""
-    stage = unit.stage(member)
-    gear = next(iter(stage.central.values()))
-    middle = gear_place(unit.view, unit.places, gear, unit.view.shaft_of(gear))
-    if middle is None:
-        return 0.0
-    apart = minus(frame.place, middle)
-    axial = along(apart, unit.axis)
-    return math.sqrt(max(along(apart, apart) - axial**2, 0.0))
 
 
 def _gear_body(
@@ -422,37 +475,92 @@ def _additional(view: View, shaft: int) -> Inertia:
         weight = view.number(part, "mass", "mass")
         about_u = view.number(part, "moment_of_inertia_u_axis", "inertia")
         across = [view.number(part, f"moment_of_inertia_{axis}_axis", "inertia") for axis in ("v", "w")]
-        given = [number.si for number in across if number is not None]
+        stated = [number.si for number in across if number is not None]
         mass += weight.si if weight else 0.0
         polar += about_u.si if about_u else 0.0
-        tilt += sum(given) / len(given) if given else 0.0
+        tilt += sum(stated) / len(stated) if stated else 0.0
     return Inertia(mass, polar, tilt)
 
 
 def _cheeks(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
     """A carrier whose file has no plates: two steel discs of a quarter of the face width to beyond the pins."""
-    stage = unit.stage(member)
-    planet = unit.facts[stage.branches[0].gears[0]]
+    extra = [_additional(unit.view, part) for part in member.parts]
+    if any(additional.mass for additional in extra):
+        return _stated([], extra)[1]
+    planet = unit.facts[unit.stage(member).branches[0].gears[0]]
     width = planet.width if not math.isnan(planet.width) else 10 * planet.module
     outer = 2 * pin_radius + planet.reference / 2
+    reason = "no plates in the file: two steel discs of a quarter of the face width, to half a planet beyond the pins"
+    for key in ("mass", "inertia", "tilt_inertia"):
+        unit.view.assume(member.parts[0], key, f"{member.path}.{key}", reason)
     discs = [SolidSection(start, width / 4, (outer, outer), (0.0, 0.0), STEEL) for start in (width / 2, -3 * width / 4)]
-    total = inertia_of(discs)
-    extra = [_additional(unit.view, part) for part in member.parts]
-    if any(one.mass for one in extra):
-        total = Inertia(*(sum(getattr(e, k) for e in extra) for k in ("mass", "polar", "tilt")))
-    else:
-        reason = (
-            "no plates in the file: two steel discs of a quarter of the face width, to half a planet beyond the pins"
-        )
-        for key in ("mass", "inertia", "tilt_inertia"):
-            unit.view.assume(member.parts[0], key, f"{member.path}.{key}", reason)
-    return _stated(total, extra, lumped=any(one.mass for one in extra))
+    return _stated(discs, [])[1]
 
 
-def _stated(total: Inertia, extra: Sequence[Inertia], *, lumped: bool) -> Table:
-    """Mass and inertias as texts: nine digits of what was integrated, all digits of what additional masses state."""
-    write = shown if lumped else lambda value: f"{value:.9g}"
-    table: Table = {"mass": f"{write(total.mass)} kg", "inertia": f"{write(total.polar)} kg m^2"}
-    if not lumped or any(one.tilt for one in extra):  # not stated: the model asks for it where a member tilts
-        table["tilt_inertia"] = f"{write(total.tilt)} kg m^2"
-    return table
+def _stated(sections: Sequence[SolidSection], extra: Sequence[Inertia]) -> tuple[float, Table]:
+    """Mass [kg] of sections and additional masses; with the inertias as texts of a model file.
+
+    Nine digits of what is integrated, all digits of what additional masses alone state.
+    """
+    solid = inertia_of(sections)
+    mass, polar, tilt = (
+        getattr(solid, key) + sum(getattr(additional, key) for additional in extra) for key in ("mass", "polar", "tilt")
+    )
+    write = (lambda value: f"{value:.9g}") if sections else shown
+    table: Table = {"mass": f"{write(mass)} kg", "inertia": f"{write(polar)} kg m^2"}
+    if sections or any(
+        additional.tilt for additional in extra
+    ):  # not stated: the model asks for it where a member tilts
+        table["tilt_inertia"] = f"{write(tilt)} kg m^2"
+    return mass, table
+
+
+# solids of revolution -------------------------------------------------------------------------------------------------
+
+# Gauss points and weights of order 3 on [0, 1]: exact for polynomials of degree 5; those here have degree 4
+_POINTS = tuple((0.5 + 0.5 * x, w / 18) for x, w in ((-math.sqrt(0.6), 5), (0.0, 8), (math.sqrt(0.6), 5)))
+
+
+@dataclass(frozen=True, slots=True)
+class SolidSection:
+    """A hollow cone about an axis parallel to z.
+
+    start, length : along z from the centre of the member [m].  outer, inner : diameters at both ends [m].
+    density : [kg/m^3].  off_axis : distance of its axis from that of the member [m].
+    """
+
+    start: float
+    length: float
+    outer: tuple[float, float]
+    inner: tuple[float, float]
+    density: float
+    off_axis: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Inertia:
+    """mass [kg]; about z and about a diameter through the centre of the member [kg m^2]."""
+
+    mass: float
+    polar: float
+    tilt: float
+
+
+def inertia_of(sections: Iterable[SolidSection]) -> Inertia:
+    """Mass and inertias of sections together; those off the axis stand evenly around it."""
+    mass = polar = tilt = 0.0
+    for section in sections:
+        for share, weight in _POINTS:
+            z = section.start + share * section.length
+            outer, inner = (_at(pair, share) / 2 for pair in (section.outer, section.inner))
+            slab = section.density * section.length * weight * math.pi
+            area, second = outer**2 - inner**2, (outer**4 - inner**4) / 2
+            mass += slab * area
+            polar += slab * (second + area * section.off_axis**2)
+            # evenly around the axis, each stands on average for half of its distance squared
+            tilt += slab * (second / 2 + area * (z**2 + section.off_axis**2 / 2))
+    return Inertia(mass, polar, tilt)
+
+
+def _at(pair: tuple[float, float], share: float) -> float:
+    return pair[0] + (pair[1] - pair[0]) * share

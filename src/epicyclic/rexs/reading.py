@@ -13,8 +13,9 @@ import struct
 import xml.etree.ElementTree as ElementTree
 import zipfile
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 from xml.etree.ElementTree import Element
@@ -44,8 +45,12 @@ from .file import (
 _ID = re.compile(r"[0-9]{1,15}")
 
 
+Read = Callable[[str, str], Value]
+"""Value of an attribute, of the place in the file and the id, which an error names."""
+
+
 @dataclass(slots=True)
-class Gathered:
+class _Gathered:
     """Parts of a file while it is read.
 
     notes : what is the user's own and left out.  custom : ids of components left out.
@@ -58,6 +63,27 @@ class Gathered:
     notes: list[str] = field(default_factory=list)
     custom: set[int] = field(default_factory=set)
 
+    def component(self, number: int, kind: str, name: str, attributes: Iterable[tuple[str, str, Read]]) -> Component:
+        """A component of attributes: id, unit and how the value is read.
+
+        Raises
+        ------
+        ModelError : an attribute without id, two of the same id, and as of their values.
+        """
+        values: dict[str, Attribute] = {}
+        for key, unit, read in attributes:
+            where = f"component {number}, {key}"
+            if _is_custom(key):
+                self.notes.append(f"component {number}: {key}")
+                continue
+            value = read(where, key)
+            if not key:
+                raise ModelError("an attribute without id", path=where)
+            if key in values:
+                raise ModelError("stands twice", path=where, allowed="each attribute once")
+            values[key] = Attribute(key, value, unit)
+        return Component(number, kind, name, values)
+
     def add(self, component: Component) -> None:
         """Take a component. Raises ModelError for a second one of the same id, or one without type."""
         where = f"component {component.id}"
@@ -65,19 +91,58 @@ class Gathered:
             raise ModelError("two components with one id", path=where, allowed="each id once")
         if not component.type:
             raise ModelError("missing", path=f"{where}, type", allowed="a type of the standard")
-        if is_custom(component.type):
+        if _is_custom(component.type):
             self.custom.add(component.id)
             self.notes.append(f"component {component.id}: {component.type}")
             return
         self.components[component.id] = component
 
+    def relate(self, number: int, kind: str, order: object, refs: Iterable[tuple[str, object]]) -> None:
+        """Take a relation of components that exist; none where it, or a component in it, is the user's own.
 
-def is_custom(name: str) -> bool:
+        Raises
+        ------
+        ModelError : no type, an order that is no number, a component that is not there.
+        """
+        where = f"relation {number}"
+        if _is_custom(kind):
+            self.notes.append(f"{where}: {kind}")
+            return
+        if not kind:
+            raise ModelError("missing", path=f"{where}, type", allowed="a type of the standard")
+        parts = [(role, _checked_id(part, where)) for role, part in refs if not _is_custom(role)]
+        if any(part in self.custom for _, part in parts):
+            return
+        for role, part in parts:
+            if part not in self.components:
+                raise ModelError(
+                    "no such component", path=f"{where}, {role}", given=part, allowed="an id of a component"
+                )
+        place = None if order is None or order == "" else _checked_id(order, f"{where}, order")
+        self.relations.append(Relation(number, kind, place, tuple(parts)))
+
+    def file(self, head: Callable[[str], object], encoding: Literal["xml", "json"]) -> RexsFile:
+        """The file of what was gathered; head : attribute of its root -> value."""
+        return RexsFile(
+            version=plain_text(str(head("version"))),
+            application=plain_text(str(head("applicationId"))),
+            application_version=plain_text(str(head("applicationVersion"))),
+            date=plain_text(str(head("date"))),
+            components=tuple(self.components.values()),
+            relations=tuple(self.relations),
+            load_cases=tuple(self.load_cases),
+            accumulations=tuple(self.accumulations),
+            encoding=encoding,
+            notes=tuple(self.notes),
+        )
+
+
+def _is_custom(name: str) -> bool:
     """Whether a name is the user's own, which the standard leaves to him."""
     return name.startswith("custom_")
 
 
-def checked_id(value: object, what: str) -> int:
+def _checked_id(value: object, what: str) -> int:
     """An id as a number. Raises ModelError where it is none."""
     if isinstance(value, str) and _ID.fullmatch(value.strip()):
         return int(value)
@@ -88,57 +153,10 @@ def checked_id(value: object, what: str) -> int:
     raise ModelError("not an id", path=f"{what}, id", given=value, allowed="a whole number")
 
 
-def add_attribute(attributes: dict[str, Attribute], attribute: Attribute, where: str) -> None:
-    """Take an attribute of a component. Raises ModelError for one without id, or a second one of the same id."""
-    if not attribute.id:
-        raise ModelError("an attribute without id", path=where)
-    if attribute.id in attributes:
-        raise ModelError("stands twice", path=where, allowed="each attribute once")
-    attributes[attribute.id] = attribute
+# JSON -----------------------------------------------------------------------------------------------------------------
 
 
-def referred(
-    number: int, kind: str, order: object, refs: Iterable[tuple[str, object]], gathered: Gathered
-) -> Relation | None:
-    """A relation of components that exist; None where it, or a component in it, is the user's own.
-
-    Raises
-    ------
-    ModelError : no type, an order that is no number, a component that is not there.
-    """
-    where = f"relation {number}"
-    if is_custom(kind):
-        gathered.notes.append(f"{where}: {kind}")
-        return None
-    if not kind:
-        raise ModelError("missing", path=f"{where}, type", allowed="a type of the standard")
-    found = [(role, checked_id(part, where)) for role, part in refs if not is_custom(role)]
-    if any(part in gathered.custom for _, part in found):
-        return None
-    for role, part in found:
-        if part not in gathered.components:
-            raise ModelError("no such component", path=f"{where}, {role}", given=part, allowed="an id of a component")
-    place = None if order is None or order == "" else checked_id(order, f"{where}, order")
-    return Relation(number, kind, place, tuple(found))
-
-
-def gathered_file(gathered: Gathered, heads: Mapping[str, str], *, encoding: Literal["xml", "json"]) -> RexsFile:
-    """The file of what was gathered and of the attributes of its root."""
-    return RexsFile(
-        version=plain_text(heads["version"]),
-        application=plain_text(heads["applicationId"]),
-        application_version=plain_text(heads["applicationVersion"]),
-        date=plain_text(heads["date"]),
-        components=tuple(gathered.components.values()),
-        relations=tuple(gathered.relations),
-        load_cases=tuple(gathered.load_cases),
-        accumulations=tuple(gathered.accumulations),
-        encoding=encoding,
-        notes=tuple(gathered.notes),
-    )
-
-
-def json_file(tables: object) -> RexsFile:
+def _json_file(tables: object) -> RexsFile:
     """The structure of nested tables.
 
     Raises
@@ -148,28 +166,28 @@ def json_file(tables: object) -> RexsFile:
     model = tables.get("model") if isinstance(tables, Mapping) else None
     if not isinstance(model, Mapping):
         raise ModelError("not a REXS file", path="model", allowed='a JSON file with the table "model"')
-    gathered = Gathered()
-    for one in _tables(model, "components"):
-        gathered.add(_component_of_table(one, gathered.notes))
+    gathered = _Gathered()
+    for component in _json_components(model, gathered):
+        gathered.add(component)
     for spectrum in _tables(model, "load_spectrum"):
-        for one in _tables(spectrum, "load_cases"):
-            parts = tuple(_component_of_table(c, gathered.notes) for c in _tables(one, "components"))
-            gathered.load_cases.append(LoadCase(checked_id(one.get("id"), "load case"), parts))
-        for one in _tables(spectrum, "accumulation"):
-            gathered.accumulations += [_component_of_table(c, gathered.notes) for c in _tables(one, "components")]
-    gathered.relations = [
-        read for one in _tables(model, "relations") if (read := _relation_of_table(one, gathered)) is not None
-    ]
-    heads = {key: str(model.get(key, "")) for key in ("version", "applicationId", "applicationVersion", "date")}
-    return gathered_file(gathered, heads, encoding="json")
+        for case in _tables(spectrum, "load_cases"):
+            parts = tuple(_json_components(case, gathered))
+            gathered.load_cases.append(LoadCase(_checked_id(case.get("id"), "load case"), parts))
+        for accumulation in _tables(spectrum, "accumulation"):
+            gathered.accumulations += _json_components(accumulation, gathered)
+    for relation in _tables(model, "relations"):
+        refs = [(_text(ref, "role"), ref.get("id")) for ref in _tables(relation, "refs")]
+        number = _checked_id(relation.get("id"), "relation")
+        gathered.relate(number, _text(relation, "type"), relation.get("order"), refs)
+    return gathered.file(lambda key: model.get(key, ""), "json")
 
 
 def _tables(table: Mapping[str, Any], key: str) -> Iterable[Mapping[str, Any]]:
     """The tables of a list, of a single table, or none. Raises ModelError for anything else."""
-    found = table.get(key)
-    if found is None:
+    value = table.get(key)
+    if value is None:
         return ()
-    entries = found if isinstance(found, list) else [found]
+    entries = value if isinstance(value, list) else [value]
     for entry in entries:
         if not isinstance(entry, Mapping):
             raise ModelError("not a table", path=key, given=entry, allowed="a list of tables")
@@ -182,25 +200,20 @@ def _text(table: Mapping[str, Any], key: str, *, otherwise: str = "") -> str:
     return plain_text(str(value)) if isinstance(value, (str, int, float)) else otherwise
 
 
-def _component_of_table(table: Mapping[str, Any], notes: list[str]) -> Component:
-    """A component with its attributes."""
-    number = checked_id(table.get("id"), "component")
-    attributes: dict[str, Attribute] = {}
-    for one in _tables(table, "attributes"):
-        name = _text(one, "id")
-        if is_custom(name):
-            notes.append(f"component {number}: {name}")
-            continue
-        where = f"component {number}, {name}"
-        add_attribute(
-            attributes, Attribute(name, _value_of_table(one, where, name), _text(one, "unit", otherwise="none")), where
+def _json_components(table: Mapping[str, Any], gathered: _Gathered) -> Iterator[Component]:
+    """Components of a table, one after the other. Raises ModelError as of `_Gathered.component`."""
+    for component in _tables(table, "components"):
+        number = _checked_id(component.get("id"), "component")
+        attributes = (
+            (_text(attribute, "id"), _text(attribute, "unit", otherwise="none"), partial(_json_value, attribute))
+            for attribute in _tables(component, "attributes")
         )
-    return Component(number, _text(table, "type"), _text(table, "name"), attributes)
+        yield gathered.component(number, _text(component, "type"), _text(component, "name"), attributes)
 
 
-def _value_of_table(table: Mapping[str, Any], where: str, name: str) -> Value:
+def _json_value(table: Mapping[str, Any], where: str, name: str) -> Value:
     """Value of an attribute: what stands beside its id and unit, by the key that names its type."""
-    keys = [key for key in table if key not in ("id", "unit") and not is_custom(key)]
+    keys = [key for key in table if key not in ("id", "unit") and not _is_custom(key)]
     if len(keys) > 1:
         raise ModelError("several values", path=where, given=keys, allowed="one")
     if not keys:
@@ -211,30 +224,21 @@ def _value_of_table(table: Mapping[str, Any], where: str, name: str) -> Value:
             raise ModelError("not a table", path=where, given=value, allowed="a table with code and value")
         shape = (value.get("rows"), value.get("columns")) if "matrix" in key else None
         return decoded(value.get("code"), value.get("value"), shape, where)
-    if not isinstance(value, list):
-        return _scalar(value, where, name)
-    return tuple(
-        tuple(_scalar(cell, where, name) for cell in entry) if isinstance(entry, list) else _scalar(entry, where, name)
-        for entry in value
-    )
-
-
-def _scalar(value: object, where: str, name: str) -> Value:
-    """One value; an error names the component too."""
     try:
-        return scalar(value, name)
-    except ModelError as error:
+        if not isinstance(value, list):
+            return scalar(value, name)
+        return tuple(
+            tuple(scalar(cell, name) for cell in entry) if isinstance(entry, list) else scalar(entry, name)
+            for entry in value
+        )
+    except ModelError as error:  # names the component too
         raise error.at(where) from None
 
 
-def _relation_of_table(table: Mapping[str, Any], gathered: Gathered) -> Relation | None:
-    """A relation; None for one of the user's own."""
-    refs = [(_text(one, "role"), one.get("id")) for one in _tables(table, "refs")]
-    number = checked_id(table.get("id"), "relation")
-    return referred(number, _text(table, "type"), table.get("order"), refs, gathered)
+# XML ------------------------------------------------------------------------------------------------------------------
 
 
-def xml_file(root: Element) -> RexsFile:
+def _xml_file(root: Element) -> RexsFile:
     """The structure of a tree.
 
     Raises
@@ -243,24 +247,26 @@ def xml_file(root: Element) -> RexsFile:
     """
     if _tag(root) != "model":
         raise ModelError("not a REXS file", path=f"<{_tag(root)[:40]}>", allowed="an XML file with the root <model>")
-    gathered = Gathered()
+    gathered = _Gathered()
     relations: list[Element] = []
     for part in root:
         match _tag(part):
             case "components":
-                for one in _all(part, "component"):
-                    gathered.add(_component_of_element(one, gathered.notes))
+                for component in _xml_components(part, gathered):
+                    gathered.add(component)
             case "relations":
                 relations += _all(part, "relation")
             case "load_spectrum":
-                for one in _all(part, "load_case"):
-                    cases = tuple(_component_of_element(c, gathered.notes) for c in _all(one, "component"))
-                    gathered.load_cases.append(LoadCase(checked_id(one.get("id"), "load_case"), cases))
-                for one in _all(part, "accumulation"):
-                    gathered.accumulations += [_component_of_element(c, gathered.notes) for c in _all(one, "component")]
-    gathered.relations = [read for one in relations if (read := _relation_of_element(one, gathered)) is not None]
-    heads = {key: root.get(key, "") for key in ("version", "applicationId", "applicationVersion", "date")}
-    return gathered_file(gathered, heads, encoding="xml")
+                for case in _all(part, "load_case"):
+                    parts = tuple(_xml_components(case, gathered))
+                    gathered.load_cases.append(LoadCase(_checked_id(case.get("id"), "load_case"), parts))
+                for accumulation in _all(part, "accumulation"):
+                    gathered.accumulations += _xml_components(accumulation, gathered)
+    for relation in relations:
+        number = _checked_id(relation.get("id"), "relation")
+        refs = [(plain_text(ref.get("role", "")), ref.get("id")) for ref in _all(relation, "ref")]
+        gathered.relate(number, plain_text(relation.get("type", "")), relation.get("order"), refs)
+    return gathered.file(lambda key: root.get(key, ""), "xml")
 
 
 def _tag(element: Element) -> str:
@@ -273,60 +279,49 @@ def _all(element: Element, tag: str) -> Iterable[Element]:
     return (child for child in element if _tag(child) == tag)
 
 
-def _component_of_element(element: Element, notes: list[str]) -> Component:
-    """A component with its attributes."""
-    number = checked_id(element.get("id"), "component")
-    kind = plain_text(element.get("type", ""))
-    attributes: dict[str, Attribute] = {}
-    for one in _all(element, "attribute"):
-        name = plain_text(one.get("id", ""))
-        if is_custom(name):
-            notes.append(f"component {number}: {name}")
-            continue
-        where = f"component {number}, {name}"
-        attribute = Attribute(name, _value_of_element(one, where, name), plain_text(one.get("unit", "none")))
-        add_attribute(attributes, attribute, where)
-    return Component(number, kind, plain_text(element.get("name", "")), attributes)
+def _xml_components(element: Element, gathered: _Gathered) -> Iterator[Component]:
+    """Components of an element, one after the other. Raises ModelError as of `_Gathered.component`."""
+    for component in _all(element, "component"):
+        number = _checked_id(component.get("id"), "component")
+        attributes = (
+            (
+                plain_text(attribute.get("id", "")),
+                plain_text(attribute.get("unit", "none")),
+                partial(_xml_value, attribute),
+            )
+            for attribute in _all(component, "attribute")
+        )
+        yield gathered.component(
+            number, plain_text(component.get("type", "")), plain_text(component.get("name", "")), attributes
+        )
 
 
-def _value_of_element(element: Element, where: str, name: str) -> Value:
+def _xml_value(element: Element, where: str, name: str) -> Value:
     """Value of an attribute: text, array, matrix, array of arrays."""
+
+    def cells(row: Element) -> Value:
+        return tuple(text_value(cell.text or "", name) for cell in _all(row, "c"))
+
+    def array(row: Element) -> Value:
+        return decoded(row.get("code"), row.text or "", None, where) if row.get("code") else cells(row)
+
     for child in element:
         match _tag(child):
             case "array":
-                return _array(child, where, name)
+                return array(child)
             case "matrix":
                 if child.get("code"):
-                    return decoded(
-                        child.get("code"), child.text or "", (child.get("rows"), child.get("columns")), where
-                    )
-                return tuple(_cells(row, name) for row in _all(child, "r"))
+                    shape = child.get("rows"), child.get("columns")
+                    return decoded(child.get("code"), child.text or "", shape, where)
+                return tuple(cells(row) for row in _all(child, "r"))
             case "array_of_arrays":
-                return tuple(_array(row, where, name) for row in _all(child, "array"))
+                return tuple(array(row) for row in _all(child, "array"))
     return text_value(element.text or "", name)
 
 
-def _array(element: Element, where: str, name: str) -> Value:
-    """Values of an array, plain or coded."""
-    if element.get("code"):
-        return decoded(element.get("code"), element.text or "", None, where)
-    return _cells(element, name)
+# the file -------------------------------------------------------------------------------------------------------------
 
-
-def _cells(element: Element, name: str) -> tuple[Value, ...]:
-    """Values of the cells of an array or row."""
-    return tuple(text_value(cell.text or "", name) for cell in _all(element, "c"))
-
-
-def _relation_of_element(element: Element, gathered: Gathered) -> Relation | None:
-    """A relation; None for one of the user's own."""
-    number = checked_id(element.get("id"), "relation")
-    kind = plain_text(element.get("type", ""))
-    refs = [(plain_text(one.get("role", "")), one.get("id")) for one in _all(element, "ref")]
-    return referred(number, kind, element.get("order"), refs, gathered)
-
-
-VERSIONS = ("1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "1.7", "2.0", "2.0.0")
+_VERSIONS = ("1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "1.7", "2.0", "2.0.0")
 _ALLOWED = "a REXS file in XML (.rexs), JSON (.rexsj) or a zip of one of them (.rexsz)"
 _BOM = b"\xef\xbb\xbf"
 _WIDE = (b"\xff\xfe", b"\xfe\xff")  # UTF-16
@@ -348,7 +343,12 @@ def read_rexs_file(source: str | Path | bytes) -> RexsFile:
     name = "REXS file" if isinstance(source, bytes) else str(source)
     try:
         file = _parsed(raw, name, zipped=False)
-        _check_version(file)
+        if file.version == "1.0":
+            problem = "REXS 1.0 has no planetary stage (nor ring gear, planet carrier, side plate, coupling)"
+            raise ModelError(problem, path="version", given="1.0", allowed="a planetary gear unit in REXS 1.1 or later")
+        if file.version not in _VERSIONS:
+            allowed = ", ".join(_VERSIONS)
+            raise ModelError("not a version that is read", path="version", given=file.version, allowed=allowed)
     except ModelError as error:
         if error.path.startswith(name):
             raise
@@ -365,9 +365,9 @@ def _parsed(raw: bytes, name: str, *, zipped: bool) -> RexsFile:
         return _parsed(_unzipped(raw, name), name, zipped=True)
     start = raw.removeprefix(_BOM)[:200].lstrip()
     if start.startswith(b"<") or raw.startswith(_WIDE):
-        return xml_file(_tree(raw, name))
+        return _xml_file(_tree(raw, name))
     if start.startswith((b"{", b"[")):
-        return json_file(_json(raw.removeprefix(_BOM), name))
+        return _json_file(_json(raw.removeprefix(_BOM), name))
     raise ModelError("empty" if not raw.strip() else "not a REXS file", path=name, allowed=_ALLOWED)
 
 
@@ -480,12 +480,3 @@ def _check_marks(count: int, name: str) -> None:
     """Raise ModelError for more elements than a REXS file may have."""
     if count > MAX_MARKS:
         raise ModelError(f"more than {MAX_MARKS} elements", path=name, allowed="a file of one gear unit")
-
-
-def _check_version(file: RexsFile) -> None:
-    """Raise ModelError for a version that is not read."""
-    if file.version == "1.0":
-        problem = "REXS 1.0 has no planetary stage (nor ring gear, planet carrier, side plate, coupling)"
-        raise ModelError(problem, path="version", given="1.0", allowed="a planetary gear unit in REXS 1.1 or later")
-    if file.version not in VERSIONS:
-        raise ModelError("not a version that is read", path="version", given=file.version, allowed=", ".join(VERSIONS))

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from ..errors import ModelError
-from .file import Component
-from .places import Places, along, minus
-from .view import Number, View, shown
+from .file import Component, Number, shown
+from .view import View, along, minus
 
 # Stiffness from which on a joint is rigid: "rigid" of the programs is 1e20 N/m and more, real joints stay below 1e13.
 RIGID = 1e16
@@ -23,7 +23,6 @@ _BEARINGS = (
     "slide_bearing",
     "hydrodynamic_radial_plain_bearing",
 )
-_COUPLINGS = ("coupling", "switchable_coupling", "fixed_coupling")
 _KINDS = {
     "radial_stiffness": "stiffness",
     "axial_stiffness": "stiffness",
@@ -61,14 +60,10 @@ class Joint:
         """Whether a torque passes through it."""
         return not self.bearing and (self.turn is None or self.turn.si > 0)
 
-    def other(self, part: int) -> int:
-        """The part at its other side."""
-        return self.outer if part == self.inner else self.inner
-
 
 def joints_of(view: View) -> list[Joint]:
     """Bearings and couplings of a file, engaged ones, by id. Raises ModelError for a stiffness without its unit."""
-    found = []
+    joints = []
     for relation in view.relations("side", "coupling", "connection"):
         joint, inner, outer = relation.part("assembly"), relation.part("inner_part"), relation.part("outer_part")
         if joint is None or inner is None or outer is None:
@@ -80,8 +75,8 @@ def joints_of(view: View) -> list[Joint]:
                 continue
             inner, outer = sides
         if _engaged(view, view.components[joint]):
-            found.append(_joint(view, view.components[joint], inner, outer))
-    return sorted(found, key=lambda one: one.id)
+            joints.append(_joint(view, view.components[joint], inner, outer))
+    return sorted(joints, key=lambda engaged: engaged.id)
 
 
 def _engaged(view: View, component: Component) -> bool:
@@ -104,8 +99,7 @@ def _engaged(view: View, component: Component) -> bool:
 def _joint(view: View, component: Component, inner: int, outer: int) -> Joint:
     """A joint with its stiffnesses; what a bearing does not take up is 0."""
     bearing = component.type in _BEARINGS
-    stiffness = {name: view.number(component.id, name, kind) for name, kind in _KINDS.items()}
-    radial, axial = stiffness["radial_stiffness"], stiffness["axial_stiffness"]
+    radial, axial, tilt, turn = (view.number(component.id, name, kind) for name, kind in _KINDS.items())
     if bearing:
         if radial is None:
             radial = _at_operating_point(view, component)
@@ -117,16 +111,7 @@ def _joint(view: View, component: Component, inner: int, outer: int) -> Joint:
         elif isinstance(absorbed, str) and absorbed != "both_directions" and (axial is None or axial.si > 0):
             reason = f"{absorbed}: holds in both directions"
             view.assume(component.id, "axial_force_absorption", "", reason)
-    return Joint(
-        component.id,
-        inner,
-        outer,
-        bearing,
-        radial,
-        axial,
-        stiffness["bending_stiffness"],
-        stiffness["rotational_stiffness"],
-    )
+    return Joint(component.id, inner, outer, bearing, radial, axial, tilt, turn)
 
 
 def _at_operating_point(view: View, component: Component) -> Number | None:
@@ -134,10 +119,10 @@ def _at_operating_point(view: View, component: Component) -> Number | None:
     both = [
         view.number(component.id, f"operating_point_stiffness_f_{axis}_d_{axis}", "stiffness") for axis in ("v", "w")
     ]
-    given = [number.si for number in both if number is not None]
-    if not given:
+    stiffnesses = [number.si for number in both if number is not None]
+    if not stiffnesses:
         return None
-    mean = sum(given) / len(given)
+    mean = sum(stiffnesses) / len(stiffnesses)
     view.assume(component.id, "operating_point_stiffness", "", "mean of both radial directions, without cross terms")
     return Number(mean, f"{shown(mean)} N/m")
 
@@ -154,19 +139,15 @@ class Parts:
         while (above := self._above.get(part, part)) != part:
             path.append(part)
             part = above
-        for one in path:
-            self._above[one] = part
+        for passed in path:
+            self._above[passed] = part
         return part
 
     def join(self, parts: Iterable[int]) -> None:
         """Make parts one; the least id stands for them."""
         roots = sorted({self.root(part) for part in parts})
-        for one in roots[1:]:
-            self._above[one] = roots[0]
-
-    def one(self, a: int, b: int) -> bool:
-        """Whether two parts are one."""
-        return self.root(a) == self.root(b)
+        for root in roots[1:]:
+            self._above[root] = roots[0]
 
 
 def rigid_parts(view: View, joints: Iterable[Joint]) -> Parts:
@@ -185,7 +166,6 @@ def rigid_parts(view: View, joints: Iterable[Joint]) -> Parts:
 _GEARS = ("cylindrical_gear", "ring_gear")
 _MOST_PLANETS = 100  # as many as a model file may have
 _MOST_STAGES = 50
-_MOST_CENTRAL = 10  # central gears of a stage: more than two suns and two rings, each in two halves
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,9 +197,18 @@ class StageParts:
     meshes: Mapping[str, tuple[int, ...]]
     twins: Mapping[int, int]
 
+    @property
+    def gears(self) -> dict[str, int]:
+        """Gear of each member, of planets that of branch 1."""
+        return {**self.central, **dict(zip(self.planets, self.branches[0].gears, strict=True))}
 
-@dataclass(frozen=True, slots=True)
-class _Mesh:
+    def mates(self, planet: str) -> list[str]:
+        """Members that mesh with a planet."""
+        pairs = [pair.split("-") for pair in self.meshes]
+        return [member for pair in pairs if planet in pair for member in pair if member != planet]
+
+
+class _Mesh(NamedTuple):
     """A cylindrical stage with its two gears."""
 
     stage: int
@@ -227,23 +216,27 @@ class _Mesh:
     b: int
 
 
-def planetary_stages(view: View, places: Places) -> tuple[StageParts, ...]:
+def planetary_stages(view: View) -> tuple[StageParts, ...]:
     """The planetary stages of a file.
 
     Raises
     ------
     ModelError : none, one without planets or gears, planets that mesh with each other, planets that differ.
     """
-    found = view.of_type("planetary_stage")
-    if not found:
+    components = view.of_type("planetary_stage")
+    if not components:
         kinds = sorted({c.type for c in view.components.values() if c.type.endswith("_stage")})
         problem = f"no planetary stage (stages in it: {', '.join(kinds) or 'none'})"
         raise ModelError(problem, path="components", allowed="a gear unit with a planetary stage")
-    if len(found) > _MOST_STAGES:
-        raise ModelError(f"{len(found)} planetary stages", path="components", allowed=f"at most {_MOST_STAGES}")
-    meshes = _meshes(view)
-    names = ["main"] if len(found) == 1 else [f"stage{i + 1}" for i in range(len(found))]
-    stages = tuple(_stage(view, places, one.id, name, meshes) for one, name in zip(found, names, strict=True))
+    if len(components) > _MOST_STAGES:
+        raise ModelError(f"{len(components)} planetary stages", path="components", allowed=f"at most {_MOST_STAGES}")
+    meshes = []
+    for relation in view.relations("stage"):
+        stage, a, b = (relation.part(role) for role in ("stage", "gear_1", "gear_2"))
+        if stage is not None and a is not None and b is not None:
+            meshes.append(_Mesh(stage, a, b))
+    names = ["main"] if len(components) == 1 else [f"stage{i + 1}" for i in range(len(components))]
+    stages = tuple(_stage(view, component.id, name, meshes) for component, name in zip(components, names, strict=True))
     planets = {gear for stage in stages for branch in stage.branches for gear in branch.gears}
     planets |= {stage.twins[gear] for stage in stages for gear in planets & stage.twins.keys()}
     for mesh in meshes:
@@ -253,85 +246,66 @@ def planetary_stages(view: View, places: Places) -> tuple[StageParts, ...]:
     return stages
 
 
-def _meshes(view: View) -> list[_Mesh]:
-    """All pairs of gears that mesh."""
-    found = []
-    for relation in view.relations("stage"):
-        parts = [relation.part(role) for role in ("stage", "gear_1", "gear_2")]
-        if all(part is not None and part in view.components for part in parts):
-            stage, a, b = (int(part) for part in parts if part is not None)
-            found.append(_Mesh(stage, a, b))
-    return found
-
-
-def _stage(view: View, places: Places, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageParts:
+def _stage(view: View, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageParts:
     """One stage. Raises ModelError as of `planetary_stages`."""
     where = f"component {view.label(stage)}"
-    shafts = [
-        shaft
-        for relation in view.relations("planet_shaft")
-        if relation.part("planetary_stage") == stage and (shaft := relation.part("shaft")) is not None
-    ]
-    shafts = list(dict.fromkeys(shafts))
-    on_shaft = {shaft: view.parts(shaft, *_GEARS) for shaft in shafts}
-    if not shafts or any(not gears for gears in on_shaft.values()) or len(shafts) > _MOST_PLANETS:
-        given = {shaft: len(gears) for shaft, gears in on_shaft.items()}
+    on_shaft = {shaft: view.parts(shaft, *_GEARS) for shaft in view.shafts("planet_shaft", stage)}
+    if not 1 <= len(on_shaft) <= _MOST_PLANETS or not all(on_shaft.values()):
+        counts = {shaft: len(gears) for shaft, gears in on_shaft.items()}
         allowed = f"1 to {_MOST_PLANETS} relations planet_shaft, each shaft with a gear assembled to it"
-        raise ModelError("no planets", path=where, given=given, allowed=allowed)
+        raise ModelError("no planets", path=where, given=counts, allowed=allowed)
     planet_gears = {gear for gears in on_shaft.values() for gear in gears}
-    own = [mesh for mesh in meshes if {mesh.a, mesh.b} & planet_gears]
-    if any({mesh.a, mesh.b} <= planet_gears for mesh in own):
-        pair = next(sorted((m.a, m.b)) for m in own if {m.a, m.b} <= planet_gears)
-        raise ModelError("planets that mesh with each other are not read", path=where, given=pair)
-    central = list(dict.fromkeys(gear for m in own for gear in (m.a, m.b) if gear not in planet_gears))
+    of_stage = [mesh for mesh in meshes if {mesh.a, mesh.b} & planet_gears]
+    for mesh in of_stage:
+        if {mesh.a, mesh.b} <= planet_gears:
+            pair = sorted((mesh.a, mesh.b))
+            raise ModelError("planets that mesh with each other are not read", path=where, given=pair)
+    central = list(dict.fromkeys(gear for m in of_stage for gear in (m.a, m.b) if gear not in planet_gears))
     if not central:
-        raise ModelError(
-            "no gear that meshes with the planets", path=where, allowed="relations stage with gear_1, gear_2"
-        )
-    twins = _twins(view, places, [*on_shaft.values(), *_on_one_shaft(view, central)])
-    central = [gear for gear in central if gear not in twins.values()]
+        allowed = "relations stage with gear_1, gear_2"
+        raise ModelError("no gear that meshes with the planets", path=where, allowed=allowed)
+    by_shaft: dict[int | None, list[int]] = {}
+    for gear in central:
+        by_shaft.setdefault(view.shaft_of(gear), []).append(gear)
+    by_shaft.pop(None, None)
+    twins = _twins(view, [*on_shaft.values(), *by_shaft.values()])
+    right = set(twins.values())
+    members: dict[str, int] = {}
     kinds: dict[str, str] = {}
-    members = {_named(view, gear, kinds): gear for gear in sorted(central, key=lambda g: (view.components[g].type, g))}
-    branches = [
-        _branch(view, shaft, [g for g in gears if g not in twins.values()], own) for shaft, gears in on_shaft.items()
+    for gear in sorted(set(central) - right, key=lambda g: (view.components[g].type, g)):
+        kind = "ring" if view.components[gear].type == "ring_gear" else "sun"
+        count = sum(one == kind for one in kinds.values())
+        member = f"{kind}{count + 1}" if count else kind
+        members[member], kinds[member] = gear, kind
+    suns = {gear for gear in central if view.components[gear].type == "cylindrical_gear"}
+    with_sun = {gear for mesh in of_stage if {mesh.a, mesh.b} & suns for gear in (mesh.a, mesh.b)}
+    branches = [  # the gear that meshes with a sun first
+        Branch(shaft, tuple(sorted(set(gears) - right, key=lambda gear: (gear not in with_sun, gear))))
+        for shaft, gears in on_shaft.items()
     ]
-    _check_alike(view, branches, where)
-    planets = tuple("planet" if i == 0 else f"planet{i + 1}" for i in range(len(branches[0].gears)))
-    kinds |= dict.fromkeys(planets, "planet")
+    teeth = [[view.value(gear, "number_of_teeth") for gear in branch.gears] for branch in branches]
+    if any(one != teeth[0] for one in teeth):
+        raise ModelError("planets that differ in their teeth", path=where, given=teeth, allowed="equal planets")
+    if len(branches[0].gears) > 2:
+        raise ModelError("more than two gears on a planet shaft", path=where, given=list(branches[0].gears))
+    planets = ("planet", "planet2")[: len(branches[0].gears)]
     carriers = view.parts(stage, "planet_carrier")
     return StageParts(
         id=stage,
         name=name,
         central=members,
-        kinds=kinds,
+        kinds=kinds | dict.fromkeys(planets, "planet"),
         planets=planets,
         branches=tuple(branches),
         carrier=carriers[0] if carriers else None,
-        meshes=_pairs(members, planets, branches, own),
+        meshes=_pairs(members, planets, branches, of_stage),
         twins=twins,
     )
 
 
-def _named(view: View, gear: int, kinds: dict[str, str]) -> str:
-    """Name of a central gear, noted with its kind."""
-    kind = "ring" if view.components[gear].type == "ring_gear" else "sun"
-    count = sum(one == kind for one in kinds.values())
-    name = kind if not count else f"{kind}{count + 1}"
-    kinds[name] = kind
-    return name
-
-
-def _on_one_shaft(view: View, gears: Sequence[int]) -> list[list[int]]:
-    """Central gears by the shaft they are assembled to."""
-    shafts: dict[int | None, list[int]] = {}
-    for gear in gears:
-        shafts.setdefault(view.shaft_of(gear), []).append(gear)
-    return [found for shaft, found in shafts.items() if shaft is not None]
-
-
-def _twins(view: View, places: Places, groups: Sequence[Sequence[int]]) -> dict[int, int]:
+def _twins(view: View, groups: Sequence[Sequence[int]]) -> dict[int, int]:
     """Left gear -> right gear of two on one shaft that are alike but for their hand: halves of a herringbone gear."""
-    found = {}
+    twins = {}
     for group in groups:
         if len(group) != 2:
             continue
@@ -339,32 +313,13 @@ def _twins(view: View, places: Places, groups: Sequence[Sequence[int]]) -> dict[
         teeth = [view.value(gear, "number_of_teeth") for gear in group]
         if teeth[0] != teeth[1] or helix[0] is None or helix[1] is None or helix[0].si * helix[1].si >= 0:
             continue
-        frames = [places.frame(gear) for gear in group]
+        frames = [view.frame(gear) for gear in group]
         if frames[0] is None or frames[1] is None:
             continue
         order = along(minus(frames[1].place, frames[0].place), frames[0].u) >= 0
         left, right = group if order else (group[1], group[0])
-        found[left] = right
-    return found
-
-
-def _branch(view: View, shaft: int, gears: Sequence[int], meshes: Sequence[_Mesh]) -> Branch:
-    """A branch with its gears, the one that meshes with a sun first."""
-
-    def with_sun(gear: int) -> bool:
-        mates = {m.b if m.a == gear else m.a for m in meshes if gear in (m.a, m.b)}
-        return any(view.components[mate].type == "cylindrical_gear" for mate in mates)
-
-    return Branch(shaft, tuple(sorted(gears, key=lambda gear: (not with_sun(gear), gear))))
-
-
-def _check_alike(view: View, branches: Sequence[Branch], where: str) -> None:
-    """Raise ModelError where the planets of a stage differ in gears or teeth."""
-    teeth = [[view.value(gear, "number_of_teeth") for gear in branch.gears] for branch in branches]
-    if any(one != teeth[0] for one in teeth):
-        raise ModelError("planets that differ in their teeth", path=where, given=teeth, allowed="equal planets")
-    if len(branches[0].gears) > 2:
-        raise ModelError("more than two gears on a planet shaft", path=where, given=list(branches[0].gears))
+        twins[left] = right
+    return twins
 
 
 def _pairs(
@@ -372,12 +327,12 @@ def _pairs(
 ) -> dict[str, tuple[int, ...]]:
     """Pairs of members that mesh, with the cylindrical stage of each branch where it has one."""
     by_gears = {frozenset((mesh.a, mesh.b)): mesh.stage for mesh in meshes}
-    found: dict[str, tuple[int, ...]] = {}
+    pairs: dict[str, tuple[int, ...]] = {}
     for member, gear in members.items():
         for place, planet in enumerate(planets):
             stages = [by_gears.get(frozenset((gear, branch.gears[place]))) for branch in branches]
-            given = tuple(stage for stage in stages if stage is not None)
-            if given:
+            of_pair = tuple(stage for stage in stages if stage is not None)
+            if of_pair:
                 name = f"{planet}-{member}" if member.startswith("ring") else f"{member}-{planet}"
-                found[name] = given
-    return found
+                pairs[name] = of_pair
+    return pairs

@@ -1,153 +1,58 @@
 """A REXS file asked by what its components are to each other, and what of it was asked: the rest is dropped.
 
-Its numbers come in SI and in the spelling of a model file, from unit texts of any version and spelling.
+Support vectors in nested reference frames become points and axes of the gear unit.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from decimal import Decimal
 
 from ..errors import ModelError
-from .file import Component, Relation, RexsFile, Value
+from .file import Component, Number, Relation, RexsFile, Value, number_in, number_of
 
-_DEG = math.pi / 180
-_RPM = math.pi / 30
-# kind -> unit without blanks -> factor to SI, the same unit in a model file (empty: written in SI)
-_UNITS: dict[str, dict[str, tuple[float, str]]] = {
-    "ratio": {"": (1.0, ""), "none": (1.0, ""), "-": (1.0, ""), "1": (1.0, ""), "%": (0.01, ""), "percent": (0.01, "")},
-    "length": {
-        **{"m": (1.0, "m"), "dm": (0.1, "dm"), "cm": (0.01, "cm"), "mm": (1e-3, "mm"), "km": (1e3, "km")},
-        **{"mum": (1e-6, "um"), "um": (1e-6, "um"), "micron": (1e-6, "um"), "nm": (1e-9, "nm")},
-        **{"in": (0.0254, "in"), "inch": (0.0254, "in"), "ft": (0.3048, "ft")},
-    },
-    "angle": {
-        **{"rad": (1.0, "rad"), "mrad": (1e-3, "mrad")},
-        **{text: (_DEG, "deg") for text in ("deg", "degree", "degrees", "\u00b0", "\u00ba", "Grad")},
-        **{"arcmin": (_DEG / 60, "arcmin"), "arcsec": (_DEG / 3600, "arcsec"), "gon": (math.pi / 200, "gon")},
-    },
-    "speed": {
-        **{text: (_RPM, "rpm") for text in ("1/min", "rpm", "min^-1", "min-1", "U/min", "rev/min", "1/Min")},
-        **{text: (math.tau, "") for text in ("1/s", "s^-1", "rev/s", "U/s", "Hz")},  # revolutions, as REXS counts them
-        **{"rad/s": (1.0, "rad/s"), "deg/s": (_DEG, "deg/s"), "\u00b0/s": (_DEG, "deg/s")},
-    },
-    "torque": {
-        **{"Nm": (1.0, "N m"), "Nmm": (1e-3, "N mm"), "kNm": (1e3, "kN m"), "MNm": (1e6, "MN m"), "kNmm": (1.0, "N m")},
-        "Ncm": (1e-2, "N cm"),
-    },
-    "power": {"W": (1.0, "W"), "kW": (1e3, "kW"), "MW": (1e6, "MW"), "PS": (735.49875, "")},
-    "force": {"N": (1.0, "N"), "kN": (1e3, "kN"), "MN": (1e6, "MN")},
-    "stiffness": {
-        **{"N/m": (1.0, "N/m"), "kN/m": (1e3, "kN/m"), "MN/m": (1e6, "MN/m"), "GN/m": (1e9, "GN/m")},
-        **{"N/mm": (1e3, "N/mm"), "kN/mm": (1e6, "kN/mm"), "MN/mm": (1e9, "MN/mm")},
-        **{"N/mum": (1e6, "N/um"), "N/um": (1e6, "N/um"), "kN/mum": (1e9, "kN/um"), "kN/um": (1e9, "kN/um")},
-    },
-    "stiffness_per_width": {
-        **{text: (1e9, "N/(mm um)") for text in ("N/(mmmum)", "N/(mmum)", "N/mm/mum", "N/mm/um", "N/(mummm)")},
-        **{"N/(mumm)": (1e6, ""), "N/(mmm)": (1e3, ""), "N/m^2": (1.0, "N/m^2"), "N/mm^2": (1e6, "N/mm^2")},
-        **{"kN/mm^2": (1e9, "kN/mm^2"), "MPa": (1e6, "MPa"), "GPa": (1e9, "GPa"), "Pa": (1.0, "Pa")},
-    },
-    "torsional_stiffness": {
-        **{
-            "Nmm/rad": (1e-3, ""),
-            "Nm/rad": (1.0, "N m/rad"),
-            "kNm/rad": (1e3, "kN m/rad"),
-            "MNm/rad": (1e6, "MN m/rad"),
-        },
-        **{"Nm/deg": (1 / _DEG, ""), "Nm/\u00b0": (1 / _DEG, ""), "Nmm/deg": (1e-3 / _DEG, ""), "Nmm": (1e-3, "")},
-        **{"Nmm/mrad": (1.0, ""), "Nm/mrad": (1e3, ""), "Nm": (1.0, "")},
-    },
-    "density": {
-        **{"kg/dm^3": (1e3, "g/cm^3"), "g/cm^3": (1e3, "g/cm^3"), "kg/m^3": (1.0, "kg/m^3"), "t/m^3": (1e3, "t/m^3")},
-        **{"kg/mm^3": (1e9, "kg/mm^3"), "kg/l": (1e3, "g/cm^3"), "kg/L": (1e3, "g/cm^3")},
-    },
-    "pressure": {
-        **{
-            "N/mm^2": (1e6, "N/mm^2"),
-            "MPa": (1e6, "MPa"),
-            "GPa": (1e9, "GPa"),
-            "Pa": (1.0, "Pa"),
-            "N/m^2": (1.0, "Pa"),
-        },
-        **{"kN/mm^2": (1e9, "GPa"), "bar": (1e5, "bar")},
-    },
-    "mass": {"kg": (1.0, "kg"), "g": (1e-3, "g"), "t": (1e3, "t"), "mg": (1e-6, "mg")},
-    "inertia": {"kgm^2": (1.0, "kg m^2"), "kgmm^2": (1e-6, "kg mm^2"), "gmm^2": (1e-9, ""), "tm^2": (1e3, "")},
-    "acceleration": {"m/s^2": (1.0, "m/s^2"), "mm/s^2": (1e-3, "mm/s^2")},
-}
-# units in SI, as a model file spells them
-_SI = {
-    "ratio": "", "length": "m", "angle": "rad", "speed": "rad/s", "torque": "N m", "power": "W", "force": "N",
-    "stiffness": "N/m", "stiffness_per_width": "N/m^2", "torsional_stiffness": "N m/rad", "density": "kg/m^3",
-    "pressure": "Pa", "mass": "kg", "inertia": "kg m^2", "acceleration": "m/s^2",
-}  # fmt: skip
-# nothing of a gear unit is larger in SI; "rigid" is 1e23 N/m
-_LARGEST = 1e30
+Vector = tuple[float, float, float]
+_Index = Mapping[int, Sequence[int]]
+_MOST_FRAMES = 50  # references nested deeper than any gear unit: a loop
+
+
+def along(a: Vector, b: Vector) -> float:
+    """Scalar product."""
+    return math.fsum(x * y for x, y in zip(a, b, strict=True))
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Vector product."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def minus(a: Vector, b: Vector) -> Vector:
+    """Difference."""
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
-    """A number of a REXS file.
+class PartFrame:
+    """A place [m] and the axes u, v, w of a component, in the frame of the gear unit."""
 
-    si : in SI.  text : as a model file writes it, in the unit of the file where that is one of a model file.
-    """
+    place: Vector
+    u: Vector
+    v: Vector
+    w: Vector
 
-    si: float
-    text: str
-
-    def __neg__(self) -> Number:
-        return Number(-self.si, self.text[1:] if self.text.startswith("-") else f"-{self.text}")
-
-    def __abs__(self) -> Number:
-        return -self if self.si < 0 or self.text.startswith("-") else self
-
-
-def number_of(component: Component, name: str, kind: str) -> Number | None:
-    """A number of a component, in the unit that stands on the attribute; None where it is not given.
-
-    Raises
-    ------
-    ModelError : no number, a unit that is unknown or of another kind; names the component and the attribute.
-    """
-    attribute = component.attributes.get(name)
-    if attribute is None or attribute.value is None:
-        return None
-    value, where = attribute.value, f"component {component.id} ({component.type}), {name}"
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        given = list(value) if isinstance(value, tuple) else value
-        raise ModelError("not a number", path=where, given=given, allowed=f"a number in {_SI[kind] or 'no unit'}")
-    factor = _UNITS[kind].get(_plain(attribute.unit))
-    if factor is None:
-        allowed = ", ".join(dict.fromkeys(unit for _, unit in _UNITS[kind].values() if unit)) or "none"
-        raise ModelError("unit not known or of another kind", path=where, given=attribute.unit, allowed=allowed)
-    si = value * factor[0]
-    if not abs(si) < _LARGEST:
-        raise ModelError("out of range", path=where, given=f"{value} {attribute.unit}")
-    if factor[1]:
-        return Number(si, f"{shown(value)} {factor[1]}")
-    return Number(si, f"{shown(si)} {_SI[kind]}".strip())
+    def turned(self, vector: Vector) -> Vector:
+        """A vector given along the axes."""
+        u, v, w = self.u, self.v, self.w
+        x, y, z = vector
+        return (
+            x * u[0] + y * v[0] + z * w[0],
+            x * u[1] + y * v[1] + z * w[1],
+            x * u[2] + y * v[2] + z * w[2],
+        )
 
 
-def _plain(unit: str) -> str:
-    """A unit in one spelling: no blanks, micro as mu, powers with ^."""
-    text = "".join(unit.split()).replace("\u00b5", "mu").replace("\u03bc", "mu")
-    for old, new in (("\u00b2", "^2"), ("\u00b3", "^3"), ("**", "^"), ("*", ""), ("\u00b7", ""), ("[", ""), ("]", "")):
-        text = text.replace(old, new)
-    return text
-
-
-def shown(value: float) -> str:
-    """The shortest text of a number that is read with the same bits; -0 is 0, large round ones have a power of ten."""
-    number = float(value) + 0.0
-    if abs(number) >= 1e6:
-        return str(Decimal(repr(number)).normalize()).replace("E+", "e")
-    return repr(number).removesuffix(".0")
-
-
-_Index = Mapping[int, tuple[int, ...]]
-_Types = Mapping[str, tuple[int, ...]]
+_UNIT = PartFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,22 +77,23 @@ class View:
     assembled : assembly -> its parts.  assemblies : part -> what it is assembled to.
     references : origin -> referenced.  flanks : gear -> left and right flank.  by_type : relations by their type.
     entries, assumptions, losses : each entry once, in the order of the questions.
-    asked : component -> attributes that were asked for.
+    asked : component -> attributes that were asked for.  frames : of components, found when asked.
     unread : stages without planets, which are not read -> their two gears.
     """
 
     file: RexsFile
     components: Mapping[int, Component]
-    types: _Types
+    types: Mapping[str, Sequence[int]]
     assembled: _Index
     assemblies: _Index
     references: _Index
     flanks: _Index
-    by_type: Mapping[str, tuple[Relation, ...]]
+    by_type: Mapping[str, Sequence[Relation]]
     entries: dict[Entry, None] = field(default_factory=dict)
     assumptions: dict[Entry, None] = field(default_factory=dict)
     losses: dict[Entry, None] = field(default_factory=dict)
     asked: dict[int, dict[str, None]] = field(default_factory=dict)
+    frames: dict[int, PartFrame | None] = field(default_factory=dict)
     unread: dict[int, tuple[int, int]] = field(default_factory=dict)
 
     def of_type(self, *types: str) -> list[Component]:
@@ -197,6 +103,10 @@ class View:
     def relations(self, *types: str) -> Iterable[Relation]:
         """Relations of some types, in the order of the file."""
         return (relation for kind in types for relation in self.by_type.get(kind, ()))
+
+    def shafts(self, relation: str, stage: int) -> list[int]:
+        """Shafts that relations of a type join to a planetary stage, each once."""
+        return list(_index_of(self.relations(relation), "planetary_stage", "shaft").get(stage, ()))
 
     def parts(self, assembly: int, *types: str) -> list[int]:
         """Parts of an assembly, of some component types or of all."""
@@ -241,6 +151,82 @@ class View:
         """``53 (cylindrical_gear)``."""
         return f"{component} ({self.components[component].type})"
 
+    def frame(self, component: int) -> PartFrame | None:
+        """Frame of a component; None where the file gives no place.
+
+        Raises
+        ------
+        ModelError : no vector of three numbers, axes without direction, references in a circle.
+        """
+        return self._frame(component, 0)
+
+    def on_shaft(self, component: int, shaft: int, coordinate: str) -> Vector | None:
+        """Place of what sits on a shaft: its own, else its coordinate along the shaft."""
+        frame = self.frame(component)
+        if frame is not None:
+            return frame.place
+        base, distance = self.frame(shaft), self.number(component, coordinate, "length")
+        if base is None or distance is None:
+            return None if base is None else base.place  # where along the shaft is not said
+        (x, y, z), u, length = base.place, base.u, distance.si
+        return (x + u[0] * length, y + u[1] * length, z + u[2] * length)
+
+    def gear_place(self, gear: int, shaft: int | None) -> Vector | None:
+        """Centre of a gear: its own place, else that on its shaft."""
+        if shaft is not None:
+            return self.on_shaft(gear, shaft, "u_coordinate_on_shaft")
+        frame = self.frame(gear)
+        return None if frame is None else frame.place
+
+    def _frame(self, component: int, depth: int) -> PartFrame | None:
+        if component in self.frames:
+            return self.frames[component]
+        if depth > _MOST_FRAMES:
+            raise ModelError("references of position in a circle", path=f"component {self.label(component)}")
+        place = self._vector(component, "support_vector")
+        base = _UNIT
+        reference = self.value(component, "reference_component_for_position")
+        if isinstance(reference, (int, float)) and not isinstance(reference, bool) and int(reference) != component:
+            if int(reference) in self.components:
+                base = self._frame(int(reference), depth + 1) or _UNIT
+        frame = None
+        if place is not None:
+            u = self._axis(component, "u_axis_vector", (1.0, 0.0, 0.0))
+            w = self._axis(component, "w_axis_vector", (0.0, 0.0, 1.0))
+            origin, absolute = base.place, base.turned(place)
+            axis, third = base.turned(u), base.turned(w)
+            centre = (origin[0] + absolute[0], origin[1] + absolute[1], origin[2] + absolute[2])
+            frame = PartFrame(centre, axis, cross(third, axis), third)
+        self.frames[component] = frame
+        return frame
+
+    def _vector(self, component: int, name: str) -> Vector | None:
+        """A vector attribute as lengths in SI; None where it is not given."""
+        value = self.value(component, name)
+        if value is None:
+            return None
+        where = f"component {self.label(component)}, {name}"
+        shown = list(value) if isinstance(value, tuple) else value
+        if not isinstance(value, tuple) or len(value) != 3:
+            raise ModelError("not a vector", path=where, given=shown, allowed="an array of three numbers")
+        unit = self.components[component].attributes[name].unit
+        numbers = []
+        for entry in value:
+            if entry is None:
+                raise ModelError("not a vector", path=where, given=shown, allowed="an array of three numbers")
+            numbers.append(number_in(entry, unit, "length", where).si)
+        return (numbers[0], numbers[1], numbers[2])
+
+    def _axis(self, component: int, name: str, default: Vector) -> Vector:
+        """A direction of length 1; its unit means nothing."""
+        vector = self._vector(component, name)
+        if vector is None:
+            return default
+        size = math.sqrt(along(vector, vector))
+        if not size > 1e-30:
+            raise ModelError("a direction of length 0", path=f"component {self.label(component)}, {name}")
+        return (vector[0] / size, vector[1] / size, vector[2] / size)
+
 
 def view_of(file: RexsFile, load_case: int | None) -> View:
     """The view of a file, with the attributes of a load case laid over.
@@ -256,9 +242,8 @@ def view_of(file: RexsFile, load_case: int | None) -> View:
             ids = ", ".join(str(c.id) for c in file.load_cases[:20]) or "none in this file"
             raise ModelError("no such load case", path="load_case", given=load_case, allowed=ids)
         for over in case.components:
-            if over.id in components:
-                merged = {**components[over.id].attributes, **over.attributes}
-                components[over.id] = replace(components[over.id], attributes=merged)
+            if (base := components.get(over.id)) is not None:
+                components[over.id] = replace(base, attributes={**base.attributes, **over.attributes})
     types: dict[str, list[int]] = {}
     for number in sorted(components):
         types.setdefault(components[number].type, []).append(number)
@@ -267,28 +252,28 @@ def view_of(file: RexsFile, load_case: int | None) -> View:
         by_type.setdefault(relation.type, []).append(relation)
     assemblies = [*by_type.get("assembly", ()), *by_type.get("ordered_assembly", ())]
     references = [*by_type.get("reference", ()), *by_type.get("ordered_reference", ())]
-    flanks: dict[int, tuple[int, ...]] = {}
+    flanks: dict[int, list[int]] = {}
     for relation in by_type.get("flank", ()):
         gear, sides = relation.part("gear"), (relation.part("left"), relation.part("right"))
         if gear is not None:
-            flanks.setdefault(gear, tuple(side for side in sides if side is not None))
+            flanks.setdefault(gear, [side for side in sides if side is not None])
     return View(
         file=file,
         components=components,
-        types={kind: tuple(ids) for kind, ids in types.items()},
-        assembled=_index(assemblies, "assembly", "part"),
-        assemblies=_index(assemblies, "part", "assembly"),
-        references=_index(references, "origin", "referenced"),
+        types=types,
+        assembled=_index_of(assemblies, "assembly", "part"),
+        assemblies=_index_of(assemblies, "part", "assembly"),
+        references=_index_of(references, "origin", "referenced"),
         flanks=flanks,
-        by_type={kind: tuple(found) for kind, found in by_type.items()},
+        by_type=by_type,
     )
 
 
-def _index(relations: Iterable[Relation], key: str, value: str) -> _Index:
+def _index_of(relations: Iterable[Relation], key: str, value: str) -> _Index:
     """Components in one role by that in another, each once."""
-    found: dict[int, dict[int, None]] = {}
+    index: dict[int, dict[int, None]] = {}
     for relation in relations:
         a, b = relation.part(key), relation.part(value)
         if a is not None and b is not None:
-            found.setdefault(a, {})[b] = None
-    return {a: tuple(parts) for a, parts in found.items()}
+            index.setdefault(a, {})[b] = None
+    return {a: tuple(parts) for a, parts in index.items()}

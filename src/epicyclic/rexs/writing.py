@@ -6,13 +6,13 @@ import io
 import json
 import math
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
 from ..errors import ModelError
-from .file import MAX_BYTES, MAX_MARKS, Attribute, Component, Relation, RexsFile, Value, plain_text
+from .file import MAX_BYTES, MAX_MARKS, Attribute, Component, RexsFile, Value, plain_text
 
 _ENCODINGS = {
     ".rexs.xml": "xml",
@@ -32,10 +32,10 @@ _ENUMS = frozenset({"axial_force_absorption", "shape_of_relief", "datum_face_ori
 def encoding_of(path: str | Path) -> str:
     """``xml``, ``json`` or ``zip`` by the end of a file name. Raises ModelError for another end."""
     name = str(path).lower()
-    found = next((kind for end, kind in _ENCODINGS.items() if name.endswith(end)), None)
-    if found is None or Path(path).name.lower() in _ENCODINGS:
+    encoding = next((kind for end, kind in _ENCODINGS.items() if name.endswith(end)), None)
+    if encoding is None or Path(path).name.lower() in _ENCODINGS:
         raise ModelError("not the name of a REXS file", path=str(path), allowed=f"NAME with {', '.join(_ENCODINGS)}")
-    return found
+    return encoding
 
 
 def rexs_bytes(file: RexsFile, encoding: str, *, name: str = "model.rexs") -> bytes:
@@ -51,30 +51,26 @@ def rexs_bytes(file: RexsFile, encoding: str, *, name: str = "model.rexs") -> by
     ModelError : a number that is not finite; a relation of a component that is not there; an id that stands twice; more
         than a reader takes.
     """
-    _check(file)
-    raw = _json(file) if encoding == "json" else _xml(file)
-    marks = max(raw.count(b"<"), raw.count(b"=")) if encoding != "json" else sum(map(raw.count, (b"{", b"[", b":")))
+    types = {component.id: component.type for component in file.components}
+    if len(types) != len(file.components):
+        ids = [component.id for component in file.components]
+        twice = next(i for i in ids if ids.count(i) > 1)
+        raise ModelError("two components with one id", path=f"component {twice}", allowed="each id once")
+    for relation in file.relations:
+        for role, part in relation.refs:
+            if part not in types:
+                raise ModelError("no such component", path=f"relation {relation.id}, {role}", given=part)
+    if encoding == "json":
+        raw = _json(file, types)
+        marks = sum(map(raw.count, (b"{", b"[", b":")))
+    else:
+        raw = _xml(file, types)
+        marks = max(raw.count(b"<"), raw.count(b"="))
     if len(raw) > MAX_BYTES or marks > MAX_MARKS:
         problem = f"{len(raw)} bytes with {marks} elements"
         raise ModelError(problem, path="components", allowed=f"at most {MAX_BYTES} bytes and {MAX_MARKS} elements")
-    return _zipped(raw, name) if encoding == "zip" else raw
-
-
-def _check(file: RexsFile) -> None:
-    """Raise ModelError for ids that are not there, or twice."""
-    ids = [component.id for component in file.components]
-    if len(set(ids)) != len(ids):
-        twice = next(i for i in ids if ids.count(i) > 1)
-        raise ModelError("two components with one id", path=f"component {twice}", allowed="each id once")
-    known = set(ids)
-    for relation in file.relations:
-        for role, part in relation.refs:
-            if part not in known:
-                raise ModelError("no such component", path=f"relation {relation.id}, {role}", given=part)
-
-
-def _zipped(raw: bytes, name: str) -> bytes:
-    """A zip of one file, with a fixed date."""
+    if encoding != "zip":
+        return raw
     packed = io.BytesIO()
     entry = zipfile.ZipInfo(name, _ZIP_DATE)
     entry.compress_type = zipfile.ZIP_DEFLATED
@@ -94,144 +90,136 @@ def _heads(file: RexsFile) -> dict[str, str]:
     }
 
 
-def _xml(file: RexsFile) -> bytes:
-    """The file in XML."""
-    heads = " ".join(f"{key}={quoteattr(text)}" for key, text in _heads(file).items())
-    types = {component.id: component.type for component in file.components}
-    lines = ['<?xml version="1.0" encoding="UTF-8"?>', f"<model {heads}>", "  <relations>"]
-    for relation in file.relations:
-        lines += _xml_relation(relation, types)
-    lines += ["  </relations>", "  <components>"]
-    for component in file.components:
-        lines += _xml_component(component, "    ")
-    lines.append("  </components>")
-    if file.load_cases or file.accumulations:
-        lines.append('  <load_spectrum id="1">')
-        for case in file.load_cases:
-            lines.append(f'    <load_case id="{case.id}">')
-            for component in case.components:
-                lines += _xml_component(component, "      ")
-            lines.append("    </load_case>")
-        if file.accumulations:
-            lines.append("    <accumulation>")
-            for component in file.accumulations:
-                lines += _xml_component(component, "      ")
-            lines.append("    </accumulation>")
-        lines.append("  </load_spectrum>")
-    return "\n".join([*lines, "</model>", ""]).encode("utf-8")
-
-
-def _xml_relation(relation: Relation, types: Mapping[int, str]) -> list[str]:
-    order = "" if relation.order is None else f' order="{relation.order}"'
-    refs = [
-        f'      <ref id="{part}" role={quoteattr(plain_text(role))} hint={quoteattr(plain_text(types[part]))}/>'
-        for role, part in relation.refs
-    ]
-    head = f'    <relation id="{relation.id}" type={quoteattr(plain_text(relation.type))}{order}>'
-    return [head, *refs, "    </relation>"]
-
-
-def _xml_component(component: Component, indent: str) -> list[str]:
-    kind, name = quoteattr(plain_text(component.type)), quoteattr(plain_text(component.name))
-    head = f'{indent}<component id="{component.id}" type={kind} name={name}>'
-    lines = [f"{indent}  {_xml_attribute(one, component)}" for one in component.attributes.values()]
-    return [head, *lines, f"{indent}</component>"]
-
-
-def _xml_attribute(attribute: Attribute, component: Component) -> str:
-    head = f"<attribute id={quoteattr(plain_text(attribute.id))} unit={quoteattr(plain_text(attribute.unit))}>"
-    where = f"component {component.id}, {attribute.id}"
-    value = attribute.value
+def _shape(value: Value) -> tuple[str, list[tuple[Value, ...]]]:
+    """Shape of a value, ``scalar``, ``array``, ``matrix`` or ``array_of_arrays``, and its rows."""
     if not isinstance(value, tuple):
-        return f"{head}{_text(value, where)}</attribute>"
+        return "scalar", [(value,)]
     if not any(isinstance(entry, tuple) for entry in value):
-        return f"{head}{_cells(value, where, 'array')}</attribute>"
+        return "array", [value]
     rows = [entry if isinstance(entry, tuple) else (entry,) for entry in value]
-    if len({len(row) for row in rows}) == 1:
-        return f"{head}<matrix>{''.join(_cells(row, where, 'r') for row in rows)}</matrix></attribute>"
-    inner = "".join(_cells(row, where, "array") for row in rows)
-    return f"{head}<array_of_arrays>{inner}</array_of_arrays></attribute>"
+    return "matrix" if len({len(row) for row in rows}) == 1 else "array_of_arrays", rows
 
 
-def _cells(values: tuple[Value, ...], where: str, tag: str) -> str:
-    return f"<{tag}>{''.join(f'<c>{_text(value, where)}</c>' for value in values)}</{tag}>"
-
-
-def _text(value: Value, where: str) -> str:
-    """A scalar as text. Raises ModelError for a number that is not finite, or a table."""
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return escape(plain_text(value))
-    if isinstance(value, tuple) or not math.isfinite(value):
-        raise ModelError("not a finite number", path=where, given=str(value))
-    return repr(value)
-
-
-def _json(file: RexsFile) -> bytes:
-    """The file in JSON."""
-    types = {component.id: component.type for component in file.components}
-    model: dict[str, Any] = {**_heads(file)}
-    model["relations"] = [_json_relation(relation, types) for relation in file.relations]
-    model["components"] = [_json_component(component) for component in file.components]
-    if file.load_cases or file.accumulations:
-        spectrum: dict[str, Any] = {"id": 1}
-        spectrum["load_cases"] = [
-            {"id": case.id, "components": [_json_component(c) for c in case.components]} for case in file.load_cases
-        ]
-        if file.accumulations:
-            spectrum["accumulation"] = {"components": [_json_component(c) for c in file.accumulations]}
-        model["load_spectrum"] = spectrum
-    return (json.dumps({"model": model}, ensure_ascii=False, indent=1, allow_nan=False) + "\n").encode("utf-8")
-
-
-def _json_relation(relation: Relation, types: Mapping[int, str]) -> dict[str, Any]:
-    refs = [{"id": part, "role": plain_text(role), "hint": plain_text(types[part])} for role, part in relation.refs]
-    order = {} if relation.order is None else {"order": relation.order}
-    return {"id": relation.id, "type": plain_text(relation.type), **order, "refs": refs}
-
-
-def _json_component(component: Component) -> dict[str, Any]:
-    attributes = []
-    for one in component.attributes.values():
-        entry: dict[str, Any] = {"id": plain_text(one.id), "unit": plain_text(one.unit)}
-        if one.value is not None:
-            entry |= _json_value(one, f"component {component.id}, {one.id}")
-        attributes.append(entry)
-    name = {"name": plain_text(component.name)} if component.name else {}
-    return {"id": component.id, "type": plain_text(component.type), **name, "attributes": attributes}
-
-
-def _json_value(attribute: Attribute, where: str) -> dict[str, Any]:
-    """A value beside the key that names its type."""
-    value = attribute.value
-    if not isinstance(value, tuple):
-        return {_type(attribute, (value,)): _plain(value, where)}
-    if not any(isinstance(entry, tuple) for entry in value):
-        return {f"{_type(attribute, value)}_array": [_plain(entry, where) for entry in value]}
-    rows = [entry if isinstance(entry, tuple) else (entry,) for entry in value]
-    kind = _type(attribute, tuple(cell for row in rows for cell in row))
-    key = f"{kind}_matrix" if len({len(row) for row in rows}) == 1 else f"array_of_{kind}_arrays"
-    return {key: [[_plain(cell, where) for cell in row] for row in rows]}
-
-
-def _type(attribute: Attribute, values: tuple[Value, ...]) -> str:
-    """Type in JSON of scalars."""
-    if attribute.id in _REFERENCES:
-        return "reference_component"
-    if all(isinstance(value, bool) for value in values) and values:
-        return "boolean"
-    if any(isinstance(value, str) for value in values):
-        return "enum" if attribute.id in _ENUMS else "string"
-    return "integer" if values and all(isinstance(value, int) for value in values) else "floating_point"
-
-
-def _plain(value: Value, where: str) -> Value:
-    """A scalar of JSON. Raises ModelError for a number that is not finite."""
+def _scalar(value: Value, where: str) -> str | float | None:
+    """A scalar, its text plain. Raises ModelError for a number that is not finite, or a table."""
     if isinstance(value, str):
         return plain_text(value)
     if isinstance(value, tuple) or (isinstance(value, float) and not math.isfinite(value)):
         raise ModelError("not a finite number", path=where, given=str(value))
     return value
+
+
+# XML ------------------------------------------------------------------------------------------------------------------
+
+
+def _xml(file: RexsFile, types: Mapping[int, str]) -> bytes:
+    """The file in XML; types : of the components by id, which relations repeat as hints."""
+    heads = " ".join(f"{key}={quoteattr(text)}" for key, text in _heads(file).items())
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>', f"<model {heads}>", "  <relations>"]
+    for relation in file.relations:
+        order = "" if relation.order is None else f' order="{relation.order}"'
+        lines.append(f'    <relation id="{relation.id}" type={_quoted(relation.type)}{order}>')
+        for role, part in relation.refs:
+            lines.append(f'      <ref id="{part}" role={_quoted(role)} hint={_quoted(types[part])}/>')
+        lines.append("    </relation>")
+    lines += ["  </relations>", "  <components>", *_xml_components(file.components, "    "), "  </components>"]
+    if file.load_cases or file.accumulations:
+        lines.append('  <load_spectrum id="1">')
+        for case in file.load_cases:
+            lines.append(f'    <load_case id="{case.id}">')
+            lines += [*_xml_components(case.components, "      "), "    </load_case>"]
+        if file.accumulations:
+            lines += ["    <accumulation>", *_xml_components(file.accumulations, "      "), "    </accumulation>"]
+        lines.append("  </load_spectrum>")
+    return "\n".join([*lines, "</model>", ""]).encode("utf-8")
+
+
+def _quoted(text: str) -> str:
+    return quoteattr(plain_text(text))
+
+
+def _xml_components(components: Iterable[Component], indent: str) -> Iterator[str]:
+    """Lines of components with their attributes."""
+    for component in components:
+        head = f'<component id="{component.id}" type={_quoted(component.type)} name={_quoted(component.name)}>'
+        yield f"{indent}{head}"
+        for attribute in component.attributes.values():
+            head = f"<attribute id={_quoted(attribute.id)} unit={_quoted(attribute.unit)}>"
+            value = _xml_value(attribute.value, f"component {component.id}, {attribute.id}")
+            yield f"{indent}  {head}{value}</attribute>"
+        yield f"{indent}</component>"
+
+
+def _xml_value(value: Value, where: str) -> str:
+    """A value as text or elements. Raises ModelError for a number that is not finite."""
+
+    def text(cell: Value) -> str:
+        plain = _scalar(cell, where)
+        if plain is None:
+            return ""
+        if isinstance(plain, bool):
+            return "true" if plain else "false"
+        return escape(plain) if isinstance(plain, str) else repr(plain)
+
+    shape, rows = _shape(value)
+    if shape == "scalar":
+        return text(value)
+    tag = "r" if shape == "matrix" else "array"
+    arrays = "".join(f"<{tag}>{''.join(f'<c>{text(cell)}</c>' for cell in row)}</{tag}>" for row in rows)
+    return arrays if shape == "array" else f"<{shape}>{arrays}</{shape}>"
+
+
+# JSON -----------------------------------------------------------------------------------------------------------------
+
+
+def _json(file: RexsFile, types: Mapping[int, str]) -> bytes:
+    """The file in JSON; types : of the components by id, which relations repeat as hints."""
+    model: dict[str, Any] = {**_heads(file), "relations": []}
+    for relation in file.relations:
+        refs = [{"id": part, "role": plain_text(role), "hint": plain_text(types[part])} for role, part in relation.refs]
+        order = {} if relation.order is None else {"order": relation.order}
+        model["relations"].append({"id": relation.id, "type": plain_text(relation.type), **order, "refs": refs})
+    model["components"] = _json_components(file.components)
+    if file.load_cases or file.accumulations:
+        cases = [{"id": case.id, "components": _json_components(case.components)} for case in file.load_cases]
+        spectrum: dict[str, Any] = {"id": 1, "load_cases": cases}
+        if file.accumulations:
+            spectrum["accumulation"] = {"components": _json_components(file.accumulations)}
+        model["load_spectrum"] = spectrum
+    return (json.dumps({"model": model}, ensure_ascii=False, indent=1, allow_nan=False) + "\n").encode("utf-8")
+
+
+def _json_components(components: Iterable[Component]) -> list[dict[str, Any]]:
+    """Components with their attributes, each value beside the key that names its type."""
+    tables = []
+    for component in components:
+        attributes = []
+        for attribute in component.attributes.values():
+            entry: dict[str, Any] = {"id": plain_text(attribute.id), "unit": plain_text(attribute.unit)}
+            if attribute.value is not None:
+                key, value = _json_value(attribute, f"component {component.id}, {attribute.id}")
+                entry[key] = value
+            attributes.append(entry)
+        name = {"name": plain_text(component.name)} if component.name else {}
+        tables.append({"id": component.id, "type": plain_text(component.type), **name, "attributes": attributes})
+    return tables
+
+
+def _json_value(attribute: Attribute, where: str) -> tuple[str, object]:
+    """The key that names the type of a value, and the value. Raises ModelError for a number that is not finite."""
+    shape, rows = _shape(attribute.value)
+    cells = [cell for row in rows for cell in row]
+    if attribute.id in _REFERENCES:
+        kind = "reference_component"
+    elif cells and all(isinstance(cell, bool) for cell in cells):
+        kind = "boolean"
+    elif any(isinstance(cell, str) for cell in cells):
+        kind = "enum" if attribute.id in _ENUMS else "string"
+    else:
+        kind = "integer" if cells and all(isinstance(cell, int) for cell in cells) else "floating_point"
+    plain = [[_scalar(cell, where) for cell in row] for row in rows]
+    if shape == "scalar":
+        return kind, plain[0][0]
+    if shape == "array":
+        return f"{kind}_array", plain[0]
+    return f"{kind}_matrix" if shape == "matrix" else f"array_of_{kind}_arrays", plain

@@ -1,26 +1,29 @@
-"""A train as a REXS file of version 1.7, with the list of what the format does not carry."""
+"""A train as a REXS file of version 1.7, with the list of what the format does not carry.
+
+The keys of a model that the file carries are listed; every other one of a document is named, with the reason.
+"""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
 from ..arguments import checked
+from ..document.tables import leaves
 from ..engine.source import Overrides, Source, train_of
 from ..errors import ModelError
 from ..input_files import as_output, outputs_apart
 from ..results.files import package_version, whole_file
 from ..rexs.file import RexsFile
-from ..rexs.places import Inertia, SolidSection, inertia_of
 from ..rexs.writing import encoding_of, rexs_bytes
 from ..train.train import Train
-from .draft import Attributes, Draft, Dropped, in_unit, left_out, place
-from .gears import add_gears, add_meshes, material_of, mesh_load_factors
-from .shafts import Key, ShaftPart, add_joints, add_loads, gravity_of, shafts_of, speed_of
+from .components import add_carriers, add_joints, add_loads, add_meshes, add_shafts, gravity_of
+from .draft import Attributes, Draft, Dropped, place
 
 VERSION = "1.7"
 _NO_DATE = datetime(1970, 1, 1, tzinfo=UTC)
@@ -58,12 +61,12 @@ def write_rexs(source: Source, path: str | Path, *, overrides: Overrides | None 
     with outputs_apart():
         as_output(Path(path))
         train = train_of(source, overrides=overrides)
-    found = rexs_of(train, date=_date(source))
+    export = rexs_of(train, date=_date(source))
     stem = Path(path).name.split(".rexs")[0]
-    raw = rexs_bytes(found.file, encoding, name=f"{stem}.rexs")
+    raw = rexs_bytes(export.file, encoding, name=f"{stem}.rexs")
     with whole_file(path) as opened:
         opened.write(raw)
-    return found
+    return export
 
 
 def _date(source: Source) -> str:
@@ -90,34 +93,25 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
     ModelError : planets that mesh with each other; gears that do not fit their places.
     """
     _check(train)
-    draft = Draft()
-    unit = draft.add("gear_unit", train.title, {**place(0.0), "number_of_gears": (1, "none"),
-                     "gear_shift_index": (1, "none"), **gravity_of(train)})  # fmt: skip
-    casing = draft.add("gear_casing", "casing")
-    draft.relate("assembly", assembly=unit, part=casing)
-    materials: dict[object, int] = {}
+    draft = Draft(train)
+    shifts: Attributes = {"number_of_gears": (1, "none"), "gear_shift_index": (1, "none")}
+    draft.unit = draft.add("gear_unit", train.title, {**place(0.0), **shifts, **gravity_of(train)})
+    draft.casing = draft.add("gear_casing", "casing")
+    draft.relate("assembly", assembly=draft.unit, part=draft.casing)
     # gears on parallel axes mesh in a cylindrical_stage of no planetary stage
     epicyclic = {body.member.split(".")[0] for body in train.bodies if body.kind == "planet"}
-    stages = {name: draft.add("planetary_stage", name) for name in train.planets if name in epicyclic}
+    draft.stages = {name: draft.add("planetary_stage", name) for name in train.planets if name in epicyclic}
     for name in train.planets:
         if name not in epicyclic:
-            draft.drop(
-                f"stages.{name}", "written as cylindrical_stage; `epicyclic import` reads planetary stages alone"
-            )
-    for number in stages.values():
-        draft.relate("assembly", assembly=unit, part=number)
-    carriers = _carriers(train, draft, stages)
-    shafts: dict[str, tuple[ShaftPart, int]] = {}
-    gears: dict[Key, int] = {}
-    pins: dict[str, int] = {}
-    for shaft in shafts_of(train, draft):
-        number = _shaft(train, draft, shaft, unit, material_of(train, draft, shaft.first, materials))
-        shafts |= {body.name: (shaft, number) for body in shaft.bodies}
-        _in_stage(draft, shaft, number, stages, carriers, pins)
-        gears |= add_gears(train, draft, shaft, number, materials)
-    add_joints(train, draft, shafts, pins, casing)
-    add_meshes(train, draft, stages, unit, gears, mesh_load_factors(train, draft))
-    add_loads(train, draft, shafts)
+            reason = "written as cylindrical_stage; `epicyclic import` reads planetary stages alone"
+            draft.drop(f"stages.{name}", reason)
+    for number in draft.stages.values():
+        draft.relate("assembly", assembly=draft.unit, part=number)
+    add_carriers(draft)
+    add_shafts(draft)
+    add_joints(draft)
+    add_meshes(draft)
+    add_loads(draft)
     file = RexsFile(
         version=VERSION,
         application="epicyclic",
@@ -141,100 +135,62 @@ def _check(train: Train) -> None:
         worked = mesh.radius_b - mesh.radius_a if mesh.internal else mesh.radius_a + mesh.radius_b
         # far above rounding, far below any tolerance of a centre distance
         if abs(distance - worked) > 1e-6 * distance:
-            problem = f"gears that do not fit their places: they work at a centre distance of {worked * 1e3:.7g} mm"
-            given = f"{distance * 1e3:.7g} mm"
             raise ModelError(
-                problem, path=f"{mesh.pair}.centre_distance", given=given, allowed="one geometry of all gears"
+                f"gears that do not fit their places: they work at a centre distance of {worked * 1e3:.7g} mm",
+                path=f"{mesh.pair}.centre_distance",
+                given=f"{distance * 1e3:.7g} mm",
+                allowed="one geometry of all gears",
             )
 
 
-def _carriers(train: Train, draft: Draft, stages: Mapping[str, int]) -> dict[str, int]:
-    """Add the planet carrier of each stage that has one; by member."""
-    found: dict[str, int] = {}
-    for body in train.bodies:
-        stage = body.member.split(".")[0]
-        if body.kind == "carrier" and body.member not in found and stage in stages:
-            found[body.member] = draft.add("planet_carrier", body.member)
-            draft.relate("assembly", assembly=stages[stage], part=found[body.member])
-    return found
+# what is left out -----------------------------------------------------------------------------------------------------
+
+_LINK = r"(?:\.[\w-]+)?\.(?:radial|x|y|z|tilt|rx|ry|rz|at|to)"
+_CARRIED = re.compile(
+    r"format|title|material\.\w+"
+    r"|stages\.[\w-]+\.(?:planets|planet_angles|centre_distance|module|helix_angle|pressure_angle|face_width"
+    r"|herringbone|gap|split)"
+    r"|stages\.[\w-]+\.(?!meshes)[\w-]+\.(?:teeth|module|helix_angle|pressure_angle|face_width|profile_shift|addendum"
+    r"|dedendum|tip_diameter|root_diameter|base_radius|mass|inertia|tilt_inertia|hand|kind|on|station|pin_radius|gap"
+    r"|split|herringbone|rim|outer_diameter)"
+    r"|stages\.[\w-]+\.(?:[\w-]+\.)?material\.\w+"
+    rf"|stages\.[\w-]+\.[\w-]+\.(?:support|bearing){_LINK}"
+    r"|stages\.[\w-]+\.(?:[\w-]+\.)?flank\.(?:tip_relief\.(?:amount|length|shape)|crown)"
+    r"|stages\.[\w-]+\.(?:[\w-]+\.)?flank\.(?:root_relief|end_relief|slope|profile|waves|pitch)(?:\..*)?"
+    r"|stages\.[\w-]+\.meshes\.[\w-]+\.(?:stiffness|direction|backlash)(?:\..*)?"
+    rf"|bodies\.[\w-]+\.(?:mass|inertia|tilt_inertia|station|support{_LINK})"
+    r"|couplings\.[\w-]+\.(?:between|radial|x|y|z|tilt|rx|ry|rz|radius)"
+    r"|operation\.(?:held|gravity|(?:speed|torque|power)\..+)"
+)
+# assumptions, costs and deviations as the entry they belong to
+_ENTRY = re.compile(
+    r"^(assumed|tolerance\.cost)\..*|^(deviations\b.*)\.(?:amplitude|phase|order|seed|value|frequency)$"
+)
+_REASONS = (
+    (r"assumed\..*", "what is assumed is written like what is given"),
+    (r"(?:doi|notes)$", "a text of the model file"),
+    (r"damping\..*", "the format has no damping of a whole train"),
+    (r"tolerance\..*", "distributions of deviations have no place"),
+    (r"deviations\..*", "deviations have no place; what they do to the mean load is in K_gamma"),
+    (r"loads\..*|operation\.loads.*", "forces on members are not written"),
+    (r".*\.bore$", "only the mass that follows from it is written"),
+    (r".*\.meshes\.[^.]+\.variation.*", "the file has the mean stiffness"),
+    (r".*\.meshes\.[^.]+\.(?:phase|pressure_angle)", "follows from the geometry in the file"),
+    (r".*\.(?:neck|shaft)(?:\..*)?$", "one rigid shaft in the file"),
+    (r".*\.clocking", "the phase of the second gear of a planet has no place"),
+    (r".*\.tip_rounding", "of a tool that the file does not have"),
+    (r".*\.(?:clearance|exponent|friction|damping|table|load|law)(?:\..*)?", "laws of links have no place"),
+)
 
 
-def _shaft(train: Train, draft: Draft, shaft: ShaftPart, unit: int, material: int) -> int:
-    """Add a shaft with its place, speed, material, rim and what the rim leaves of its mass; its id."""
-    attributes: Attributes = {**place(shaft.start, *shaft.first.centre), **speed_of(train, shaft)}
-    number = draft.add("shaft", shaft.name, attributes)
-    draft.relate("assembly", assembly=unit, part=number)
-    draft.relate("reference", origin=number, referenced=material)
-    for body in shaft.bodies:
-        if not (math.isfinite(body.mass) and math.isfinite(body.inertia)):
-            where = f"stages.{body.member}" if "." in body.member else f"bodies.{body.member}"
-            draft.drop(f"{where}.mass", "not in the model: the file has none either")
-    whole = Inertia(shaft.mass, shaft.inertia, shaft.tilt_inertia)
-    left = _beside_rim(draft, shaft, number, material, whole)
-    tilt = left.tilt if math.isfinite(left.tilt) else None
-    if math.isfinite(left.polar) and max(left.mass, left.polar, tilt or 0.0) > 0:
-        mass: Attributes = {
-            "u_coordinate_on_shaft": (in_unit(shaft.station - shaft.start, 1e-3), "mm"),
-            "mass": (left.mass, "kg"),
-            "moment_of_inertia_u_axis": (left.polar, "kg m^2"),
-            "moment_of_inertia_v_axis": (tilt, "kg m^2"),
-            "moment_of_inertia_w_axis": (tilt, "kg m^2"),
-        }
-        draft.relate("assembly", assembly=number, part=draft.add("additional_mass", f"{shaft.name} mass", mass))
-    return number
-
-
-def _beside_rim(draft: Draft, shaft: ShaftPart, number: int, material: int, whole: Inertia) -> Inertia:
-    """Add the rim of a ring, from its pitch circle out, as a section of its shaft; mass and inertias that it leaves.
-
-    Where these would be negative or are not known, no section is written, which is noted: all is left.
-    """
-    outer, gear = shaft.first.outer_radius, shaft.first.gear
-    if outer is None or gear is None:
-        return whole
-    length = max(g.station for g in shaft.gears) + (gear.face_width or 0.0) / 2 - shaft.start
-    density = draft.components[material - 1].attributes["density"].value
-    assert isinstance(density, float)
-    diameters = (2 * outer, 2 * outer), (2 * gear.reference_radius, 2 * gear.reference_radius)
-    solid = inertia_of([SolidSection(shaft.start - shaft.station, length, *diameters, 1e3 * density)])
-    pairs = ((whole.mass, solid.mass), (whole.polar, solid.polar), (whole.tilt, solid.tilt))
-    rest = [0.0 if abs(all_ - own) <= 1e-9 * all_ else all_ - own for all_, own in pairs]  # beside rounding
-    if not all(value >= 0 for value in rest):
-        draft.drop(
-            f"stages.{shaft.first.member}.rim", "more than the mass and inertias stated: these alone are written"
-        )
-        return whole
-    section: Attributes = {"u_coordinate_on_shaft": (0.0, "mm"), "length": (in_unit(length, 1e-3), "mm")}
-    for name, (diameter, _) in zip(("outer_diameter", "inner_diameter"), diameters, strict=True):
-        section = {**section, **{f"{name}_{end}": (in_unit(diameter, 1e-3), "mm") for end in ("begin", "end")}}
-    draft.relate("assembly", assembly=number, part=draft.add("shaft_section", f"{shaft.name} rim", section))
-    return Inertia(*rest)
-
-
-def _in_stage(
-    draft: Draft,
-    shaft: ShaftPart,
-    number: int,
-    stages: Mapping[str, int],
-    carriers: Mapping[str, int],
-    pins: dict[str, int],
-) -> None:
-    """Relate a shaft to its stage; a planet that a carrier carries gets its pin."""
-    body = shaft.first
-    stage = stages.get(body.member.split(".")[0])
-    if stage is None:
-        return
-    if body.kind == "planet":
-        draft.relate("planet_shaft", planetary_stage=stage, shaft=number)
-        if body.carried_by is not None:
-            pin = draft.add("shaft", f"{shaft.name} pin", place(shaft.start, *body.centre))
-            draft.relate("planet_pin", planetary_stage=stage, shaft=pin)
-            name = body.member.split(".")[0]
-            carrier = next(number for member, number in carriers.items() if member.split(".")[0] == name)
-            draft.relate("assembly", assembly=carrier, part=pin)
-            pins |= {one.name: pin for one in shaft.bodies}
-    elif body.member in carriers:
-        draft.relate("planet_carrier_shaft", planetary_stage=stage, shaft=number)
-        draft.relate("assembly", assembly=carriers[body.member], part=number)
-    else:
-        draft.relate("central_shaft", planetary_stage=stage, shaft=number)
+def left_out(document: Mapping[str, object]) -> Iterator[Dropped]:
+    """What stands in a document and is not carried, each value with its path; tables of reasons as one entry."""
+    seen: set[str] = set()
+    for path, _ in leaves({key: value for key, value in document.items()}):
+        if _CARRIED.fullmatch(path):
+            continue
+        entry = _ENTRY.sub(r"\1\2", path)
+        if entry not in seen:
+            seen.add(entry)
+            reasons = (text for pattern, text in _REASONS if re.fullmatch(pattern, path))
+            yield Dropped(entry, next(reasons, "no place in the format"))

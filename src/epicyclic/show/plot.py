@@ -6,7 +6,6 @@ The name of a figure is the anchor of its `Drawing` in the view of its kind; its
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import import_module
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -128,16 +127,12 @@ def plot(name: str, *datasets: xr.Dataset) -> go.Figure:
 
 def _drawings(kind: str, company: Company) -> Iterator[Any]:
     """Drawings of the sections of one result, those in folded parts too."""
-    from .views import has_view
+    from .views import view_of
 
-    home = f"{__package__}.views"
-    view = import_module(f"{home}.{kind if has_view(kind) else 'general'}")
-    sections = getattr(view, "sections", None) or import_module(f"{home}.general").sections
-    for section in sections(company[kind], company):
+    view = view_of(kind)
+    for section in view.sections(company[kind], company):
         yield from _within(section.parts)
-    front = getattr(view, "front", None)
-    if front is not None:
-        yield from _within(front(company[kind], company))
+    yield from _within(view.front(company[kind], company))
 
 
 def _within(parts: Iterable[Part]) -> Iterator[Any]:

@@ -103,11 +103,11 @@ class LoadMap:
 class LawMap:
     """Excitation of a train with laws as a linear function of its deviations.
 
-    train : with mean mesh stiffness, seen from its rows.
+    held : with mean mesh stiffness, seen from its rows.
     excitation : of the errors of loaded flanks (m), rows of groups (R), far flanks (c) [m] and the force (n) [N, N m].
     """
 
-    train: HeldTrain
+    held: HeldTrain
     excitation: LineMap
 
 
@@ -254,7 +254,7 @@ def law_map(system: System, columns: Sequence[Line] = (), *, tables: bool = Fals
 
     gaps = np.concatenate([np.zeros(m + R), meshes.backlash[behind]])
     return LawMap(
-        train=held_train(replace(system, meshes=even_meshes, far=even_far)),
+        held=held_train(replace(system, meshes=even_meshes, far=even_far)),
         excitation=line_map(
             system,
             columns,
@@ -274,12 +274,12 @@ def law_forces(laws: LawMap, values: Array, stiffness: Array | None) -> tuple[Ar
     ----------
     values : (T, m + R + c + n) excitation.  stiffness : (T, m) of the mesh rows without a table; None: the mean.
     """
-    system, T = laws.train.system, len(values)
+    system, T = laws.held.system, len(values)
     k = np.tile(system.meshes.stiffness, (T, 1)) if stiffness is None else stiffness
     phases = _mesh_phases(system)
     force, found = np.zeros(k.shape), np.ones(T, bool)
     for phase in phases:
-        net, known = _settled(laws.train, _excitation(system, values, k, phase))
+        net, known = _settled(laws.held, _excitation(system, values, k, phase))
         force += net / len(phases)
         found &= known
     return force, found
@@ -316,13 +316,13 @@ def _excitation(system: System, values: Array, stiffness: Array, phase: Array) -
     )
 
 
-def _settled(train: HeldTrain, here: RecordExcitation) -> tuple[Array, NDArray[np.bool_]]:
+def _settled(held: HeldTrain, here: RecordExcitation) -> tuple[Array, NDArray[np.bool_]]:
     """Net forces (T, m) [N] at T instants and whether each was found; one without does not stop the others."""
     T = len(here.gap)
     try:
-        return train.net_force(settled(train, here)), np.ones(T, bool)
+        return held.net_force(settled(held, here)), np.ones(T, bool)
     except (ModelError, ConvergenceError):
         if T == 1:
             return np.full((1, here.stiffness.shape[1]), np.nan), np.zeros(1, bool)
-        halves = [_settled(train, here.at(half)) for half in np.array_split(np.arange(T), 2)]
+        halves = [_settled(held, here.at(half)) for half in np.array_split(np.arange(T), 2)]
         return np.concatenate([net for net, _ in halves]), np.concatenate([found for _, found in halves])

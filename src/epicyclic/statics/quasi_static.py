@@ -79,18 +79,18 @@ def held_train(system: System) -> HeldTrain:
     return HeldTrain(loaded=loaded, both=both, far=far, laws=laws, system=system)
 
 
-def balanced(train: HeldTrain, force: Array) -> None:
+def balanced(held: HeldTrain, force: Array) -> None:
     """Check that no load (T, n) [N, N m] works on a motion that neither links nor flanks hold.
 
     Raises
     ------
     ModelError : one does.
     """
-    require_balance((train.loaded if train.both is None else train.both).free, force, train.system)
+    require_balance((held.loaded if held.both is None else held.both).free, force, held.system)
 
 
 def settled(
-    train: HeldTrain, here: RecordExcitation, *, anchor: Array | None = None, start: Array | None = None
+    held: HeldTrain, here: RecordExcitation, *, anchor: Array | None = None, start: Array | None = None
 ) -> Equilibrium:
     """Equilibrium at T instants, as `equilibrium`, with the far flanks where backlash is finite.
 
@@ -102,57 +102,57 @@ def settled(
     ------
     ModelError : the load drives bodies apart and nothing holds them.  ConvergenceError : no equilibrium.
     """
-    if train.both is None:
-        return _loaded(train, here, anchor, start)
+    if held.both is None:
+        return _loaded(held, here, anchor, start)
     assert here.both is not None
     assert here.far_gap is not None
     try:
-        require_balance(train.loaded.free, here.force, train.system)
-        state = _loaded(train, here, anchor, start)
+        require_balance(held.loaded.free, here.force, held.system)
+        state = _loaded(held, here, anchor, start)
     except (ModelError, ConvergenceError):
-        return _both(train, here, anchor)
+        return _both(held, here, anchor)
     touch = here.both.touch[:, here.stiffness.shape[1] :]
-    pressing = np.flatnonzero(np.any(state.displacement @ train.far.B - here.far_gap > touch, axis=1))
-    state = replace(state, far_force=np.zeros((len(here.gap), train.far.mesh.size)))
+    pressing = np.flatnonzero(np.any(state.displacement @ held.far.B - here.far_gap > touch, axis=1))
+    state = replace(state, far_force=np.zeros((len(here.gap), held.far.mesh.size)))
     if pressing.size:
-        again = _both(train, here.at(pressing), None if anchor is None else anchor[pressing])
+        again = _both(held, here.at(pressing), None if anchor is None else anchor[pressing])
         for field in fields(Equilibrium):
             getattr(state, field.name)[pressing] = getattr(again, field.name)
     return state
 
 
-def _loaded(train: HeldTrain, here: RecordExcitation, anchor: Array | None, start: Array | None) -> Equilibrium:
+def _loaded(held: HeldTrain, here: RecordExcitation, anchor: Array | None, start: Array | None) -> Equilibrium:
     """Equilibrium on the loaded flanks alone."""
     return equilibrium(
-        train.loaded,
+        held.loaded,
         stiffness=here.stiffness,
         gap=here.gap,
         force=here.force,
         flanks=here.flanks,
-        laws=train.laws,
+        laws=held.laws,
         anchor=anchor,
         start=start,
     )
 
 
-def _both(train: HeldTrain, here: RecordExcitation, anchor: Array | None) -> Equilibrium:
+def _both(held: HeldTrain, here: RecordExcitation, anchor: Array | None) -> Equilibrium:
     """Equilibrium on loaded and far flanks."""
-    assert train.both is not None
+    assert held.both is not None
     assert here.far_gap is not None
     m = here.stiffness.shape[1]
     return equilibrium(
-        train.both,
+        held.both,
         stiffness=here.stiffness,
         gap=np.hstack([here.gap[:, :m], here.far_gap, here.gap[:, m:]]),
         force=here.force,
         flanks=here.both,
-        laws=train.laws,
+        laws=held.laws,
         anchor=anchor,
     )
 
 
 def quasi_static(
-    train: HeldTrain, record: Record, progress: Callable[[float], None] | None = None
+    held: HeldTrain, record: Record, progress: Callable[[float], None] | None = None
 ) -> Iterator[RecordPiece]:
     """Equilibrium at every instant of the record, in order.
 
@@ -162,14 +162,14 @@ def quasi_static(
     ------
     ModelError : a load that nothing balances or holds.  ConvergenceError : no equilibrium was found.
     """
-    links, total = train.system.links, record.instants
-    anchors, approach = _slider_history(train, record) if train.laws.memory.any() else (None, None)
+    links, total = held.system.links, record.instants
+    anchors, approach = _slider_history(held, record) if held.laws.memory.any() else (None, None)
     for first in range(0, total, _CHUNK):
         index = np.arange(first, min(first + _CHUNK, total), dtype=np.int64)
-        here = _balanced_excitation(train, record, index)
+        here = _balanced_excitation(held, record, index)
         anchor = None if anchors is None else anchors[index]
         start = None if approach is None else approach[index]
-        state = settled(train, here, anchor=anchor, start=start)
+        state = settled(held, here, anchor=anchor, start=start)
         deflection = state.displacement @ links.B - here.link_gap
         yield RecordPiece(state=state, link_deflection=deflection, anchor=anchor)
         if progress is not None:
@@ -183,14 +183,14 @@ def history_note(system: System, record: Record) -> str:
     return f"sliders start in the middle; warm-up over {record.count} {record.name} before the record"
 
 
-def _balanced_excitation(train: HeldTrain, record: Record, index: NDArray[np.int64]) -> RecordExcitation:
+def _balanced_excitation(held: HeldTrain, record: Record, index: NDArray[np.int64]) -> RecordExcitation:
     """Excitation at the instants `index` (t,), whose loads are checked to balance on free motions."""
-    here = excitation(train.system, record.unit, index, record.samples)
-    balanced(train, here.force)
+    here = excitation(held.system, record.unit, index, record.samples)
+    balanced(held, here.force)
     return here
 
 
-def _slider_history(train: HeldTrain, record: Record) -> tuple[Array, Array]:
+def _slider_history(held: HeldTrain, record: Record) -> tuple[Array, Array]:
     """Sliders before every step (T, R) and approach (T, M) at every instant of the record [m], after one of warm-up.
 
     Warm-up and record are cut into parts that are stepped through side by side, each from a guess of its first slider.
@@ -201,17 +201,17 @@ def _slider_history(train: HeldTrain, record: Record) -> tuple[Array, Array]:
     ------
     ConvergenceError : starts still change after as many rounds as there are parts.
     """
-    total, laws = record.instants, train.laws
-    here = _balanced_excitation(train, record, np.arange(-total, total, dtype=np.int64))
+    total, laws = record.instants, held.laws
+    here = _balanced_excitation(held, record, np.arange(-total, total, dtype=np.int64))
     parts = min(_PARTS, 2 * total)
     length = -(-2 * total // parts)
     anchors = np.zeros((2 * total, laws.rows.owner.size))
-    approach = np.zeros((2 * total, len(train.loaded.stiffness)))
+    approach = np.zeros((2 * total, len(held.loaded.stiffness)))
     begin = np.zeros((parts, laws.rows.owner.size))
     todo = np.arange(parts)
     tolerance = _SLIDER_TOLERANCE * float(np.min(laws.slip_start[laws.memory]))
     for _ in range(parts + 1):
-        ends = _step_parts(train, here, begin[todo], todo * length, length, anchors, approach)
+        ends = _step_parts(held, here, begin[todo], todo * length, length, anchors, approach)
         following = todo + 1 < parts
         following_parts = todo[following] + 1
         moved = np.max(np.abs(ends[following] - begin[following_parts]), axis=1, initial=0.0) > tolerance
@@ -223,7 +223,7 @@ def _slider_history(train: HeldTrain, record: Record) -> tuple[Array, Array]:
 
 
 def _step_parts(
-    train: HeldTrain,
+    held: HeldTrain,
     here: RecordExcitation,
     slider: Array,
     first: NDArray[np.int64],
@@ -243,8 +243,8 @@ def _step_parts(
         if not index.size:
             break
         before = slider[inside]
-        state = settled(train, here.at(index), anchor=before, start=None if start is None else start[: index.size])
+        state = settled(held, here.at(index), anchor=before, start=None if start is None else start[: index.size])
         anchors[index], approach[index] = before, state.approach
-        slider[inside] = train.laws.slide(state.group_stretch, before)
+        slider[inside] = held.laws.slide(state.group_stretch, before)
         start = state.approach
     return slider

@@ -109,7 +109,7 @@ Forces = Callable[[NDArray[np.int64], ComplexArray], tuple[Array, NDArray[np.boo
 
 
 def net_forces(
-    train: LoadMap, closed: Array, rows: NDArray[np.int64] | None = None, stiffness: Array | None = None
+    loads: LoadMap, closed: Array, rows: NDArray[np.int64] | None = None, stiffness: Array | None = None
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Forces of the mesh rows (T, m) [N], negative on far flanks, and whether each was found (T,).
 
@@ -118,23 +118,23 @@ def net_forces(
     closed : (T, M) stretches with the stiffness of the map in all rows, loaded flanks closed [m].
     rows, stiffness : (V,) mesh rows and links with a stiffness of their own, and that (T, V) [N/m].
     """
-    m, c = train.mesh_count, train.far.size
+    m, c = loads.mesh_count, loads.far.size
     F = m + c
     # stiffness of every row that presses [N/m], (M,) of all samples or (T, M)
-    pressing = train.flexible.stiffness.copy()
-    pressing[m:F] = train.far_stiffness
+    pressing = loads.flexible.stiffness.copy()
+    pressing[m:F] = loads.far_stiffness
     same = rows is None or stiffness is None
     if not same:
         pressing = np.tile(pressing, (len(closed), 1))
         pressing[:, rows] = stiffness
-        pressing[:, m:F] = pressing[:, train.far]
-    state = np.tile(train.flexible.stiffness[:F] > 0, (len(closed), 1))
+        pressing[:, m:F] = pressing[:, loads.far]
+    state = np.tile(loads.flexible.stiffness[:F] > 0, (len(closed), 1))
 
     def stretches(at: NDArray[np.int64], open_part: float) -> tuple[Array, NDArray[np.bool_]]:
         """Stretches of the sets of some samples, as of `_stretches_of_sets`."""
         if same:
-            return _stretches_of_sets(train, closed[at], state[at], pressing, open_part)
-        return _stretches_of_each(train, closed[at], state[at], pressing[at], open_part)
+            return _stretches_of_sets(loads, closed[at], state[at], pressing, open_part)
+        return _stretches_of_each(loads, closed[at], state[at], pressing[at], open_part)
 
     found = np.zeros(len(closed), bool)
     size = _ROUNDING * np.abs(closed).max(axis=1, initial=0.0)
@@ -155,16 +155,16 @@ def net_forces(
     found &= np.asarray(regular & np.isfinite(stretch.sum(axis=1)))
     force = stretch[:, :F] * np.where(state, pressing[..., :F], 0.0)
     net = force[:, :m].copy()
-    net[:, train.far] -= force[:, m:]
+    net[:, loads.far] -= force[:, m:]
     return net, np.asarray(found, bool)
 
 
 def _stretches_of_each(
-    train: LoadMap, closed: Array, state: NDArray[np.bool_], pressing: Array, open_part: float
+    loads: LoadMap, closed: Array, state: NDArray[np.bool_], pressing: Array, open_part: float
 ) -> tuple[Array, NDArray[np.bool_]]:
     """As `_stretches_of_sets`, of samples with stiffnesses (T, M) of their own: one full set of equations each."""
     T, M = closed.shape
-    F, k0, S = state.shape[1], train.flexible.stiffness, train.flexible.to_mesh
+    F, k0, S = state.shape[1], loads.flexible.stiffness, loads.flexible.to_mesh
     stretch, regular = closed.copy(), np.ones(T, bool)
     kappa = pressing.copy()
     kappa[:, :F] = np.where(state, pressing[:, :F], open_part * k0[:F])
@@ -181,13 +181,13 @@ def _stretches_of_each(
 
 
 def _stretches_of_sets(
-    train: LoadMap, closed: Array, state: NDArray[np.bool_], pressing: Array, open_part: float
+    loads: LoadMap, closed: Array, state: NDArray[np.bool_], pressing: Array, open_part: float
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Stretches (T, M) [m] of given sets, and whether the train is held in each (T,).
 
     state : (T, F) flanks that press.  pressing : (M,) stiffness of those [N/m].  open_part : of it that open rows keep.
     """
-    F, k0, S = state.shape[1], train.flexible.stiffness, train.flexible.to_mesh
+    F, k0, S = state.shape[1], loads.flexible.stiffness, loads.flexible.to_mesh
     stretch, regular = closed.copy(), np.ones(len(closed), bool)
     for at in _alike(state, np.flatnonzero((state != (k0[:F] > 0)).any(axis=1))):
         kappa = k0.copy()
@@ -253,7 +253,7 @@ def _balanced(missed: Array, force: Array) -> NDArray[np.bool_]:
 
 
 def sample_loads(
-    train: LoadMap,
+    loads: LoadMap,
     factors: Array,
     *,
     torque: float | Array = 1.0,
@@ -285,20 +285,20 @@ def sample_loads(
         rows = stiffness = None
     if laws is not None and method != "linear":
         method = "static"
-        _require_law_rows(train, laws, rows)
+        _require_law_rows(loads, laws, rows)
     # the products have the shape of the whole piece: BLAS gives the same bits only to the same shape
-    still, turning = train.stretch.values(factors, torque)
+    still, turning = loads.stretch.values(factors, torque)
     still, turning = still[:count], turning[:, :count]
-    (sign, loaded), slow = nominal_signs(train), slow_phases(train.stretch.frequency)
-    closed = _closed(train, still, turning, rows, None if stiffness is None else stiffness[:count], sign, slow)
-    load = closed_loads(closed.force, closed.wave, train.group, slow)
+    (sign, loaded), slow = nominal_signs(loads), slow_phases(loads.stretch.frequency)
+    closed = _closed(loads, still, turning, rows, None if stiffness is None else stiffness[:count], sign, slow)
+    load = closed_loads(closed.force, closed.wave, loads.group, slow)
     least = least_forces(closed.force, closed.wave, slow)
-    nominal = np.max([np.abs(closed.force[:, group].mean(axis=1)) for group in train.group], axis=0, initial=0.0)
-    balanced = _left(train, factors, torque)[:count] + closed.left <= LEFT * nominal
+    nominal = np.max([np.abs(closed.force[:, group].mean(axis=1)) for group in loads.group], axis=0, initial=0.0)
+    balanced = _left(loads, factors, torque)[:count] + closed.left <= LEFT * nominal
     failed, opens = closed.failed | ~balanced, closed.leaves.copy()
     wanted = {"auto": opens, "linear": np.zeros_like(opens), "static": np.ones_like(opens)}[method] & ~failed
     excitation = (still, turning) if laws is None else laws.excitation.values(factors, torque)
-    forces = _forces_of(train, laws, excitation, rows, closed.stiffness, sign)
+    forces = _forces_of(loads, laws, excitation, rows, closed.stiffness, sign)
     phases = _LAW_PHASES if laws is not None else _DENSE_PHASES if dense else _PHASES
     even = phases if len(closed.wave) else 1
     again = np.flatnonzero(wanted)
@@ -312,16 +312,16 @@ def sample_loads(
         shut = _instants(closed.force, closed.wave, at, units[:, :, :even]).reshape(at.size, even, -1)
         mean = closed.force[at] + (whole[:, :even] - shut).mean(axis=1)
         if laws is None:
-            whole = _with_largest(forces, slow, train.group, at, units, whole)
-        load[:, at] = loads_at_phases(whole, mean, train.group)
+            whole = _with_largest(forces, slow, loads.group, at, units, whole)
+        load[:, at] = loads_at_phases(whole, mean, loads.group)
         least[at], failed[at] = whole.min(axis=1), ~known
         opens[at] |= (least[at] <= 0).any(axis=1)
     load = load.transpose(1, 0, 2)
     load[failed], least[failed] = np.nan, np.nan
-    for group, carries in zip(train.group, loaded, strict=True):
+    for group, carries in zip(loads.group, loaded, strict=True):
         if not carries:
             load[:, :, group], least[:, group] = np.nan, np.nan
-    k = np.stack([load[..., group].max(axis=-1) for group in train.group], axis=-1)
+    k = np.stack([load[..., group].max(axis=-1) for group in loads.group], axis=-1)
     return SampleLoads(k=k, load=load, least=least, open=opens & ~failed, failed=failed)
 
 
@@ -342,24 +342,24 @@ def mean_loads(system: System) -> Array:
     return load
 
 
-def nominal_signs(train: LoadMap) -> tuple[Array, NDArray[np.bool_]]:
+def nominal_signs(loads: LoadMap) -> tuple[Array, NDArray[np.bool_]]:
     """Sign (w,) of the load of each mesh in the train of the map, and groups (g,) that carry any."""
-    net, found = net_forces(train, (train.stretch.still + train.stretch.torque)[None])
-    k = train.flexible.stiffness[: train.mesh_count]
-    rows = net[0] if found[0] else k * (train.stretch.still + train.stretch.torque)[: train.mesh_count]
-    whole = train.face.total(rows)
+    net, found = net_forces(loads, (loads.stretch.still + loads.stretch.torque)[None])
+    k = loads.flexible.stiffness[: loads.mesh_count]
+    rows = net[0] if found[0] else k * (loads.stretch.still + loads.stretch.torque)[: loads.mesh_count]
+    whole = loads.face.total(rows)
     least = _NONE * np.abs(whole).max(initial=0.0)
-    sums = np.array([whole[group].sum() for group in train.group])
+    sums = np.array([whole[group].sum() for group in loads.group])
     sign = np.ones(whole.size)
-    for group, value in zip(train.group, sums, strict=True):
+    for group, value in zip(loads.group, sums, strict=True):
         sign[group] = -1.0 if value < -least else 1.0
     return sign, np.asarray(np.abs(sums) > least)
 
 
-def _require_law_rows(train: LoadMap, laws: LawMap, rows: NDArray[np.int64] | None) -> None:
+def _require_law_rows(loads: LoadMap, laws: LawMap, rows: NDArray[np.int64] | None) -> None:
     """Raise ModelError where links vary beside laws, or meshes that have a table."""
-    links = rows is not None and bool((rows >= train.mesh_count).any())
-    tables = rows is not None and bool(laws.train.system.meshes.laws)
+    links = rows is not None and bool((rows >= loads.mesh_count).any())
+    tables = rows is not None and bool(laws.held.system.meshes.laws)
     if links or tables:
         raise ModelError(
             "the stiffness of a link varies, where another has play or friction" if links else "a table varies",
@@ -369,7 +369,7 @@ def _require_law_rows(train: LoadMap, laws: LawMap, rows: NDArray[np.int64] | No
 
 
 def _closed(
-    train: LoadMap,
+    loads: LoadMap,
     still: Array,
     turning: ComplexArray,
     rows: NDArray[np.int64] | None,
@@ -383,34 +383,34 @@ def _closed(
     """
     failed = np.zeros(len(still), bool)
     closed, waves, left = still, turning, np.zeros(len(still))
-    k = np.broadcast_to(train.flexible.stiffness, still.shape)
+    k = np.broadcast_to(loads.flexible.stiffness, still.shape)
     if rows is not None and stiffness is not None:
         failed |= ~((stiffness > 0) & np.isfinite(stiffness)).all(axis=1)
         k = k.copy()
         # samples that failed keep the stiffness of the map, so that they do not disturb the others
         k[np.ix_(~failed, rows)] = stiffness[~failed]
-        closed, waves, left = _with_stiffness(train, still, turning, rows, k[:, rows])
-    m = train.mesh_count
+        closed, waves, left = _with_stiffness(loads, still, turning, rows, k[:, rows])
+    m = loads.mesh_count
     force, wave = k[:, :m] * closed[:, :m], k[:, :m] * waves[:, :, :m]
     return _ClosedContact(
         stiffness=k,
-        force=sign * train.face.total(force, axis=1),
-        wave=sign * train.face.total(wave, axis=2),
+        force=sign * loads.face.total(force, axis=1),
+        wave=sign * loads.face.total(wave, axis=2),
         left=left,
-        leaves=_leaves(train, closed, waves, force, wave, slow),
+        leaves=_leaves(loads, closed, waves, force, wave, slow),
         failed=failed,
     )
 
 
 def _with_stiffness(
-    train: LoadMap, still: Array, turning: ComplexArray, rows: NDArray[np.int64], stiffness: Array
+    loads: LoadMap, still: Array, turning: ComplexArray, rows: NDArray[np.int64], stiffness: Array
 ) -> tuple[Array, ComplexArray, Array]:
     """Stretches (S, M), (G, S, M) [m] where some rows have another stiffness (S, V), all loaded flanks closed.
 
     With them the largest force that rounding leaves in one of these rows (S,) [N].
     """
-    S = train.flexible.to_mesh
-    D = train.flexible.stiffness[rows] - stiffness
+    S = loads.flexible.to_mesh
+    D = loads.flexible.stiffness[rows] - stiffness
     matrix = np.eye(rows.size) - S[np.ix_(rows, rows)] * D[:, None, :]
     right = np.concatenate([still[None], turning.real, turning.imag])[:, :, rows]
     solution = np.linalg.solve(matrix, right.transpose(1, 2, 0))  # (S, V, 1 + 2 G)
@@ -424,22 +424,22 @@ def _with_stiffness(
     )
 
 
-def _left(train: LoadMap, factors: Array, torque: float | Array) -> Array:
+def _left(loads: LoadMap, factors: Array, torque: float | Array) -> Array:
     """Largest force (S,) [N] that rounding of the map leaves on a body of each sample."""
-    still, turning = train.left.values(np.abs(factors), np.abs(torque))
+    still, turning = loads.left.values(np.abs(factors), np.abs(torque))
     left: Array = still[:, 0] + turning[:, :, 0].real.sum(axis=0)
     return left
 
 
 def _leaves(
-    train: LoadMap, closed: Array, waves: ComplexArray, force: Array, wave: ComplexArray, phases: SlowPhases
+    loads: LoadMap, closed: Array, waves: ComplexArray, force: Array, wave: ComplexArray, phases: SlowPhases
 ) -> NDArray[np.bool_]:
     """Samples (S,) of which a row leaves the state it has in the map at some phases."""
-    m, c = train.mesh_count, train.far.size
+    m, c = loads.mesh_count, loads.far.size
     size = np.abs(force).max(axis=1, initial=0.0)
     leaves = falls_below(force, wave, phases, -_NONE * size[:, None])
     if c:
-        shut = train.flexible.stiffness[m : m + c] > 0
+        shut = loads.flexible.stiffness[m : m + c] > 0
         side = np.where(shut, 1.0, -1.0)
         reach, swing = side * closed[:, m : m + c], side * waves[:, :, m : m + c]
         leaves |= falls_below(reach, swing, phases, np.zeros((len(reach), 1)))
@@ -447,7 +447,7 @@ def _leaves(
 
 
 def _forces_of(
-    train: LoadMap,
+    loads: LoadMap,
     laws: LawMap | None,
     excitation: tuple[Array, ComplexArray],
     rows: NDArray[np.int64] | None,
@@ -462,14 +462,14 @@ def _forces_of(
 
     def forces(at: NDArray[np.int64], units: ComplexArray) -> tuple[Array, NDArray[np.bool_]]:
         """The forces of some samples."""
-        T, m = units.shape[2], train.mesh_count
+        T, m = units.shape[2], loads.mesh_count
         values = _instants(*excitation, at, units)
         k = None if rows is None else np.repeat(stiffness[at], T, axis=0)
         if laws is None:
-            net, known = net_forces(train, values, rows, None if k is None else k[:, rows])
+            net, known = net_forces(loads, values, rows, None if k is None else k[:, rows])
         else:
             net, known = law_forces(laws, values, None if k is None else k[:, :m])
-        whole = sign * train.face.total(net.reshape(at.size, T, m), axis=2)
+        whole = sign * loads.face.total(net.reshape(at.size, T, m), axis=2)
         return whole, np.asarray(known.reshape(at.size, T).all(axis=1))
 
     return forces

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from ..arguments import checked
 from ..errors import ModelError
+from ..teeth.geometry import HALF, Phase
 from ..teeth.mesh_stiffness import series_in_time
-from ..teeth.phasing import HALF, Phase
 from ..train.bodies import DIRECTIONS, Link, Mesh
 from ..train.train import Train
 from .elimination import eliminate
@@ -252,7 +252,7 @@ def _meshes(train: Train, structure: Structure, T: Array, M: Array | None, tones
 def _far_flanks(structure: Structure, T: Array, meshes: MeshRows) -> FarFlanks:
     """Far flanks, those without mean load; T : (6 nb, n).
 
-    Mirrored about the tooth, the contact of gear a is at 1/2 + 2 c_a - sigma, c_a of `teeth.phasing`: the contact of
+    Mirrored about the tooth, the contact of gear a is at 1/2 + 2 c_a - sigma, c_a of `teeth.geometry`: the contact of
     the far flank moves in the opposite sense, with a lead less by sense (1/2 + 2 c_a).  Its table is that of the pair
     at the mirrored phase.  Derived here.
     """

@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..teeth.contact_lines import averaging_length, line_windows
-from ..teeth.face_rows import RowStations, row_response, row_weights
 from ..teeth.gear_pair import ContactPair
-from ..teeth.segments import ContactSegments, contact_segments
+from ..teeth.path_of_contact import averaging_length, line_windows
+from ..teeth.segments import ContactSegments, RowStations, contact_segments, row_response, row_weights
 from ..train.bodies import MeshSlice
 from ..train.train import Train
 from .flank_laws import ROWS, FaceForce, Index

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..teeth.flank import PLAIN
+from ..teeth.form import PLAIN
 from ..train.bodies import DIRECTIONS, Link, Mesh
 from ..train.train import Train
 from ..warning_codes import CodedText, coded

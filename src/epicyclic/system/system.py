@@ -285,6 +285,12 @@ class System:
         B = self.meshes.B
         return self.K + (B * self.meshes.stiffness) @ B.T
 
+    @property
+    def mean_damping(self) -> Array:
+        """C plus the dampers of the meshes, (n, n) [N s/m]."""
+        B = self.meshes.B
+        return self.C + (B * self.meshes.damping) @ B.T
+
     def require_inertia(self) -> None:
         """Raise ModelError naming the first mass or inertia that is missing for a free coordinate."""
         if self.missing_inertia:

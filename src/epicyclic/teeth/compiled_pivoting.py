@@ -26,11 +26,11 @@ def principal_pivoting_batch(compliance: Array, gap: Array, count: Index, loads:
     """
     T, n = gap.shape
     force, approach = np.zeros((len(loads), T, n)), np.full((len(loads), T), np.nan)
-    given = np.full(len(loads), np.nan)
+    no_approaches = np.full(len(loads), np.nan)
     for t in range(T):
         m = count[t]
         if m > 0:
-            P, d = _pivoting(compliance[t, :m, :m], gap[t, :m], loads, given)
+            P, d = _pivoting(compliance[t, :m, :m], gap[t, :m], loads, no_approaches)
             force[:, t, :m] = P
             approach[:, t] = d
     return force, approach

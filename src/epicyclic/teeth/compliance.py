@@ -42,7 +42,7 @@ from scipy.interpolate import CubicSpline
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from . import geometry
-from .outline import GearForm, Outline, tooth_outline
+from .form import GearForm, Outline, tooth_outline
 
 Array = NDArray[np.float64]
 
@@ -107,21 +107,21 @@ def face_coupling(zeta: Array, width: float, decay: float, lengths: Array) -> Ar
     place = np.minimum(np.maximum(np.asarray(zeta, dtype=float) / decay, -edge), edge)
     half = 0.5 * length
     apart = np.maximum(np.abs(place[:, None] - place) - (half[:, None] + half), 0.0)
-    mean, own = _segment_means(_ROOTS[:, None] * length)
-    found = np.zeros(apart.shape)
-    for share, root, ends, at in zip(_SHARES, _ROOTS, mean, own, strict=True):
+    mean, own_mean = _segment_means(_ROOTS[:, None] * length)
+    coupling = np.zeros(apart.shape)
+    for share, root, ends, at in zip(_SHARES, _ROOTS, mean, own_mean, strict=True):
         term = np.exp(-root * apart)
         term *= share * ends[:, None]
         term *= ends
         term.flat[:: len(ends) + 1] = share * at
-        found += term
+        coupling += term
     mean *= 0.5
     right, left = (np.exp(_ROOTS[:, None] * gap) * mean for gap in (place - edge, -place - edge))
     for returned, waves in zip(_returned(total), (right + left, right - left), strict=True):
-        found += waves.T @ returned @ waves
-    found += found.T.copy()
-    found *= 0.5 / decay
-    return found
+        coupling += waves.T @ returned @ waves
+    coupling += coupling.T.copy()
+    coupling *= 0.5 / decay
+    return coupling
 
 
 def _returned(total: float) -> Array:
@@ -130,9 +130,9 @@ def _returned(total: float) -> Array:
     Even waves (first) are cosh(r z), odd ones sinh(r z), both over exp(r W/2); total : W, lengths in lambda.
     Both conditions at the end, moment and shear, read r^2 and 1/r of a wave (kappa^4 r^2 - 1 = -1/r^2).
     """
-    found = np.empty((2, 2, 2))
+    amplitudes = np.empty((2, 2, 2))
     (a, b), (share_a, share_b) = _ROOTS.tolist(), _SHARES.tolist()
-    for returned, sign in zip(found, (1, -1), strict=True):
+    for returned, sign in zip(amplitudes, (1, -1), strict=True):
         # Cramer's rule in plain numbers: arrays of two are all overhead
         moment_a, moment_b = (0.5 * root**2 * (1 + sign * math.exp(-root * total)) for root in (a, b))
         shear_a, shear_b = (-0.5 / root * (1 - sign * math.exp(-root * total)) for root in (a, b))
@@ -140,7 +140,7 @@ def _returned(total: float) -> Array:
         returned[0] = (a**2 * shear_b - moment_b / a) * share_a, (b**2 * shear_b - moment_b / b) * share_b
         returned[1] = (moment_a / a - a**2 * shear_a) * share_a, (moment_a / b - b**2 * shear_a) * share_b
         returned *= scale
-    return found
+    return amplitudes
 
 
 def _segment_means(x: Array) -> tuple[Array, Array]:
@@ -214,10 +214,12 @@ def root_compliance(root: ToothRoot, neighbours: int, *, youngs_modulus: float, 
     C = _harmonics(orders[-1], root.held / R, youngs_modulus, poisson) * (R * norm)[:, None, None]
     # work of the first family on itself and of one on the other: a load turned by s is cos(ns) of its own family and
     # sin(ns) of the other
-    own = np.einsum("ina,nab,jnb->nij", first, C, first) + np.einsum("ina,nab,jnb->nij", second, C, second)
+    same_family = np.einsum("ina,nab,jnb->nij", first, C, first) + np.einsum("ina,nab,jnb->nij", second, C, second)
     mixed = np.einsum("ina,nab,jnb->nij", first, C, second) - np.einsum("ina,nab,jnb->nij", second, C, first)
     turned = np.outer(np.arange(neighbours + 1) * root.pitch, orders)
-    return np.asarray(np.einsum("sn,nij->sij", np.cos(turned), own) + np.einsum("sn,nij->sij", np.sin(turned), mixed))
+    return np.asarray(
+        np.einsum("sn,nij->sij", np.cos(turned), same_family) + np.einsum("sn,nij->sij", np.sin(turned), mixed)
+    )
 
 
 def _components(angle: Array, length: Array, radius: float) -> tuple[Array, Array]:
@@ -247,11 +249,11 @@ def _harmonics(highest: int, held: float, E: float, nu: float) -> Array:
     system = np.concatenate([loaded[:, 2:], fixed[:, :2]], axis=1)
     right = np.zeros((len(n), 4, 2))
     right[:, 0, 0] = right[:, 1, 1] = 1.0
-    found = np.zeros((highest + 1, 2, 2))
-    found[1:] = loaded[:, :2] @ np.linalg.solve(system, right)
+    motion = np.zeros((highest + 1, 2, 2))
+    motion[1:] = loaded[:, :2] @ np.linalg.solve(system, right)
     lame = np.linalg.solve([[2.0, 1.0], [held * (kappa - 1), -1 / held]], [1.0, 0.0])
-    found[0] = np.diag([(kappa - 1) * lame[0] - lame[1], held**-2 - 1])  # breathing, and winding: a ring in torsion
-    return found / (2 * mu)
+    motion[0] = np.diag([(kappa - 1) * lame[0] - lame[1], held**-2 - 1])  # breathing, and winding: a ring in torsion
+    return motion / (2 * mu)
 
 
 def _fields(n: Array, r: float, kappa: float, circles: tuple[float, float]) -> Array:
@@ -373,8 +375,8 @@ class ToothCompliance:
 
         Beyond the involute the value at its end.
         """
-        found = self.parts(radius)
-        return found.bending + found.shear + found.compression + found.body
+        parts = self.parts(radius)
+        return parts.bending + parts.shear + parts.compression + parts.body
 
     def parts(self, radius: ArrayLike) -> ComplianceParts:
         """Compliance of the tooth by cause, (...) [m^2/N] at radii (...) [m]."""
@@ -395,13 +397,13 @@ class ToothCompliance:
         """
         count = np.clip(np.asarray(ahead, dtype=np.int64), -NEIGHBOURS, NEIGHBOURS)
         moved, loaded = self._at(radius)[..., 4:], self._at(other)[..., 4:]
-        found = np.zeros(np.broadcast_shapes(moved.shape[:-1], loaded.shape[:-1], count.shape))
+        compliance = np.zeros(np.broadcast_shapes(moved.shape[:-1], loaded.shape[:-1], count.shape))
         # one matrix for each number of pitches: no array of matrices, of which there are as many as results
         for pitches in range(int(count.min()), int(count.max()) + 1):
             turned = moved @ (self.roots[pitches] if pitches >= 0 else self.roots[-pitches].T)
             work = turned[..., 0] * loaded[..., 0] + turned[..., 1] * loaded[..., 1] + turned[..., 2] * loaded[..., 2]
-            np.copyto(found, work, where=count == pitches)
-        return found
+            np.copyto(compliance, work, where=count == pitches)
+        return compliance
 
     def _at(self, radius: ArrayLike) -> Array:
         """Columns of the table (..., 7) at radii (...) [m]."""
@@ -467,8 +469,8 @@ def _body(
         return root_compliance(root, NEIGHBOURS, youngs_modulus=E, poisson=nu), shared, ()
     if shape.internal:
         raise ModelError("the fit is for external teeth", path=path, given=under, allowed="ring")
-    own, messages = sainsot_compliance(root, youngs_modulus=E)
-    return np.concatenate([own[None], np.zeros((NEIGHBOURS, 3, 3))]), shared, messages
+    root_alone, messages = sainsot_compliance(root, youngs_modulus=E)
+    return np.concatenate([root_alone[None], np.zeros((NEIGHBOURS, 3, 3))]), shared, messages
 
 
 def _beam(shape: Outline, crossing: Array, gamma: Array, section: int, gear: GearForm) -> tuple[Array, Array, Array]:

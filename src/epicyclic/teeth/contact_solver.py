@@ -64,13 +64,13 @@ def taken(index: Index, n: int) -> Iterator[tuple[slice, Index]]:
 
 def products(matrix: Array, index: Index, vector: Array) -> Array:
     """Products (t, n) of the matrices (P, n, n) of an index (t,) with vectors (t, n)."""
-    found = np.empty_like(vector)
+    product = np.empty_like(vector)
     for at, part in taken(index, matrix.shape[1]):
         if len(part) == 1:
-            np.dot(matrix[part[0]], vector[at.start], out=found[at.start])
+            np.dot(matrix[part[0]], vector[at.start], out=product[at.start])
         else:
-            found[at] = np.matmul(matrix[part], vector[at, :, None])[:, :, 0]
-    return found
+            product[at] = np.matmul(matrix[part], vector[at, :, None])[:, :, 0]
+    return product
 
 
 def solved(matrix: Array, right: Array) -> Array:
@@ -78,17 +78,17 @@ def solved(matrix: Array, right: Array) -> Array:
 
     A matrix that rounding leaves indefinite is solved by Gauss's method.
     """
-    found = np.empty_like(right)
+    solution = np.empty_like(right)
     diagonal = matrix.reshape(len(matrix), -1)[:, :: matrix.shape[1] + 1].copy()
-    for i, one in enumerate(matrix):
-        factor, info = dpotrf(one.T, lower=1, clean=0, overwrite_a=1)
+    for i, single in enumerate(matrix):
+        factor, info = dpotrf(single.T, lower=1, clean=0, overwrite_a=1)
         if info == 0:
-            found[i] = dpotrs(factor, right[i], lower=1)[0]
+            solution[i] = dpotrs(factor, right[i], lower=1)[0]
             continue
         # the factor has taken the place of one triangle and of the diagonal
-        whole = np.tril(one, -1)
-        found[i] = np.linalg.solve(whole + whole.T + np.diag(diagonal[i]), right[i])
-    return found
+        whole = np.tril(single, -1)
+        solution[i] = np.linalg.solve(whole + whole.T + np.diag(diagonal[i]), right[i])
+    return solution
 
 
 def scaled_solution(matrix: Array, index: Index, root: Array, right: Array) -> Array:
@@ -97,18 +97,18 @@ def scaled_solution(matrix: Array, index: Index, root: Array, right: Array) -> A
     root : (t, n) D^1/2; where it is zero the solution is the right side.  right : (t, n, k).
     """
     n = matrix.shape[1]
-    found = np.empty_like(right)
+    solution = np.empty_like(right)
     for at, part in taken(index, n):
         if len(part) == 1:
             i = at.start
-            found[i] = _one_solution(matrix[part[0]], root[i], right[i])
+            solution[i] = _one_solution(matrix[part[0]], root[i], right[i])
             continue
         whole = matrix[part]
         whole *= root[at, :, None]
         whole *= root[at, None, :]
         whole.reshape(len(part), -1)[:, :: n + 1] += 1.0
-        found[at] = solved(whole, right[at])
-    return found
+        solution[at] = solved(whole, right[at])
+    return solution
 
 
 def _one_solution(matrix: Array, root: Array, right: Array) -> Array:
@@ -119,14 +119,14 @@ def _one_solution(matrix: Array, root: Array, right: Array) -> Array:
         whole *= root[:, None]
         whole.reshape(-1)[:: len(root) + 1] += 1.0
         return np.asarray(solved(whole[None], right[None])[0])
-    found = right.copy()
+    solution = right.copy()
     if len(on):
         part = matrix[np.ix_(on, on)]
         part *= root[on]
         part *= root[on, None]
         part.reshape(-1)[:: len(on) + 1] += 1.0
-        found[on] = solved(part[None], right[None, on])[0]
-    return found
+        solution[on] = solved(part[None], right[None, on])[0]
+    return solution
 
 
 # principal pivoting --------------------------------------------------------------------------------------------------
@@ -271,11 +271,11 @@ def solve_linear(
         todo = todo[(changed != on).any(axis=1) & (changed.any(axis=1) | held[todo])]
     for t in todo:  # the sets cycle: one segment at a time, from first touch on
         have = np.flatnonzero(valid[t])
-        found = principal_pivoting(
+        pivoted = principal_pivoting(
             matrices.whole(int(t))[np.ix_(have, have)], gap[t, have], load[t : t + 1], d[t : t + 1]
         )
         force[t] = 0.0
-        force[t, have], d[t] = found[0][0], found[1][0]
+        force[t, have], d[t] = pivoted[0][0], pivoted[1][0]
     pressed = None if own is None else own * force
     return with_residuals(compliance, gap, valid, load, force, d, own=pressed, phase=phase)
 
@@ -301,13 +301,13 @@ def _active_set_solution(
     """Forces (t, n) [N] on the active set, tension included, and approach (t,) [m], at phases (t,)."""
     n = on.shape[1]
     right = np.stack([on.astype(float), np.where(on, gap, 0.0)], axis=2)
-    found = np.empty_like(right)
+    solution = np.empty_like(right)
     for at, part in taken(index, n):
         matrix = np.where(on[at, :, None] & on[at, None, :], matrices.shared[matrices.phase[part]], 0.0)
         own = 0.0 if matrices.own is None else matrices.own[part]
         matrix.reshape(len(part), -1)[:, :: n + 1] += np.where(on[at], own, 1.0)
-        found[at] = solved(matrix, right[at])
-    unit, held = np.moveaxis(found, 2, 0)
+        solution[at] = solved(matrix, right[at])
+    unit, held = np.moveaxis(solution, 2, 0)
     with np.errstate(invalid="ignore", divide="ignore"):
         whole = (load + held.sum(axis=1)) / unit.sum(axis=1)
     d = np.where(np.isnan(load), d, whole)
@@ -339,9 +339,9 @@ def solve_hertzian(
     inverse : forces (T, n) [N] -> own approaches (T, n) [m] of the law, for the first estimate; None: sought.
     phase : (T,) places of the matrices in `compliance` (P, n, n), which several T may share; None: each its own.
     """
-    load, given = _load_or_approach(len(gap), load, approach)
+    load, approaches = _load_or_approach(len(gap), load, approach)
     at_phase = np.arange(len(gap)) if phase is None else phase
-    u, d = _first_estimate(compliance, at_phase, gap, valid, load, given, law, start, inverse)
+    u, d = _first_estimate(compliance, at_phase, gap, valid, load, approaches, law, start, inverse)
     todo = np.flatnonzero(valid.any(axis=1) & ~(load <= 0))
     at = _estimate(compliance, at_phase, gap, valid, load, law, u[todo], d[todo], todo)
     stalled = np.zeros(len(load), dtype=int)
@@ -406,11 +406,11 @@ def _newton_step(
     """Estimate after one Newton step, halved until the residual falls."""
     root = np.sqrt(at.slope)
     right = np.stack([root, root * at.miss], axis=2)
-    one, miss = np.moveaxis(scaled_solution(compliance, phase[index], root, right), 2, 0)
+    unit, miss = np.moveaxis(scaled_solution(compliance, phase[index], root, right), 2, 0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        dd = (at.short + (root * miss).sum(axis=1)) / (root * one).sum(axis=1)
+        dd = (at.short + (root * miss).sum(axis=1)) / (root * unit).sum(axis=1)
     dd = np.where(np.isnan(load[index]), 0.0, dd)
-    pressed = root * (one * dd[:, None] - miss)
+    pressed = root * (unit * dd[:, None] - miss)
     du = np.where(valid[index], dd[:, None] - at.miss - products(compliance, phase[index], pressed), 0.0)
     factor, waiting = np.ones(len(dd)), np.arange(len(dd))
     for _ in range(_HALVINGS):
@@ -459,9 +459,11 @@ def _first_estimate(
     mean = np.where(held, 1.0, np.maximum(load, np.finfo(float).tiny)) / count
     even = np.broadcast_to(mean[:, None], (T, n))
     own = (_approach_at_force(law, even) if inverse is None else inverse(even)) / even
-    found = solve_linear(compliance, gap, valid, np.where(held, 0.0, load), own=own, phase=phase)
-    u = found.approach[:, None] - gap - products(compliance, phase, found.force)
-    return np.where(held[:, None], np.where(way > 0, way / 2, way), np.fmin(u, most)), np.where(held, d, found.approach)
+    linear = solve_linear(compliance, gap, valid, np.where(held, 0.0, load), own=own, phase=phase)
+    u = linear.approach[:, None] - gap - products(compliance, phase, linear.force)
+    return np.where(held[:, None], np.where(way > 0, way / 2, way), np.fmin(u, most)), np.where(
+        held, d, linear.approach
+    )
 
 
 def _approach_at_force(law: Law, force: Array) -> Array:
@@ -536,5 +538,5 @@ def tangent_stiffness(
         unit, _ = _active_set_solution(matrices, each, np.zeros(active.shape), active, np.nan * pressed, pressed)
         return np.asarray(unit.sum(axis=1))
     root = np.sqrt(np.where(active, slope, 0.0))
-    found = scaled_solution(compliance, index, root, root[:, :, None])[:, :, 0]
-    return np.asarray((root * found).sum(axis=1))
+    solution = scaled_solution(compliance, index, root, root[:, :, None])[:, :, 0]
+    return np.asarray((root * solution).sum(axis=1))

@@ -107,14 +107,14 @@ def section_stiffness(mesh: MeshedTeeth, sigma: Array, load: float) -> Array:
     on = (place >= low) & (place <= high)
     at: Array = np.clip(place, low, high)
     radius_a, radius_b = mesh.radii(at)
-    own = _beams(mesh.a, radius_a) + _beams(mesh.b, radius_b) + _contact(mesh, at, radius_a, radius_b, load)
+    beams = _beams(mesh.a, radius_a) + _beams(mesh.b, radius_b) + _contact(mesh, at, radius_a, radius_b, load)
     ahead = pairs[None, :] - pairs[:, None]
     whole = mesh.a.cross(radius_a[:, :, None], radius_a[:, None, :], ahead)
     whole = whole + mesh.b.cross(radius_b[:, :, None], radius_b[:, None, :], -ahead)
     index = np.arange(len(pairs))
-    whole[:, index, index] += own
+    whole[:, index, index] += beams
     both = on[:, :, None] & on[:, None, :]
-    scale = own.max()
+    scale = beams.max()
     matrix = np.where(both, whole / scale, np.eye(len(pairs)))
     shares = np.linalg.solve(matrix, on[:, :, None].astype(float))[:, :, 0]
     return np.asarray(shares.sum(axis=1) / scale)
@@ -148,8 +148,8 @@ def cycle_series(
     """
     low, high = mesh.limits
     if not high - low >= 1:
-        given = f"contact ratio {high - low:.3g}"
-        raise ModelError("contact is lost between tooth pairs", path=path, given=given, allowed="1 or more")
+        ratio = f"contact ratio {high - low:.3g}"
+        raise ModelError("contact is lost between tooth pairs", path=path, given=ratio, allowed="1 or more")
     interference_warnings(mesh, path=path)
     jumps = np.unique(np.concatenate([[0.0, 1.0], np.mod([low, high], 1.0)]))
     middle, half = 0.5 * (jumps[1:] + jumps[:-1]), 0.5 * np.diff(jumps)
@@ -217,9 +217,9 @@ def interference_warnings(
     for depth, (reached, mate), tooth in zip(depths, (names, names[::-1]), (mesh.b, mesh.a), strict=True):
         text = f"the tips of {mate} reach {depth * 1e3:.3g} mm below the involute of {reached}"
         if depth > _REFUSED * tooth.gear.module:
-            given = f"tip radius {tooth.gear.tip * 1e3:.5g} mm"
+            reached_radius = f"tip radius {tooth.gear.tip * 1e3:.5g} mm"
             allowed = "a shorter tip, or another profile shift"
-            raise ModelError(f"{text}: they interfere", path=path, given=given, allowed=allowed)
+            raise ModelError(f"{text}: they interfere", path=path, given=reached_radius, allowed=allowed)
         if depth > _WARNED * tooth.gear.module:
             warnings.append(coded("tips-below-involute", f"{text}; the fillet is taken as involute there"))
     return tuple(warnings)

@@ -19,12 +19,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError
 from .compliance import ToothCompliance, tooth_compliance
-from .contact_lines import PlaneOfAction
-from .flank import PLAIN, Flank, check_flank
+from .form import PLAIN, Flank, GearForm, check_flank
 from .mesh_stiffness import ToothPair
-from .outline import GearForm
+from .path_of_contact import PlaneOfAction
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 # Most Newton steps of `load`; they stop at rounding.  From below they converge for every approach in the range.
 _STEPS = 40
@@ -48,6 +48,10 @@ class LineContact:
     def compliance(self) -> float:
         """Compliance 1/E* = sum (1 - nu^2)/E of both bodies [1/Pa]."""
         return np.pi * self.A
+
+    def at(self, index: Index) -> LineContact:
+        """The line contact at some of the places, an index of their first axis."""
+        return LineContact(A=self.A, B=self.B[index], radius=self.radius[index])
 
 
 def line_contact(

@@ -1,4 +1,4 @@
-"""Loaded tooth contact analysis of one pair of gears on one helix: over a mesh cycle, at several loads.
+"""Loaded tooth contact analysis of one pair of gears on one helix, and of many micro-geometries of one pair at once.
 
     result = loaded_contact(pair, [10e3, 20e3], np.arange(50) / 50)
     result.transmission_error, result.tangent, result.load_per_length()
@@ -16,6 +16,8 @@ approach d(F, sigma).  The linear model at an operating load F_0 has the tangent
     f = k(sigma) (d - e(sigma)),   k = dF/dd at F_0,   e = d(F_0, sigma) - F_0/k(sigma)
 
 and so the exact loaded transmission error at F_0 (derived here).  The table holds d - e over all loads beside it.
+
+Many micro-geometries of one pair have one compliance and many initial gaps.
 """
 
 from __future__ import annotations
@@ -29,13 +31,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError
 from . import gear_pair
-from .contact_lines import LineWindows, contact_lines, corner_reach, line_windows, tip_separation
 from .contact_solver import ContactSolution, products, solve_hertzian, solve_linear, tangent_stiffness, with_residuals
 from .gear_pair import ContactPair, Torsion
 from .mesh_stiffness import DEFAULT_HARMONICS, ContactTable, evaluate_series, table_series
-from .segments import ContactSegments, contact_segments, initial_gap
+from .path_of_contact import LineWindows, contact_lines, corner_reach, line_windows, tip_separation
+from .segments import ContactSegments, contact_segments, initial_gap, microgeometry_gaps
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 # Loads of a table rise as squares, (i / _OPERATING)^2 times the operating load, which is one of them.
 _STEPS, _OPERATING = 20, 12
@@ -165,18 +168,18 @@ def loaded_segments(
     Segments of `with_microgeometry` share the compliance of those they were made from.  tangents : compute the tangent
     stiffness; else it is nan.
     """
-    given = np.atleast_1d(np.asarray(loads, dtype=float))
-    wanted = np.broadcast_to(given.reshape(len(given), -1), (len(given), len(segments.sigma)))
+    stated = np.atleast_1d(np.asarray(loads, dtype=float))
+    wanted = np.broadcast_to(stated.reshape(len(stated), -1), (len(stated), len(segments.sigma)))
     if not (np.isfinite(wanted).all() and (wanted >= 0).all()):
-        raise ModelError("a load on the teeth", path="loads", given=given.tolist(), allowed="0 or more [N]")
-    if compiled and segments.line is None and given.ndim == 1:
-        return _result(segments, _compiled(segments, given), tangents)
-    found: dict[int, ContactSolution] = {}
+        raise ModelError("a load on the teeth", path="loads", given=stated.tolist(), allowed="0 or more [N]")
+    if compiled and segments.line is None and stated.ndim == 1:
+        return _result(segments, _compiled(segments, stated), tangents)
+    solutions: dict[int, ContactSolution] = {}
     solved: list[tuple[Array, Array]] = []
     for i in np.argsort(wanted.max(axis=1), kind="stable").tolist():
-        found[i] = _solution(segments, wanted[i], _extrapolated(solved, wanted[i]))
-        solved = [*solved[-1:], (wanted[i], _own_approach(segments, found[i]))] if (wanted[i] > 0).all() else []
-    return _result(segments, [found[i] for i in range(len(wanted))], tangents)
+        solutions[i] = _solution(segments, wanted[i], _extrapolated(solved, wanted[i]))
+        solved = [*solved[-1:], (wanted[i], _own_approach(segments, solutions[i]))] if (wanted[i] > 0).all() else []
+    return _result(segments, [solutions[i] for i in range(len(wanted))], tangents)
 
 
 def harmonics(values: Array, count: int) -> NDArray[np.complex128]:
@@ -185,11 +188,11 @@ def harmonics(values: Array, count: int) -> NDArray[np.complex128]:
     values = Re sum_l c_l exp(2 pi i l sigma), l = 0 .. count; orders that the samples do not resolve are 0.
     """
     spectrum = np.fft.rfft(values, axis=-1) / values.shape[-1]
-    found = np.zeros((*values.shape[:-1], count + 1), complex)
+    amplitudes = np.zeros((*values.shape[:-1], count + 1), complex)
     most = min(count + 1, (values.shape[-1] + 1) // 2)
-    found[..., :most] = spectrum[..., :most]
-    found[..., 1:] *= 2
-    return found
+    amplitudes[..., :most] = spectrum[..., :most]
+    amplitudes[..., 1:] *= 2
+    return amplitudes
 
 
 def _solution(segments: ContactSegments, load: Array, start: Array | None) -> ContactSolution:
@@ -237,34 +240,36 @@ def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:
     ]
 
 
-def _own_approach(segments: ContactSegments, found: ContactSolution) -> Array:
+def _own_approach(segments: ContactSegments, solution: ContactSolution) -> Array:
     """Approach of the line contacts themselves, (T, n) [m]."""
-    shared = products(segments.compliance, np.arange(len(found.force)), found.force)
-    return np.asarray(found.approach[:, None] - segments.gap - shared)
+    shared = products(segments.compliance, np.arange(len(solution.force)), solution.force)
+    return np.asarray(solution.approach[:, None] - segments.gap - shared)
 
 
-def _result(segments: ContactSegments, found: list[ContactSolution], tangents: bool) -> LoadedContact:
-    force = np.array([one.force for one in found])
-    approach = np.array([one.approach for one in found])
+def _result(segments: ContactSegments, solutions: list[ContactSolution], tangents: bool) -> LoadedContact:
+    force = np.array([solution.force for solution in solutions])
+    approach = np.array([solution.approach for solution in solutions])
     return LoadedContact(
         segments=segments,
         load=force.sum(axis=2),
         force=segments.spread(force),
         approach=approach,
         no_load=segments.no_load,
-        tangent=np.array([_tangent(segments, one) for one in found]) if tangents else np.full(approach.shape, np.nan),
-        residual=np.array([one.residual for one in found]),
-        status=np.array([one.status for one in found]),
+        tangent=np.array([_tangent(segments, solution) for solution in solutions])
+        if tangents
+        else np.full(approach.shape, np.nan),
+        residual=np.array([solution.residual for solution in solutions]),
+        status=np.array([solution.status for solution in solutions]),
         corner=_corner(segments, approach),
     )
 
 
-def _tangent(segments: ContactSegments, found: ContactSolution) -> Array:
+def _tangent(segments: ContactSegments, solution: ContactSolution) -> Array:
     """Tangent stiffness dF/dd, (T,) [N/m]."""
     if segments.line is None:
-        return tangent_stiffness(segments.compliance, found.active)
-    slope = segments.law(_own_approach(segments, found), np.arange(len(found.force)))[1]
-    return tangent_stiffness(segments.compliance, found.active, slope)
+        return tangent_stiffness(segments.compliance, solution.active)
+    slope = segments.law(_own_approach(segments, solution), np.arange(len(solution.force)))[1]
+    return tangent_stiffness(segments.compliance, solution.active, slope)
 
 
 def _corner(segments: ContactSegments, approach: Array) -> Array:
@@ -304,12 +309,12 @@ def mirrored(pair: ContactPair) -> ContactPair:
 
 def first_images(pairs: Sequence[ContactPair], sigma: Sequence[Array]) -> list[int]:
     """Of every pair the number of the first one that it mirrors, at the same places sigma (T,), or its own number."""
-    found: list[int] = []
+    images: list[int] = []
     for i, pair in enumerate(pairs):
         image = mirrored(pair)
         same = (j for j in range(i) if np.array_equal(sigma[i], sigma[j]) and _equal(image, pairs[j]))
-        found.append(next(same, i))
-    return found
+        images.append(next(same, i))
+    return images
 
 
 def all_segments(pairs: Sequence[ContactPair], sigma: Sequence[Array]) -> list[ContactSegments]:
@@ -319,28 +324,28 @@ def all_segments(pairs: Sequence[ContactPair], sigma: Sequence[Array]) -> list[C
     ------
     ModelError : as of `contact_segments`.
     """
-    found: list[ContactSegments] = []
+    segments: list[ContactSegments] = []
     for i, first in enumerate(first_images(pairs, sigma)):
         pair = pairs[i]
-        found.append(contact_segments(pair, sigma[i]) if first == i else _mirrored_segments(found[first], pair))
-    return found
+        segments.append(contact_segments(pair, sigma[i]) if first == i else _mirrored_segments(segments[first], pair))
+    return segments
 
 
 def all_loaded(segments: Sequence[ContactSegments], loads: ArrayLike, *, tangents: bool) -> list[LoadedContact]:
     """`loaded_segments` of all segments at the same loads (F,) [N]; mirror images are solved once."""
-    images = first_images([one.pair for one in segments], [one.sigma for one in segments])
-    found: list[LoadedContact] = []
-    for one, first in zip(segments, images, strict=True):
-        if first == len(found):
-            found.append(loaded_segments(one, loads, tangents=tangents))
+    images = first_images([helix.pair for helix in segments], [helix.sigma for helix in segments])
+    contacts: list[LoadedContact] = []
+    for helix, first in zip(segments, images, strict=True):
+        if first == len(contacts):
+            contacts.append(loaded_segments(helix, loads, tangents=tangents))
         else:
-            found.append(replace(found[first], segments=one, force=found[first].force[..., ::-1]))
-    return found
+            contacts.append(replace(contacts[first], segments=helix, force=contacts[first].force[..., ::-1]))
+    return contacts
 
 
-def _equal(one: ContactPair, other: ContactPair) -> bool:
+def _equal(pair: ContactPair, other: ContactPair) -> bool:
     """Whether two pairs are the same in every field; teeth are the same objects."""
-    return all(getattr(one, name) == getattr(other, name) for name in one.__dataclass_fields__)
+    return all(getattr(pair, name) == getattr(other, name) for name in pair.__dataclass_fields__)
 
 
 def _mirrored_torsion(torsion: Torsion | None) -> Torsion | None:
@@ -382,16 +387,16 @@ def contact_table(pair: ContactPair, load: float, *, samples: int = 50, count: i
         raise ModelError("is no mesh force to take the stiffness at", given=load, allowed="above 0 N")
     sigma = np.arange(samples) / samples
     force = load * (np.arange(_STEPS + 1) / _OPERATING) ** 2
-    found = loaded_contact(pair, force[1:], sigma)
-    if (found.status != "").any():
-        raise ModelError("tooth contact found no solution", given=str(found.status[found.status != ""][0]))
-    tangent = found.tangent
+    contact = loaded_contact(pair, force[1:], sigma)
+    if (contact.status != "").any():
+        raise ModelError("tooth contact found no solution", given=str(contact.status[contact.status != ""][0]))
+    tangent = contact.tangent
     mean, series = table_series(tangent[_OPERATING - 1])
     series = series[:count]
     linear = mean * evaluate_series(series, sigma)
-    error = harmonics(found.approach[_OPERATING - 1] - load / linear, count)
+    error = harmonics(contact.approach[_OPERATING - 1] - load / linear, count)
     wave = np.exp(2j * np.pi * np.outer(sigma, np.arange(len(error))))
-    gap = np.vstack([found.no_load, found.approach]).T - (wave @ error).real[:, None]
+    gap = np.vstack([contact.no_load, contact.approach]).T - (wave @ error).real[:, None]
     return ContactTable(
         load=load,
         stiffness=mean,
@@ -414,3 +419,175 @@ def _slopes(gap: Array, force: Array, tangent: Array) -> Array:
     slope[:, 1:] = np.minimum(slope[:, 1:], 3 * secant)
     slope[:, :-1] = np.minimum(slope[:, :-1], 3 * secant)
     return slope
+
+
+# many micro-geometries -----------------------------------------------------------------------------------------------
+
+# Most matrix entries solved at once; a larger batch is bound by memory.
+_AT_ONCE = 4_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MicrogeometryContact:
+    """Loaded contact of S micro-geometries at F loads and T phases.
+
+    approach : (S, F, T) along the normal [m].  tangent : (S, F, T) dF/dd [N/m]; nan where not requested.
+    largest_load : (S, F) force per length [N/m], means over a length as of `LoadedContact.largest_load`; nan where not
+    requested.  residual : (S, F) of the contact conditions [1].  solved : (S, F) whether every phase converged.
+    """
+
+    approach: Array
+    tangent: Array
+    largest_load: Array
+    residual: Array
+    solved: NDArray[np.bool_]
+
+
+def microgeometry_contact(
+    segments: ContactSegments,
+    pairs: Sequence[ContactPair],
+    loads: ArrayLike,
+    *,
+    tangents: bool = False,
+    largest: bool = True,
+) -> MicrogeometryContact:
+    """Loaded contact of pairs that differ in their initial gaps alone, at loads common to all.
+
+    Parameters
+    ----------
+    segments : of one of them, by `contact_segments`.  pairs : (S,).
+    loads : (F,) forces normal to the tooth, above 0 [N].  tangents : compute the tangent stiffness too.
+    largest : compute the largest load per length too.
+
+    Raises
+    ------
+    ModelError : micro-geometry that does not fit its flank.
+    """
+    force = np.sort(np.atleast_1d(np.asarray(loads, dtype=float)))
+    order = np.argsort(np.argsort(np.atleast_1d(np.asarray(loads, dtype=float)), kind="stable"))
+    T, n = segments.gap.shape
+    gaps = microgeometry_gaps(segments, pairs)
+    first = _spread_out(gaps, round(math.sqrt(len(gaps))))
+    rest = np.setdiff1d(np.arange(len(gaps)), first)
+    count = max(1, _AT_ONCE // (T * n * n))
+    parts: list[MicrogeometryContact] = []
+    heads: list[Array] = []
+    for members in (first, rest):
+        # own approaches (H, F, T, n) of the first, from the nearest of which the rest start; nan where not solved
+        near = np.concatenate(heads) if heads else np.zeros((0, len(force), T, n))
+        reached = np.flatnonzero(np.isfinite(near[:, 0, 0, 0]))
+        for i in range(0, len(members), count):
+            at = members[i : i + count]
+            start: Array | None = None
+            if reached.size:
+                apart = np.array([_distance(gaps[at], gaps[k]) for k in first[reached]])
+                start = near[reached[apart.argmin(axis=0)]]
+            part, own = _solutions(segments, gaps[at], force, start, tangents, largest)
+            parts.append(part)
+            if members is first and segments.line is not None:
+                whole = np.asarray(part.solved.all(axis=1))
+                heads.append(np.where(whole[:, None, None, None], own, np.nan))
+    back = np.argsort(np.concatenate([first, rest]), kind="stable")
+
+    def gathered(values: Sequence[Array]) -> Array:
+        return np.concatenate(values)[back][:, order]
+
+    return MicrogeometryContact(
+        approach=gathered([part.approach for part in parts]),
+        tangent=gathered([part.tangent for part in parts]),
+        largest_load=gathered([part.largest_load for part in parts]),
+        residual=gathered([part.residual for part in parts]),
+        solved=np.concatenate([part.solved for part in parts])[back][:, order],
+    )
+
+
+def _spread_out(gaps: Array, count: int) -> Index:
+    """Indices (count,) of micro-geometries of gaps (S, T, n) [m], each the farthest from those before."""
+    chosen = np.zeros(count, np.int64)
+    nearest = np.full(len(gaps), np.inf)
+    for k in range(1, count):
+        nearest = np.minimum(nearest, _distance(gaps, gaps[chosen[k - 1]]))
+        chosen[k] = np.argmax(nearest)
+    return np.unique(chosen)
+
+
+def _distance(gaps: Array, other: Array) -> Array:
+    """Distance (S,) [m] of gaps (S, T, n) from others (T, n), beside a shift that is common to all."""
+    apart = (gaps - other).reshape(len(gaps), -1)
+    return np.asarray(apart.std(axis=1))
+
+
+def _solutions(
+    segments: ContactSegments, gaps: Array, loads: Array, near: Array | None, tangents: bool, largest: bool
+) -> tuple[MicrogeometryContact, Array]:
+    """Contact of initial gaps (S, T, n) [m] at rising loads (F,) [N], and own approaches (S, F, T, n) [m].
+
+    near : own approaches (S, F, T, n) [m] to start from.  tangents, largest : as of `microgeometry_contact`.  With a
+    linear law there are no own approaches.
+    """
+    S, T, n = gaps.shape
+    compliance = segments.compliance
+    valid = np.broadcast_to(segments.valid, (S, T, n)).reshape(-1, n)
+    gap, phase = gaps.reshape(-1, n), np.tile(np.arange(T), S)
+    solutions: list[tuple[ContactSolution, Array, Array]] = []
+    own: Array | None = None
+    for place, load in enumerate(loads):
+        tangent = np.full(S * T, np.nan)
+        if segments.line is None:
+            solution = solve_linear(compliance, gap, valid, np.full(S * T, load), phase=phase)
+            tangent = tangent_stiffness(compliance, solution.active, phase=phase) if tangents else tangent
+            solutions.append((solution, tangent, np.zeros((0, n))))
+            continue
+        solution = _hertzian(segments, gap, phase, load, own if near is None else near[:, place].reshape(-1, n))
+        own = solution.approach[:, None] - gap - products(compliance, phase, solution.force)
+        if tangents:
+            tangent = tangent_stiffness(compliance, solution.active, segments.law(own, phase)[1], phase=phase)
+        solutions.append((solution, tangent, own))
+
+    def shaped(values: list[Array]) -> Array:
+        return np.moveaxis(np.array(values).reshape(len(loads), S, -1), 0, 1)
+
+    most = np.full((S, len(loads)), np.nan)
+    if largest:
+        windows = line_windows(segments.pair.plane, segments.lines)
+        for place, (solution, _, _) in enumerate(solutions):
+            spread = segments.spread(solution.force.reshape(S, T, n))
+            most[:, place] = windows.mean(spread).max(axis=(1, 2, 3))
+    part = MicrogeometryContact(
+        approach=shaped([solution.approach for solution, _, _ in solutions]),
+        tangent=shaped([tangent for _, tangent, _ in solutions]),
+        largest_load=most,
+        residual=shaped([solution.residual for solution, _, _ in solutions]).max(axis=2),
+        solved=np.asarray(shaped([solution.status == "" for solution, _, _ in solutions]).all(axis=2)),
+    )
+    return part, shaped([own for _, _, own in solutions]).reshape(S, len(loads), -1, n)
+
+
+def _hertzian(segments: ContactSegments, gap: Array, phase: Index, load: float, start: Array | None) -> ContactSolution:
+    """Contact of initial gaps (t, n) [m] at phases (t,) under a load [N].
+
+    start : own approaches (t, n) [m] of a near state.  Where Newton's method does not come from there to the solution,
+    it starts from its own first estimate.
+    """
+
+    def solve(rows: Index, begin: Array | None) -> ContactSolution:
+        at = phase[rows]
+        return solve_hertzian(
+            segments.compliance,
+            gap[rows],
+            segments.valid[at],
+            np.full(len(rows), load),
+            lambda u, index: segments.law(u, at[index]),
+            start=begin,
+            inverse=lambda force: segments.own_approach(force, at),
+            phase=at,
+        )
+
+    solution = solve(np.arange(len(gap)), start)
+    missed = np.flatnonzero(solution.status == "not converged")
+    if start is None or not missed.size:
+        return solution
+    again = solve(missed, None)
+    for name in solution.__dataclass_fields__:
+        getattr(solution, name)[missed] = getattr(again, name)
+    return solution

@@ -26,8 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
-from .flank import PLAIN, Flank
-from .outline import GearForm
+from .form import PLAIN, Flank, GearForm
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -379,23 +378,23 @@ class ForceCurve:
 
     def inverse(self, force: ArrayLike) -> tuple[Array, Array]:
         """Deflection [m, rad] and slope [N/m, N m/rad] at forces (P,) from 0 up, each (P,)."""
-        given = np.asarray(force, dtype=float)
+        forces = np.asarray(force, dtype=float)
         x, f, k = (np.array(values) for values in (self.deflection, self.force, self.slope))
-        cell = np.clip(np.searchsorted(f, given, side="right") - 1, 0, len(f) - 2)
+        cell = np.clip(np.searchsorted(f, forces, side="right") - 1, 0, len(f) - 2)
         h, f0, f1, k0, k1 = x[cell + 1] - x[cell], f[cell], f[cell + 1], k[cell], k[cell + 1]
-        low, high = np.zeros_like(given), np.ones_like(given)
-        t = np.clip((given - f0) / (f1 - f0), 0.0, 1.0)
+        low, high = np.zeros_like(forces), np.ones_like(forces)
+        t = np.clip((forces - f0) / (f1 - f0), 0.0, 1.0)
         for _ in range(_SEARCH):
             value, rate = _hermite(t, h, f0, f1, k0, k1)
-            low, high = np.where(value < given, t, low), np.where(value < given, high, t)
-            trial = t - (value - given) / np.where(rate > 0, h * rate, 1.0)
+            low, high = np.where(value < forces, t, low), np.where(value < forces, high, t)
+            trial = t - (value - forces) / np.where(rate > 0, h * rate, 1.0)
             trial = np.where((rate > 0) & (trial >= low) & (trial <= high), trial, (low + high) / 2)
             change, t = np.abs(trial - t).max(initial=0.0), trial
             if change <= _PLACE:
                 break
-        t = np.where(given <= f0, 0.0, np.where(given >= f1, 1.0, t))
-        slope = np.where(given >= f[-1], k[-1], _hermite(t, h, f0, f1, k0, k1)[1])
-        return x[cell] + t * h + np.maximum(given - f[-1], 0.0) / k[-1], slope
+        t = np.where(forces <= f0, 0.0, np.where(forces >= f1, 1.0, t))
+        slope = np.where(forces >= f[-1], k[-1], _hermite(t, h, f0, f1, k0, k1)[1])
+        return x[cell] + t * h + np.maximum(forces - f[-1], 0.0) / k[-1], slope
 
 
 def force_curve(deflection: Sequence[float], force: Sequence[float]) -> ForceCurve:
@@ -460,8 +459,8 @@ def _common_forces(curves: Sequence[ForceCurve], load: float) -> Array:
     """
     if all(curve.force == curves[0].force for curve in curves):
         return np.array(curves[0].force)
-    given = np.concatenate([curve.force for curve in curves])
-    every: Array = np.unique([*given, min(load, given.max())])
+    forces = np.concatenate([curve.force for curve in curves])
+    every: Array = np.unique([*forces, min(load, forces.max())])
     every = every[np.concatenate([[True], np.diff(every) > _SAME * every[-1]])]
     first = np.linspace(0, len(every) - 1, _LOADS + 1).astype(int)
     chosen = np.unique([*first, np.argmin(np.abs(every - load))])

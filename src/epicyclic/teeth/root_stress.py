@@ -33,9 +33,9 @@ from scipy.interpolate import CubicSpline
 from scipy.sparse.linalg import splu
 
 from .compliance import ToothCompliance, face_coupling
-from .contact_lines import PlaneOfAction
+from .form import GearForm, Outline, tooth_outline
 from .gear_pair import ContactPair, ElasticTooth
-from .outline import GearForm, Outline, tooth_outline
+from .path_of_contact import PlaneOfAction
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -112,11 +112,11 @@ def stiffness_matrix(points: Array, cells: Index, poisson: float) -> sparse.csc_
     B = np.zeros((*jacobian.shape[:2], 3, 18))
     B[..., 0, 0::2] = B[..., 2, 1::2] = gradient[..., 0, :]
     B[..., 1, 1::2] = B[..., 2, 0::2] = gradient[..., 1, :]
-    own = np.einsum("mgai,ab,mgbj,mg->mij", B, D, B, np.abs(size) * weight, optimize=True)
+    of_cells = np.einsum("mgai,ab,mgbj,mg->mij", B, D, B, np.abs(size) * weight, optimize=True)
     freedom = (2 * cells[:, :, None] + np.arange(2)).reshape(len(cells), 18)
     row, column = np.repeat(freedom, 18, axis=1).ravel(), np.tile(freedom, (1, 18)).ravel()
     count = 2 * len(points)
-    return sparse.csc_matrix((own.ravel(), (row, column)), shape=(count, count))
+    return sparse.csc_matrix((of_cells.ravel(), (row, column)), shape=(count, count))
 
 
 # influence function --------------------------------------------------------------------------------------------------
@@ -144,8 +144,8 @@ class RootInfluence:
 
     def amounts(self, radius: ArrayLike) -> Array:
         """Amounts of the modes (..., 2 REACH + 1, R) [1/m] of loads at radii (...) [m]."""
-        found = self.table(np.clip(radius, *self.limits))
-        return np.asarray(found).reshape(*np.shape(radius), 2 * REACH + 1, -1)
+        amounts = self.table(np.clip(radius, *self.limits))
+        return np.asarray(amounts).reshape(*np.shape(radius), 2 * REACH + 1, -1)
 
 
 def fillet_stress(influence: RootInfluence, radius: ArrayLike, *, ahead: int = 0) -> Array:
@@ -283,9 +283,9 @@ def _growing(count: int, length: float, first: float) -> Array:
 
 def _middles(ends: Array) -> Array:
     """Ends of elements with the middle of each between them."""
-    found = np.empty(2 * len(ends) - 1)
-    found[::2], found[1::2] = ends, 0.5 * (ends[1:] + ends[:-1])
-    return found
+    places = np.empty(2 * len(ends) - 1)
+    places[::2], places[1::2] = ends, 0.5 * (ends[1:] + ends[:-1])
+    return places
 
 
 def _normal_load(mesh: _PitchMesh, outline: Outline, radius: float, half: float) -> Array:
@@ -338,13 +338,13 @@ def _gear_stress(mesh: _PitchMesh, force: Array, poisson: float, teeth: int) -> 
     whole = S[:m, :m] + S[m:, m:] + e * S[:m, m:] + S[m:, :m] / e
     moved = np.linalg.solve(whole, f[:m] + f[m:] / e)
     to_stress = stress[:, sides].toarray() - stress[:, inner] @ by_side
-    found = []
+    stresses = []
     for tooth in range(REACH, -REACH - 1, -1):  # number, clockwise from the loaded one: the load is so many behind
         turned = np.exp(1j * phase * tooth)[:, None, None]
         left, right = ((moved * turn).mean(axis=0).real for turn in (turned, turned * e))
-        found.append(to_stress @ np.concatenate([left, right]))
-    found[REACH] += stress[:, inner] @ by_load
-    return np.array(found).reshape(2 * REACH + 1, 2, len(place), -1), place, lean
+        stresses.append(to_stress @ np.concatenate([left, right]))
+    stresses[REACH] += stress[:, inner] @ by_load
+    return np.array(stresses).reshape(2 * REACH + 1, 2, len(place), -1), place, lean
 
 
 def _freedoms(nodes: Index) -> Index:
@@ -472,9 +472,9 @@ def _on_teeth(amounts: Array, load: Array, sense: int) -> Array:
     amounts : (t, J, K, 2 REACH + 1, R) per load [1/m].
     """
     J = load.shape[1]
-    found = np.zeros((*load.shape, amounts.shape[-1]))
+    on_teeth = np.zeros((*load.shape, amounts.shape[-1]))
     for moved in range(J):
         for loaded in range(max(0, moved - REACH), min(J, moved + REACH + 1)):
             ahead = REACH + sense * (loaded - moved)
-            found[:, moved] += load[:, loaded, :, None] * amounts[:, loaded, :, ahead]
-    return found
+            on_teeth[:, moved] += load[:, loaded, :, None] * amounts[:, loaded, :, ahead]
+    return on_teeth

@@ -1,4 +1,4 @@
-"""Segments of the contact lines of a pair: initial gaps, line contact, and the compliance that they share.
+"""Segments of the contact lines of a pair, and their contact as a potential of three rows.
 
 Displacement along the normal of a segment i under forces P_k of all segments in mesh:
 
@@ -14,6 +14,14 @@ deflection is known as means over even cells, several to a slice.  The parabola 
 neighbours gives the mean over any part of the cell, to third order in its width (derived here).  With the weights W of
 that mean, W C W' is the compliance between parts: W takes displacement to the parts and, transposed, their loads to
 the cells with the same work, resultant and moment.  It is as positive as C, and exact for whole slices.
+
+Their contact is one convex potential of the approaches of three rows of the plane of action.  The approach of a segment
+is linear over the plane: w = c . y, with y the approaches at both ends of the face and at one
+place along the line of action.  The loads P >= 0 of the segments maximise (derived here)
+
+    Phi(y) = (c y - g) . P - P . C P/2 - sum int u_i dP_i
+
+so that c' P is the gradient of Phi, and c' (C + du/dP)^-1 c over the loaded segments its derivative.
 """
 
 from __future__ import annotations
@@ -27,9 +35,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import gear_pair
 from .compliance import face_coupling
-from .contact_lines import ContactLines, PlaneOfAction, contact_lines, corner_reach, tip_separation
-from .flank import lead_modification, profile_modification
+from .contact_solver import ContactSolution, products, scaled_solution, solve_hertzian, solve_linear, solved
+from .form import lead_modification, profile_modification
 from .gear_pair import ContactPair, ElasticTooth, check_pair
+from .path_of_contact import ContactLines, PlaneOfAction, contact_lines, corner_reach, tip_separation
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -126,12 +135,12 @@ def between_parts(coupling: Array, parts: FaceParts) -> Iterator[Array]:
     # of every different part with the whole slices, which are nearly all
     sliced = moved @ parts.weight[:K].T
     for row, column in zip(parts.row, parts.column, strict=True):
-        found = np.take(sliced[row], np.minimum(row, K - 1), axis=1)
+        between = np.take(sliced[row], np.minimum(row, K - 1), axis=1)
         at = column[column < n]
         if at.size:
-            found[:, at] = found[at].T
-            found[np.ix_(at, at)] = moved[row[at]] @ parts.weight[row[at]].T
-        yield found
+            between[:, at] = between[at].T
+            between[np.ix_(at, at)] = moved[row[at]] @ parts.weight[row[at]].T
+        yield between
 
 
 # segments ------------------------------------------------------------------------------------------------------------
@@ -166,8 +175,7 @@ class ContactSegments:
 
     def law(self, approach: Array, phases: Index) -> tuple[Array, Array]:
         """Force (t, n) [N] and slope (t, n) [N/m] of the line contacts at own approaches (t, n) [m], phases (t,)."""
-        own = self.contact
-        p, slope = gear_pair.load(gear_pair.LineContact(A=own.A, B=own.B[phases], radius=own.radius[phases]), approach)
+        p, slope = gear_pair.load(self.contact.at(phases), approach)
         return p * self.length[phases], slope * self.length[phases]
 
     def own_approach(self, force: Array, phases: Index) -> Array:
@@ -175,10 +183,9 @@ class ContactSegments:
 
         Beyond half the load per length at which that of [weber1953] is largest it is that of the half.
         """
-        line = replace(self.contact, B=self.contact.B[phases], radius=self.contact.radius[phases])
-        return gear_pair.approach(
-            line, np.minimum(force / self.length[phases], _OF_LARGEST * gear_pair.largest_load(line))
-        )
+        line = self.contact.at(phases)
+        most = _OF_LARGEST * gear_pair.largest_load(line)
+        return gear_pair.approach(line, np.minimum(force / self.length[phases], most))
 
     def spread(self, values: Array) -> Array:
         """Values (..., T, n) of the segments spread over all lines, (..., T, J, K); 0 elsewhere."""
@@ -313,12 +320,12 @@ def _plane_compliance(gear: ElasticTooth, radius: Array, bending: Array, ahead: 
 
     radius : (n,) of the segments [m].  bending : (n,) of tooth and body at these [m^2/N].  ahead : (n, n) pitches.
     """
-    found = gear.cross(radius[:, None], radius[None, :], ahead)
+    compliance = gear.cross(radius[:, None], radius[None, :], ahead)
     # at the root of a ring no tooth remains between the load and the body
-    root = np.sqrt(np.maximum(bending - np.diagonal(found), 0.0))
-    found += (ahead == 0) * (root[:, None] * root)
-    found -= gear.shared
-    return found
+    root = np.sqrt(np.maximum(bending - np.diagonal(compliance), 0.0))
+    compliance += (ahead == 0) * (root[:, None] * root)
+    compliance -= gear.shared
+    return compliance
 
 
 def _twisted(pair: ContactPair, centre: Array) -> Array | None:
@@ -332,8 +339,8 @@ def _twisted(pair: ContactPair, centre: Array) -> Array | None:
             continue
         away = centre - face[0] if torsion.end == "left" else face[1] - centre
         lever = (base * math.cos(plane.base_helix)) ** 2 / torsion.rigidity
-        own = lever * np.minimum(away[:, None], away[None, :])
-        whole = own if whole is None else whole + own
+        twist = lever * np.minimum(away[:, None], away[None, :])
+        whole = twist if whole is None else whole + twist
     return whole
 
 
@@ -393,3 +400,100 @@ def _gap_at(pair: ContactPair, at: _Places) -> Array:
         if flank.pitch:
             total = total + np.asarray(flank.pitch)[at.number % pair.teeth[gear]]
     return np.asarray(total)
+
+
+# potential of three rows ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RowStations:
+    """Stations of the three rows [m]: left and right along the face from the middle of the mesh, and along the path.
+
+    The first two are at the pitch point, the third at the middle of the mesh.
+    """
+
+    left: float
+    right: float
+    along: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RowResponse:
+    """Response of three rows at t phases.
+
+    force : (t, 3) of the rows [N].  tangent : (t, 3, 3) [N/m].  energy : (t,) [J].  segment : (t, n) forces of the
+    segments [N].  own : (t, n) approach of the line contacts themselves [m].  residual : (t,) [1].
+    """
+
+    force: Array
+    tangent: Array
+    energy: Array
+    segment: Array
+    own: Array
+    residual: Array
+
+
+def row_weights(segments: ContactSegments, at: RowStations) -> Array:
+    """Weights c of the rows for every segment, (T, n, 3) [1]; the sum over the rows is 1."""
+    along = np.take_along_axis(segments.lines.sigma.reshape(len(segments.index), -1), segments.index, axis=1)
+    third = along * segments.pair.plane.base_pitch / at.along
+    right = (segments.zeta - at.left - third * (0.0 - at.left)) / (at.right - at.left)
+    return np.stack([1.0 - right - third, right, third], axis=-1)
+
+
+def row_response(
+    segments: ContactSegments, weight: Array, rows: Array, phases: Index, *, start: Array | None = None
+) -> RowResponse:
+    """Forces, tangent and energy of the segments at given approaches of the rows.
+
+    Parameters
+    ----------
+    weight : (T, n, 3) as of `row_weights`.  rows : (t, 3) approaches [m] at phases (t,).  start : (t, n) own approaches
+        of a near call [m].
+    """
+    c, valid = weight[phases], segments.valid[phases]
+    gap = np.where(valid, segments.gap[phases] - np.matmul(c, rows[:, :, None])[:, :, 0], 0.0)
+    zero = np.zeros(len(phases))
+    model = (segments.compliance, gap, valid, None)
+    if segments.line is None:
+        return _response(segments, c, solve_linear(*model, approach=zero, phase=phases), None, phases)
+    solution = solve_hertzian(*model, lambda u, i: segments.law(u, phases[i]), approach=zero, start=start, phase=phases)
+    own = -gap - products(segments.compliance, phases, solution.force)
+    return _response(segments, c, solution, own, phases)
+
+
+def _response(
+    segments: ContactSegments, c: Array, solution: ContactSolution, own: Array | None, phases: Index
+) -> RowResponse:
+    """Forces, tangent and energy of the rows from the solution of the segments.
+
+    c : (t, n, 3) [1].  own : (t, n) own approaches [m], None with a linear law.  phases : (t,).
+    """
+    P, on = solution.force, solution.active
+    shared = 0.5 * (P * products(segments.compliance, phases, P)).sum(axis=1)
+    if own is None:
+        matrix = np.where(on[:, :, None] & on[:, None, :], segments.compliance[phases], np.eye(on.shape[1]))
+        held = np.where(on[:, :, None], c, 0.0)
+        tangent = np.matmul(held.transpose(0, 2, 1), solved(matrix, held))
+        energy, state = shared, np.zeros_like(P)
+    else:
+        root = np.sqrt(np.where(on, segments.law(own, phases)[1], 0.0))
+        held = root[:, :, None] * c
+        tangent = np.matmul(held.transpose(0, 2, 1), scaled_solution(segments.compliance, phases, root, held))
+        energy, state = shared + _own_energy(segments, P, own, phases), own
+    return RowResponse(
+        force=np.matmul(c.transpose(0, 2, 1), P[:, :, None])[:, :, 0],
+        tangent=tangent,
+        energy=energy,
+        segment=P,
+        own=state,
+        residual=solution.residual,
+    )
+
+
+def _own_energy(segments: ContactSegments, force: Array, own: Array, phases: Index) -> Array:
+    """Energy sum P u - int u dP of the line contacts themselves, (t,) [J]; force : (t, n) [N], own : (t, n) [m]."""
+    line, length = segments.contact.at(phases), segments.length[phases]
+    p = np.where(force > 0, force / length, 1.0)
+    complement = line.A * p**2 * ((line.B - np.log(p)) / 2 + 0.25)
+    return np.asarray(np.where(force > 0, force * own - length * complement, 0.0).sum(axis=1))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ..errors import ModelError
 from ..teeth import geometry
-from ..teeth.phasing import Angle, Phase
+from ..teeth.geometry import Angle, Phase
 from ..warning_codes import coded
 from .bodies import GearData
 from .gears import (

@@ -122,7 +122,7 @@ def deviations_of(
 
     Raises
     ------
-    ModelError : a list that is not one per planet; from format 2 on, deviations of a pair that does not mesh.
+    ModelError : a list that is not one per planet; deviations of a pair that does not mesh, or of a side that is none.
     """
     effects = DeviationEffects()
     scope = DeviationScope(
@@ -138,8 +138,8 @@ def deviations_of(
         for key, resolve_mesh in MESH_KINDS.items():
             for path, value in _statements(levels, key):
                 resolve_mesh(scope, mesh, path, value)
-    _check_meshed(model, meshes, log)
-    _check_bodies(model, bodies, log)
+    _check_meshed(model, meshes)
+    _check_bodies(model, bodies)
     if effects.left_out:
         names = ", ".join(dict.fromkeys(effects.left_out))
         log.warn(
@@ -150,47 +150,24 @@ def deviations_of(
     return effects
 
 
-def _check_meshed(model: ModelFile, meshes: Sequence[Mesh], log: ResolutionLog) -> None:
-    """Refuse deviations of a pair that does not mesh, or of a side that its meshes have not; format 1 warns of them.
-
-    Raises
-    ------
-    ModelError : from format 2 on, no such mesh.
-    """
+def _check_meshed(model: ModelFile, meshes: Sequence[Mesh]) -> None:
+    """Raise ModelError for deviations of a pair that does not mesh, or of a side that its meshes have not."""
     pairs = dict.fromkeys(mesh.pair.removeprefix("stages.") for mesh in meshes)
     sides = dict.fromkeys(f"{mesh.pair.removeprefix('stages.')}.{mesh.side}" for mesh in meshes if mesh.side)
     for name in model.deviations.meshes:
-        if name in pairs or name in sides:
-            continue
-        if model.format > 1:
-            raise ModelError(
-                "no such mesh", path=f"deviations.{name}", allowed=", ".join((*pairs, *sides)) or "no mesh"
-            )
-        log.warn(
-            coded(
-                "deviation-without-effect",
-                f"deviations.{name} has no effect: no such mesh; there are {', '.join(sorted(pairs))}",
-            )
-        )
+        if name not in pairs and name not in sides:
+            allowed = ", ".join((*pairs, *sides)) or "no mesh"
+            raise ModelError("no such mesh", path=f"deviations.{name}", allowed=allowed)
 
 
-def _check_bodies(model: ModelFile, bodies: Sequence[Body], log: ResolutionLog) -> None:
-    """Refuse deviations of a side of a member in one piece; format 1 warns of them.
-
-    Raises
-    ------
-    ModelError : from format 2 on, no such half.
-    """
+def _check_bodies(model: ModelFile, bodies: Sequence[Body]) -> None:
+    """Raise ModelError for deviations of a side of a member in one piece."""
     halves = {f"{body.member}.{body.side}" for body in bodies if body.side}
     for name in model.deviations.members:
         member, _, side = name.rpartition(".")
-        if side not in SIDES or name in halves or not any(body.member == member for body in bodies):
-            continue
-        if model.format > 1:
-            raise ModelError(
-                "is a side of a member in one piece", path=f"deviations.{name}", allowed=f"{member}, or split"
-            )
-        log.warn(coded("deviation-without-effect", f"deviations.{name} has no effect: {member} is in one piece"))
+        if side in SIDES and name not in halves and any(body.member == member for body in bodies):
+            problem, allowed = "is a side of a member in one piece", f"{member}, or split"
+            raise ModelError(problem, path=f"deviations.{name}", allowed=allowed)
 
 
 def misaligned_bodies(model: ModelFile, bodies: Sequence[Body]) -> frozenset[str]:

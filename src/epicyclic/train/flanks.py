@@ -15,10 +15,9 @@ from typing import Literal
 from ..document.schema import ModelFile, ProfileTable, ReliefTable
 from ..errors import ModelError
 from ..teeth import geometry
-from ..teeth.contact_lines import PlaneOfAction
-from ..teeth.flank import PLAIN, Flank, Relief, Wave, amounts, check_flank
+from ..teeth.form import PLAIN, Flank, GearForm, Relief, Wave, amounts, check_flank
 from ..teeth.mesh_stiffness import ComplexArray, ToothPair
-from ..teeth.outline import GearForm
+from ..teeth.path_of_contact import PlaneOfAction
 from ..warning_codes import coded, placed
 from .centres import StageShape
 from .gears import half_station, width_of

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ..document.schema import ModelFile
 from ..errors import ModelError
+from ..teeth.geometry import shift_term
 from ..teeth.mesh_stiffness import ToothPair, face_average
-from ..teeth.phasing import shift_term
 from ..warning_codes import coded
 from .bodies import Mesh, MeshSlice
 from .centres import StageShape
@@ -63,9 +63,10 @@ def meshes_of_stage(
             teeth = tooth_pair(shape, p, side, model, log)
             lean = flanks[p.name] * _hand(shape, p, side)
             law = mesh_law(shape, p, side, model, kinematics.mesh_torque, log, teeth=teeth, lean=lean)
-            leads = _leads(plan, p, side, phases, sense, log)
+            signs = flanks[p.name], phases.sense[p.name]
+            advance = signs[0] * signs[1] * _hand(shape, p, side) * _axial_pitches(shape, p, side)
+            leads = _leads(plan, p, side, phases, sense, advance, log)
             for branch in range(plan.branches_of(p)):
-                signs = flanks[p.name], phases.sense[p.name]
                 mesh = _mesh(shape, p, side, branch, law, signs, lead=leads[branch], tone=tones[p.path], teeth=teeth)
                 meshes.append(replace(mesh, slices=_slices_of(mesh, count, law.narrow)))
     return sorted(meshes, key=lambda mesh: ([p.path for p in plan.pairs].index(mesh.pair), mesh.branch or 0))
@@ -134,7 +135,7 @@ def _hand(shape: StageShape, p: GearPair, side: str | None) -> int:
 
 
 def _shift(shape: StageShape, p: GearPair) -> float:
-    """c of gear a in this mesh [pitches], see `teeth.phasing`."""
+    """c of gear a in this mesh [pitches], see `teeth.geometry`."""
     return shift_term(
         teeth=shape.plan.gears[p.a].teeth or 0,
         profile_shift=next(iter(shape.gears[p.a].values())).profile_shift,
@@ -214,13 +215,26 @@ def _sun_sense(plan: Plan, kinematics: Kinematics) -> int:
     return 1
 
 
+def _axial_pitches(shape: StageShape, p: GearPair, side: str | None) -> float:
+    """Axial pitches from the plane of the first mesh of the chain, in which its phases are taken, to that of a pair."""
+    plan, teeth = shape.plan, shape.teeth[p.a]
+    first = next(q for q in plan.pairs if plan.chains[q.a] == plan.chains[p.a])
+    apart = shape.meshes[p.name].station[side] - shape.meshes[first.name].station[side]
+    return apart * math.sin(teeth.helix_angle) / (math.pi * teeth.module)
+
+
 def _leads(
-    plan: Plan, p: GearPair, side: str | None, phases: StagePhases, sense: int, log: ResolutionLog
+    plan: Plan, p: GearPair, side: str | None, phases: StagePhases, sense: int, advance: float, log: ResolutionLog
 ) -> tuple[Number, ...]:
-    """Lead of every branch: given as `phase`, else from teeth and angles; staggered on the right unless given there."""
+    """Lead of every branch: given as `phase`, else from teeth and angles; staggered on the right unless given there.
+
+    advance : by the helix, of a mesh off the plane of the phases [mesh cycles].
+    """
     path = f"{p.path}.{side}.phase" if side else f"{p.path}.phase"
     given = stated(p.levels(side), "phase")
     leads = phases.lead[p.name]
+    if advance:
+        leads = tuple((float(lead) + advance) % 1 for lead in leads)
     if given is not None:
         values = per_branch(given.value, len(plan.angles), given.path)
         leads = tuple(_fraction(value) % 1 for value in values)

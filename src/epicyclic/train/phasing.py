@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..teeth.phasing import Angle, Phase, driver_tooth, mate_tooth, shift_term
+from ..teeth.geometry import Angle, Phase, driver_tooth, mate_tooth, shift_term
 from .kinematics import whole_solution
 
 Number = Fraction | float

@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..teeth.loss_factor import touches_always
+from ..teeth.path_of_contact import touches_always
 from .bodies import Body, Mesh
 from .kinematics import Gearing, Kinematics, Tie
 

@@ -1,28 +1,31 @@
 """Record of a verb: the plain typed function is the declaration, its annotations carry what a command line needs.
 
     def modes(source, *, overrides=None, damped: Annotated[bool, Option("Solve the damped problem.")] = False): ...
-    VERB = Verb(run=modes, gives=("modes",))
+    VERBS = (Verb(run=modes, gives=("modes",)),)
 
-Annotations of a verb are evaluated when its file is imported, so types of heavy rooms stand in quotes and heavy rooms
-are imported inside the function.
+Annotations of a verb are evaluated when its module is imported, so types of heavy rooms stand in quotes and heavy rooms
+are imported inside the function.  `help(verb)` shows a signature of plain types, and a line for each keyword with its
+type, unit and default.
 """
 
 from __future__ import annotations
 
+import re
+import textwrap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, wraps
 from importlib import import_module
-from inspect import Parameter, signature
+from importlib.util import find_spec
+from inspect import Parameter, Signature, signature
 from math import isfinite
 from numbers import Real
 from pkgutil import iter_modules
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, TypeVar, cast, get_args, get_origin
 
 from ..arguments import check_arguments
 from ..errors import ModelError
-from .described import described
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -96,10 +99,11 @@ class Verb:
 
 @cache
 def verbs() -> Mapping[str, Verb]:
-    """Name -> record of every file of this folder that has one, in alphabetical order."""
-    folder = __name__.rpartition(".")[0]
-    modules = [import_module(f"{folder}.{found.name}") for found in iter_modules(import_module(folder).__path__)]
-    records = [cast(Verb, module.VERB) for module in modules if hasattr(module, "VERB")]
+    """Name -> record of every verb, in alphabetical order; those of a question stand in its module `verbs`."""
+    questions = import_module("..questions", __package__)
+    rooms = ("statics", *(f"questions.{room.name}" for room in iter_modules(questions.__path__)))
+    homes = [f"..{room}.verbs" for room in rooms if find_spec(f"..{room}.verbs", __package__)]
+    records: list[Verb] = [record for home in homes for record in import_module(home, __package__).VERBS]
     return {record.name: record for record in sorted(records, key=lambda record: record.name)}
 
 
@@ -177,3 +181,97 @@ def require_folder(resume: bool, folder: object) -> None:
     """
     if resume and folder is None:
         raise ModelError("needs the file of the run that was stopped", path="resume", allowed="-o FILE.nc, or folder")
+
+
+# --- what help says --------------------------------------------------------------------------------------------------
+
+_SOURCE = "source : name of a ready drive, model file, dict, Train or System."
+_OVERRIDES = "overrides : path of the model file -> value; of a model, not of a Train or System."
+_PROGRESS = "progress : called with the share done, 0..1."
+_PLAIN = {"source": _SOURCE, "overrides": _OVERRIDES, "progress": _PROGRESS}
+_WIDTH = 112  # of a docstring, behind its indent
+Options = Mapping[str, tuple[Parameter, Any, Option]]
+
+
+class _Type(str):
+    """A type as one writes it; a signature shows it without quotes."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def type_words(kind: Any) -> str:
+    """A type as one writes it, without modules."""
+    if isinstance(kind, str | ForwardRef):
+        text = kind if isinstance(kind, str) else kind.__forward_arg__
+    else:
+        text = str(kind) if get_origin(kind) or get_args(kind) else kind.__name__
+    text = re.sub(r"\b(typing|collections\.abc|pathlib|types|epicyclic(\.\w+)*)\.", "", text)
+    return re.sub(r"Optional\[(.*)\]$", r"\1 | None", text).replace("NoneType", "None")
+
+
+def described(signature: Signature, doc: str, options: Options) -> tuple[Signature, str]:
+    """Signature and docstring of a verb for people; the annotations of the function stay what checkers read.
+
+    Parameters
+    ----------
+    options : keyword -> parameter, type and option, as of `keywords`.
+    """
+    parameters = []
+    for name, one in signature.parameters.items():
+        kind = options[name][1] if name in options else one.annotation
+        parameters.append(one.replace(annotation=_Type(type_words(kind))))
+    shown = signature.replace(parameters=parameters, return_annotation=_Type(type_words(signature.return_annotation)))
+    return shown, _with_keywords(doc, shown, options)
+
+
+def _with_keywords(doc: str, shown: Signature, options: Options) -> str:
+    """The docstring with a line for each keyword that it says nothing of, in the section of parameters."""
+    head, mark, rest = doc.partition("    Parameters\n    ----------\n")
+    if not mark:
+        head, raises, rest = doc.partition("    Raises\n    ------\n")
+        head, rest = f"{head.rstrip()}\n\n", f"\n{raises}{rest}" if raises else ""
+    said = set(re.findall(r"(?:^ {4}|[.;]  )(\w+) :", rest, re.MULTILINE))
+    lines = [
+        line
+        for name, parameter in shown.parameters.items()
+        if name not in said
+        for line in _lines(name, parameter, options, list(shown.parameters))
+    ]
+    return f"{head}    Parameters\n    ----------\n{''.join(lines)}{rest}"
+
+
+def _lines(name: str, parameter: Parameter, options: Options, names: list[str]) -> list[str]:
+    if name not in options:
+        text = _PLAIN.get(name, f"{name} : {parameter.annotation!r}.")
+    else:
+        option = options[name][2]
+        default = option.default and f", default {option.default}"
+        words = re.sub(r"--([a-z][a-z-]*)", lambda flag: _keyword(flag[1], names), option.help)
+        text = f"{name} : {type_words(options[name][1])}{_bounds(option)}{default}. {words}"
+    return [
+        f"{line}\n"
+        for line in textwrap.wrap(
+            text,
+            _WIDTH,
+            initial_indent="    ",
+            subsequent_indent="        ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+    ]
+
+
+def _keyword(flag: str, names: list[str]) -> str:
+    """Keyword of a flag; the flag itself where the verb has none of that name."""
+    name = flag.replace("-", "_")
+    return f"`{name}`" if name in names else f"--{flag}"
+
+
+def _bounds(option: Option) -> str:
+    parts = [] if option.least is None else [f"{option.least:g} or more"]
+    parts += [] if option.most is None else [f"at most {option.most:g}"]
+    parts += [] if option.above is None else [f"above {option.above:g}"]
+    return f", {', '.join(parts)}" if parts else ""

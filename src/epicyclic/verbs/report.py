@@ -97,7 +97,8 @@ def run_report(
     results: dict[str, xr.Dataset] = {}
     left_out: list[CodedText] = []
     train = train_of(source, overrides=overrides)
-    with run_folder(folder, train, verb="report", options=_options(chosen), resume=resume) as (train, kept):
+    options = {} if chosen is None else {"sections": sorted(chosen)}  # what tells one report from another in its folder
+    with run_folder(folder, train, verb="report", options=options, resume=resume) as (train, kept):
         place = None if kept is None else kept.folder
         steps = _steps(train, place)
         if chosen is not None:
@@ -180,11 +181,6 @@ def _chosen(sections: Sequence[str]) -> set[str]:
     if wrong or not names:
         raise ModelError("no such section", path="sections", given=", ".join(wrong), allowed=", ".join(known))
     return {"check", *names}
-
-
-def _options(chosen: set[str] | None) -> dict[str, Any]:
-    """What tells one report from another in the folder it is kept in."""
-    return {} if chosen is None else {"sections": sorted(chosen)}
 
 
 def _several_tones(train: Train) -> bool:

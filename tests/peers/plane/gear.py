@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
-from epicyclic.teeth.outline import GearForm, Outline, tooth_outline
+from epicyclic.teeth.form import GearForm, Outline, tooth_outline
 
 __all__ = [
     "SOLVER",

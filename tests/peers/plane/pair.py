@@ -19,7 +19,7 @@ from epicyclic.teeth import gear_pair, geometry
 from epicyclic.teeth.compliance import tooth_compliance
 from epicyclic.teeth.contact_solver import solve_hertzian
 from epicyclic.teeth.energy_stiffness import MeshedTeeth
-from epicyclic.teeth.outline import GearForm
+from epicyclic.teeth.form import GearForm
 
 from .gear import Load, solve
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from epicyclic.teeth import geometry
-from epicyclic.teeth.outline import GearForm, tooth_outline
+from epicyclic.teeth.form import GearForm, tooth_outline
 
 from .gear import Fineness, Load, calculix, gear_mesh, held_nodes, pressed
 

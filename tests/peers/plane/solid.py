@@ -22,7 +22,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 from epicyclic.teeth import geometry
-from epicyclic.teeth.outline import GearForm, Outline, tooth_outline
+from epicyclic.teeth.form import GearForm, Outline, tooth_outline
 
 from .gear import SOLVER, graded, tip_bulge, with_middles
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from epicyclic.teeth import geometry
 from epicyclic.teeth.compliance import tooth_compliance
-from epicyclic.teeth.outline import GearForm
+from epicyclic.teeth.form import GearForm
 
 from .solid import SolidMesh, face_compliance
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from epicyclic.teeth.outline import GearForm, tooth_outline
+from epicyclic.teeth.form import GearForm, tooth_outline
 
 from .roots import GEARS, fillet_stress, root_form, root_radii
 

@@ -14,15 +14,15 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.audits import audit as module
+from epicyclic.audits.views import tables, tally
 from epicyclic.cli.main import app
 from epicyclic.document.writer import model_text
 from epicyclic.errors import ConvergenceError, ModelError
-from epicyclic.show.views.audit import tables, tally
 from epicyclic.train.resolution import resolved_document
 from epicyclic.verbs.record import Verb
 
 ROOT = Path(__file__).parents[3]
-HEAD = 'format = 1\nsource = "A. Author 2020"\ndrive = "lin1999-n3"\n[runs.modes]\nverb = "modes"\n'
+HEAD = 'format = 2\nsource = "A. Author 2020"\ndrive = "lin1999-n3"\n[runs.modes]\nverb = "modes"\n'
 OURS = 'ours = { run = "modes", take = "frequency", reduce = "max" }'  # 11775.266 Hz
 
 
@@ -235,7 +235,7 @@ def test_a_wrong_row_leaves_the_others(wrong: str, says: str, run: Auditor) -> N
 
 def test_a_wrong_reading_supports_no_verdict(run: Auditor) -> None:
     text = bare("not reproducible", 5.0) + read("other", run='"modes"') + read("third", run='"refused"')
-    result = run(text, bare("not reproducible", 5.0), head=REFUSED.replace("format = 1", "format = 2"))
+    result = run(text, bare("not reproducible", 5.0), head=REFUSED)
     assert result.outcome.values[0].startswith("wrong: ")
     assert result.outcome.values[1] == "holds"
 
@@ -257,7 +257,7 @@ def test_progress_reaches_the_end(tmp_path: Path) -> None:
 # readings -------------------------------------------------------------------------------------------------------------
 
 HEAD_2 = (
-    HEAD.replace("format = 1", "format = 2")
+    HEAD
     + """
 [runs.heavy]
 based_on = "modes"

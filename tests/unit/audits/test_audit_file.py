@@ -13,7 +13,7 @@ from epicyclic.audits.audit_reader import audited_drives
 from epicyclic.audits.audit_reader import read_audit as read_file
 from epicyclic.errors import ModelError
 
-HEAD = 'format = 1\nsource = "A. Author 2020"\n[runs.modes]\nverb = "modes"\n'
+HEAD = 'format = 2\nsource = "A. Author 2020"\n[runs.modes]\nverb = "modes"\n'
 OURS = 'ours = { run = "modes", take = "frequency", reduce = "max" }'
 ROW = f"""
 [[rows]]
@@ -29,7 +29,7 @@ because = "printed to 0.1 Hz"
 
 # what is replaced, by what, where the error is, what it says
 WRONG = [
-    ("format = 1", "format = 3", "format", "1 or 2"),
+    ("format = 2", "format = 1", "format", "allowed: 2"),
     ('source = "A. Author 2020"', "", "source", "missing"),
     ('source = "A. Author 2020"', 'sources = "A. Author 2020"', "sources", "unknown key"),
     ('verb = "modes"', 'verb = "shapes"', "runs.modes", "no verb 'shapes'"),
@@ -81,7 +81,6 @@ because = "as printed"
 """
 ROW_2 = ROW.replace('"reproduced"', '"under a reading"') + READING
 WRONG_2 = [
-    ("format = 2", "format = 1", "rows.0.readings", "a key of format 2"),
     ('run = "modes"\ntol', 'run = "mods"\ntol', "rows.0.readings.0.run", "no such run"),
     ('run = "modes"\ntol', f'run = "modes"\n{OURS}\ntol', "rows.0.readings.0", "both ours and run"),
     ('run = "modes"\ntol', "tol", "rows.0.readings.0", "no number and no reason"),
@@ -108,7 +107,7 @@ WRONG_2 = [
     ),
     ('"under a reading"', '"under a reading"\norigin = "us"', "rows.0.origin", '"source" or "hand calculation"'),
 ]
-"""Faults in what format 2 brought."""
+"""Faults in readings and in what is not compared."""
 
 
 def read_audit(source: str | Path) -> tuple[str, Audit]:
@@ -149,7 +148,7 @@ def test_no_such_audit(source: str) -> None:
 
 def test_an_audit_beside_a_model_file_is_of_that_file(tmp_path: Path) -> None:
     path = write(tmp_path, HEAD + ROW)
-    (tmp_path / "x.toml").write_text("format = 1", encoding="utf-8")
+    (tmp_path / "x.toml").write_text("format = 2", encoding="utf-8")
     assert read_audit(path)[0] == str(tmp_path / "x.toml")
     assert read_audit(write(tmp_path, 'drive = "ren2021"\n' + HEAD + ROW))[0] == "ren2021"
 
@@ -179,8 +178,8 @@ verb = "modes"
 
 
 @pytest.mark.parametrize(("old", "new", "path", "says"), WRONG_2, ids=[f"{w[2]}: {w[3]}" for w in WRONG_2])
-def test_what_is_wrong_in_format_2_is_said(old: str, new: str, path: str, says: str, tmp_path: Path) -> None:
-    text = HEAD.replace("format = 1", "format = 2") + ROW_2
+def test_what_is_wrong_in_readings_is_said(old: str, new: str, path: str, says: str, tmp_path: Path) -> None:
+    text = HEAD + ROW_2
     read_audit(write(tmp_path, text))
     assert old in text
     with pytest.raises(ModelError) as error:
@@ -189,18 +188,10 @@ def test_what_is_wrong_in_format_2_is_said(old: str, new: str, path: str, says: 
     assert says in str(error.value)
 
 
-def test_not_compared_needs_format_2(tmp_path: Path) -> None:
-    text = f'{HEAD}[[rows]]\nquantity = "q"\nplace = "Fig. 1"\npublished = 1.1\nverdict = "not compared"\n'
-    with pytest.raises(ModelError, match="format 1") as error:
-        read_audit(write(tmp_path, text + 'published_as = "measured"\n'))
-    assert error.value.path.endswith("x.audit.toml: rows.0.verdict")
-    assert "format = 2" in str(error.value)
-
-
 def test_a_reading_takes_the_same_from_another_run(tmp_path: Path) -> None:
     """Also where ours is composed."""
     ratio = 'ours = { ratio = [{ run = "modes", take = "frequency", pick = 1, reduce = "max" }, { value = 2 }] }'
-    text = (HEAD.replace("format = 1", "format = 2") + ROW_2).replace(OURS, ratio)
+    text = (HEAD + ROW_2).replace(OURS, ratio)
     more = text.replace('run = "modes"\ntol', 'run = "more"\ntol') + '[runs.more]\nbased_on = "modes"\n'
     _, audit = read_audit(write(tmp_path, more))
     own, other = attempts(audit.rows[0])
@@ -250,7 +241,7 @@ def test_the_example_of_the_documentation_is_right(tmp_path: Path) -> None:
     assert [audit.fitted(row) for row in audit.rows] == [False, False, True, False, False, False]
     assert [row.origin for row in audit.rows][-1] == "hand calculation"
     runs = '[runs.gravity]\nverb = "sharing"\n[runs.no-gravity]\nbased_on = "gravity"\n'
-    _, audit = read_audit(write(tmp_path, HEAD.replace("format = 1", "format = 2") + runs + readings))
+    _, audit = read_audit(write(tmp_path, HEAD + runs + readings))
     assert [one.ours is not None for one in attempts(audit.rows[0])] == [True] * 3
 
 

@@ -104,3 +104,10 @@ def test_an_error_says_which_other_teeth_to_set() -> None:
     with pytest.raises(epicyclic.ModelError, match=r"set stages\.main\.ring\.teeth = 64 too"):
         epicyclic.load("ren2021", overrides={"stages.main.sun.teeth": 30})
     assert epicyclic.load("ren2021", overrides={"stages.main.sun.teeth": 30, "stages.main.ring.teeth": 64})
+
+
+def test_a_unit_that_no_file_may_have_is_refused_with_other_teeth_too() -> None:
+    data = read("ren2021", {"stages.main.sun.mass": None}).data
+    data["stages"]["main"]["sun"]["mass"] = "100 stone"
+    with pytest.raises(epicyclic.ModelError, match=r"sun\.mass = 100 stone: unit not known"):
+        read(data, {"stages.main.sun.teeth": 22})

@@ -11,7 +11,7 @@ import pytest
 from epicyclic.document.csv_files import read_history
 from epicyclic.document.document import read
 from epicyclic.errors import ModelError
-from epicyclic.verbs.sensor_files import read_window
+from epicyclic.questions.modulation.verbs import read_window
 
 MODEL = """\
 format = 2

@@ -124,7 +124,7 @@ def test_every_key() -> None:
 def test_numpy_values_in_a_dict() -> None:
     document = read(
         {
-            "format": np.int64(1),
+            "format": np.int64(2),
             "title": "numpy",
             "notes": None,
             "stages": {
@@ -147,7 +147,8 @@ def test_numpy_values_in_a_dict() -> None:
 def test_pitch_from_a_file(tmp_path: Path) -> None:
     (tmp_path / "pitch.csv").write_text("# measured\ntooth, pitch [um]\n" + "".join(f"{i}, {i}\n" for i in range(23)))
     text = (
-        'format = 1\ntitle = "x"\n[stages.a]\nmodule = 1\nsun = {teeth = 23}\n[deviations]\nsun.pitch = "pitch.csv"\n'
+        'format = 2\ntitle = "x"\n[stages.a]\nmodule = "1 m"\nsun = {teeth = 23}\n'
+        '[deviations]\nsun.pitch = "pitch.csv"\n'
     )
     (tmp_path / "a.toml").write_text(text)
     pitch = read(tmp_path / "a.toml").model.deviations.members["a.sun"].pitch
@@ -180,7 +181,7 @@ def test_sources_that_are_none(tmp_path: Path) -> None:
 
 
 def test_tables_that_hold_themselves() -> None:
-    table: dict[str, object] = {"format": 1, "title": "x"}
+    table: dict[str, object] = {"format": 2, "title": "x"}
     table["stages"] = table
     with pytest.raises(ModelError, match="nested too deeply"):
         read(table)
@@ -195,12 +196,16 @@ def test_an_assumption_is_named_as_it_is_written() -> None:
         assert "assumed" not in str(error.value).partition(":")[2]  # it is not its own nearest path
 
 
-@pytest.mark.parametrize("version", [2.0, 1.0, 2.5, True, "2", [2]])
-def test_a_format_is_a_whole_number(version: object) -> None:
-    with pytest.raises(ModelError, match=r"^format = .*: not a whole number; allowed: format = 2, or 1$"):
+@pytest.mark.parametrize("version", [1, 0, 2.0, 1.0, 2.5, True, "2", [2]])
+def test_a_format_is_the_one_that_is_described(version: object) -> None:
+    allowed = r"; allowed: format = 2, described in docs/reference/model-file\.md$"
+    with pytest.raises(ModelError, match=r"^format = .*: no version that this program reads" + allowed) as error:
         read(read("ren2021").data | {"format": version})
+    assert (error.value.path, error.value.given) == ("format", version)
     with pytest.raises(ModelError, match=r"^format = "):
         read("ren2021", {"format": version})
+    with pytest.raises(ModelError, match=r"^format: missing" + allowed):
+        read({name: table for name, table in read("ren2021").data.items() if name != "format"})
 
 
 def test_what_is_allowed_of_a_list() -> None:

@@ -19,7 +19,7 @@ from epicyclic.errors import ModelError
 FILES = Path(__file__).parents[2] / "files" / "tables"
 MESH = "stages.main.meshes.sun-planet.stiffness"
 BASE = """
-format = 1
+format = 2
 title = "x"
 [stages.main]
 planets = 3

@@ -30,7 +30,7 @@ TYPES: dict[str, tuple[type, ...]] = {
 }
 REFUSED = set(
     """
-no-format newer-format format-text format-true format-zero no-title title-number title-date
+no-format older-format newer-format format-text format-true format-zero no-title title-number title-date
 unknown-table no-stages stages-number nan deep stage-name member-name unknown-key unknown-stage-key
 unknown-member negative-teeth half-teeth teeth-true teeth-text teeth-huge zero-planets unknown-kind
 hand split-text module-true module-table support-number unknown-direction friction-law

@@ -1,9 +1,8 @@
-"""A model written as format 2: units at every number, and the same bits when it is read again."""
+"""A model written as a file: units at every number, and the same bits when it is read again."""
 
 from __future__ import annotations
 
 import struct
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import epicyclic
-from epicyclic.document.document import Document, read
-from epicyclic.document.tolerances import tolerances
+from epicyclic.document.document import read
 from epicyclic.document.units import KINDS, Bounds, read_quantity
 from epicyclic.document.writer import model_text, quantity_text, with_units
 from epicyclic.train.resolution import resolved_document
 
 MODEL: dict[str, Any] = {
-    "format": 1,
+    "format": 2,
     "title": "built in Python",
     "stages": {
         "main": {
@@ -46,7 +44,7 @@ def test_every_number_gets_a_unit_and_keeps_its_bits(tmp_path: Path) -> None:
     assert "format = 2" in path.read_text(encoding="utf-8")
     again = read(path)  # refuses a number without a unit
     assert again.warnings == ()
-    assert again.model.model_copy(update={"format": 1}) == read(MODEL).model
+    assert again.model == read(MODEL).model
 
 
 def test_the_units_are_those_of_drawings() -> None:
@@ -61,19 +59,6 @@ def test_the_units_are_those_of_drawings() -> None:
     assert table["deviations"]["main"]["planet"]["run_out"] == {"amplitude": "15 um"}
 
 
-def test_units_that_format_2_does_not_read_are_written_in_others(tmp_path: Path) -> None:
-    stage = MODEL["stages"]["main"]
-    odd = {
-        "face_width": "0.04 yd",
-        "sun": {**stage["sun"], "support": {"x": "1e8 kg/s^2", "rz": "3e7 N m"}, "inertia": "2 kg yd^2"},
-        "planet": {**stage["planet"], "bearing": {"x": "[1e8, 2e8, 3e8] J/m^2"}},
-    }
-    data = {**MODEL, "stages": {"main": {**stage, **odd}}}
-    path = tmp_path / "model.toml"
-    path.write_text(model_text(data), encoding="utf-8")
-    assert read(path).model.model_copy(update={"format": 1}) == read(data).model
-
-
 @settings(deadline=None)  # pint is imported by the first
 @given(
     st.floats(-1e4, 1e4).filter(lambda x: not 0 < abs(x) < 1e-60),
@@ -85,34 +70,9 @@ def test_any_number_keeps_its_bits(number: float, kind: str) -> None:
 
 
 @pytest.mark.parametrize("drive", ["ren2021", "xu2020", "dong2019", "encased-differential"])
-def test_a_resolved_drive_is_a_file_of_format_2(drive: str, tmp_path: Path) -> None:
+def test_a_resolved_drive_is_a_file(drive: str, tmp_path: Path) -> None:
     train = epicyclic.load(drive)
     path = tmp_path / "resolved.toml"
     path.write_text(model_text(resolved_document(train)), encoding="utf-8")
     again = read(path)
-    assert again.model.format == 2
-    assert again.model == read(resolved_document(train) | {"format": 2}).model
-
-
-def test_tolerances_of_format_1_get_units_and_keep_their_values() -> None:
-    table = {
-        "deviations.planet.position": {"own": "disc(4.1e-5)", "common": "rayleigh(1 micron)"},
-        "deviations.sun.run_out": "uniform(0, 1.2345678901234e-5)",
-        "stages.main.carrier.inertia": "normal(20 kg, 1 kg)",
-        "deviations.ring.run_out": "grade(ISO 1328-1:2013 5, 3 sigma)",
-        "cost": {"deviations.sun.run_out": {"normal(0, 1e-6)": 3}},
-    }
-    old = read("lin1999-n4", {"format": 1, "tolerance": table})
-    new = read(tomllib.loads(model_text(old.data)))
-    assert (old.data["format"], new.data["format"], new.warnings) == (1, 2, ())
-    for before, after in zip(values_of(old), values_of(new), strict=True):
-        assert before == after
-    assert list(new.data["tolerance"]["cost"]["deviations.main.sun.run_out"].items()) == [("normal(0, 1 um)", 3)]
-
-
-def values_of(document: Document) -> list[object]:
-    """Path and values of every distribution, without its text; of grades the width of a module."""
-    found = tolerances(document, lambda path, grade, vector: 1e-3)
-    return [
-        (one.path, one.unit, *(part and (part.kind, part.values) for part in (one.own, one.common))) for one in found
-    ]
+    assert again.model == read(resolved_document(train)).model

@@ -20,8 +20,8 @@ PLAIN = read("ren2021", {"tolerance": None}).data
 RUN_OUT = "deviations.main.sun.run_out.amplitude"
 
 
-def toleranced(path: str, text: object, version: int = 2) -> Document:
-    return read(PLAIN, {"tolerance": {path: text}, "format": version})
+def toleranced(path: str, text: object) -> Document:
+    return read(PLAIN, {"tolerance": {path: text}})
 
 
 @pytest.mark.parametrize(
@@ -390,11 +390,6 @@ def test_prices_belong_to_a_tolerance() -> None:
     for name in ("cost", "correlation"):
         with pytest.raises(ModelError, match="not a table"):
             load(PLAIN, {"tolerance": {name: 3}})
-
-
-def test_a_number_without_a_unit_is_told_in_format_1() -> None:
-    (warning,) = toleranced(RUN_OUT, "normal(0, 1e-5)", version=1).warnings
-    assert warning.startswith(f"tolerance.{RUN_OUT} = normal(0, 1e-5): 1e-5 has no unit, read in m")
 
 
 def test_an_error_of_a_mesh_has_its_tolerance() -> None:

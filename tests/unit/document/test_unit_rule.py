@@ -1,4 +1,4 @@
-"""Numbers without a unit: refused in a file of format 2, told in format 1, SI in tables built in Python."""
+"""Numbers without a unit: refused in a file and on the command line, SI in tables built in Python."""
 
 from __future__ import annotations
 
@@ -76,17 +76,10 @@ def test_a_number_without_a_unit(tmp_path: Path, stands: str, number: str, path:
         read(written(tmp_path, text))
     assert error.value.path == path
     assert f'a number without a unit: "{likely}"?' in str(error.value)
-    first = text.replace("format = 2", "format = 1")
-    document = read(written(tmp_path, first))
-    (warning,) = document.warnings
-    assert warning.startswith(f"{path} = ")
-    assert f'read as "{si}"' in warning
-    assert (f'"{likely}"?' in warning) == (likely != si)
-    # the meaning is SI: as of the same tables built in Python, and of the text with the SI unit
-    assert read(tomllib.loads(first)).model == document.model
+    # in tables built in Python it is SI: as of the text with the SI unit
     if "[" not in number:
         stated = changed(stands, f'"{si}"' if "=" not in number else f'{number.partition("=")[0]}= "{si}"')
-        assert read(written(tmp_path, stated)).model.model_copy(update={"format": 1}) == document.model
+        assert read(tomllib.loads(text)).model == read(written(tmp_path, stated)).model
 
 
 def test_tables_built_in_python_are_si_without_a_word() -> None:
@@ -98,9 +91,7 @@ def test_tables_built_in_python_are_si_without_a_word() -> None:
 
 
 def test_a_file_with_units_says_nothing(tmp_path: Path) -> None:
-    for version in ("format = 1", "format = 2"):
-        document = read(written(tmp_path, TEXT.replace("format = 2", version)))
-        assert document.warnings == ()
+    assert read(written(tmp_path, TEXT)).warnings == ()
     for name in ready_drives():
         document = read(name)
         assert document.model.format == 2
@@ -117,19 +108,11 @@ def test_all_are_named_at_once(tmp_path: Path) -> None:
     )
 
 
-def test_very_many_warnings_are_counted(tmp_path: Path) -> None:
-    gears = "\n".join(f"[bodies.b{i}]\nmass = {i + 1}\nstation = {i + 1}" for i in range(10))
-    document = read(written(tmp_path, TEXT.replace("format = 2", "format = 1") + gears))
-    assert len(document.warnings) == 6
-    assert document.warnings[0].startswith("bodies.b0.mass = 1: ")
-    assert document.warnings[-1] == "20 numbers of the file have no unit, 15 more than these [no-unit]"
-
-
 def test_a_bare_number_comes_before_its_range(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match=r'pressure_angle = 20: a number without a unit: "20 deg"\?'):
         read(written(tmp_path, changed('"20 deg"', "20")))
     with pytest.raises(ModelError, match="pressure_angle = 20: out of range"):
-        read(written(tmp_path, changed('"20 deg"', "20").replace("format = 2", "format = 1")))
+        read(tomllib.loads(changed('"20 deg"', "20")))
 
 
 def set_on_the_command_line(source: str | Path, *settings: str) -> Document:
@@ -146,14 +129,11 @@ def set_on_the_command_line(source: str | Path, *settings: str) -> Document:
         ("deviations.planet.run_out=[20, 0, 0]", "[20, 0, 0] um"),
     ],
 )
-def test_settings_follow_the_format_of_the_file(tmp_path: Path, setting: str, likely: str) -> None:
+def test_a_setting_states_its_unit(setting: str, likely: str) -> None:
     with pytest.raises(ModelError) as error:
         set_on_the_command_line("ren2021", setting)
     assert f'a number without a unit: "{likely}"?' in str(error.value)
     assert str(error.value).startswith(setting.partition("=")[0])
-    old = written(tmp_path, TEXT.replace("format = 2", "format = 1"))
-    (warning,) = set_on_the_command_line(old, setting).warnings
-    assert warning.startswith(setting.partition("=")[0])
 
 
 @pytest.mark.parametrize(
@@ -180,13 +160,6 @@ def test_what_a_setting_replaces_is_not_told(tmp_path: Path) -> None:
     assert read(path, {"stages.main.carrier.mass": 41.0}).warnings == ()  # of Python, in place of what the file says
     with pytest.raises(ModelError, match=r"carrier\.mass"):
         set_on_the_command_line(path, 'stages.main.sun.mass="41 kg"')
-
-
-def test_the_warnings_reach_the_train(tmp_path: Path) -> None:
-    import epicyclic
-
-    path = written(tmp_path, changed('"40 kg"', "40").replace("format = 2", "format = 1"))
-    assert any(text.startswith("stages.main.carrier.mass = 40: no unit") for text in epicyclic.load(path).warnings)
 
 
 def test_pitch_deviations_take_units(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from epicyclic.rexs.places import SolidSection, inertia_of
+from epicyclic.rexs.members import SolidSection, inertia_of
 
 RHO = 7850.0
 

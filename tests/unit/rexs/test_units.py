@@ -11,8 +11,7 @@ import pytest
 
 from epicyclic.document.units import Bounds, is_unit_of, read_quantity
 from epicyclic.errors import ModelError
-from epicyclic.rexs.file import Attribute, Component
-from epicyclic.rexs.view import _SI, _UNITS, Number, number_of
+from epicyclic.rexs.file import _SI, _UNITS, Attribute, Component, Number, number_of
 
 
 def number(value: object, unit: str, kind: str) -> Number | None:

@@ -18,10 +18,10 @@ from plotly.offline import get_plotlyjs
 from tests.unit.packed_page import unpacked
 
 from epicyclic.errors import ModelError
+from epicyclic.questions.modes.views import modes_tables
 from epicyclic.show.elements import Finding, Table
 from epicyclic.show.page import finding_list, html_table, html_warning
 from epicyclic.show.report import difference_table, report, variants_report, write_report
-from epicyclic.show.views.modes import tables
 
 Datasets = dict[str, xr.Dataset]
 
@@ -152,7 +152,7 @@ def test_a_table_drops_empty_columns_and_escapes() -> None:
 
 
 def test_the_mode_table_names_what_holds_the_energy(ren: Datasets) -> None:
-    (table,) = tables(ren["modes"])
+    (table,) = modes_tables(ren["modes"])
     html = html_table(table)
     shares = ren["modes"].kinetic_energy_share.isel(mode=3)
     member = [str(name).split("/")[1] for name in shares.body.values]

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic import load
-from epicyclic.questions.tolerance.columns import ToleranceMap, tolerance_map
+from epicyclic.questions.tolerance.tolerance_map import ToleranceMap, tolerance_map
 from epicyclic.statics.sample_loads import net_forces
 
 Array = NDArray[np.float64]

@@ -19,7 +19,7 @@ from epicyclic.statics.unheld import unheld
 TORQUE = 3000.0
 HELIX = math.radians(12)
 MODEL: dict[str, Any] = {
-    "format": 1,
+    "format": 2,
     "title": "a sun that slides on its spline",
     "damping": {"modal": 0.03},
     "stages": {

@@ -12,8 +12,8 @@ import pytest
 from numpy.typing import ArrayLike, NDArray
 
 from epicyclic.teeth import geometry
-from epicyclic.teeth.contact_lines import PlaneOfAction
 from epicyclic.teeth.gear_pair import ContactPair
+from epicyclic.teeth.path_of_contact import PlaneOfAction
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from epicyclic.errors import ModelError
 from epicyclic.teeth import gear_pair, geometry
 from epicyclic.teeth.compliance import tooth_compliance
 from epicyclic.teeth.energy_stiffness import MeshedTeeth, energy_series, interference_warnings, section_stiffness
+from epicyclic.teeth.form import GearForm
 from epicyclic.teeth.mesh_stiffness import evaluate_series
-from epicyclic.teeth.outline import GearForm
 
 Array = NDArray[np.float64]
 deg = math.radians

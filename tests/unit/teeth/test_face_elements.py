@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from epicyclic.teeth import geometry
 from epicyclic.teeth.compliance import face_coupling, tooth_compliance
-from epicyclic.teeth.outline import GearForm
+from epicyclic.teeth.form import GearForm
 
 Array = NDArray[np.float64]
 

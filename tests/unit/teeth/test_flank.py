@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.teeth.flank import (
+from epicyclic.teeth.form import (
     PLAIN,
     Flank,
     Relief,

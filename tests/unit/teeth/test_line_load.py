@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from epicyclic.teeth.contact_lines import averaging_length, contact_lines, corner_phases, graded_phases, line_windows
 from epicyclic.teeth.gear_pair import ContactPair
 from epicyclic.teeth.loaded_contact import loaded_contact
+from epicyclic.teeth.path_of_contact import averaging_length, contact_lines, corner_phases, graded_phases, line_windows
 
 Build = Callable[..., ContactPair]
 

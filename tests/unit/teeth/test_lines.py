@@ -14,8 +14,8 @@ from scipy.optimize import brentq, minimize_scalar
 from tooth_oracles import contact_line_length
 
 from epicyclic.teeth import geometry
-from epicyclic.teeth.contact_lines import PlaneOfAction, contact_lines, corner_reach, tip_separation
 from epicyclic.teeth.gear_pair import ContactPair
+from epicyclic.teeth.path_of_contact import PlaneOfAction, contact_lines, corner_reach, tip_separation
 
 Build = Callable[..., ContactPair]
 KINDS: list[dict[str, Any]] = [

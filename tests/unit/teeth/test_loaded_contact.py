@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from epicyclic.errors import ModelError
 from epicyclic.teeth import gear_pair
 from epicyclic.teeth.contact_solver import solve_hertzian
-from epicyclic.teeth.flank import PLAIN, Flank, Relief
+from epicyclic.teeth.form import PLAIN, Flank, Relief
 from epicyclic.teeth.gear_pair import ContactPair, Torsion
 from epicyclic.teeth.loaded_contact import harmonics, loaded_contact, loaded_segments
 from epicyclic.teeth.segments import contact_segments, with_microgeometry

@@ -11,7 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from epicyclic.teeth import geometry
-from epicyclic.teeth.loss_factor import Rolling, loss_factor, mean_friction, path_load, sliding_distance, touches_always
+from epicyclic.teeth.path_of_contact import (
+    Rolling,
+    loss_factor,
+    mean_friction,
+    path_load,
+    sliding_distance,
+    touches_always,
+)
 
 ANGLE = math.radians(20)
 

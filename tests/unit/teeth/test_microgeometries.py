@@ -10,10 +10,9 @@ import pytest
 
 import epicyclic
 from epicyclic.system.tooth_pairs import pair_of
-from epicyclic.teeth.flank import PLAIN, Flank, Relief
+from epicyclic.teeth.form import PLAIN, Flank, Relief
 from epicyclic.teeth.gear_pair import ContactPair, uniform_along_face
-from epicyclic.teeth.loaded_contact import loaded_contact
-from epicyclic.teeth.microgeometries import microgeometry_contact
+from epicyclic.teeth.loaded_contact import loaded_contact, microgeometry_contact
 from epicyclic.teeth.segments import contact_segments
 
 PHASES = np.arange(12) / 12
@@ -24,7 +23,7 @@ LOADS = [2000.0, 500.0, 4000.0]  # in no order
 
 def pair(helix: str = "0 deg", **options: Any) -> ContactPair:
     document = {
-        "format": 1,
+        "format": 2,
         "title": "One pair",
         "stages": {
             "main": {
@@ -52,7 +51,7 @@ def test_many_are_each_alone(
     shapes = [replace(one, flank_a=a, flank_b=b) for a, b in zip(FLANKS, FLANKS[::-1], strict=True)]
     segments = contact_segments(one, PHASES)
     # one by one, each from the solution before, or in parts
-    monkeypatch.setattr("epicyclic.teeth.microgeometries._AT_ONCE", segments.compliance.size * at_once)
+    monkeypatch.setattr("epicyclic.teeth.loaded_contact._AT_ONCE", segments.compliance.size * at_once)
     if at_once == 1:
         monkeypatch.setattr("epicyclic.teeth.contact_solver._ENTRIES", 1)
     many = microgeometry_contact(segments, shapes, LOADS, tangents=True)

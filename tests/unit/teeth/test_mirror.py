@@ -10,7 +10,7 @@ import pytest
 
 import epicyclic
 from epicyclic.system.tooth_pairs import pair_of
-from epicyclic.teeth.flank import Flank, Relief
+from epicyclic.teeth.form import Flank, Relief
 from epicyclic.teeth.gear_pair import ContactPair, Torsion
 from epicyclic.teeth.loaded_contact import all_loaded, all_segments, first_images, loaded_segments, mirrored
 from epicyclic.teeth.segments import contact_segments

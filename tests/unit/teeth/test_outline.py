@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tooth_oracles import tip_thickness
 
 from epicyclic.errors import ModelError
-from epicyclic.teeth.outline import GearForm, Outline, tooth_outline
+from epicyclic.teeth.form import GearForm, Outline, tooth_outline
 
 deg = math.radians
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from epicyclic.teeth.flank import Flank, Wave
+from epicyclic.teeth.form import Flank, Wave
 from epicyclic.teeth.gear_pair import ContactPair, MeshWave
 from epicyclic.teeth.loaded_contact import loaded_contact
 

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from epicyclic.teeth.contact_lines import contact_lines, corner_phases, cycle_harmonics, cycle_mean, graded_phases
 from epicyclic.teeth.gear_pair import ContactPair
 from epicyclic.teeth.loaded_contact import harmonics, loaded_contact
+from epicyclic.teeth.path_of_contact import contact_lines, corner_phases, cycle_harmonics, cycle_mean, graded_phases
 
 Build = Callable[..., ContactPair]
 

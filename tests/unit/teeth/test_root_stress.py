@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
+from epicyclic.questions.flanks.views import contact_tables
 from epicyclic.show.charts.flanks import root_stress as root_stress_figure
-from epicyclic.show.views.contact import tables
 from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.compliance import ToothCompliance
 from epicyclic.teeth.gear_pair import ContactPair
@@ -110,7 +110,7 @@ def test_figure_and_table() -> None:
     axes = [axis for axis in drawn.to_plotly_json()["layout"] if axis.startswith(("xaxis", "yaxis"))]
     titles = {str(drawn.layout[axis].title.text) for axis in axes} - {"None"}
     assert all("[" in title for title in titles)
-    (table,) = [one for one in tables(result) if one.title == "Stress in the tooth roots"]
+    (table,) = [one for one in contact_tables(result) if one.title == "Stress in the tooth roots"]
     assert table.columns["gear"] == ["sun", "planet"] * 2
     now = int(np.argmin(np.abs(result.mesh_load.values - result.attrs["force"])))
     np.testing.assert_allclose(

@@ -23,7 +23,7 @@ PHASES = np.arange(25) / 25 + 1e-3
 
 
 def crowned(pair_of: Build, linear_at: float | None) -> ContactSegments:
-    from epicyclic.teeth.flank import Flank, Relief
+    from epicyclic.teeth.form import Flank, Relief
 
     a = Flank(crown=12e-6, tip_relief=Relief(amount=15e-6, length=1.5e-3))
     pair = pair_of(helix=15.0, slices=9, flank_a=a, misalignment=5e-4, linear_at=linear_at)

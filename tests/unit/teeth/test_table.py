@@ -11,7 +11,7 @@ import pytest
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.system.flank_laws import TabulatedAt, TabulatedLaw
-from epicyclic.teeth.flank import Flank, Relief
+from epicyclic.teeth.form import Flank, Relief
 from epicyclic.teeth.gear_pair import ContactPair
 from epicyclic.teeth.loaded_contact import contact_table, loaded_contact
 from epicyclic.teeth.mesh_stiffness import evaluate_series

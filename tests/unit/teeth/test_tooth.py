@@ -13,7 +13,7 @@ from scipy.integrate import trapezoid
 
 from epicyclic.errors import ModelError
 from epicyclic.teeth.compliance import NEIGHBOURS, ToothCompliance, tooth_compliance
-from epicyclic.teeth.outline import GearForm
+from epicyclic.teeth.form import GearForm
 
 Array = NDArray[np.float64]
 deg = math.radians

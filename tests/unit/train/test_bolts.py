@@ -32,7 +32,7 @@ def document(support: dict[str, Any], member: str = "ring", held: str = "ring", 
     main[member]["support"] = support
     moving = next(name for name in ("sun", "ring") if name != held)
     return {
-        "format": 1,
+        "format": 2,
         "title": "bolts",
         "stages": {"main": main | stage},
         "operation": {"held": [held], "speed": {moving: 100.0}, "torque": {moving: 1000.0}},

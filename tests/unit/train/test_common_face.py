@@ -25,7 +25,7 @@ def spur_pair(**changes: Any) -> dict[str, Any]:
     for path, value in changes.items():
         member, key = path.split("_", 1)
         pair[member][key] = value
-    return {"format": 1, "title": "pair", "stages": {"s": pair}}
+    return {"format": 2, "title": "pair", "stages": {"s": pair}}
 
 
 def mesh_of(source: dict[str, Any], overrides: dict[str, object] | None = None) -> Mesh:

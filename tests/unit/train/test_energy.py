@@ -14,8 +14,8 @@ from epicyclic.document.writer import model_text
 from epicyclic.errors import ModelError
 from epicyclic.teeth.compliance import tooth_compliance
 from epicyclic.teeth.energy_stiffness import MeshedTeeth, section_stiffness
+from epicyclic.teeth.form import GearForm
 from epicyclic.teeth.geometry import contact_limits
-from epicyclic.teeth.outline import GearForm
 from epicyclic.train.resolution import resolved_document
 from epicyclic.train.train import Train
 

@@ -12,7 +12,7 @@ from epicyclic.train.resolution import load
 from epicyclic.warning_codes import code_of
 
 BASE: dict[str, Any] = {
-    "format": 1,
+    "format": 2,
     "title": "planar set",
     "stages": {
         "main": {

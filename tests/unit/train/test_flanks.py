@@ -10,7 +10,7 @@ import pytest
 import epicyclic
 from epicyclic.document.writer import model_text
 from epicyclic.errors import ModelError
-from epicyclic.teeth.flank import PLAIN, Flank, Relief, Wave
+from epicyclic.teeth.form import PLAIN, Flank, Relief, Wave
 from epicyclic.teeth.mesh_stiffness import ToothPair
 from epicyclic.train.bodies import Mesh
 from epicyclic.train.resolution import resolved_document

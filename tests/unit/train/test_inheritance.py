@@ -65,7 +65,7 @@ def test_tables_lie_over_each_other() -> None:
 )
 def test_the_material_of_a_gear(overrides: dict[str, float], density: float) -> None:
     model = {
-        "format": 1,
+        "format": 2,
         "title": "pair",
         "stages": {
             "main": {

@@ -177,7 +177,7 @@ def two_steps(gears: Sequence[str], on: dict[str, str], **shaft: object) -> dict
     sitting = {name: {"on": below, "shaft": shaft} for name, below in on.items()}
     members = {name: {"kind": "gear", "teeth": teeth[name], **sitting.get(name, {})} for name in gears}
     main = {"module": 0.002, "face_width": 0.02, **members, "meshes": {"g1-g2": {}, "g3-g4": {}}}
-    return {"format": 1, "title": "two steps", "stages": {"s": main}}
+    return {"format": 2, "title": "two steps", "stages": {"s": main}}
 
 
 @pytest.mark.parametrize("shape", [{"torsional_rigidity": 5e5}, {"diameter": 0.03}])
@@ -197,7 +197,7 @@ def halves_of_a_carrier(support: dict[str, object]) -> Train:
         "carrier": {"mass": 20.0, "inertia": 0.2, "split": True, "support": support},
     }  # fmt: skip
     hub = {"hub": {"frame": "main", "mass": 1.0, "inertia": 1.0}}
-    return load({"format": 1, "title": "halves", "stages": {"main": main}, "bodies": hub})
+    return load({"format": 2, "title": "halves", "stages": {"main": main}, "bodies": hub})
 
 
 @pytest.mark.parametrize(
@@ -233,7 +233,7 @@ def test_places_on_halves_count_from_the_centre_of_the_member(member: str) -> No
     front, rear = {"at": -0.15, "radial": 1e8}, {"at": 0.15, "radial": 1e8}
     main[member]["support"] = {"front": front, "rear": rear}
     push = {"on": member, "force": {"x": 1.0}, "at": 0.2}
-    train = load({"format": 1, "title": "places", "stages": {"main": main}, "loads": {"push": push}})
+    train = load({"format": 2, "title": "places", "stages": {"main": main}, "loads": {"push": push}})
     stations = {body.name: body.station for body in train.bodies}
     assert stations[f"main/{member}/left"] == pytest.approx(-0.02)
     ends = {entry.name: entry.station for entry in train.links if entry.path == f"stages.main.{member}.support.rear"}

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from epicyclic.teeth.phasing import Phase, shift_term
+from epicyclic.teeth.geometry import Phase, shift_term
 
 EXACT = st.fractions(-50, 50, max_denominator=200)
 REST = st.floats(-20, 20, allow_subnormal=False)

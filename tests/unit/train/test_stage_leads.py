@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.teeth.phasing import Phase
+from epicyclic.teeth.geometry import Phase
 from epicyclic.train.phasing import (
     StagePhases,
     ToothedGear,

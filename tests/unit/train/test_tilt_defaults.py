@@ -22,7 +22,7 @@ PAIRS = ("sun-planet", "planet-ring")
 PLACE, RADIAL = 0.07, 2.5e9
 
 BASE: Document = {
-    "format": 1,
+    "format": 2,
     "title": "a helical set with four planets",
     "damping": {"modal": 0.03},
     "stages": {

@@ -260,15 +260,11 @@ def test_what_is_wrong_is_named(more: Table, path: str, given: str, allowed: str
 
 @pytest.mark.parametrize("named", ["sun-ring", "sun-planet.left"])
 def test_a_pair_that_does_not_mesh_is_no_place_of_an_error(named: str) -> None:
-    """A file of format 1 is read, and warns."""
     error = {f"deviations.meshes.{named}.errors.a": {"turns_with": "sun", "amplitude": "1 um"}}
     with pytest.raises(ModelError) as refused:
         load("lin1999-n4", {**TURNING, **error})
     assert refused.value.path == f"deviations.main.meshes.{named}"
     assert refused.value.allowed == "main.meshes.sun-planet, main.meshes.planet-ring"
-    (warning,) = [text for text in load("lin1999-n4", {"format": 1, **TURNING, **error}).warnings if "effect" in text]
-    assert warning.startswith(f"deviations.main.meshes.{named} has no effect: no such mesh")
-    assert "main.meshes.planet-ring, main.meshes.sun-planet" in warning
 
 
 @pytest.mark.parametrize(("side", "allowed"), [("left", True), ("middle", False)])

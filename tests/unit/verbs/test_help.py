@@ -10,8 +10,7 @@ from typing import Annotated, get_args, get_origin
 import pytest
 
 import epicyclic
-from epicyclic.verbs.described import described, type_words
-from epicyclic.verbs.record import Option, keywords, verbs
+from epicyclic.verbs.record import Option, described, keywords, type_words, verbs
 
 
 @pytest.mark.parametrize("name", [name for name in verbs()])

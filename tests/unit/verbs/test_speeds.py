@@ -9,8 +9,7 @@ import xarray as xr
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.train.train import Train
-from epicyclic.verbs.parsing import mesh_frequency
-from epicyclic.verbs.speeds import relative
+from epicyclic.verbs.parsing import mesh_frequency, relative
 
 TONE = 27.3125
 

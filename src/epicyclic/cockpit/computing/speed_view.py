@@ -18,7 +18,7 @@ from ...questions.modes.eigen import classify_modes, normalisation
 from ...questions.response.measures import force_extremes, mean
 from ...questions.response.resonances import BAND, excited_modes, of_one_tone
 from ...questions.response.response import Response, respond_part, response, response_parts, unstable_speeds
-from ...questions.response.sweep_table import speeds_of
+from ...questions.response.sweep_table import SpeedOptions, speeds_of
 from ...questions.response.waveform import force_signal, whole_mesh_signal
 from ...results.ties import largest, ranked
 from ...statics.tangent import linear
@@ -344,7 +344,7 @@ def force_curves(model: SpeedModel, effort: Effort, *, pause: Callable[[], None]
     pause : called between parts of the work; what it raises ends the work.
     """
     whole = model.whole
-    speed = speeds_of(whole, mesh_frequency=None, relative_speed=None, speed_range=None, points=effort.points)
+    speed = speeds_of(whole, SpeedOptions(points=effort.points))
     stable = np.flatnonzero(~unstable_speeds(whole, speed))
     force = np.full((len(faces(whole.system.meshes).name), speed.size), np.nan)
     for tone, ready in enumerate(model.solved):

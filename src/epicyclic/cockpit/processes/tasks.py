@@ -167,13 +167,13 @@ def compared_states(first: Loadable, second: Loadable, names: tuple[str, str]) -
     ------
     ModelError : a state of which no train can be made.
     """
-    from ...questions.compare.compare import compare_of
-    from ...show.views.compare import tables
+    from ...questions.compare.compare import compare
+    from ...show.views import tables_of
     from ...train.resolution import load
 
     trains = [load(source, overrides=overrides) for source, overrides in (first, second)]
-    result = compare_of(trains)
+    result = compare(*trains)
     result = result.assign_coords(train=[f"{names[0]}, pinned", f"{names[1]}, present"])
-    (table,) = tables(result)
+    (table,) = tables_of(result)
     rows = [[str(cell) for cell in row] for row in zip(*table.columns.values(), strict=True)]
     return {"headings": list(table.columns), "rows": rows, "lead": table.lead, "notes": list(table.notes)}

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...arguments import checked
 from ...document.tables import leaves
 from ...document.units import KINDS, factor
 from ...engine.source import train_of
@@ -259,36 +260,40 @@ class _Compared:
     result: xr.Dataset | None
 
 
-def compare_of(
-    sources: Sequence[Source],
-    *,
+@checked
+def compare(
+    *sources: str | Path | Mapping[str, Any] | Train | System | xr.Dataset,
     overrides: Mapping[str, Any] | None = None,
     variants: Sequence[Mapping[str, Any]] = (),
 ) -> xr.Dataset:
-    """Compare the first source with every other one, and with variants of the first.
+    """What differs between the drawings of several trains, and what it does to modes, load sharing and forces.
 
     Parameters
     ----------
-    sources : model files, ready drives, dicts, Trains, saved results (.nc, .json) or Datasets of results.
-    overrides : path -> value, laid over every model.  variants : overrides of the first model, one train each.
+    sources : model files, ready drives, dicts, Trains; or saved results (.nc, .json) and Datasets of results.  The
+        first is what the others are compared with.  Results alone are compared variable by variable.
+    overrides : path -> value, laid over every model.
+    variants : path -> value, laid over the first model: one more train each.
 
     Returns
     -------
-    Dataset along `train`.  Of models: what differs in the drawing, speeds, natural frequencies paired by their mode
-    shapes or by kind and order, load sharing and mesh forces.  Of results alone: the variables that all have.
+    Dataset of kind `compare` along `train`: difference_text, difference_value (difference, train); transmission_ratio,
+    k_gamma, worst_mesh (train); speed (member, train) [rpm]; frequency, mode_kind, modal_assurance (mode, train), modes
+    paired as `mode_pairing` says; mean_load_sharing, mesh_force_mean, mesh_force_peak (mesh, train) [N] at operation.
 
     Raises
     ------
-    ModelError : fewer than two or more than `MOST` to compare, a wrong model or result; overrides of a result.
+    ModelError : fewer than two to compare, a wrong model or result.
     """
     count = len(sources) + len(variants)
     if not 2 <= count <= MOST:
         raise ModelError("not a number of trains to compare", path="sources", given=count, allowed=f"2 to {MOST}")
-    if variants and (isinstance(sources[0], Train | System | xr.Dataset) or _is_result(sources[0])):
+    first: Any = sources[0]
+    if variants and (isinstance(first, Train | System | xr.Dataset) or _is_result(first)):
         raise ModelError("varies a model alone", path="variants", allowed="a model file or ready drive first")
     compared = [_compared(source, overrides) for source in sources]
     for changes in variants:
-        train = load(sources[0], overrides={**(overrides or {}), **changes})
+        train = load(first, overrides={**(overrides or {}), **changes})
         name = "; ".join(f"{path}={value}" for path, value in changes.items()) or "as drawn"
         compared.append(_Compared(name=name, train=train, result=None))
     names = _distinct([entry.name for entry in compared])

@@ -14,7 +14,7 @@ the next branch begins at a stable motion; in between stands one motion at every
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
 from typing import Literal
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from ...system.system import Array
 from ..response.response import Response, Truncation, respond
-from .continuation import ArclengthUnit, PathPoint, Stepping, arclength_unit, branch, located
+from .continuation import PathPoint, Stepping, arclength_unit, branch, located
 from .corrector import NewtonResult, linear_start, solve
 from .outputs import force_level
 from .problem import Problem, State, dynamic_size, evaluate, prolonged
@@ -65,7 +65,7 @@ _End = Literal["through", "cut", "lost"]
 class Scan:
     """Linear responses over speed.
 
-    speeds : (Q,) relative, rising.  asked : (Q,) place among the speeds asked for, -1 of one between.
+    speeds : (Q,) relative, rising.  asked : (Q,) index among the speeds asked for, -1 of one between.
     solutions : (Q,) in which no flank changes its contact, None where one does.
     harmonics : (Q,) that the linear response needs.
     """
@@ -105,11 +105,11 @@ def _linear_solutions(refinement: Refinement, speeds: Array) -> tuple[list[Solut
     harmonics = np.zeros(speeds.size, np.int64)
     if speeds.size:
         for block in respond(refinement.ready, speeds, tolerance=_LINEAR, shaft_orders=False):
-            for at, place in enumerate(block.index.tolist()):
-                harmonics[place] = block.harmonics
+            for at, index in enumerate(block.index.tolist()):
+                harmonics[index] = block.harmonics
                 if block.residual[at] <= _ACCEPTED:
                     speed, residual = float(block.speed[at]), float(block.residual[at])
-                    solutions[place] = _closed(refinement, block.mesh.y[at], speed, block.truncation, residual)
+                    solutions[index] = _closed(refinement, block.mesh.y[at], speed, block.truncation, residual)
         if len(refinement.ready.lines.tones) == 1:
             _without_open_flanks(refinement, speeds, solutions, harmonics)
     return solutions, harmonics
@@ -127,17 +127,17 @@ def _speeds_between(ready: Response, low: float, high: float) -> Array:
 def _closed(refinement: Refinement, y: Array, speed: float, kept: Truncation, residual: float) -> Solution | None:
     """The linear motion (2, J, n) as a solution, None where a tooth of it parts or strikes the other flank."""
     harmonics = max(kept[:-1])
-    given = refinement.lattice(kept[:-1], kept[-1], 1, refinement.samples(harmonics))
-    state = evaluate(given, y, speed)
-    if not given.rows.parametric:
-        return _closed_by_law(refinement, given, y, speed, harmonics)
-    if not np.all(state.touching == (given.rows.sense > 0)):
+    balance = refinement.lattice(kept[:-1], kept[-1], 1, refinement.samples(harmonics))
+    state = evaluate(balance, y, speed)
+    if not balance.rows.parametric:
+        return _closed_by_law(refinement, balance, y, speed, harmonics)
+    if not np.all(state.touching == (balance.rows.sense > 0)):
         return None
     residual = max(residual, state.norm / dynamic_size(y))
-    return Solution(given=given, harmonics=harmonics, state=state, residual=residual)
+    return Solution(balance=balance, harmonics=harmonics, state=state, residual=residual)
 
 
-def _closed_by_law(refinement: Refinement, given: Problem, y: Array, speed: float, harmonics: int) -> Solution | None:
+def _closed_by_law(refinement: Refinement, balance: Problem, y: Array, speed: float, harmonics: int) -> Solution | None:
     """The motion that Newton's method reaches from the linear one (2, J, n), teeth closed and tangents as they vary.
 
     None where a tooth parts, and where the motion is no longer near the linear one: several may exist there, and the
@@ -145,10 +145,10 @@ def _closed_by_law(refinement: Refinement, given: Problem, y: Array, speed: floa
     """
     H = harmonics_for(max(_LEAST_OF_CLOSED_TEETH, harmonics))
     finer = refinement.problem(H)
-    at = solution(refinement, prolonged(given, finer, y), speed, given=finer, harmonics=H)
-    if at is None or not np.all(at.state.touching == (at.given.rows.sense > 0)):
+    at = solution(refinement, prolonged(balance, finer, y), speed, balance=finer, harmonics=H)
+    if at is None or not np.all(at.state.touching == (at.balance.rows.sense > 0)):
         return None
-    linear = prolonged(given, at.given, y)
+    linear = prolonged(balance, at.balance, y)
     moved = float(np.linalg.norm((at.state.y - linear)[:, 1:]))
     return at if moved <= NEAR * dynamic_size(linear) else None
 
@@ -157,28 +157,28 @@ def _without_open_flanks(
     refinement: Refinement, speeds: Array, solutions: list[Solution | None], harmonics: NDArray[np.int64]
 ) -> None:
     """Enter linear solutions at speeds (Q,) in which flanks left open by the mean load never touch."""
-    missing = [place for place, at in enumerate(solutions) if at is None]
+    missing = [index for index, at in enumerate(solutions) if at is None]
     if not missing:
         return
     pressed = _pressed(refinement, float(speeds[missing[0]]), int(harmonics[missing[0]]))
     if pressed is None:
         return
-    for place in missing:
-        H = harmonics_for(max(_LEAST_OF_CLOSED_TEETH, int(harmonics[place])))
-        given, speed = refinement.problem(H), float(speeds[place])
-        start = linear_start(given, speed, pressed)
-        if np.all(evaluate(given, start, speed).touching == pressed):
-            at = solution(refinement, start, speed, given=given, harmonics=H)
-            solutions[place] = at if at is not None and np.all(at.state.touching == pressed) else None
+    for index in missing:
+        H = harmonics_for(max(_LEAST_OF_CLOSED_TEETH, int(harmonics[index])))
+        balance, speed = refinement.problem(H), float(speeds[index])
+        start = linear_start(balance, speed, pressed)
+        if np.all(evaluate(balance, start, speed).touching == pressed):
+            at = solution(refinement, start, speed, balance=balance, harmonics=H)
+            solutions[index] = at if at is not None and np.all(at.state.touching == pressed) else None
 
 
 def _pressed(refinement: Refinement, speed: float, harmonics: int) -> NDArray[np.bool_] | None:
     """Flanks (R,) that press in the mean of a linear motion with these alone, None where they are those loaded."""
-    given = refinement.problem(harmonics_for(max(_LEAST_OF_CLOSED_TEETH, harmonics)))
-    loaded = pressed = given.rows.sense > 0
+    balance = refinement.problem(harmonics_for(max(_LEAST_OF_CLOSED_TEETH, harmonics)))
+    loaded = pressed = balance.rows.sense > 0
     for _ in range(_ROUNDS):
-        motion, F = linear_start(given, speed, pressed)[0, 0], given.rows.count
-        mean = (given.rows.gaps @ motion - given.error[0])[:F]
+        motion, F = linear_start(balance, speed, pressed)[0, 0], balance.rows.count
+        mean = (balance.rows.gaps @ motion - balance.error[0])[:F]
         if np.array_equal(mean > 0, pressed):
             return None if np.array_equal(pressed, loaded) else pressed
         pressed = mean > 0
@@ -228,7 +228,7 @@ class BranchSet:
 
 @dataclass(slots=True, kw_only=True)
 class _Trace:
-    """The branch set as far as it has been followed.
+    """The branch set as far as it has been followed, `branches`.
 
     fixed : number of harmonics, None for as many as needed.  part : number of the part at hand.
     winding : whether the branch before was cut.
@@ -238,10 +238,7 @@ class _Trace:
     scan: Scan
     fixed: int | None
     stepping: Stepping
-    crossings: list[list[Crossing]]
-    segments: list[Segment] = field(default_factory=list)
-    ended: list[float] = field(default_factory=list)
-    cut: list[float] = field(default_factory=list)
+    branches: BranchSet
     part: int = 0
     winding: bool = False
 
@@ -260,80 +257,79 @@ def branch_set(
         scan=scan_closed_teeth(refinement, speeds),
         fixed=harmonics,
         stepping=stepping or Stepping(),
-        crossings=[[] for _ in speeds],
+        branches=BranchSet(speeds=speeds, segments=[], crossings=[[] for _ in speeds], ended=[]),
     )
-    place = 0
-    while place < trace.scan.speeds.size:
-        place = _closed_segment(trace, place)
-        if place < trace.scan.speeds.size:
-            place = _branch_segment(trace, place)
-    return BranchSet(
-        speeds=speeds, segments=trace.segments, crossings=trace.crossings, ended=trace.ended, cut=trace.cut
-    )
+    index = 0
+    while index < trace.scan.speeds.size:
+        index = _closed_segment(trace, index)
+        if index < trace.scan.speeds.size:
+            index = _branch_segment(trace, index)
+    return trace.branches
 
 
-def _closed_segment(trace: _Trace, place: int) -> int:
-    """Enter the linear solutions from a scanned speed on; returns the place where teeth part."""
+def _closed_segment(trace: _Trace, index: int) -> int:
+    """Enter the linear solutions from a scanned speed on; returns the index of that at which teeth part."""
     closed = list[Solution]()
-    while place < trace.scan.speeds.size:
-        at, asked = trace.scan.solutions[place], int(trace.scan.asked[place])
+    while index < trace.scan.speeds.size:
+        at, asked = trace.scan.solutions[index], int(trace.scan.asked[index])
         if at is None:
             break
         if asked >= 0:
-            trace.crossings[asked].append(Crossing(solution=at, part=trace.part))
+            trace.branches.crossings[asked].append(Crossing(solution=at, part=trace.part))
             closed.append(at)
-        place += 1
+        index += 1
     if closed:
-        trace.segments.append(Segment(solutions=closed, parts=[trace.part] * len(closed), branch=False))
-    return place
+        trace.branches.segments.append(Segment(solutions=closed, parts=[trace.part] * len(closed), branch=False))
+    return index
 
 
-def _branch_segment(trace: _Trace, place: int) -> int:
-    """Follow the branch from where teeth part at a scanned speed; returns the first scanned place behind it."""
+def _branch_segment(trace: _Trace, index: int) -> int:
+    """Follow the branch from where teeth part at a scanned speed; returns the first scanned speed behind it."""
     scan = trace.scan
-    before = scan.solutions[place - 1] if place else None
+    before = scan.solutions[index - 1] if index else None
     least = _LEAST[len(trace.refinement.ready.lines.tones)]
-    H = trace.fixed or harmonics_for(max(least, int(scan.harmonics[max(place - 1, 0)])))
-    given = trace.refinement.problem(H)
-    speed = float(scan.speeds[place - 1 if before is not None else place])
+    H = trace.fixed or harmonics_for(max(least, int(scan.harmonics[max(index - 1, 0)])))
+    balance = trace.refinement.problem(H)
+    speed = float(scan.speeds[index - 1 if before is not None else index])
     if before is not None:
-        start = solve(given, prolonged(before.given, given, before.state.y), speed)
+        start = solve(balance, prolonged(before.balance, balance, before.state.y), speed)
     if before is None or not start.converged:
-        asked = int(scan.asked[place])
-        if asked < 0 or trace.crossings[asked]:
-            return place + 1
-        speed = float(scan.speeds[place])
-        start = _begun_anew(trace, given, H, speed, place)
+        asked = int(scan.asked[index])
+        if asked < 0 or trace.branches.crossings[asked]:
+            return index + 1
+        speed = float(scan.speeds[index])
+        start = _begun_anew(trace, balance, H, speed, index)
         trace.part += 1
         if not start.converged:
             # behind a branch that was cut no motion is looked for but stable ones
-            trace.ended += [] if trace.winding else [speed]
-            return place + 1
+            if not trace.winding:
+                trace.branches.ended.append(speed)
+            return index + 1
         if trace.winding:
-            residual = trace.refinement.residual(given, start.state, H)
-            alone = Solution(given=given, harmonics=H, state=start.state, residual=residual)
+            residual = trace.refinement.residual(balance, start.state, H)
+            alone = Solution(balance=balance, harmonics=H, state=start.state, residual=residual)
             alone = with_stability(trace.refinement, alone)
             if not alone.stable:
-                trace.crossings[asked].append(Crossing(solution=alone, part=trace.part))
-                return place + 1
-    points, end = _followed(trace, given, H, start.state)
+                trace.branches.crossings[asked].append(Crossing(solution=alone, part=trace.part))
+                return index + 1
+    points, end = _followed(trace, balance, H, start.state)
     trace.winding = end == "cut"
     behind = _enter_branch(trace, points, H, end)
-    return max(behind, place + 1)
+    return max(behind, index + 1)
 
 
-def _begun_anew(trace: _Trace, given: Problem, harmonics: int, speed: float, place: int) -> NewtonResult:
+def _begun_anew(trace: _Trace, balance: Problem, harmonics: int, speed: float, index: int) -> NewtonResult:
     """A solution at a scanned speed: behind a branch that was cut from the speed before, else by the load."""
-    asked = int(trace.scan.asked[place])
-    if trace.winding and asked > 0 and trace.crossings[asked - 1]:
-        last = trace.crossings[asked - 1][-1].solution
-        solved = solve(given, prolonged(last.given, given, last.state.y), speed)
+    asked = int(trace.scan.asked[index])
+    if trace.winding and asked > 0 and trace.branches.crossings[asked - 1]:
+        last = trace.branches.crossings[asked - 1][-1].solution
+        solved = solve(balance, prolonged(last.balance, balance, last.state.y), speed)
         if solved.converged:
             return solved
     return load_continuation(trace.refinement, speed, harmonics=harmonics)
 
 
-def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tuple[list[PathPoint], _End]:
+def _followed(trace: _Trace, balance: Problem, harmonics: int, start: State) -> tuple[list[PathPoint], _End]:
     """Points of the branch from a solved state, until teeth are closed again or the range of speeds is left.
 
     With them how it ends.
@@ -351,9 +347,12 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tu
             or point.state.speed <= start.speed * (1 + _AT_SPEED)
         ):
             return False
-        return bool(np.all(point.state.touching == linear.state.touching[0])) and (
-            point.path.given.rows.parametric or _beside(point, linear)
-        )
+        if not np.all(point.state.touching == linear.state.touching[0]):
+            return False
+        # with tangents that vary it has to be on the motions of closed teeth, too
+        y = prolonged(linear.balance, point.path.balance, linear.state.y)
+        near = float(np.linalg.norm((point.state.y - y)[:, 1:])) <= NEAR * dynamic_size(y)
+        return point.path.balance.rows.parametric or near
 
     system = trace.refinement.ready.system
 
@@ -362,11 +361,11 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tu
         return point.state.unchanging and point.tangent.speed < 0 and point.length > 0
 
     points = branch(
-        given,
+        balance,
         start,
         low=REACH * float(scan.speeds[0]),
         high=float(scan.speeds[-1]),
-        unit=_unit(start),
+        unit=arclength_unit(start.speed, start.speed, start.y),
         stepping=trace.stepping,
         score=lambda state, problem: float(force_level(system, problem, state).max()),
         stop=lambda point: back(point) or returned(point) or winding.unstable(point),
@@ -401,19 +400,8 @@ class _Winding:
         return self.count >= _UNSTABLE_PARTS
 
 
-def _beside(point: PathPoint, closed: Solution) -> bool:
-    """Whether a point of a branch is on the motions of closed teeth at the next scanned speed."""
-    y = prolonged(closed.given, point.path.given, closed.state.y)
-    return float(np.linalg.norm((point.state.y - y)[:, 1:])) <= NEAR * dynamic_size(y)
-
-
-def _unit(start: State) -> ArclengthUnit:
-    """Units of arclength about a state."""
-    return arclength_unit(start.speed, start.speed, start.y)
-
-
 def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _End) -> int:
-    """Enter the solutions of a branch at every speed asked for; returns the first scanned place behind it."""
+    """Enter the solutions of a branch at every speed asked for; returns the first scanned speed behind it."""
     scan, parts = trace.scan, [trace.part]
     for before, after in pairwise(points):
         if np.sign(before.tangent.speed) != np.sign(after.tangent.speed):
@@ -423,11 +411,11 @@ def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _
         _enter_crossings(trace, before, after, part, harmonics)
     solutions = [_as_solution(trace.refinement, point, harmonics) for point in points]
     _enter_start(trace, solutions[0], parts[0])
-    trace.segments.append(Segment(solutions=solutions, parts=parts, branch=True))
+    trace.branches.segments.append(Segment(solutions=solutions, parts=parts, branch=True))
     last = points[-1].state.speed
     behind = int(np.searchsorted(scan.speeds, last, side="right"))
     if end != "through":
-        (trace.cut if end == "cut" else trace.ended).append(last)
+        (trace.branches.cut if end == "cut" else trace.branches.ended).append(last)
     if end != "through" or points[-1].tangent.speed < 0:
         trace.part += 1
         behind = int(np.searchsorted(scan.speeds, max(point.state.speed for point in points), side="right"))
@@ -437,22 +425,22 @@ def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _
 
 def _enter_start(trace: _Trace, first: Solution, part: int) -> None:
     """Enter the start of a branch that no closed segment leads to, where it lies at a speed asked for."""
-    place = int(np.searchsorted(trace.scan.speeds, first.state.speed))
-    asked = int(trace.scan.asked[place]) if place < trace.scan.speeds.size else -1
-    if asked >= 0 and trace.scan.speeds[place] == first.state.speed and not trace.crossings[asked]:
-        trace.crossings[asked].append(Crossing(solution=first, part=part))
+    index = int(np.searchsorted(trace.scan.speeds, first.state.speed))
+    asked = int(trace.scan.asked[index]) if index < trace.scan.speeds.size else -1
+    if asked >= 0 and trace.scan.speeds[index] == first.state.speed and not trace.branches.crossings[asked]:
+        trace.branches.crossings[asked].append(Crossing(solution=first, part=part))
 
 
 def _enter_crossings(trace: _Trace, before: PathPoint, after: PathPoint, part: int, harmonics: int) -> None:
     """Enter the solutions at the speeds asked for between two points of a branch."""
     low, high = sorted((before.state.speed, after.state.speed))
     speeds = trace.scan.speeds
-    for place in range(int(np.searchsorted(speeds, low)), int(np.searchsorted(speeds, high, side="right"))):
-        asked = int(trace.scan.asked[place])
-        if asked >= 0 and speeds[place] != before.state.speed:
-            at = _between(trace, before, after, float(speeds[place]), harmonics)
+    for index in range(int(np.searchsorted(speeds, low)), int(np.searchsorted(speeds, high, side="right"))):
+        asked = int(trace.scan.asked[index])
+        if asked >= 0 and speeds[index] != before.state.speed:
+            at = _between(trace, before, after, float(speeds[index]), harmonics)
             if at is not None:
-                trace.crossings[asked].append(Crossing(solution=at, part=part))
+                trace.branches.crossings[asked].append(Crossing(solution=at, part=part))
 
 
 def _between(trace: _Trace, before: PathPoint, after: PathPoint, speed: float, harmonics: int) -> Solution | None:
@@ -466,33 +454,31 @@ def _between(trace: _Trace, before: PathPoint, after: PathPoint, speed: float, h
         solution,
         trace.refinement,
         speed=speed,
-        given=path.given,
+        balance=path.balance,
         harmonics=harmonics,
         backward=before.tangent.speed + after.tangent.speed < 0,
     )
     at = solved(guess, fixed=trace.fixed is not None)
     far = _BETWEEN * max(float(np.linalg.norm(a.y - b.y)), _LEAST_DISTANCE * dynamic_size(a.y))
-    if at is not None and float(np.linalg.norm(at.state.y - prolonged(path.given, at.given, guess))) <= far:
+    if at is not None and float(np.linalg.norm(at.state.y - prolonged(path.balance, at.balance, guess))) <= far:
         return at
-    # lengths about this point, not about the start of the branch
-    before = replace(before, path=replace(path, unit=_unit(a)))
     near = located(before, after, lambda point: point.state.speed - speed, tolerance=_AT_SPEED * speed, tries=_SECANTS)
     return None if near is None else solved(near.state.y, fixed=True)
 
 
 def _as_solution(refinement: Refinement, point: PathPoint, harmonics: int) -> Solution:
     """A point of a branch as a solution, with its residual at twice the harmonics."""
-    given, state = point.path.given, point.state
-    residual, backward = refinement.residual(given, state, harmonics), point.tangent.speed < _FLAT
-    return Solution(given=given, harmonics=harmonics, state=state, residual=residual, backward=backward)
+    balance, state = point.path.balance, point.state
+    residual, backward = refinement.residual(balance, state, harmonics), point.tangent.speed < _FLAT
+    return Solution(balance=balance, harmonics=harmonics, state=state, residual=residual, backward=backward)
 
 
 def _enter_other_closed(trace: _Trace, behind: int) -> None:
     """Enter closed solutions at speeds that a branch has passed without reaching them: parts of their own."""
-    for place in range(behind):
-        at, asked = trace.scan.solutions[place], int(trace.scan.asked[place])
+    for index in range(behind):
+        at, asked = trace.scan.solutions[index], int(trace.scan.asked[index])
         if at is None or asked < 0:
             continue
-        known = trace.crossings[asked]
+        known = trace.branches.crossings[asked]
         if all(distinct(each.solution, at) for each in known):
             known.append(Crossing(solution=at, part=-1 - asked))

@@ -67,7 +67,7 @@ class Stepping:
 class Path:
     """What the points of a path share: the balance that they solve, units of length, and the preconditioner."""
 
-    given: Problem
+    balance: Problem
     unit: ArclengthUnit
     kept: KeptPreconditioner
 
@@ -104,9 +104,9 @@ def arclength_unit(low: float, high: float, motion: Array) -> ArclengthUnit:
     return ArclengthUnit(motion=size / 5, speed=float(np.sqrt(low * high)) / 16)
 
 
-def start_of_path(given: Problem, state: State, unit: ArclengthUnit, *, upward: bool = True) -> PathPoint:
+def start_of_path(balance: Problem, state: State, unit: ArclengthUnit, *, upward: bool = True) -> PathPoint:
     """The first point of a path: a solved state and its tangent, up or down in speed."""
-    path = Path(given, unit, KeptPreconditioner())
+    path = Path(balance, unit, KeptPreconditioner())
     tangent, calls = _tangent(path, state, Tangent(np.zeros_like(state.y), 1.0 if upward else -1.0))
     return PathPoint(path=path, state=state, tangent=tangent, length=0.0, steps=0, calls=calls)
 
@@ -171,8 +171,8 @@ def _corrected(path: Path, y: Array, speed: float, tangent: Tangent, *, far: flo
     -------
     (state, Newton steps, Jacobian-vector products), None where Newton's method fails.
     """
-    given, unit = path.given, path.unit
-    state, moved_y, moved_s, calls = evaluate(given, y, speed), np.zeros_like(y), 0.0, 0
+    balance, unit = path.balance, path.unit
+    state, moved_y, moved_s, calls = evaluate(balance, y, speed), np.zeros_like(y), 0.0, 0
     for count in range(_NEWTON + 1):
         if not np.isfinite(state.norm):
             return None
@@ -184,7 +184,7 @@ def _corrected(path: Path, y: Array, speed: float, tangent: Tangent, *, far: flo
         moved_y, moved_s, calls = moved_y + step, moved_s + ds, calls + used
         if np.hypot(np.linalg.norm(moved_y), moved_s) > 2 * far or speed - moved_s * unit.speed <= 0:
             return None
-        state = evaluate(given, y - unit.motion * moved_y, speed - moved_s * unit.speed)
+        state = evaluate(balance, y - unit.motion * moved_y, speed - moved_s * unit.speed)
     return None
 
 
@@ -202,10 +202,10 @@ def _bordered(
 
     right : (2, J, n).  target : norm of the residual that is enough.  Returns (y (2, J, n), s, products).
     """
-    given, unit, kept = path.given, path.unit, path.kept
+    balance, unit, kept = path.balance, path.unit, path.kept
     shape, border = at.y.shape, tangent.motion.ravel()
-    inverse, product = kept.at(given, at), jacobian(given, at)
-    by_speed = (inverse(speed_derivative(given, at)) * (unit.speed / unit.motion)).ravel()
+    inverse, product = kept.at(balance, at), jacobian(balance, at)
+    by_speed = (inverse(speed_derivative(balance, at)) * (unit.speed / unit.motion)).ravel()
 
     def apply(x: Array) -> Array:
         """Product (2 J n + 1,) with the preconditioned bordered matrix."""
@@ -223,7 +223,7 @@ def _bordered(
 
 
 def branch(
-    given: Problem,
+    balance: Problem,
     start: State,
     *,
     low: float,
@@ -240,7 +240,7 @@ def branch(
     score : what has a peak that must not be missed.  stop : ends the branch at a point before it leaves [low, high].
     """
     points = list[PathPoint]()
-    for point in follow(start_of_path(given, start, unit), low, high, stepping=stepping):
+    for point in follow(start_of_path(balance, start, unit), low, high, stepping=stepping):
         points.append(point)
         if stop is not None and stop(point):
             break
@@ -314,7 +314,7 @@ def located(
 
 def peak_of(points: list[PathPoint], score: Score) -> int:
     """Place of the highest score."""
-    return int(np.argmax([score(point.state, point.path.given) for point in points]))
+    return int(np.argmax([score(point.state, point.path.balance) for point in points]))
 
 
 def _with_peak(points: list[PathPoint], score: Score) -> list[PathPoint]:

@@ -46,8 +46,9 @@ _STEPS, _HALVINGS = 20, 6
 _DECREASE = 0.1
 # Part of the residual wanted below which GMRES need not solve: the last Newton step is no better for it.
 _TARGET = 0.1
-# Residual of the GMRES of a step per residual now: each step of a torus is worth about one more digit.
-_FORCING = 1e-2
+# Residual of the GMRES of a step per residual now: each step of a torus is worth about one more digit; mesh orders are
+# cheap enough to solve each linear system to three.
+_FORCING, _MESH_FORCING = 1e-2, 1e-3
 # Change of the tangent, per k0, and receptance times tangent of a point, below which they do nothing.  Only the number
 # of products depends on them (ren2021, 3000 bordered solves: 22.5 products with no point coupled, 7.0 from 0.2, 6.3
 # from 0.1, 5.9 from 0.05, whose matrices take twice as long).
@@ -77,7 +78,7 @@ class NewtonResult:
 
 
 def solve(
-    given: Problem,
+    balance: Problem,
     start: Array,
     speed: float,
     *,
@@ -93,8 +94,8 @@ def solve(
     tolerance : of |R| per dynamic size.  steps : Newton steps at most.  work : Jacobian-vector products at most.
     step : how a Newton step is solved; None: GMRES to 1e-3.
     """
-    state, calls = evaluate(given, start, speed), 0
-    advance = step or _mesh_step()
+    state, calls = evaluate(balance, start, speed), 0
+    advance = step or newton_step(forcing=_MESH_FORCING, restarts=3)
     for count in range(steps + 1):
         if not np.isfinite(state.norm):
             break
@@ -103,36 +104,36 @@ def solve(
             return NewtonResult(state=state, converged=True, steps=count, calls=calls)
         if count == steps or calls > work:
             break
-        move, used = advance(given, state, state.residual, _TARGET * tolerance * size)
+        move, used = advance(balance, state, state.residual, _TARGET * tolerance * size)
         calls += used
-        lower = _line_search(given, state, move)
+        lower = _line_search(balance, state, move)
         if lower is None:
             break
         state = lower
     return NewtonResult(state=state, converged=False, steps=count, calls=calls)
 
 
-def _line_search(given: Problem, state: State, move: Array) -> State | None:
+def _line_search(balance: Problem, state: State, move: Array) -> State | None:
     """The first of the halved steps along a move (2, J, n) that lowers |R|, None where none does."""
     factor = 1.0
     for _ in range(_HALVINGS):
-        trial = evaluate(given, state.y - factor * move, state.speed)
+        trial = evaluate(balance, state.y - factor * move, state.speed)
         if trial.norm < (1 - _DECREASE * factor) * state.norm:
             return trial
         factor /= 2
     return None
 
 
-def linear_start(given: Problem, speed: float, touching: NDArray[np.bool_] | None = None) -> Array:
+def linear_start(balance: Problem, speed: float, touching: NDArray[np.bool_] | None = None) -> Array:
     """The linear motion (2, J, n) in which flanks touch all the time or never, to 1e-3: a start for Newton's method.
 
     Parameters
     ----------
     touching : (F,) the flanks that touch; None: every loaded flank and no far flank.
     """
-    pattern = given.rows.sense > 0 if touching is None else touching
-    state = evaluate(given, np.zeros(unknowns(given)), speed, touching=pattern)
-    return -_mesh_step()(given, state, state.residual, 0.0)[0]
+    pattern = balance.rows.sense > 0 if touching is None else touching
+    state = evaluate(balance, np.zeros(unknowns(balance)), speed, touching=pattern)
+    return -newton_step(forcing=_MESH_FORCING, restarts=3)(balance, state, state.residual, 0.0)[0]
 
 
 def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
@@ -142,9 +143,9 @@ def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
     """
     kept = KeptPreconditioner()
 
-    def step(given: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
+    def step(balance: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
         """The step (2, J, n) for a right side (2, J, n), and the Jacobian-vector products it took."""
-        inverse, product, shape = kept.at(given, at), jacobian(given, at), right.shape
+        inverse, product, shape = kept.at(balance, at), jacobian(balance, at), right.shape
         start = inverse(right)
         size = float(np.linalg.norm(start))
         x, _, calls = gmres_of_one(
@@ -159,11 +160,6 @@ def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
     return step
 
 
-def _mesh_step() -> NewtonStep:
-    """The step of mesh orders, cheap enough to solve each linear system to three digits."""
-    return newton_step(forcing=1e-3, restarts=3)
-
-
 # --- preconditioner ---------------------------------------------------------------------------------------------------
 
 
@@ -171,41 +167,42 @@ def _mesh_step() -> NewtonStep:
 class KeptPreconditioner:
     """The preconditioner of a state nearby, as long as GMRES takes few products with it.
 
-    given, inverse : of which balance it is, and itself; None before the first.  calls : products of the last solution.
+    balance, inverse : of which balance it is, and itself; None before the first.
+    calls : products of the last solution.
     """
 
-    given: Problem | None = None
+    balance: Problem | None = None
     inverse: Operator | None = None
     calls: int = 0
 
-    def at(self, given: Problem, state: State) -> Operator:
+    def at(self, balance: Problem, state: State) -> Operator:
         """The one that is kept, else that of a state: an operator on (2, J, n)."""
-        if self.inverse is None or self.given is not given or self.calls > _KEPT:
-            self.given, self.inverse = given, preconditioner(given, state)
+        if self.inverse is None or self.balance is not balance or self.calls > _KEPT:
+            self.balance, self.inverse = balance, preconditioner(balance, state)
         return self.inverse
 
 
-def preconditioner(given: Problem, at: State) -> Operator:
+def preconditioner(balance: Problem, at: State) -> Operator:
     """The approximate inverse of the Jacobian at a state, an operator on (2, J, n)."""
-    rows, face, m = given.rows, given.face, len(given.face.row)
+    rows, face, m = balance.rows, balance.face, len(balance.face.row)
     links = at.tangent[:, rows.count :] - rows.linear[rows.count :]
     tangent = np.concatenate([face.total(at.tangent[:, :m] - rows.linear[:m], axis=1), links], axis=1)
     size = np.abs(tangent).max(axis=0)
     largest = float(np.abs(rows.linear[rows.count :]).max(initial=0.0))
     if np.all(size <= _SAME * np.concatenate([face.total(rows.linear[:m]), np.full(links.shape[1], largest)])):
         return lambda right: right
-    (gaps, pulls), w = _meshes(given), at.speed * given.omega
+    (gaps, pulls), w = _meshes(balance), at.speed * balance.omega
     mean = tangent.mean(axis=0)
     drag = face.total((at.touching[:, :m].mean(axis=0) - 1.0) * rows.drag[:m])
     rate = np.multiply.outer(w, np.concatenate([drag, rows.lag[rows.count :] * mean[len(drag) :]]))
     points, receptance, loop = _soft_points(at, gaps, pulls, np.hypot(size, rate))
     order = np.argsort(-loop, kind="stable")
-    most = _MOST // (2 * len(size)) if len(given.grid.counts) == 1 else 0
+    most = _MOST // (2 * len(size)) if len(balance.grid.counts) == 1 else 0
     coupled, alone = (np.sort(part) for part in np.split(order, [most]))
     forces = list[tuple[Index, Operator]]()
     if coupled.size:
         place = points[coupled]
-        forces.append((place, _factored(_coupling(given, place, tangent, rate[place]), receptance[coupled])))
+        forces.append((place, _factored(_coupling(balance, place, tangent, rate[place]), receptance[coupled])))
     if alone.size:
         place = points[alone]
         forces.append((place, _alone(mean + 1j * rate[place], receptance[alone])))
@@ -227,9 +224,9 @@ def preconditioner(given: Problem, at: State) -> Operator:
     return apply
 
 
-def _meshes(given: Problem) -> tuple[Array, Array]:
+def _meshes(balance: Problem) -> tuple[Array, Array]:
     """Gaps and pulls (w, n) of whole meshes, their slices weighted by their stiffness k0, and of link rows."""
-    rows, face, m = given.rows, given.face, len(given.face.row)
+    rows, face, m = balance.rows, balance.face, len(balance.face.row)
     share = (rows.linear[:m] / face.total(rows.linear[:m])[face.row])[:, None]
     gaps, pulls = face.total(share * rows.gaps[:m]), face.total(share * rows.pulls[:m])
     if rows.links is None:
@@ -255,12 +252,12 @@ def _soft_points(at: State, gaps: Array, pulls: Array, T: Array) -> tuple[Index,
     return near[soft], receptance[soft], loop[soft]
 
 
-def _coupling(given: Problem, points: Index, tangent: Array, rate: Array) -> Array:
+def _coupling(balance: Problem, points: Index, tangent: Array, rate: Array) -> Array:
     """Amplitudes of the force per amplitude of the gap of every row: (2, k, 2, k, w) [N/m] for k lattice points.
 
     tangent : (N, w) over the samples.  rate : (k, w) dampers i w c of their mean [N/m].
     """
-    order, counts = given.grid.points[points], given.grid.counts
+    order, counts = balance.grid.points[points], balance.grid.counts
     waves = np.fft.fftn(tangent.reshape(*counts, -1), axes=range(len(counts))) / len(tangent)
 
     def at(orders: Index) -> ComplexArray:
@@ -334,14 +331,14 @@ class TruncatedOrders:
     kinds: int
 
 
-def truncated_orders(given: Problem, tones: Array, *, mesh: int, orders: tuple[int, ...]) -> TruncatedOrders:
+def truncated_orders(balance: Problem, tones: Array, *, mesh: int, orders: tuple[int, ...]) -> TruncatedOrders:
     """The orders that a balance drops.
 
     Parameters
     ----------
     tones : (D,) at s = 1 [rad/s], of which `mesh` are mesh tones.  orders : highest of each shaft tone.
     """
-    counts, points = given.grid.counts, given.grid.points
+    counts, points = balance.grid.counts, balance.grid.points
     D = len(counts)
     axes = [np.rint(np.fft.fftfreq(count, 1 / count)).astype(np.int64) for count in counts]
     axes[-1] = np.arange(counts[-1] // 2 + 1)
@@ -368,14 +365,14 @@ def truncated_orders(given: Problem, tones: Array, *, mesh: int, orders: tuple[i
     )
 
 
-def truncation_residual(given: Problem, at: State, truncated: TruncatedOrders) -> Array:
+def truncation_residual(balance: Problem, at: State, truncated: TruncatedOrders) -> Array:
     """Norm of the motion that the forces would put on the orders dropped, by kind (kinds,) [root of energy]."""
-    force, modal, rows = balanced_forces(given, at), given.modal, given.rows
+    force, modal, rows = balanced_forces(balance, at), balance.modal, balance.rows
     live = force.any(axis=0)
     if not live.any():  # no row presses at any phase
         return np.zeros(truncated.kinds)
-    box = force[:, live].reshape(*given.grid.counts, -1)
-    D = len(given.grid.counts)
+    box = force[:, live].reshape(*balance.grid.counts, -1)
+    D = len(balance.grid.counts)
     dropped = fft.rfftn(box, axes=range(D), norm="forward").reshape(-1, box.shape[-1])[truncated.place]
     w = at.speed * truncated.omega[:, None]
     if rows.lag.any():

@@ -33,15 +33,15 @@ _INSTANTS = 8192
 _BATCH = 2048
 
 
-def flank_force_at(given: Problem, at: State, phases: Array) -> Array:
+def flank_force_at(balance: Problem, at: State, phases: Array) -> Array:
     """Force of every flank at phases (T, D) of the tones [cycles], (T, F) [N]."""
-    rows, points, w = given.rows, given.grid.points, at.speed * given.omega
-    gap = (gap_rows(given, at.y) - given.error)[:, : rows.count]
+    rows, points, w = balance.rows, balance.grid.points, at.speed * balance.omega
+    gap = (gap_rows(balance, at.y) - balance.error)[:, : rows.count]
     rate, batches = rate_rows(gap, w), list[Array]()
     for part in np.array_split(phases, -(-len(phases) // _BATCH)):
         angle = 2 * np.pi * part @ points.T
         wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
-        delta, laws = wave @ gap, rows.at(given.cycles * part)
+        delta, laws = wave @ gap, rows.at(balance.cycles * part)
         force = laws.evaluate(delta)[0]
         if rows.damping.any():
             force = force + rows.damping * (wave @ rate)
@@ -119,16 +119,16 @@ class Measures:
     flank: Array
 
 
-def force_level(system: System, given: Problem, state: State) -> Array:
+def force_level(system: System, balance: Problem, state: State) -> Array:
     """RMS of the dynamic force of every whole mesh, (w,) [N]."""
-    level: Array = mesh_force(system, flank_force(given, state)).std(axis=0)
+    level: Array = mesh_force(system, flank_force(balance, state)).std(axis=0)
     return level
 
 
-def periodic_measures(system: System, given: Problem, state: State) -> Measures:
+def periodic_measures(system: System, balance: Problem, state: State) -> Measures:
     """Measures of a periodic motion over the samples of its period."""
-    motion = given.grid.values(state.y.reshape(-1, state.y.shape[2])) @ given.modal.shapes.T
-    return _measures(system, flank_force(given, state), state.touching, motion, smooth=len(given.grid.counts) == 1)
+    motion = balance.grid.values(state.y.reshape(-1, state.y.shape[2])) @ balance.modal.shapes.T
+    return _measures(system, flank_force(balance, state), state.touching, motion, smooth=len(balance.grid.counts) == 1)
 
 
 def record_measures(system: System, force: Array, motion: Array) -> Measures:
@@ -193,13 +193,13 @@ class TorusOutputs:
     flank: Array
 
 
-def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> TorusOutputs:
+def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> TorusOutputs:
     """Statistics of a point of the torus.
 
     Lines superposed add their mean square to the RMS and their amplitude to the extremes.  A mesh whose far flank stays
     away has no force below those at the samples and 0, whatever they add: teeth do not pull.
     """
-    system, rows, face, balance = given.ready.system, len(given.face.row), given.face, point.problem
+    system, rows, face, balance = torus.ready.system, len(torus.face.row), torus.face, point.problem
     flank = flank_force(balance, point.state)
     of_rows = row_force(system, flank)
     force = face.total(of_rows, axis=1)
@@ -217,7 +217,7 @@ def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
         force=force,
         row_force=of_rows,
         reach=_reach(mesh_lines, len(force)) if mesh_lines else np.zeros_like(force),
-        rms=np.sqrt(_variance(given, point, force, lines, mesh_lines)),
+        rms=np.sqrt(_variance(torus, point, force, lines, mesh_lines)),
         peak=_with_lines(force, mesh_lines, counts),
         minimum=np.maximum(-_with_lines(-force, mesh_lines, counts), least),
         row_peak=_with_lines(of_rows, row_lines, counts),
@@ -242,14 +242,14 @@ def _reach(amplitudes: Sequence[ComplexArray], samples: int) -> Array:
 
 
 def _variance(
-    given: Torus, point: TorusPoint, force: Array, lines: Sequence[SuperposedLine], amplitudes: Sequence[ComplexArray]
+    torus: Torus, point: TorusPoint, force: Array, lines: Sequence[SuperposedLine], amplitudes: Sequence[ComplexArray]
 ) -> Array:
     """Mean square of what varies, (w,) [N^2]: over one super-period, or over the torus that a long one fills.
 
     amplitudes : (Nm, w) of the lines.
     """
-    balance, mesh, D = point.problem, given.ready.lines.tones, len(point.problem.grid.counts)
-    of_shafts = given.shaft_tones.tones[: D - len(mesh)]
+    balance, mesh, D = point.problem, torus.ready.lines.tones, len(point.problem.grid.counts)
+    of_shafts = torus.shaft_tones.tones[: D - len(mesh)]
     tones: tuple[Fraction, ...] = (*mesh, *of_shafts, *(line.shaft.frequency for line in lines))
     path = None
     if len(tones) > 1 and (len(mesh) == 1 or not lines):
@@ -257,7 +257,7 @@ def _variance(
     if path is None:
         square = sum(((np.abs(amplitude) ** 2).mean(axis=0) / 2 for amplitude in amplitudes), np.zeros(force.shape[1]))
         return np.asarray(force.var(axis=0) + square)
-    total = mesh_force(given.ready.system, flank_force_at(balance, point.state, path[:, :D]))
+    total = mesh_force(torus.ready.system, flank_force_at(balance, point.state, path[:, :D]))
     for amplitude, phase in zip(amplitudes, path.T[D:], strict=True):
         # between samples of the mesh phase by Fourier sums
         count = len(amplitude)
@@ -267,11 +267,11 @@ def _variance(
     return np.asarray(total.var(axis=0))
 
 
-def torus_amplitudes(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> Array:
+def torus_amplitudes(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> Array:
     """Half the distance between extremes of every coordinate over all phases, (n,) [m; rz as radius times angle]."""
-    balance, modal = point.problem, given.ready.modal
+    balance, modal = point.problem, torus.ready.modal
     q = balance.grid.values(point.state.y.reshape(-1, modal.squared.size) @ modal.shapes.T)
     motions = [line.motion for line in lines]
     high, low = (_with_lines(values, motions, balance.grid.counts) for values in (q, -q))
-    amplitude: Array = given.ready.system.dofs.radius * (high + low) / 2
+    amplitude: Array = torus.ready.system.dofs.radius * (high + low) / 2
     return amplitude

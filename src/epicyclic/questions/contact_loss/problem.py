@@ -27,16 +27,20 @@ from numpy.typing import NDArray
 
 from ...system.system import Array, Faces, faces
 from ..modes.basis import Modal
+from ..response.balance import diagonal_inverse, diagonal_product
 from ..response.lattice import kept_points
 from ..response.response import FrameSpeed, Response
 from .rows import GapRows, GridLaws, gap_rows_of, grid_laws, line_gaps
-from .transforms import PlacedLine, Transforms, WidthTangents, contiguous, edges, grid
+from .transforms import PlacedLine, Transforms, WidthTangents, contiguous, edges, grid, phases_of
 
 Index = NDArray[np.int64]
 _T = TypeVar("_T", bound=np.generic)
 # Samples of a mesh cycle per harmonic where the caller names no number: contact that opens and closes has slow series,
 # so the 2 per harmonic of the sampling theorem would alias the force.
 _SAMPLES = 8
+# Length within which a gap stands at first touch [m]: the rounding of displacements of millimetres.  Teeth that nothing
+# presses together touch there by rule, not by the last bit.
+_ROUNDING = 1e-18
 # Part of the largest tangent of link rows within which one is constant: its rounding.
 _CONSTANT = 1e-9
 
@@ -73,7 +77,8 @@ class Problem:
 class State:
     """A motion at a relative speed, with its residual and its contact.
 
-    y : (2, J, n).  speed : s.  residual : (2, J, n) R.  inverse : D^-1 as of `_inverse`.
+    y : (2, J, n).  speed : s.  residual : (2, J, n) R.  inverse : D^-1, factors (J, n) of y and (2, J, n)
+        of its rotated copy (-im, re); 0 for a rigid mean.
     touching : (N, F) whether each flank presses.  norm : |R|.  tangent : (N, R) of every row there [N/m].
     unchanging : whether tangents keep one value at each phase: the motion is that of a linear system.
     acting : (N, F) part of its sample in which each damper acts.  edge : (N, F) how that part rises with the gap, times
@@ -105,15 +110,15 @@ def dynamic_size(y: Array) -> float:
     return max(varying, 1e-6 * float(np.linalg.norm(y)), np.finfo(float).tiny)
 
 
-def prolonged(given: Problem, other: Problem, y: Array) -> Array:
+def prolonged(balance: Problem, other: Problem, y: Array) -> Array:
     """A motion (2, J, n) of one problem on the J' points of another, (2, J', n): zero where the first has no point.
 
     The other period is as long, or holds the first a whole number of times.
     """
-    return embedded(given.grid.points, y, other, cycles=given.cycles)
+    return embedded(balance.grid.points, y, other, cycles=balance.cycles)
 
 
-def embedded(points: Index, y: Array, given: Problem, *, cycles: int = 1) -> Array:
+def embedded(points: Index, y: Array, balance: Problem, *, cycles: int = 1) -> Array:
     """A motion (2, J, n) at points (J, D') on the lattice of a problem, (2, J', n).
 
     Points of fewer phases count as of order 0 in the others.  Points that the problem lacks are left out; points that
@@ -123,11 +128,11 @@ def embedded(points: Index, y: Array, given: Problem, *, cycles: int = 1) -> Arr
     ----------
     cycles : mesh cycles in the period of the motion, a divisor of those of the problem.
     """
-    times, D = given.cycles // cycles, given.grid.points.shape[1]
-    places = {tuple(point): i for i, point in enumerate(given.grid.points.tolist())}
+    times, D = balance.cycles // cycles, balance.grid.points.shape[1]
+    places = {tuple(point): i for i, point in enumerate(balance.grid.points.tolist())}
     padding = (0,) * (D - points.shape[1])
     at = np.array([places.get((*(times * order for order in point), *padding), -1) for point in points.tolist()])
-    result = np.zeros(unknowns(given))
+    result = np.zeros(unknowns(balance))
     result[:, at[at >= 0]] = y[:, at >= 0]
     return result
 
@@ -176,8 +181,9 @@ def problem(
     rows, net = gap_rows_of(ready), grid(points, counts)
     error, force = _excitation(ready, points, rows, lines)
     # of flanks at the operating load, of link rows at the mean load
-    tangent = np.tile(rows.linear, (len(net.phases), 1))
-    tangent[:, : rows.count] = rows.flanks.tangent.at(cycles * net.phases[:, rows.phases]).stiffness
+    phases = cycles * phases_of(counts)
+    tangent = np.tile(rows.linear, (len(phases), 1))
+    tangent[:, : rows.count] = rows.flanks.tangent.at(phases[:, rows.phases]).stiffness
     return Problem(
         modal=ready.modal,
         rows=rows,
@@ -210,7 +216,7 @@ def _excitation(ready: Response, points: Index, rows: GapRows, lines: Sequence[P
     return np.concatenate([error.real, error.imag]), np.stack([modal_force.real, modal_force.imag], axis=1)
 
 
-def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.bool_] | None = None) -> State:
+def evaluate(balance: Problem, y: Array, speed: float, *, touching: NDArray[np.bool_] | None = None) -> State:
     """Residual of a motion y (2, J, n) at relative speed s.
 
     Parameters
@@ -218,34 +224,32 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
     touching : (N, F) or what broadcasts to it, the contact to assume, with the tangents of the problem; None: flanks
         and links follow their laws.
     """
-    w = speed * given.omega
-    inverse = _inverse(given.modal, w)
-    gap = gap_rows(given, y)
-    opened = gap - given.error
-    law = _forces(given, opened, speed) if touching is None else _assumed(given, opened, speed, touching)
-    excess = _excess_rows(given, law.force, gap, opened, w)
-    residual = y + _times(inverse, _couple(given, y, speed) + _pull(given, excess) - _force(given, speed))
+    w = speed * balance.omega
+    along, turn = diagonal_inverse(balance.modal, w[None])
+    inverse = along[0, 0], turn[0]
+    gap = gap_rows(balance, y)
+    opened = gap - balance.error
+    force, contact = _forces(balance, opened, speed) if touching is None else _assumed(balance, opened, speed, touching)
+    excess = _excess_rows(balance, force, gap, opened, w)
+    residual = y + diagonal_product(
+        inverse, _couple(balance, y, speed) + _pull(balance, excess) - _force(balance, speed)
+    )
     return State(
         y=y,
         speed=speed,
         residual=residual,
         inverse=inverse,
-        touching=law.touching,
-        tangent=law.tangent,
-        unchanging=law.unchanging,
         norm=float(np.linalg.norm(residual)),
-        acting=law.acting,
-        edge=law.edge,
-        width=law.width,
+        **contact._asdict(),
     )
 
 
-def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
+def jacobian(balance: Problem, at: State) -> Callable[[Array], Array]:
     """The Jacobian of the residual as an operator on steps (2, J, n) -> (2, J, n) [knoll2004].
 
     Rows that add nothing to it are left out of the transforms.  Laws are not asked: their tangents stand in the state.
     """
-    rows, w = given.rows, at.speed * given.omega
+    rows, w = balance.rows, at.speed * balance.omega
     tangent, drag = at.tangent - rows.linear, None
     if at.acting is not None and at.edge is not None:
         # where contact opens or closes within a sample, its part closed rises with the gap
@@ -256,11 +260,11 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
     pulls, lag = rows.pulls[live], rows.lag[live]
     tangent, drag = np.ascontiguousarray(tangent[:, live]), None if drag is None else drag[:, live]
     # one product takes a step to its gaps and to the couplings of modes
-    still, turning = _coupling(given, at.speed)
+    still, turning = _coupling(balance, at.speed)
     n, R = at.y.shape[2], len(pulls)
     parts = [np.ascontiguousarray(rows.gaps[live].T), *(part for part in (still, turning) if part is not None)]
     matrix = np.concatenate(parts, axis=1)
-    values, back, J = given.grid.values, given.grid.rows, w.size
+    values, back, J = balance.grid.values, balance.grid.rows, w.size
     width = None
     if at.width is not None:
         # of every row its place among the live ones
@@ -289,96 +293,95 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
             turned = product[:, -n:]
             pulled[:J] -= column * turned[J:]
             pulled[J:] += column * turned[:J]
-        return step + _times(at.inverse, pulled.reshape(step.shape))
+        return step + diagonal_product(at.inverse, pulled.reshape(step.shape))
 
     return apply
 
 
-def speed_derivative(given: Problem, at: State) -> Array:
+def speed_derivative(balance: Problem, at: State) -> Array:
     """dR/ds (2, J, n) with the motion held, at a state whose residual is zero."""
-    y, s, omega, modal = at.y, at.speed, given.omega, given.modal
+    y, s, omega, modal = at.y, at.speed, balance.omega, balance.modal
     w = s * omega
     turned = np.stack([-y[1], y[0]])
     moved = (-2 * w * omega)[:, None] * y + (omega[:, None] * modal.damping) * turned
-    rate = 2 * s if given.frame_speed == "kinematic" else 1.0
-    frame = 1.0 if given.frame_speed == "kinematic" else 0.0
+    rate = 2 * s if balance.frame_speed == "kinematic" else 1.0
+    frame = 1.0 if balance.frame_speed == "kinematic" else 0.0
     factors = {"G": rate * omega, "C": omega, "Kg": frame * 2 * s, "Cskew": frame}
     for name, matrix in modal.coupling.items():
         factor = np.asarray(factors[name])
         part = turned if name in ("G", "C") else y
         moved += (factor[..., None] * part if factor.ndim else factor * part) @ matrix
-    moved -= given.force[1] + 2 * s * given.force[2]
-    rows, gap = given.rows, gap_rows(given, y)
+    moved -= balance.force[1] + 2 * s * balance.force[2]
+    rows, gap = balance.rows, gap_rows(balance, y)
     if at.acting is not None:
         flanks = gap[:, : rows.count]
-        opened = flanks - given.error[:, : rows.count]
-        damper = at.acting * rows.damping * given.grid.values(rate_rows(opened, omega))
-        damper -= rows.drag * given.grid.values(rate_rows(flanks, omega))
-        moved += (given.grid.rows(damper) @ rows.pulls[: rows.count]).reshape(y.shape)
+        opened = flanks - balance.error[:, : rows.count]
+        damper = at.acting * rows.damping * balance.grid.values(rate_rows(opened, omega))
+        damper -= rows.drag * balance.grid.values(rate_rows(flanks, omega))
+        moved += (balance.grid.rows(damper) @ rows.pulls[: rows.count]).reshape(y.shape)
     if rows.lag.any():
-        opened = gap - given.error
-        links = _link_excess(given, given.grid.rows(_forces(given, opened, s).force), opened)
+        opened = gap - balance.error
+        links = _link_excess(balance, balance.grid.rows(_forces(balance, opened, s)[0]), opened)
         lagging = rate_rows(rows.lag[rows.count :] * links, omega)
         moved += (lagging @ rows.pulls[rows.count :]).reshape(y.shape)
-    return _times(at.inverse, moved)
+    return diagonal_product(at.inverse, moved)
 
 
-def balanced_forces(given: Problem, at: State) -> Array:
+def balanced_forces(balance: Problem, at: State) -> Array:
     """Force of every row in the balance (N, R) [N]: about edges of contact the share of a sample in the integral."""
-    return _forces(given, gap_rows(given, at.y) - given.error, at.speed).force
+    return _forces(balance, gap_rows(balance, at.y) - balance.error, at.speed)[0]
 
 
-def gap_forces(given: Problem, at: State) -> Array:
+def gap_forces(balance: Problem, at: State) -> Array:
     """Forces of flanks and link rows at the samples (N, F + L) [N], the dampers of links left out."""
-    opened, F = gap_rows(given, at.y) - given.error, given.rows.count
-    force = elastic_forces(given, given.grid.values(opened))
+    opened, F = gap_rows(balance, at.y) - balance.error, balance.rows.count
+    force = elastic_forces(balance, balance.grid.values(opened))
     if at.acting is not None:
-        rate = rate_rows(opened[:, :F], at.speed * given.omega)
-        force[:, :F] += given.rows.damping * given.grid.values(rate) * at.touching
+        rate = rate_rows(opened[:, :F], at.speed * balance.omega)
+        force[:, :F] += balance.rows.damping * balance.grid.values(rate) * at.touching
     return force
 
 
-def flank_force(given: Problem, at: State) -> Array:
+def flank_force(balance: Problem, at: State) -> Array:
     """Force of every flank over the grid of phases, (N, F) [N]."""
-    return gap_forces(given, at)[:, : given.rows.count]
+    return gap_forces(balance, at)[:, : balance.rows.count]
 
 
-def elastic_forces(given: Problem, delta: Array) -> Array:
+def elastic_forces(balance: Problem, delta: Array) -> Array:
     """Forces of flanks and link rows (N, F + L) [N] by their laws at gaps (N, R) [m], all dampers left out."""
-    rows, F = given.rows, given.rows.count
-    force, _ = given.laws.evaluate(delta[:, :F])
+    rows, F = balance.rows, balance.rows.count
+    force, _ = balance.laws.evaluate(delta[:, :F])
     if rows.links is None:
         return force
     return np.concatenate([force, rows.links.force(delta[:, F : F + rows.links.rows.size])], axis=1)
 
 
-def linearised_residual(given: Problem, at: State, other: Problem) -> Array:
+def linearised_residual(balance: Problem, at: State, other: Problem) -> Array:
     """Residual (2, J, n) of another problem at the motion of a state, with forces linearised about that state.
 
     The problems differ in their errors and external forces alone.
     """
-    rows, w, moved = given.rows, at.speed * given.omega, given.error - other.error
+    rows, w, moved = balance.rows, at.speed * balance.omega, balance.error - other.error
     F = rows.count
-    sampled = given.grid.values(moved)
+    sampled = balance.grid.values(moved)
     force = at.tangent * sampled
     if at.acting is not None:
-        force[:, :F] += at.acting * rows.damping * given.grid.values(rate_rows(moved[:, :F], w))
+        force[:, :F] += at.acting * rows.damping * balance.grid.values(rate_rows(moved[:, :F], w))
     if at.width is not None:
         force[at.width.at] += at.width.forces(sampled)
-    back = _lagged(given.grid.rows(force), rows.lag, w)
+    back = _lagged(balance.grid.rows(force), rows.lag, w)
     # the mean system holds the tangents of link rows, whose errors are forces on it
     back[:, F:] -= _lagged(rows.linear[F:] * moved[:, F:], rows.lag[F:], w)
-    pushed = _force(other, at.speed) - _force(given, at.speed)
-    return at.residual + _times(at.inverse, _pull(given, back) - pushed)
+    pushed = _force(other, at.speed) - _force(balance, at.speed)
+    return at.residual + diagonal_product(at.inverse, _pull(balance, back) - pushed)
 
 
 # --- forces of a motion -----------------------------------------------------------------------------------------------
 
 
-class _Forces(NamedTuple):
-    """Forces of the rows (N, R) [N] with contact, tangents and damper shares as of `State`."""
+class _Contact(NamedTuple):
+    """Contact, tangents and damper shares as of `State`."""
 
-    force: Array
     tangent: Array
     touching: NDArray[np.bool_]
     unchanging: bool
@@ -387,30 +390,35 @@ class _Forces(NamedTuple):
     width: WidthTangents | None
 
 
-def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
-    """Forces by the laws, from rows (2 J, R) of delta [m]; samples at an edge of contact as of `edges`."""
-    rows = given.rows
+def _forces(balance: Problem, opened: Array, speed: float) -> tuple[Array, _Contact]:
+    """Forces of the rows (N, R) [N] by the laws, from rows (2 J, R) of delta [m].
+
+    Samples at an edge of contact as of `edges`.
+    """
+    rows = balance.rows
     F = rows.count
     # delta cannot rise above its mean and all amplitudes
     J = len(opened) // 2
     reach = opened[0, :F] + np.hypot(opened[1:J, :F], opened[J + 1 :, :F]).sum(axis=0)
-    reaching = reach > given.laws.least_touch
+    reaching = reach > balance.laws.least_touch - _ROUNDING
     near, columns = np.flatnonzero(reaching), _columns(reaching)
-    laws, damping = given.laws.of(near), rows.damping[near]
-    delta = given.grid.values(opened[:, columns])
+    laws, damping = balance.laws.of(near), rows.damping[near]
+    delta = balance.grid.values(opened[:, columns])
     closed = laws.opening(delta)
+    idle = lift_idle(delta, closed)
     pressed = closed > 0
-    edge = edges(closed, given.grid.counts, rows.axis[near])
+    edge = edges(closed, balance.grid.counts, rows.axis[near])
     if edge is not None:
         edge.enter_penetration(delta, closed)
     flank, slope = laws.evaluate(delta)
+    flank[idle] = 0.0
     change = None if edge is None else edge.enter_means(flank, slope, laws.first_tangent)
     unchanging = edge is None and bool(np.all(pressed == pressed[:1]))
     if unchanging and not rows.parametric:
         unchanging = laws.constant(delta.min(axis=0), delta.max(axis=0))
     acting, opens = None, None
     if damping.any():
-        rate = given.grid.values(rate_rows(opened[:, columns], speed * given.omega))
+        rate = balance.grid.values(rate_rows(opened[:, columns], speed * balance.omega))
         part, rise = pressed.astype(float), np.zeros_like(rate)
         if edge is not None and change is not None:
             part[edge.at], rise[edge.at] = edge.share, np.where(edge.inside, rate[edge.at] / edge.width, 0.0)
@@ -420,11 +428,25 @@ def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
     force, tangent = _spread(flank, columns, len(rows.linear)), _spread(slope, columns, len(rows.linear))
     if rows.links is not None:
         last = F + rows.links.rows.size
-        force[:, F:last], tangent[:, F:] = rows.links.evaluate(given.grid.values(opened[:, F:last]))
+        force[:, F:last], tangent[:, F:] = rows.links.evaluate(balance.grid.values(opened[:, F:last]))
         change_of_links = np.ptp(tangent[:, F:], axis=0)
         unchanging &= bool(np.all(change_of_links <= _CONSTANT * np.abs(rows.linear).max(initial=0.0)))
     width = None if edge is None or change is None else edge.tangents(change, near)
-    return _Forces(force, tangent, _spread(pressed, columns, F), unchanging, acting, opens, width)
+    return force, _Contact(tangent, _spread(pressed, columns, F), unchanging, acting, opens, width)
+
+
+def lift_idle(delta: Array, closed: Array) -> NDArray[np.bool_]:
+    """Gaps within rounding of first touch, which are lifted to just above it: such flanks touch, without a force.
+
+    Parameters
+    ----------
+    delta, closed : (..., F) gaps and what of them is above first touch [m], both changed.
+    """
+    idle: NDArray[np.bool_] = np.abs(closed) <= _ROUNDING
+    if idle.any():
+        delta[idle] += _ROUNDING - closed[idle]
+        closed[idle] = _ROUNDING
+    return idle
 
 
 def _spread(values: NDArray[_T], columns: slice | Index, count: int) -> NDArray[_T]:
@@ -436,50 +458,50 @@ def _spread(values: NDArray[_T], columns: slice | Index, count: int) -> NDArray[
     return result
 
 
-def _assumed(given: Problem, opened: Array, speed: float, pattern: NDArray[np.bool_]) -> _Forces:
+def _assumed(balance: Problem, opened: Array, speed: float, pattern: NDArray[np.bool_]) -> tuple[Array, _Contact]:
     """Forces of assumed contact (N, F) with the tangents of the problem, from rows (2 J, R) of delta [m]."""
-    rows = given.rows
-    F, N = rows.count, len(given.tangent)
-    tangent = given.tangent.copy()
-    tangent[:, :F] = np.where(pattern, given.tangent[:, :F], 0.0)
+    rows = balance.rows
+    F, N = rows.count, len(balance.tangent)
+    tangent = balance.tangent.copy()
+    tangent[:, :F] = np.where(pattern, balance.tangent[:, :F], 0.0)
     live = _columns(tangent.any(axis=0))
     force = np.zeros_like(tangent)
-    force[:, live] = tangent[:, live] * given.grid.values(opened[:, live])
+    force[:, live] = tangent[:, live] * balance.grid.values(opened[:, live])
     touching = np.broadcast_to(pattern, (N, F)).copy()
     if rows.links is not None:
         # the law at the mean load and the tangent from there on
         force[:, F : F + rows.links.rows.size] += rows.links.offset
     if not rows.damping.any():
-        return _Forces(force, tangent, touching, True, None, None, None)
-    rate = given.grid.values(rate_rows(opened[:, :F], speed * given.omega))
+        return force, _Contact(tangent, touching, True, None, None, None)
+    rate = balance.grid.values(rate_rows(opened[:, :F], speed * balance.omega))
     acting = touching.astype(float)
     force[:, :F] += np.where(touching, rows.damping * rate, 0.0)
-    return _Forces(force, tangent, touching, True, acting, np.zeros_like(acting), None)
+    return force, _Contact(tangent, touching, True, acting, np.zeros_like(acting), None)
 
 
 # --- rows and products ------------------------------------------------------------------------------------------------
 
 
-def _excess_rows(given: Problem, force: Array, gap: Array, opened: Array, w: Array) -> Array:
+def _excess_rows(balance: Problem, force: Array, gap: Array, opened: Array, w: Array) -> Array:
     """Rows (2 J, R) [N] of forces (N, R) less what the mean system holds, of rows (2 J, R) of B^T q and delta [m]."""
-    rows, live = given.rows, _columns(force.any(axis=0))
+    rows, live = balance.rows, _columns(force.any(axis=0))
     back = np.zeros_like(gap)
-    back[:, live] = given.grid.rows(force[:, live])
+    back[:, live] = balance.grid.rows(force[:, live])
     F = rows.count
     if rows.links is not None:
-        back[:, F:] = _lagged(_link_excess(given, back, opened), rows.lag[F:], w)
+        back[:, F:] = _lagged(_link_excess(balance, back, opened), rows.lag[F:], w)
     back[:, :F] -= rows.linear[:F] * gap[:, :F]
     if rows.drag.any():
         back[:, :F] -= rows.drag * rate_rows(gap[:, :F], w)
     return back
 
 
-def _link_excess(given: Problem, back: Array, opened: Array) -> Array:
+def _link_excess(balance: Problem, back: Array, opened: Array) -> Array:
     """Forces of link rows (2 J, R - F) [N] less those of their tangents at the mean load, of forces and delta (2 J, R).
 
     The force of the mean system is that of the law at the mean load.
     """
-    rows = given.rows
+    rows = balance.rows
     assert rows.links is not None
     excess: Array = back[:, rows.count :] - rows.linear[rows.count :] * opened[:, rows.count :]
     excess[0, : rows.links.rows.size] -= rows.links.offset
@@ -502,61 +524,44 @@ def rate_rows(rows: Array, w: Array) -> Array:
     return np.concatenate([-w[:, None] * rows[J:], w[:, None] * rows[:J]])
 
 
-def gap_rows(given: Problem, y: Array) -> Array:
+def gap_rows(balance: Problem, y: Array) -> Array:
     """Rows (2 J, R) of B^T q [m], the gap of every row before errors, of a motion (2, J, n)."""
-    gap: Array = y.reshape(-1, y.shape[2]) @ given.rows.gaps.T
+    gap: Array = y.reshape(-1, y.shape[2]) @ balance.rows.gaps.T
     return gap
 
 
-def _pull(given: Problem, rows: Array) -> Array:
+def _pull(balance: Problem, rows: Array) -> Array:
     """Modal forces (2, J, n) of rows of forces (2 J, R) [N]."""
-    return (rows @ given.rows.pulls).reshape(unknowns(given))
+    return (rows @ balance.rows.pulls).reshape(unknowns(balance))
 
 
-def _force(given: Problem, speed: float) -> Array:
+def _force(balance: Problem, speed: float) -> Array:
     """External modal forces (2, J, n) at a relative speed."""
-    force: Array = given.force[0] + speed * (given.force[1] + speed * given.force[2])
+    force: Array = balance.force[0] + speed * (balance.force[1] + speed * balance.force[2])
     return force
 
 
-def _couple(given: Problem, y: Array, speed: float) -> Array:
+def _couple(balance: Problem, y: Array, speed: float) -> Array:
     """Coupling of modes (2, J, n) by G, Kg, Cskew and the dampers off the diagonal, at a relative speed."""
-    still, turning = _coupling(given, speed)
+    still, turning = _coupling(balance, speed)
     result: Array = np.zeros_like(y) if still is None else y @ still
     if turning is not None:
         turned = y @ turning
-        w = speed * given.omega[:, None]
+        w = speed * balance.omega[:, None]
         result[0] -= w * turned[1]
         result[1] += w * turned[0]
     return result
 
 
-def _coupling(given: Problem, speed: float) -> tuple[Array | None, Array | None]:
+def _coupling(balance: Problem, speed: float) -> tuple[Array | None, Array | None]:
     """Matrices (n, n) that couple modes at a relative speed: by their amplitudes, and by their rates; None: nothing."""
-    frame = speed if given.frame_speed == "kinematic" else 1.0
+    frame = speed if balance.frame_speed == "kinematic" else 1.0
     factors = {"G": frame, "C": 1.0, "Kg": frame**2, "Cskew": frame}
     still, turning = None, None
-    for name, matrix in given.modal.coupling.items():
+    for name, matrix in balance.modal.coupling.items():
         part = factors[name] * matrix
         if name in ("G", "C"):
             turning = part if turning is None else turning + part
         else:
             still = part if still is None else still + part
     return still, turning
-
-
-def _inverse(modal: Modal, w: Array) -> tuple[Array, Array]:
-    """D^-1 at w (J,) [rad/s]: factors (J, n) of y and (2, J, n) of its rotated copy (-im, re); 0 for a rigid mean."""
-    w = w[:, None]
-    real, imag = modal.squared - w**2, w * modal.damping
-    size = real**2 + imag**2
-    size[size == 0] = np.inf
-    turn = imag / size
-    return real / size, np.stack([turn, -turn])
-
-
-def _times(factor: tuple[Array, Array], y: Array) -> Array:
-    """Product (2, J, n) of factors as of `_inverse` and y (2, J, n)."""
-    out = factor[0] * y
-    out += factor[1] * y[::-1]
-    return out

@@ -77,17 +77,21 @@ class Refinement:
             )
         return self.problems[key]
 
+    def size_of(self, value: object) -> ProblemSize | None:
+        """Size of a problem of this refinement, None of anything else: how a run that is stopped refers to it."""
+        return next((size for size, problem in self.problems.items() if problem is value), None)
+
     def samples(self, harmonics: int) -> int:
         """The usual number of samples of a mesh cycle."""
         return harmonics * _SAMPLES[len(self.ready.lines.tones)]
 
-    def residual(self, given: Problem, state: State, harmonics: int) -> float:
+    def residual(self, balance: Problem, state: State, harmonics: int) -> float:
         """Residual of a solution seen with twice the harmonics and samples, relative to its dynamic size.
 
         It holds what is dropped, and what the sampling of contacts that open and close has cost.
         """
-        fine = self.problem(2 * harmonics, cycles=given.cycles)
-        seen = evaluate(fine, prolonged(given, fine, state.y), state.speed)
+        fine = self.problem(2 * harmonics, cycles=balance.cycles)
+        seen = evaluate(fine, prolonged(balance, fine, state.y), state.speed)
         return seen.norm / dynamic_size(state.y)
 
 
@@ -97,14 +101,13 @@ def harmonics_for(harmonics: int) -> int:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Solution:
+class PeriodicMotion:
     """A periodic motion.
 
-    state : of `given`, with so many harmonics.  residual : with twice as many.  kind : what sort of motion.
+    state : with so many harmonics.  residual : with twice as many.  kind : what sort of motion.
     stability : None where not asked for.  backward : whether its branch goes back in speed there.
     """
 
-    given: Problem
     harmonics: int
     state: State
     residual: float
@@ -118,12 +121,19 @@ class Solution:
         return self.stability is not None and self.stability.stable
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Solution(PeriodicMotion):
+    """A periodic motion that solves a balance, the given one."""
+
+    balance: Problem
+
+
 def solution(
     refinement: Refinement,
     start: Array,
     speed: float,
     *,
-    given: Problem,
+    balance: Problem,
     harmonics: int,
     fixed: bool = False,
     kind: Kind = "periodic",
@@ -133,20 +143,22 @@ def solution(
 
     Parameters
     ----------
-    start : (2, J, n) on the points of `given`, which has so many harmonics.  fixed : keep that number.
+    start : (2, J, n) on the points of `balance`, which has so many harmonics.  fixed : keep that number.
     """
     at: Solution | None = None
     for count in (harmonics, *(() if fixed else (finer for finer in HARMONICS if finer > harmonics))):
         if at is not None:
             if at.residual <= ACCURACY:
                 break
-            given = refinement.problem(count, cycles=at.given.cycles)
-            start = prolonged(at.given, given, at.state.y)
-        solved = solve(given, start, speed)
+            balance = refinement.problem(count, cycles=at.balance.cycles)
+            start = prolonged(at.balance, balance, at.state.y)
+        solved = solve(balance, start, speed)
         if not solved.converged:
             break
-        residual = refinement.residual(given, solved.state, count)
-        at = Solution(given=given, harmonics=count, state=solved.state, residual=residual, kind=kind, backward=backward)
+        residual = refinement.residual(balance, solved.state, count)
+        at = Solution(
+            balance=balance, harmonics=count, state=solved.state, residual=residual, kind=kind, backward=backward
+        )
     return at
 
 
@@ -158,7 +170,7 @@ def with_stability(refinement: Refinement, at: Solution) -> Solution:
     if key not in refinement.stability and len(tones) == 1:
         refinement.stability[key] = floquet_stability(refinement, at)
     elif key not in refinement.stability:
-        growth = quasi_periodic_growth(at.given, at.state, tones)
+        growth = quasi_periodic_growth(at.balance, at.state, tones)
         kind = GROWTH if growth.rate > 1 + CIRCLE else ""
         refinement.stability[key] = Stability(
             multiplier=complex(growth.rate), kind=kind, steps=growth.steps, error=growth.error
@@ -173,12 +185,12 @@ def distinct(first: Solution, second: Solution) -> bool:
 
 def distance(first: Solution, second: Solution) -> float:
     """Least difference of two motions over shifts by whole mesh cycles, per dynamic size of the larger one."""
-    a, b = (first, second) if len(first.given.omega) >= len(second.given.omega) else (second, first)
-    y = prolonged(b.given, a.given, b.state.y)
-    orders = a.given.grid.points.sum(axis=1)
+    a, b = (first, second) if len(first.balance.omega) >= len(second.balance.omega) else (second, first)
+    y = prolonged(b.balance, a.balance, b.state.y)
+    orders = a.balance.grid.points.sum(axis=1)
     distances = []
-    for shift in range(a.given.cycles):
-        turn = np.exp(2j * np.pi * orders * shift / a.given.cycles)[:, None]
+    for shift in range(a.balance.cycles):
+        turn = np.exp(2j * np.pi * orders * shift / a.balance.cycles)[:, None]
         moved = (y[0] + 1j * y[1]) * turn - (a.state.y[0] + 1j * a.state.y[1])
         distances.append(float(np.linalg.norm(moved)))
     return min(distances) / max(dynamic_size(a.state.y), dynamic_size(y))
@@ -189,23 +201,23 @@ def load_continuation(refinement: Refinement, speed: float, *, harmonics: int) -
 
     Stiffness variation, errors, dynamic forces and curvature of the laws are scaled together; mean loads stay.
     """
-    given = refinement.problem(harmonics)
-    solved = solve(given, linear_start(given, speed), speed)
+    balance = refinement.problem(harmonics)
+    solved = solve(balance, linear_start(balance, speed), speed)
     if solved.converged:
         return solved
-    rows, J = given.rows, len(given.omega)
+    rows, J = balance.rows, len(balance.omega)
     mean = np.concatenate([rows.flanks.stiffness, rows.linear[rows.count :]])
     for part in _LOADS:
-        error, force = given.error.copy(), given.force.copy()
+        error, force = balance.error.copy(), balance.force.copy()
         error[np.r_[1:J, J + 1 : 2 * J]] *= part
         force[:, :, 1:] *= part
         eased = replace(
-            given,
+            balance,
             rows=rows if rows.links is None else replace(rows, links=replace(rows.links, part=part)),
             error=error,
             force=force,
-            laws=given.laws.eased(rows.flanks.stiffness, part),
-            tangent=mean + part * (given.tangent - mean),
+            laws=balance.laws.eased(rows.flanks.stiffness, part),
+            tangent=mean + part * (balance.tangent - mean),
         )
         solved = solve(eased, solved.state.y if part > _LOADS[0] else linear_start(eased, speed), speed)
         if not solved.converged:
@@ -233,7 +245,7 @@ def symmetry_is_broken(refinement: Refinement, at: Solution) -> bool:
             continue
         images = list(_images(refinement, at, symmetry))
         if all(distinct(at, image) for image in images) and any(
-            refinement.residual(at.given, image.state, at.harmonics) <= at.residual + ACCURACY for image in images
+            refinement.residual(at.balance, image.state, at.harmonics) <= at.residual + ACCURACY for image in images
         ):
             return True
     return False
@@ -244,15 +256,15 @@ def _images(refinement: Refinement, at: Solution, symmetry: Symmetry) -> Iterato
 
     Of the states only y is that of the image.
     """
-    given, meshes = at.given, refinement.ready.system.meshes
+    balance, meshes = at.balance, refinement.ready.system.meshes
     tones = {int(tone) for tone, stage in zip(meshes.tone, meshes.stage, strict=True) if stage == symmetry.stage}
     # turning by one branch, of modal coordinates (n, n)
     shapes = refinement.ready.modal.shapes
     turn = np.asarray(np.linalg.solve(shapes, symmetry.operator @ shapes), np.float64)
     turned = at.state.y @ turn.T
-    turned[:, 0, given.modal.rigid] = 0.0
+    turned[:, 0, balance.modal.rigid] = 0.0
     for part in range(symmetry.branches):
-        cycles = part * given.grid.points[:, sorted(tones)].sum(axis=1)
+        cycles = part * balance.grid.points[:, sorted(tones)].sum(axis=1)
         shift = np.exp(2j * np.pi * cycles / symmetry.branches)[:, None]
         moved = (turned[0] + 1j * turned[1]) * shift
         yield replace(at, state=replace(at.state, y=np.stack([moved.real, moved.imag])))

@@ -122,14 +122,16 @@ class GapRows:
 def gap_rows_of(ready: Response) -> GapRows:
     """The rows of a System ready for its response, made once: every problem of it has them."""
     modal, system = ready.modal, ready.system
-    table = flanks(ready.lawful or system)
-    links = _link_rows(ready.lawful) if ready.lawful is not None else None
+    table = flanks(ready.lawful)
+    links = _link_rows(ready.lawful)
     m, far = len(system.meshes.name), table.mesh[len(system.meshes.name) :]
     B, linear, lag = table.B[:, m:], table.linear, np.zeros(table.mesh.size)
-    if links is not None and ready.lawful is not None:
-        columns, lags = _link_columns(ready.lawful, links)
-        B = np.concatenate([B, columns], axis=1)
-        linear, lag = np.append(linear, links.tangents(links.tangent)), np.append(lag, lags)
+    if links is not None:
+        groups, (x, y) = ready.lawful.groups, links.pairs.T
+        columns = ready.lawful.group_rows[:, links.rows]
+        B = np.concatenate([B, columns, columns[:, x] + columns[:, y]], axis=1)
+        lags = np.repeat([group.lag for group in groups], [len(group.rows) for group in groups])[links.rows]
+        linear, lag = np.append(linear, links.tangents(links.tangent)), np.concatenate([lag, lags, lags[x]])
     gaps, pulls = B.T @ modal.shapes, (modal.forces @ B).T
     gaps[:, modal.rigid] = pulls[:, modal.rigid] = 0.0
     tones = list(ready.lines.tones)
@@ -166,13 +168,6 @@ def _link_rows(system: System) -> LinkRowLaws | None:
     )
 
 
-def _link_columns(system: System, links: LinkRowLaws) -> tuple[Array, Array]:
-    """Columns (n, L + P) and lags (L + P,) [s] of link rows."""
-    lag = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])[links.rows]
-    B, (x, y) = system.group_rows[:, links.rows], links.pairs.T
-    return np.concatenate([B, B[:, x] + B[:, y]], axis=1), np.concatenate([lag, lag[x]])
-
-
 def law_warnings(ready: Response, rows: GapRows) -> list[CodedText]:
     """Warnings of the System as it is prepared for its laws (`statics.tangent`)."""
     held = rows.links is None or bool(rows.gaps[rows.count :].any())
@@ -195,7 +190,7 @@ def largest_link_forces(system: System, rows: GapRows, force: Array) -> Array:
 def line_gaps(ready: Response, rows: GapRows, line: Line) -> ComplexArray:
     """Errors (R,) [m] of a line in every row, without the opening of far flanks."""
     of_flanks = ready.system.flank_gaps(line)
-    if rows.links is None or ready.lawful is None:
+    if rows.links is None:
         return of_flanks
     lawful = next((each for each in ready.lawful.lines if each.frequency == line.frequency), None)
     size = ready.lawful.group_rows.shape[1]

@@ -12,6 +12,7 @@ motion itself; elsewhere it tells what the rows of the balance miss of it.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -73,12 +74,12 @@ class SuperposedLine:
     error: float
 
 
-def superposed_lines(given: Torus, point: TorusPoint) -> list[SuperposedLine]:
+def superposed_lines(torus: Torus, point: TorusPoint) -> list[SuperposedLine]:
     """The linear response of every group of lines that is not on the torus."""
-    return [_line_response(given, point, shaft) for shaft in given.shaft_tones.superposed]
+    return [_line_response(torus, point, shaft) for shaft in torus.shaft_tones.superposed]
 
 
-def superposition_is_exact(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine]) -> bool:
+def superposition_is_exact(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLine]) -> bool:
     """Whether no flank of a motion of mesh orders parts or closes whatever the phases of the lines.
 
     With laws whose tangents vary: and what the lines miss of their own forces is below 1e-3.
@@ -109,9 +110,9 @@ def _gap_values(point: TorusPoint) -> Array:
     return values
 
 
-def _line_response(given: Torus, point: TorusPoint, shaft: Shaft) -> SuperposedLine:
+def _line_response(torus: Torus, point: TorusPoint, shaft: Shaft) -> SuperposedLine:
     """The linear response to one group of lines, of flanks that touch when they do at a point."""
-    balance, speed = _problem(given, point, shaft), point.state.speed
+    balance, speed = _problem(torus, point, shaft), point.state.speed
     F = balance.rows.count
     closed = balance.tangent[:, :F] > 0
     state = evaluate(balance, np.zeros_like(balance.force[0]), speed, touching=closed)
@@ -129,7 +130,7 @@ def _line_response(given: Torus, point: TorusPoint, shaft: Shaft) -> SuperposedL
         shaft=shaft,
         stretch=stretch[:, :F],
         force=force,
-        motion=_amplitude(balance, y.reshape(-1, y.shape[2]) @ given.ready.modal.shapes.T),
+        motion=_amplitude(balance, y.reshape(-1, y.shape[2]) @ torus.ready.modal.shapes.T),
         error=_superposition_error(point, stretch, elastic),
     )
 
@@ -164,18 +165,18 @@ def _amplitude(balance: Problem, rows: Array) -> ComplexArray:
     return amplitude
 
 
-def _problem(given: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
+def _problem(torus: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
     """The balance of mesh orders around the frequency of the lines alone.
 
     Tangents are means over the shaft phases of the torus; backlash and steady forces belong to the mean alone.
     """
-    ready, D = given.ready, given.mesh_tones
+    ready, D = torus.ready, torus.mesh_tones
     points = [(*a, s) for a in mesh_points(point.size).tolist() for s in (-1, 0, 1)]
     lines = [placed_line((*orders, -1 if minus else 1), line) for orders, minus, line in shaft.members]
     balance = problem(
         ready,
         half_lattice(points),
-        np.append(given.tones[:D], 2 * np.pi * float(shaft.frequency)),
+        np.append(torus.tones[:D], 2 * np.pi * float(shaft.frequency)),
         (*point.problem.grid.counts[:D], _SAMPLES),
         lines,
     )
@@ -226,14 +227,19 @@ class MeshOrders:
         """The same of equal motions, bit by bit."""
         return self.speed, self.cycles, self.stable, self.y.tobytes()
 
+    @property
+    def digest(self) -> str:
+        """The key in few letters."""
+        return hashlib.sha256(repr(self.key[:3]).encode() + self.y.tobytes()).hexdigest()
+
 
 def mesh_orders(at: Solution) -> MeshOrders:
     """The motion of a solution."""
     return MeshOrders(
-        points=at.given.grid.points,
+        points=at.balance.grid.points,
         y=at.state.y,
         speed=at.state.speed,
-        cycles=at.given.cycles,
+        cycles=at.balance.cycles,
         stable=at.stability is None or at.stable,
     )
 
@@ -243,39 +249,39 @@ def integrated_with_shaft_orders() -> ShaftResponse:
     return ShaftResponse(measures=None, status="shaft orders are not known of a motion that is integrated")
 
 
-def shaft_response(given: Torus, at: MeshOrders) -> ShaftResponse:
+def shaft_response(torus: Torus, at: MeshOrders) -> ShaftResponse:
     """A motion with shaft orders next to one of mesh orders; where there is none, why."""
     if at.cycles > 1:
         return ShaftResponse(measures=None, status="shaft orders are not known of a motion of two mesh cycles")
     if not at.stable:
         return ShaftResponse(measures=None, status="shaft orders are not known of a motion that is not stable")
-    mesh_point = respond_torus(given.mesh_orders_only, at.speed, start=(at.points, at.y))
+    mesh_point = respond_torus(torus.mesh_orders_only, at.speed, start=(at.points, at.y))
     y = embedded(at.points, at.y, mesh_point.problem, cycles=at.cycles)
     if not mesh_point.converged or float(np.linalg.norm(mesh_point.state.y - y)) / dynamic_size(at.y) > _NEAR:
         return ShaftResponse(measures=None, status="the torus left the motion of mesh orders")
-    lines = superposed_lines(given.mesh_orders_only, mesh_point)
-    if superposition_is_exact(given.mesh_orders_only, mesh_point, lines):
-        return _torus_response(given.mesh_orders_only, mesh_point, lines)
-    needed, large = memory(given, at.speed)
+    lines = superposed_lines(torus.mesh_orders_only, mesh_point)
+    if superposition_is_exact(torus.mesh_orders_only, mesh_point, lines):
+        return _torus_response(torus.mesh_orders_only, mesh_point, lines)
+    needed, large = memory(torus, at.speed)
     if large:
         return ShaftResponse(measures=None, status=f"the torus of shaft orders would take {needed / 1e9:.0f} GB")
-    point = respond_torus(given, at.speed, start=(mesh_point.problem.grid.points, mesh_point.state.y))
+    point = respond_torus(torus, at.speed, start=(mesh_point.problem.grid.points, mesh_point.state.y))
     if not point.converged:
         status = f"the torus of shaft orders: {point.status}"
         return ShaftResponse(measures=None, status=status, residual=point.residual)
-    lines = superposed_lines(given, point)
+    lines = superposed_lines(torus, point)
     if not superposition_is_an_answer(point, lines):
         return ShaftResponse(
             measures=None,
             status="the torus of shaft orders has no tone left for lines that move links through their play",
             residual=point.residual,
         )
-    return _torus_response(given, point, lines)
+    return _torus_response(torus, point, lines)
 
 
-def _torus_response(given: Torus, point: TorusPoint, lines: list[SuperposedLine]) -> ShaftResponse:
+def _torus_response(torus: Torus, point: TorusPoint, lines: list[SuperposedLine]) -> ShaftResponse:
     """Measures of a point of the torus and of the lines superposed on it."""
-    outputs = torus_outputs(given, point, lines)
+    outputs = torus_outputs(torus, point, lines)
     error = max((line.error for line in lines), default=0.0)
     return ShaftResponse(
         measures=Measures(
@@ -283,7 +289,7 @@ def _torus_response(given: Torus, point: TorusPoint, lines: list[SuperposedLine]
             highest=outputs.peak,
             lowest=outputs.minimum,
             open=outputs.open,
-            amplitude=torus_amplitudes(given, point, lines),
+            amplitude=torus_amplitudes(torus, point, lines),
             flank=outputs.flank,
         ),
         status=point.status,
@@ -312,13 +318,13 @@ class LinearMotion:
     unchanging: bool
 
 
-def linear_motion(given: Torus, speed: float) -> LinearMotion | None:
+def linear_motion(torus: Torus, speed: float) -> LinearMotion | None:
     """The linear response at a relative speed; None where there is none, or laws have tangents that vary."""
-    ready = given.ready
+    ready = torus.ready
     asked = np.array([speed])
     if unstable_speeds(ready, asked)[0]:
         return None
-    shaft_orders = bool(given.shaft_lines)
+    shaft_orders = bool(torus.shaft_lines)
     block = next(respond(ready, asked, tolerance=_LINEAR_TOLERANCE, shaft_orders=shaft_orders))
     if not block.residual[0] <= _ACCEPTED or block.uncertainty[0] > _ACCEPTED:
         return None
@@ -342,20 +348,20 @@ def linear_motion(given: Torus, speed: float) -> LinearMotion | None:
             truncation=block.mesh.truncation_residual[0],
             calls=block.mesh.calls,
         ),
-        rms=np.sqrt(mean_square(whole_mesh_signal(force_signal(ready, block), given.face))[:, 0]),
+        rms=np.sqrt(mean_square(whole_mesh_signal(force_signal(ready, block), torus.face))[:, 0]),
         unchanging=state.unchanging and bool(np.all(state.touching == (balance.rows.sense > 0))),
     )
 
 
-def unchanging_lines(given: Torus, linear: LinearMotion) -> list[SuperposedLine] | None:
+def unchanging_lines(torus: Torus, linear: LinearMotion) -> list[SuperposedLine] | None:
     """The shaft lines of a linear motion; None where a flank parts or closes at any phase of them."""
     if not linear.unchanging:
         return None
-    lines = [_line(given.ready, linear, place, shaft) for place, shaft in enumerate(given.shaft_lines)]
-    return lines if superposition_is_exact(given.mesh_orders_only, linear.point, lines) else None
+    lines = [_line(torus.ready, linear, place, shaft) for place, shaft in enumerate(torus.shaft_lines)]
+    return lines if superposition_is_exact(torus.mesh_orders_only, linear.point, lines) else None
 
 
-def linear_error(given: Torus, linear: LinearMotion, size: Size, counts: Sequence[int]) -> tuple[float, float]:
+def linear_error(torus: Torus, linear: LinearMotion, size: Size, counts: Sequence[int]) -> tuple[float, float]:
     """What rows of a size miss of the linear response: of the RMS, and of the largest force per largest (derived here).
 
     Both are the worst of all whole meshes, mesh orders alone.
@@ -364,7 +370,7 @@ def linear_error(given: Torus, linear: LinearMotion, size: Size, counts: Sequenc
     ----------
     counts : (D,) samples of the mesh phases with which the rows were solved.
     """
-    exact, ready = linear.point, given.ready
+    exact, ready = linear.point, torus.ready
     mesh = size._replace(orders=())
     balance = problem(ready, mesh_points(mesh), ready.omega, tuple(counts), _mesh_lines(ready))
     state = evaluate(balance, linear_start(balance, exact.state.speed), exact.state.speed)
@@ -377,7 +383,7 @@ def linear_error(given: Torus, linear: LinearMotion, size: Size, counts: Sequenc
         truncation=np.zeros(1),
         calls=0,
     )
-    outputs = [torus_outputs(given.mesh_orders_only, point) for point in (exact, coarse)]
+    outputs = [torus_outputs(torus.mesh_orders_only, point) for point in (exact, coarse)]
     largest = [np.maximum(each.peak, -each.minimum) for each in outputs]
     return _relative(outputs[0].rms, outputs[1].rms), _relative(largest[0], largest[1])
 

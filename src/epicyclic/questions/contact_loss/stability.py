@@ -38,7 +38,7 @@ from ..stability.floquet import (
     steps_needed,
     variational_flow,
 )
-from .problem import Problem, State, evaluate, gap_rows, prolonged
+from .problem import Problem, State, evaluate, gap_rows, lift_idle, prolonged
 
 if TYPE_CHECKING:
     from ..response.response import Response
@@ -136,7 +136,7 @@ def floquet_stability(refinement: Refinement, at: Solution) -> Stability:
     ------
     numpy.linalg.LinAlgError : numbers that are not finite.
     """
-    steps, unchanging = _steps(at.given, at.state), at.state.unchanging
+    steps, unchanging = _steps(at.balance, at.state), at.state.unchanging
     largest = _largest(_floquet(refinement, at, steps))
     error = _NEAR_CLOSED if unchanging else _NEAR
     for _ in range(_FINER):
@@ -158,7 +158,7 @@ def floquet_multipliers(refinement: Refinement, at: Solution, *, steps: int | No
     ----------
     steps : of a period; None: as many as its stability takes.
     """
-    return _floquet(refinement, at, steps or _steps(at.given, at.state)).multipliers
+    return _floquet(refinement, at, steps or _steps(at.balance, at.state)).multipliers
 
 
 def floquet_vector(refinement: Refinement, at: Solution) -> tuple[Array, Array]:
@@ -168,7 +168,7 @@ def floquet_vector(refinement: Refinement, at: Solution) -> tuple[Array, Array]:
     ------
     ValueError : the multipliers came without vectors.
     """
-    solved = _floquet(refinement, at, _steps(at.given, at.state), vectors=True)
+    solved = _floquet(refinement, at, _steps(at.balance, at.state), vectors=True)
     if solved.position is None or solved.rate is None:
         raise ValueError("no vectors were asked for")
     return solved.position[:, 0].real, solved.rate[:, 0].real
@@ -181,11 +181,11 @@ def contact_tangents(refinement: Refinement, at: Solution, steps: int) -> tuple[
     (1 + a d/dt) k x: the stiffness k + a k' and the damper a k.  Rows that never change their contact or stiffness are
     left out, and the damping altogether where it stays.
     """
-    given, state = at.given, at.state
+    balance, state = at.balance, at.state
     if state.unchanging:
-        return _unchanged(given, state, steps)
-    fine = refinement.problem(at.harmonics, cycles=given.cycles, samples=_SAMPLES * steps // given.cycles)
-    seen = evaluate(fine, prolonged(given, fine, state.y), state.speed)
+        return _unchanged(balance, state, steps)
+    fine = refinement.problem(at.harmonics, cycles=balance.cycles, samples=_SAMPLES * steps // balance.cycles)
+    seen = evaluate(fine, prolonged(balance, fine, state.y), state.speed)
     rows = fine.rows
     stiffness = seen.tangent - rows.linear
     if (seen.acting is None or seen.edge is None) and not rows.lag.any():
@@ -193,7 +193,7 @@ def contact_tangents(refinement: Refinement, at: Solution, steps: int) -> tuple[
         return _means(stiffness, steps)[used], None, rows.gaps[used]
     damping = rows.lag * stiffness
     change = np.roll(damping, -1, axis=0) - damping
-    stiffness = stiffness + change * (len(change) / _period(given, state))
+    stiffness = stiffness + change * (len(change) / _period(balance, state))
     if seen.acting is not None and seen.edge is not None:
         # teeth that meet sooner meet their damper sooner: a stiffness for the moment of the meeting
         stiffness[:, : rows.count] += rows.damping * seen.edge
@@ -208,16 +208,18 @@ def _means(values: Array, steps: int) -> Array:
     return average
 
 
-def _unchanged(given: Problem, state: State, steps: int) -> tuple[Array, Array, Array]:
+def _unchanged(balance: Problem, state: State, steps: int) -> tuple[Array, Array, Array]:
     """`contact_tangents` (rows, steps) where contact does not change: a linear system without corners."""
-    rows, F = given.rows, given.rows.count
-    phases = np.zeros((steps, len(given.grid.counts)))
-    phases[:, 0] = given.cycles * np.arange(steps) / steps
-    gap = (given.grid.values(gap_rows(given, state.y) - given.error)[:, :F]).mean(axis=0)
+    rows, F = balance.rows, balance.rows.count
+    phases = np.zeros((steps, len(balance.grid.counts)))
+    phases[:, 0] = balance.cycles * np.arange(steps) / steps
+    gap = (balance.grid.values(gap_rows(balance, state.y) - balance.error)[:, :F]).mean(axis=0)
+    laws, delta = rows.at(phases), np.tile(gap, (steps, 1))
+    lift_idle(delta, delta - laws.touch)
     touching = state.touching[0]
     change = np.repeat((state.tangent[0] - rows.linear)[:, None], steps, axis=1)
     # the tangent at each phase is one value over all gaps of the motion: that at its mean is asked
-    change[:F] = np.where(touching, rows.at(phases).evaluate(np.broadcast_to(gap, (steps, F)))[1], 0.0).T
+    change[:F] = np.where(touching, laws.evaluate(delta)[1], 0.0).T
     change[:F] -= rows.linear[:F, None]
     damping = rows.lag * (state.tangent[0] - rows.linear)
     damping[:F] += np.where(touching, rows.damping, 0.0) - rows.drag
@@ -227,34 +229,34 @@ def _unchanged(given: Problem, state: State, steps: int) -> tuple[Array, Array, 
 
 def _floquet(refinement: Refinement, at: Solution, steps: int, *, vectors: bool = False) -> Floquet:
     """Multipliers of a motion with so many steps of its period."""
-    given, state = at.given, at.state
+    balance, state = at.balance, at.state
     stiffness, damping, gaps = contact_tangents(refinement, at, steps)
     if not len(stiffness):
-        stiffness, gaps = np.zeros((1, steps)), np.zeros((1, given.modal.squared.size))
+        stiffness, gaps = np.zeros((1, steps)), np.zeros((1, balance.modal.squared.size))
         damping = None
     return floquet(
-        given.modal,
+        balance.modal,
         stiffness,
-        period=_period(given, state),
-        frame=state.speed if given.frame_speed == "kinematic" else 1.0,
+        period=_period(balance, state),
+        frame=state.speed if balance.frame_speed == "kinematic" else 1.0,
         damping=damping,
         gaps=gaps,
         vectors=vectors,
     )
 
 
-def _period(given: Problem, state: State) -> float:
+def _period(balance: Problem, state: State) -> float:
     """Period of a motion [s]."""
-    return 2 * np.pi / (float(given.omega[1]) * state.speed)
+    return 2 * np.pi / (float(balance.omega[1]) * state.speed)
 
 
-def _steps(given: Problem, state: State) -> int:
+def _steps(balance: Problem, state: State) -> int:
     """Steps of a period, a whole number a mesh cycle; as of the linear system where contact does not change."""
-    cycle = _period(given, state) / given.cycles
-    least = _least_steps(given.modal, cycle, given.rows.flanks.variation)
+    cycle = _period(balance, state) / balance.cycles
+    least = _least_steps(balance.modal, cycle, balance.rows.flanks.variation)
     if not state.unchanging:
         least = max(_STEPS, least)
-    return given.cycles * _STEP * -(-least // _STEP)
+    return balance.cycles * _STEP * -(-least // _STEP)
 
 
 def _least_steps(modal: Modal, cycle: float, variation: ComplexArray) -> int:
@@ -294,7 +296,7 @@ class Tangents(NamedTuple):
         return Tangents(self.stiffness[rows], None if self.damping is None else self.damping[rows])
 
 
-def quasi_periodic_growth(given: Problem, state: State, tones: tuple[Fraction, ...]) -> Growth:
+def quasi_periodic_growth(balance: Problem, state: State, tones: tuple[Fraction, ...]) -> Growth:
     """Largest growth of a disturbance of a motion a cycle of the first tone, free motions apart.
 
     Parameters
@@ -306,24 +308,24 @@ def quasi_periodic_growth(given: Problem, state: State, tones: tuple[Fraction, .
     numpy.linalg.LinAlgError : numbers that are not finite.
     """
     window, period = window_cycles(tones[1] / tones[0])
-    cycle = 2 * np.pi / (float(given.tones[0]) * state.speed)
-    steps = _steps_of_torus(given, state, cycle)
+    cycle = 2 * np.pi / (float(balance.tones[0]) * state.speed)
+    steps = _steps_of_torus(balance, state, cycle)
     # cycles of the first tone whose tangents are made at once, so that a matrix over their samples stays small
-    size = max(1, _VALUES // (steps * _TORUS_SAMPLES * len(given.rows.linear)))
+    size = max(1, _VALUES // (steps * _TORUS_SAMPLES * len(balance.rows.linear)))
     turns = float(tones[1] / tones[0])
-    first = tangents_along(given, state, 0.0, min(size, window), steps, turns)
+    first = tangents_along(balance, state, 0.0, min(size, window), steps, turns)
     # rows that change later do so somewhere on the grid
-    used = np.any(first.stiffness != 0, axis=1) | np.any(state.tangent != given.rows.linear, axis=0)
+    used = np.any(first.stiffness != 0, axis=1) | np.any(state.tangent != balance.rows.linear, axis=0)
     if first.damping is not None:
         used |= np.any(first.damping != 0, axis=1)
     kept = first.of(used)
     flow = variational_flow(
-        given.modal,
+        balance.modal,
         kept.stiffness.mean(axis=1),
         step=cycle / steps,
-        frame=state.speed if given.frame_speed == "kinematic" else 1.0,
+        frame=state.speed if balance.frame_speed == "kinematic" else 1.0,
         damping=None if kept.damping is None else kept.damping.mean(axis=1),
-        gaps=given.rows.gaps[used],
+        gaps=balance.rows.gaps[used],
     )
     # disturbances of no preferred direction, the same every time
     noise = np.random.default_rng(0).standard_normal((flow.size, min(flow.size, _BLOCK)))
@@ -334,7 +336,7 @@ def quasi_periodic_growth(given: Problem, state: State, tones: tuple[Fraction, .
         for begin in range(0, window, size):
             start, count = (0 if period else len(rates) * window) + begin, min(size, window - begin)
             if size < window or (rates and not period):
-                kept = tangents_along(given, state, start, count, steps, turns).of(used)
+                kept = tangents_along(balance, state, start, count, steps, turns).of(used)
             after = flow.propagated(after, kept.stiffness, kept.damping)
         if not np.isfinite(after).all():
             raise np.linalg.LinAlgError("a disturbance over a window is not finite")
@@ -375,11 +377,11 @@ def window_cycles(ratio: Fraction) -> tuple[int, bool]:
     return min(range(_LEAST, _MOST + 1), key=lambda count: abs(count * ratio - round(count * ratio))), False
 
 
-def _steps_of_torus(given: Problem, state: State, cycle: float) -> int:
+def _steps_of_torus(balance: Problem, state: State, cycle: float) -> int:
     """Steps of a cycle of the first tone: as of a linear system, and more where contact changes."""
-    shortest = 2 * np.pi / (float(given.tones.max()) * state.speed)
-    top = given.rows.flanks.variation.shape[1]
-    least = steps_needed(given.modal, period=cycle, cycle=shortest, harmonics=top)
+    shortest = 2 * np.pi / (float(balance.tones.max()) * state.speed)
+    top = balance.rows.flanks.variation.shape[1]
+    least = steps_needed(balance.modal, period=cycle, cycle=shortest, harmonics=top)
     return least if state.unchanging else max(least, int(np.ceil(_TORUS_STEPS * cycle / shortest)))
 
 
@@ -399,7 +401,7 @@ def _rate(flow: VariationalFlow, block: Array, after: Array, cycles: int) -> tup
     return rate, rate * float(np.linalg.norm(left)) / (size * cycles)
 
 
-def tangents_along(given: Problem, state: State, start: float, cycles: int, steps: int, turns: float) -> Tangents:
+def tangents_along(balance: Problem, state: State, start: float, cycles: int, steps: int, turns: float) -> Tangents:
     """`floquet.contact_tangents` (R, cycles steps) from the laws at the phases of both tones, of all R rows.
 
     A sample in which contact opens or closes counts for the part in which it is closed, the gap continued linearly.
@@ -412,9 +414,9 @@ def tangents_along(given: Problem, state: State, start: float, cycles: int, step
     count = cycles * steps * _TORUS_SAMPLES
     first = start + np.arange(count + 1) / (steps * _TORUS_SAMPLES)
     phases = np.stack([first, turns * first], axis=1)
-    rows, time = given.rows, 2 * np.pi / (float(given.tones[0]) * state.speed * steps * _TORUS_SAMPLES)
-    F, delta = rows.count, _gaps_at(given, state, phases)
-    tangent, acting, edge = _flanks(given, phases, delta[:, :F], time)
+    rows, time = balance.rows, 2 * np.pi / (float(balance.tones[0]) * state.speed * steps * _TORUS_SAMPLES)
+    F, delta = rows.count, _gaps_at(balance, state, phases)
+    tangent, acting, edge = _flanks(balance, phases, delta[:, :F], time)
     stiffness = np.zeros_like(delta)
     stiffness[:, :F] = tangent
     if rows.links is not None:
@@ -431,12 +433,12 @@ def tangents_along(given: Problem, state: State, start: float, cycles: int, step
     return Tangents(_means(whole, cycles * steps), _means(damping, cycles * steps))
 
 
-def _gaps_at(given: Problem, state: State, phases: Array) -> Array:
+def _gaps_at(balance: Problem, state: State, phases: Array) -> Array:
     """Gaps delta (T, R) [m] of a motion at phases (T, D) of the tones [cycles]."""
-    opened, batches = gap_rows(given, state.y) - given.error, list[Array]()
+    opened, batches = gap_rows(balance, state.y) - balance.error, list[Array]()
     for part in np.array_split(phases, -(-len(phases) // _BATCH)):
-        wave = np.ones((len(part), len(given.grid.points)), complex)
-        for phase, orders in zip(part.T, given.grid.points.T, strict=True):
+        wave = np.ones((len(part), len(balance.grid.points)), complex)
+        for phase, orders in zip(part.T, balance.grid.points.T, strict=True):
             # one exponential an order of a tone, not one a lattice point
             of_tone, place = np.unique(orders, return_inverse=True)
             wave *= np.exp(2j * np.pi * np.outer(phase, of_tone))[:, place]
@@ -444,10 +446,11 @@ def _gaps_at(given: Problem, state: State, phases: Array) -> Array:
     return np.concatenate(batches)
 
 
-def _flanks(given: Problem, phases: Array, delta: Array, time: float) -> tuple[Array, Array, Array]:
+def _flanks(balance: Problem, phases: Array, delta: Array, time: float) -> tuple[Array, Array, Array]:
     """Tangents (T, F) [N/m] of flanks at gaps delta (T, F) [m] `time` [s] apart, with acting and edge as of `State`."""
-    laws = given.rows.at(phases)
+    laws = balance.rows.at(phases)
     closed = delta - laws.touch
+    lift_idle(delta, closed)
     travel = np.abs(np.gradient(closed, axis=0))
     place = np.divide(closed, travel, out=np.full_like(closed, np.inf), where=travel > 0)
     inside = np.abs(place) < 0.5

@@ -33,7 +33,7 @@ from .shaft_orders import (
     unchanging_lines,
 )
 from .stability import Stability, require_fast_enough
-from .torus import TRUNCATION_NOTED, Torus, TorusPoint, memory, respond_torus, torus
+from .torus import TRUNCATION_NOTED, Torus, TorusPoint, memory, respond_torus, torus_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,18 +82,18 @@ def contact_steady(
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
     if shaft_tones is not None and not 0 <= shaft_tones <= 3:
         raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
-    given = torus(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones)
-    require_fast_enough(given.ready, float(relative_speed), "relative_speed")
-    if gap_rows_of(given.ready).links is None:  # a body that the mean system loses may be held by the stop of its link
-        require_stable_mean(given.ready, float(relative_speed))
-    linear = linear_motion(given, float(relative_speed))
-    lines = None if linear is None else unchanging_lines(given, linear)
+    torus = torus_of(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones)
+    require_fast_enough(torus.ready, float(relative_speed), "relative_speed")
+    if gap_rows_of(torus.ready).links is None:  # a body that the mean system loses may be held by the stop of its link
+        require_stable_mean(torus.ready, float(relative_speed))
+    linear = linear_motion(torus, float(relative_speed))
+    lines = None if linear is None else unchanging_lines(torus, linear)
     rms = None
     if linear is not None and lines is not None:
-        given, point, rms = given.mesh_orders_only, linear.point, linear.rms
+        torus, point, rms = torus.mesh_orders_only, linear.point, linear.rms
     else:
         with np.errstate(over="ignore"):  # the error of a line of no force, which is none of its own
-            given, point, lines = steady_motion(given, float(relative_speed))
+            torus, point, lines = steady_motion(torus, float(relative_speed))
     off = max((line.error for line in lines), default=0.0)
     if not point.converged or off > _NO_FORCE:
         loose = "" if system.force.any() else f"{NO_TORQUE}, transient shows how they rattle; "
@@ -104,36 +104,36 @@ def contact_steady(
                 "transient follows the motion, static slow shafts; or try a slightly different speed"
             )
         raise ConvergenceError(
-            f"no steady motion with contact loss found at {float(given.ready.lines.tone) * relative_speed:.6g} Hz mesh "
+            f"no steady motion with contact loss found at {float(torus.ready.lines.tone) * relative_speed:.6g} Hz mesh "
             f"frequency ({point.status}, residual {point.residual:.2g}): {loose}"
             "transient follows the motion, static slow shafts; or try a slightly different speed, or more damping"
         )
     options = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
-    stability, coarse = mesh_order_stability(given, point), _coarse(given, point, linear)
-    return _labelled(given, point, lines, stability, options, rms=rms, coarse=coarse)
+    stability, coarse = mesh_order_stability(torus, point), _coarse(torus, point, linear)
+    return _labelled(torus, point, lines, stability, options, rms=rms, coarse=coarse)
 
 
-def mesh_order_stability(given: Torus, point: TorusPoint) -> Stability | None:
+def mesh_order_stability(torus: Torus, point: TorusPoint) -> Stability | None:
     """Stability of the motion of mesh orders next to a point of the torus; None where it is not known.
 
     That is with more than two mesh frequencies, and where Newton's method finds no motion of mesh orders there.
     """
-    if given.mesh_tones > 2:
+    if torus.mesh_tones > 2:
         return None
-    refinement, harmonics = Refinement(ready=given.ready), max(*point.size.harmonics, _HARMONICS[given.mesh_tones])
+    refinement, harmonics = Refinement(ready=torus.ready), max(*point.size.harmonics, _HARMONICS[torus.mesh_tones])
     if point.state.unchanging and point.problem.rows.parametric and not point.size.orders:
         # tangents that keep one value at each phase: no motion need be found again
-        same = Solution(given=point.problem, harmonics=harmonics, state=point.state, residual=point.residual)
+        same = Solution(balance=point.problem, harmonics=harmonics, state=point.state, residual=point.residual)
         return with_stability(refinement, same).stability
     balance, points = refinement.problem(harmonics), point.problem.grid.points
-    mesh = ~points[:, given.mesh_tones :].any(axis=1)
-    start = embedded(points[mesh, : given.mesh_tones], point.state.y[:, mesh], balance)
-    at = solution(refinement, start, point.state.speed, given=balance, harmonics=harmonics)
+    mesh = ~points[:, torus.mesh_tones :].any(axis=1)
+    start = embedded(points[mesh, : torus.mesh_tones], point.state.y[:, mesh], balance)
+    at = solution(refinement, start, point.state.speed, balance=balance, harmonics=harmonics)
     return None if at is None else with_stability(refinement, at).stability
 
 
 def steady_motion(
-    given: Torus, speed: float, *, start: tuple[NDArray[np.int64], Array] | None = None
+    torus: Torus, speed: float, *, start: tuple[NDArray[np.int64], Array] | None = None
 ) -> tuple[Torus, TorusPoint, list[SuperposedLine]]:
     """The torus used, the motion at one relative speed, and the lines superposed on it.
 
@@ -146,42 +146,42 @@ def steady_motion(
         the branch set where they are not found from the linear motion.
     """
     if start is None:
-        mesh_point = respond_torus(given.mesh_orders_only, speed)
+        mesh_point = respond_torus(torus.mesh_orders_only, speed)
         if not mesh_point.converged:
-            start = _from_branch_set(given, speed)
+            start = _from_branch_set(torus, speed)
             if start is None:
-                return given.mesh_orders_only, mesh_point, []
-            mesh_point = respond_torus(given.mesh_orders_only, speed, start=start)
-        lines = superposed_lines(given.mesh_orders_only, mesh_point) if mesh_point.converged else []
-        if not mesh_point.converged or (mesh_point.status == "ok" and superposition_is_exact(given, mesh_point, lines)):
-            return given.mesh_orders_only, mesh_point, lines
+                return torus.mesh_orders_only, mesh_point, []
+            mesh_point = respond_torus(torus.mesh_orders_only, speed, start=start)
+        lines = superposed_lines(torus.mesh_orders_only, mesh_point) if mesh_point.converged else []
+        if not mesh_point.converged or (mesh_point.status == "ok" and superposition_is_exact(torus, mesh_point, lines)):
+            return torus.mesh_orders_only, mesh_point, lines
         start = mesh_point.problem.grid.points, mesh_point.state.y
-    while given.shaft_tones.tones and memory(given, speed)[1]:
-        given = given.with_fewer_tones
-    point = respond_torus(given, speed, start=start)
-    while not point.converged and given.shaft_tones.tones:
-        given = given.with_fewer_tones
-        point = respond_torus(given, speed, start=start)
-    lines = superposed_lines(given, point) if point.converged else []
-    return given, point if superposition_is_an_answer(point, lines) else replace(point, converged=False), lines
+    while torus.shaft_tones.tones and memory(torus, speed)[1]:
+        torus = torus.with_fewer_tones
+    point = respond_torus(torus, speed, start=start)
+    while not point.converged and torus.shaft_tones.tones:
+        torus = torus.with_fewer_tones
+        point = respond_torus(torus, speed, start=start)
+    lines = superposed_lines(torus, point) if point.converged else []
+    return torus, point if superposition_is_an_answer(point, lines) else replace(point, converged=False), lines
 
 
-def _from_branch_set(given: Torus, speed: float) -> tuple[NDArray[np.int64], Array] | None:
+def _from_branch_set(torus: Torus, speed: float) -> tuple[NDArray[np.int64], Array] | None:
     """Points (J, D) and motion (2, J, n) of mesh orders on the branch set, a stable one if there is."""
-    refinement = Refinement(ready=given.ready)
+    refinement = Refinement(ready=torus.ready)
     crossings = branch_set(refinement, np.array([speed])).crossings[0]
     judged = [with_stability(refinement, crossing.solution) for crossing in crossings]
     if not judged:
         return None
     at = next((motion for motion in judged if motion.stable), judged[0])
-    return at.given.grid.points, at.state.y
+    return at.balance.grid.points, at.state.y
 
 
 # --- the Dataset and its warnings -------------------------------------------------------------------------------------
 
 
 def _labelled(
-    given: Torus,
+    torus: Torus,
     point: TorusPoint,
     lines: Sequence[SuperposedLine],
     stability: Stability | None,
@@ -196,19 +196,19 @@ def _labelled(
     """
     from ...results.dataset import dataset
 
-    ready, system, face = given.ready, given.ready.system, given.face
-    outputs = torus_outputs(given, point, lines)
+    ready, system, face = torus.ready, torus.ready.system, torus.face
+    outputs = torus_outputs(torus, point, lines)
     force, reach, counts = outputs.force, outputs.reach, point.problem.grid.counts
     axis = ready.lines.axis[face.first]
     opens = face.any(outputs.row_open > 0)
     # a superposed line pulls where teeth would part
     pulled = ((force < reach) & (reach > 0)).any(axis=0) & ~opens
     past = past_the_end(system, point.problem.rows.flanks, outputs.flank)
-    if ready.lawful is not None and ready.lawful.groups:
+    if ready.lawful.groups:
         forces = gap_forces(point.problem, point.state)
         past += groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
-    combined, label = _combinations(given, point, force)
-    along, slices = _along_the_face(given, outputs, counts)
+    combined, label = _combinations(torus, point, force)
+    along, slices = _along_the_face(torus, outputs, counts)
     return dataset(
         {
             "mesh_force": (("mesh", "mesh_phase"), _over_phase(force, counts, axis, np.mean)),
@@ -220,7 +220,7 @@ def _labelled(
             "open_share": ("mesh", outputs.open),
             "far_share": ("mesh", outputs.far),
             "contact_lost": ("mesh", opens | pulled),
-            "amplitude": ("dof", torus_amplitudes(given, point, lines)),
+            "amplitude": ("dof", torus_amplitudes(torus, point, lines)),
             **along,
             **combined,
             "status": ((), point.status if stability is None or stability.stable else "unstable"),
@@ -241,7 +241,7 @@ def _labelled(
         verb="steady",
         options={
             **options,
-            "shaft_tones": len(given.shaft_tones.tones),  # those of the motion: fewer where it was not solved otherwise
+            "shaft_tones": len(torus.shaft_tones.tones),  # those of the motion: fewer where it was not solved otherwise
             "harmonics": max(point.size.harmonics),
             "slow_orders": list(point.size.orders),
         },
@@ -269,19 +269,19 @@ def _over_phase(
     return values
 
 
-def _combinations(given: Torus, point: TorusPoint, force: Array) -> tuple[dict[str, Any], Array]:
+def _combinations(torus: Torus, point: TorusPoint, force: Array) -> tuple[dict[str, Any], Array]:
     """Complex amplitude (w, J) at every lattice point [N] of mesh forces (N, w), and the names (J,) of these.
 
     A mesh tone is named after its stage, a shaft tone after the path in the file of the first line on it.
     """
-    grid, ready, D = point.problem.grid, given.ready, given.mesh_tones
+    grid, ready, D = point.problem.grid, torus.ready, torus.mesh_tones
     J, points = len(grid.points), grid.points.tolist()
     rows = grid.rows(force)
-    tones = (*ready.lines.tones, *given.shaft_tones.tones)
+    tones = (*ready.lines.tones, *torus.shaft_tones.tones)
     axes, stages = ready.lines.axis.tolist(), ready.system.meshes.stage
     names = [stages[axes.index(axis)] for axis in range(D)]
-    for tone in range(len(given.shaft_tones.tones)):
-        causes = [line.causes for place, _, line in given.shaft_tones.lines if place[D + tone] and line.causes]
+    for tone in range(len(torus.shaft_tones.tones)):
+        causes = [line.causes for place, _, line in torus.shaft_tones.lines if place[D + tone] and line.causes]
         names.append(causes[0][0] if causes else f"slow tone {tone + 1}")
     label = [" ".join(f"{a:+d} {name}" for a, name in zip(p, names, strict=False) if a) or "mean" for p in points]
     exact = [sum((a * f for a, f in zip(p, tones, strict=False)), Fraction(0)) for p in points]
@@ -292,10 +292,10 @@ def _combinations(given: Torus, point: TorusPoint, force: Array) -> tuple[dict[s
 
 
 def _along_the_face(
-    given: Torus, outputs: TorusOutputs, counts: tuple[int, ...]
+    torus: Torus, outputs: TorusOutputs, counts: tuple[int, ...]
 ) -> tuple[dict[str, Any], dict[Hashable, Any]]:
     """Forces of slices over the mesh phase, largest, open shares and face-load factors; nothing uncut."""
-    face, meshes = given.face, given.ready.system.meshes
+    face, meshes = torus.face, torus.ready.system.meshes
     if not face.cut.any():
         return {}, {}
     mean = outputs.row_force.mean(axis=0)
@@ -303,7 +303,7 @@ def _along_the_face(
     with np.errstate(divide="ignore", invalid="ignore"):
         static = np.where((face.count > 1) & (total > 0), face.count * -face.least(-mean) / total, np.nan)
         moving = np.where((face.count > 1) & (total > 0), face.count * -face.least(-outputs.row_peak) / total, np.nan)
-    wave = _over_phase(outputs.row_force, counts, given.ready.lines.axis, np.mean)
+    wave = _over_phase(outputs.row_force, counts, torus.ready.lines.axis, np.mean)
     return {
         "face_load_factor": ("mesh", static),
         "dynamic_face_load_factor": ("mesh", moving),
@@ -331,15 +331,15 @@ def _instability(stability: Stability | None) -> list[CodedText]:
     return notes
 
 
-def _coarse(given: Torus, point: TorusPoint, linear: LinearMotion | None) -> list[CodedText]:
+def _coarse(torus: Torus, point: TorusPoint, linear: LinearMotion | None) -> list[CodedText]:
     """A warning of how far forces may be off where rows dropped count, measured on the linear response if there is."""
     if point.truncation_residual <= TRUNCATION_NOTED:
         return []
     note = f"rows dropped are {point.truncation_residual:.2g} of the dynamic motion, above {TRUNCATION_NOTED:g}: "
     if linear is None:
         return [coded("rows-dropped", note + "forces of single meshes may be off by several times that")]
-    counts = point.problem.grid.counts[: given.mesh_tones]
-    rms, largest = (max(error, point.truncation_residual) for error in linear_error(given, linear, point.size, counts))
+    counts = point.problem.grid.counts[: torus.mesh_tones]
+    rms, largest = (max(error, point.truncation_residual) for error in linear_error(torus, linear, point.size, counts))
     note += (
         f"with the same rows the linear response is off by up to {rms:.2g} in the RMS of a mesh force and "
         f"{largest:.2g} in the largest one; where teeth part the error is of that size or larger"

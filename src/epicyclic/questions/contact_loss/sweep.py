@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ...engine.workers import each, import_results, runs
 from ...errors import ModelError
@@ -16,18 +16,25 @@ from ...machine_code import numba_available
 from ...system.gaps import past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
-from ..response.response import MEAN_UNSTABLE, FrameSpeed, Response, instability_warnings, response, unstable_speeds
-from ..response.sweep_table import SpeedRange, speeds_of
+from ..response.response import MEAN_UNSTABLE, Response, instability_warnings, response, unstable_speeds
+from ..response.sweep_table import SpeedOptions, speeds_of
 from .branch_set import BranchSet, Crossing, branch_set
 from .continuation import folds_of_speed
 from .outputs import Measures, force_level, periodic_measures
 from .refinement import HARMONICS, Refinement, Solution, distinct, with_stability
-from .resumed import Begin, begin_of, continued_branches, motion_digest, problem_key, problem_of
 from .rows import gap_rows_of, law_warnings
 from .shaft_orders import MeshOrders, ShaftResponse, integrated_with_shaft_orders, mesh_orders, shaft_response
 from .stability import Stability, require_fast_enough
-from .sweep_direction import IntegratedMotion, Reached, Unstable, sweep_direction
-from .torus import TRUNCATION_NOTED, Torus, torus
+from .sweep_direction import (
+    Begin,
+    IntegratedMotion,
+    Reached,
+    Unstable,
+    begin_of,
+    continued_branches,
+    sweep_direction,
+)
+from .torus import TRUNCATION_NOTED, Torus, torus_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,18 +50,30 @@ _Curves = dict[str, NDArray[Any]]
 """Curves (.., P) of one direction over P speeds, by the names of their variables."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactSweepOptions(SpeedOptions):
+    """Options of a sweep with contact loss.
+
+    harmonics : of every point where teeth part; None: 16 to 48, as each needs.
+    unstable : what becomes of motions that are not stable.  ``replace``: branch switching, at last integration in time.
+        ``report``: each stays and its stability is reported; a run goes on along its branch, and from the end of one to
+        the nearest motion, of stable ones if there are.  ``ignore``: as that, and stability is not computed.
+    shaft_orders : whether shaft lines, where there are any, count: a point at which they change the contact is a torus
+        begun at the motion reached; one that fails, and a motion that is not stable or not periodic, holds nan and says
+        so.
+    shaft_tones : phases of that torus beside the mesh tones, 0 to 3; 30 ms a speed with one, ten times that with two.
+        Other lines are superposed, ``superposed_error`` says what that leaves.
+    """
+
+    harmonics: int | None = None
+    unstable: Unstable = "replace"
+    shaft_tones: int = 1
+
+
 def contact_sweep(
     system: System,
+    options: ContactSweepOptions,
     *,
-    mesh_frequency: ArrayLike | None = None,
-    relative_speed: ArrayLike | None = None,
-    speed_range: SpeedRange | None = None,
-    points: int | None = None,
-    frame_speed: FrameSpeed = "kinematic",
-    harmonics: int | None = None,
-    unstable: Unstable = "replace",
-    shaft_orders: bool = True,
-    shaft_tones: int = 1,
     progress: Callable[[int, int], None] | None = None,
     kept: RunFolder | None = None,
 ) -> xr.Dataset:
@@ -65,17 +84,6 @@ def contact_sweep(
 
     Parameters
     ----------
-    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) per operating speed.
-    speed_range, points : as of `sweep`, where neither is given.
-    frame_speed : as of `sweep`.  harmonics : of every point where teeth part; None: 16 to 48, as each needs.
-    unstable : what becomes of motions that are not stable.  ``replace``: branch switching, at last integration in time.
-        ``report``: each stays and its stability is reported; a run goes on along its branch, and from the end of one to
-        the nearest motion, of stable ones if there are.  ``ignore``: as that, and stability is not computed.
-    shaft_orders : whether shaft lines, where there are any, count: a point at which they change the contact is a torus
-        begun at the motion reached; one that fails, and a motion that is not stable or not periodic, holds nan and says
-        so.
-    shaft_tones : phases of that torus beside the mesh tones, 0 to 3; 30 ms a speed with one, ten times that with two.
-        Other lines are superposed, ``superposed_error`` says what that leaves.
     progress : called with (steps done, steps) once branches are followed: a step is a point reached, or its shaft
         orders; an exception in it ends the sweep.
     kept : keeps the branch set once it is whole, then stability, points reached and shaft orders as they come.
@@ -88,13 +96,14 @@ def contact_sweep(
     ------
     ModelError : no damping, no or more than two mesh frequencies, torques out of balance, or an option out of range.
     """
+    harmonics, unstable = options.harmonics, options.unstable
     if harmonics is not None and not 1 <= harmonics <= 4 * HARMONICS[-1]:
         raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * HARMONICS[-1]}")
     if unstable not in get_args(Unstable):
         raise ModelError("unknown choice", path="unstable", given=unstable, allowed=", ".join(get_args(Unstable)))
-    if not 0 <= shaft_tones <= 3:
-        raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
-    ready = response(system, frame_speed=frame_speed, asks_laws=True)
+    if not 0 <= options.shaft_tones <= 3:
+        raise ModelError("out of range", path="shaft_tones", given=options.shaft_tones, allowed="0 to 3")
+    ready = response(system, frame_speed=options.frame_speed, asks_laws=True)
     if len(ready.lines.tones) > 2:
         raise ModelError(
             "contact loss is solved on the grid of all mesh phases",
@@ -102,9 +111,7 @@ def contact_sweep(
             given=f"{len(ready.lines.tones)} mesh frequencies",
             allowed="one or two",
         )
-    speed = speeds_of(
-        ready, mesh_frequency=mesh_frequency, relative_speed=relative_speed, speed_range=speed_range, points=points
-    )
+    speed = speeds_of(ready, options)
     if speed.ndim != 1 or not speed.size:
         raise ModelError("no speeds", path="mesh_frequency", given=list(speed.shape), allowed="one or more, in a row")
     usable = np.isfinite(speed) & (speed > 0)
@@ -114,8 +121,8 @@ def contact_sweep(
     usable &= ~whirling
     if unstable != "ignore" and usable.any():
         require_fast_enough(ready, float(speed[usable].min()), "mesh_frequency")
-    refinement, (rising, place) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
-    shaft = torus(ready, most=shaft_tones) if shaft_orders and ready.lines.shaft else None
+    refinement, (rising, index) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
+    shaft = torus_of(ready, most=options.shaft_tones) if options.shaft_orders and ready.lines.shaft else None
     curves = [_empty_curves(ready.system, rising.size, shaft is not None) for _ in _DIRECTIONS]
     branches = BranchSet(speeds=rising, segments=[], crossings=[], ended=[])
     largest: list[Array] = []
@@ -125,22 +132,24 @@ def contact_sweep(
             _judge(refinement, branches, kept)
         largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress, kept)
     several = [] if unstable == "ignore" else _several_motions(refinement, branches, curves)
-    spread = [_at_speeds_asked(values, usable, place) for values in curves]
-    for values in spread:
+    # on the speeds asked for, nan where those are none
+    spread = [_empty_curves(ready.system, speed.size, shaft is not None) for _ in _DIRECTIONS]
+    for values, rising_values in zip(spread, curves, strict=True):
+        for name in values:
+            values[name][..., usable] = rising_values[name][..., index]
         values["status"][whirling] = MEAN_UNSTABLE
-    options: dict[str, Any] = {
-        "frame_speed": frame_speed,
+    recorded = {
+        "frame_speed": options.frame_speed,
         "contact_loss": True,
         "harmonics": harmonics,
         "unstable": unstable,
-        "shaft_orders": shaft_orders,
-        "shaft_tones": shaft_tones,
+        "shaft_orders": options.shaft_orders,
+        "shaft_tones": options.shaft_tones,
+        **options.range_taken,
     }
-    if mesh_frequency is None and relative_speed is None:
-        options["speed_range"] = speed_range or "operation"
     path = _path_curves(refinement, branches, unstable != "ignore")
     warnings = [*instability_warnings(ready, speed[whirling]), *_warnings(ready, spread, branches, largest), *several]
-    return _labelled(ready, speed, spread, path, options, warnings)
+    return _labelled(ready, speed, spread, path, recorded, warnings)
 
 
 # --- the branch set, and what both directions reach -------------------------------------------------------------------
@@ -150,7 +159,7 @@ def _branch_set(refinement: Refinement, rising: Array, harmonics: int | None, ke
     """The branch set of rising speeds (P,), kept once it is whole."""
     if kept is None:
         return branch_set(refinement, rising, harmonics=harmonics)
-    kept.refer, kept.restore = partial(problem_key, refinement), partial(problem_of, refinement)
+    kept.refer, kept.restore = refinement.size_of, lambda size: refinement.lattice(*size)
     branches: BranchSet | None = kept.value("branches")
     if branches is None:
         branches = branch_set(refinement, rising, harmonics=harmonics)
@@ -177,21 +186,21 @@ def _import_ahead() -> None:
         from ..transient import compiled  # noqa: F401
 
 
-def _stability(refinement: Refinement, solutions: list[Solution], place: int) -> Stability:
+def _stability(refinement: Refinement, solutions: list[Solution], index: int) -> Stability:
     """Stability of one of the solutions."""
-    stability = with_stability(refinement, solutions[place]).stability
+    stability = with_stability(refinement, solutions[index]).stability
     assert stability is not None
     return stability
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Point:
-    """What is reached at one speed: its place, the values (.., 1) of all curves, and forces (F,) as of `Measures`.
+    """What is reached at one speed: its index, the values (.., 1) of all curves, and forces (F,) as of `Measures`.
 
     motion : on which shaft orders are still to come, else None.  begin : from where a direction can go on, else None.
     """
 
-    place: int
+    index: int
     values: _Curves
     flank: Array | None
     motion: MeshOrders | None
@@ -224,16 +233,16 @@ def _fill_directions(
     def enter(direction: int, point: _Point) -> None:
         """Enter what a direction has reached at one speed."""
         for name, values in point.values.items():
-            curves[direction][name][..., point.place] = values[..., 0]
+            curves[direction][name][..., point.index] = values[..., 0]
         largest.extend([] if point.flank is None else [point.flank])
         if point.motion is not None:
-            waiting.setdefault(point.motion.key, (point.motion, []))[1].append((direction, point.place))
+            waiting.setdefault(point.motion.key, (point.motion, []))[1].append((direction, point.index))
         step(steps if point.motion is None else 1)
 
     def enter_shaft_orders(number: int, solved: ShaftResponse) -> None:
         """Enter a motion with its shaft orders wherever it is reached."""
-        for direction, place in reached[number]:
-            _enter_shaft_orders(curves[direction], place, solved)
+        for direction, index in reached[number]:
+            _enter_shaft_orders(curves[direction], index, solved)
         largest.extend([] if solved.measures is None else [solved.measures.flank])
         step(len(reached[number]))
 
@@ -241,7 +250,7 @@ def _fill_directions(
         """Enter a point that a direction has reached now, and keep it."""
         direction = left[number].direction
         if kept is not None:
-            kept.part(_DIRECTIONS[direction]).add(point.place, replace(point, begin=None))
+            kept.part(_DIRECTIONS[direction]).add(point.index, replace(point, begin=None))
             if point.begin is not None:
                 kept.keep_value(_DIRECTIONS[direction], point.begin)
         enter(direction, point)
@@ -250,9 +259,9 @@ def _fill_directions(
     for direction, name in enumerate(_DIRECTIONS):
         known, begin = ({}, None) if kept is None else (kept.part(name).known, kept.value(name))
         rest = _left(direction, len(branches.crossings), known, begin)
-        for place in sorted(known.keys() - set(rest.places)):
-            enter(direction, known[place])
-        if rest.places:
+        for index in sorted(known.keys() - set(rest.indices)):
+            enter(direction, known[index])
+        if rest.indices:
             left.append(rest)
     # the directions share nothing that one of them finds: each is a run of its own
     work = partial(_direction, refinement, branches, unstable, shaft is not None)
@@ -260,28 +269,28 @@ def _fill_directions(
     crossed = (crossing.solution for crossings in branches.crossings for crossing in crossings)
     long = unstable == "replace" and not all(with_stability(refinement, at).stable for at in crossed)
     runs(work, left, arrived=enter_new, long=long)
-    motions, reached = [motion for motion, _ in waiting.values()], [places for _, places in waiting.values()]
+    motions, reached = [motion for motion, _ in waiting.values()], [indices for _, indices in waiting.values()]
     if shaft is not None:
-        part = None if kept is None else kept.part("shaft orders", [motion_digest(motion) for motion in motions])
+        part = None if kept is None else kept.part("shaft orders", [motion.digest for motion in motions])
         each(partial(shaft_response, shaft), motions, arrived=enter_shaft_orders, kept=part)
     return largest
 
 
 class _Left(NamedTuple):
-    """What is left of a sweep direction, 0 up or 1 down: places in turn, and from where it goes on, None: anew."""
+    """What is left of a sweep direction, 0 up or 1 down: speeds in turn, and from where it goes on, None: anew."""
 
     direction: int
-    places: list[int]
+    indices: list[int]
     begin: Begin | None
 
 
 def _left(direction: int, count: int, known: Mapping[int, object], begin: Begin | None) -> _Left:
-    """What is left of a direction of which some places are known, and one from which it can go on."""
+    """What is left of a direction of which some speeds are known, and one from which it can go on."""
     turn = list(range(count))[:: -1 if direction else 1]
-    if all(place in known for place in turn):
+    if all(index in known for index in turn):
         return _Left(direction, [], None)
-    behind = [] if begin is None else turn[: turn.index(begin.place) + 1]
-    if not behind or not all(place in known for place in behind):
+    behind = [] if begin is None else turn[: turn.index(begin.index) + 1]
+    if not behind or not all(index in known for index in behind):
         return _Left(direction, turn, None)
     return _Left(direction, turn[len(behind) :], begin)
 
@@ -295,13 +304,13 @@ def _direction(
     if left.begin is not None:
         rest, first = continued_branches(refinement, branches, left.begin, upward=upward)
     for number, reached in sweep_direction(refinement, rest, upward=upward, unstable=unstable):
-        place = number + first
-        if left.begin is not None and place == left.begin.place:
+        index = number + first
+        if left.begin is not None and index == left.begin.index:
             continue
         values = _empty_curves(refinement.ready.system, 1, shaft)
         flank, motion = _fill(refinement.ready.system, values, reached, shaft)
-        begin = begin_of(refinement, place, reached, unstable)
-        yield _Point(place=place, values=values, flank=flank, motion=motion, begin=begin)
+        begin = begin_of(refinement, index, reached, unstable)
+        yield _Point(index=index, values=values, flank=flank, motion=motion, begin=begin)
 
 
 # --- curves -----------------------------------------------------------------------------------------------------------
@@ -360,41 +369,28 @@ def _fill(system: System, values: _Curves, reached: Reached, shaft: bool) -> tup
             values["multiplier_error"][0] = motion.stability.error
         if shaft:
             return None, mesh_orders(motion)
-        measures = periodic_measures(system, motion.given, motion.state)
+        measures = periodic_measures(system, motion.balance, motion.state)
     _enter(values, 0, measures)
     return measures.flank, None
 
 
-def _enter_shaft_orders(values: _Curves, place: int, solved: ShaftResponse) -> None:
+def _enter_shaft_orders(values: _Curves, index: int, solved: ShaftResponse) -> None:
     """Enter a motion with shaft orders at one speed."""
-    values["status"][place] = solved.status
-    values["harmonics"][place], values["residual"][place] = solved.harmonics, solved.residual
-    values["residual_dropped"][place] = solved.truncation_residual
-    values["superposed_error"][place] = solved.superposed_error
+    values["status"][index] = solved.status
+    values["harmonics"][index], values["residual"][index] = solved.harmonics, solved.residual
+    values["residual_dropped"][index] = solved.truncation_residual
+    values["superposed_error"][index] = solved.superposed_error
     if solved.measures is not None:
-        _enter(values, place, solved.measures)
+        _enter(values, index, solved.measures)
 
 
-def _enter(values: _Curves, place: int, measures: Measures) -> None:
+def _enter(values: _Curves, index: int, measures: Measures) -> None:
     """Enter the measures at one speed."""
-    values["mesh_force_rms"][:, place] = measures.rms
-    values["mesh_force_peak"][:, place] = measures.highest
-    values["mesh_force_minimum"][:, place] = measures.lowest
-    values["contact_open"][:, place] = measures.open
-    values["amplitude"][:, place] = measures.amplitude
-
-
-def _at_speeds_asked(values: _Curves, usable: NDArray[np.bool_], place: NDArray[np.int64]) -> _Curves:
-    """Curves (.., P) of distinct rising speeds on the speeds asked for (Q,), nan where those are none."""
-    result = {}
-    for name, rising in values.items():
-        empty: Any = {"f": np.nan, "O": "", "b": False, "i": 0}[rising.dtype.kind]
-        full = np.full((*rising.shape[:-1], usable.size), empty, dtype=rising.dtype)
-        if name == "status":
-            full[:] = _NO_SPEED
-        full[..., usable] = rising[..., place]
-        result[name] = full
-    return result
+    values["mesh_force_rms"][:, index] = measures.rms
+    values["mesh_force_peak"][:, index] = measures.highest
+    values["mesh_force_minimum"][:, index] = measures.lowest
+    values["contact_open"][:, index] = measures.open
+    values["amplitude"][:, index] = measures.amplitude
 
 
 def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> _Curves:
@@ -405,7 +401,7 @@ def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> _C
         path += [with_stability(refinement, at) if judge else at for at in segment.solutions]
         parts += segment.parts
         folds += folds_of_speed([at.state.speed for at in segment.solutions]) if segment.branch else []
-    rms = [force_level(system, at.given, at.state) for at in path]
+    rms = [force_level(system, at.balance, at.state) for at in path]
     kinds = ["" if at.stability is None else at.stability.kind or "stable" for at in path]
     size = [np.nan if at.stability is None else abs(at.stability.multiplier) for at in path]
     return {

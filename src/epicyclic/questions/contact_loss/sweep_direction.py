@@ -9,13 +9,16 @@ Branch switching [seydel2010]: which branch is looked for follows from how the m
 one of two mesh cycles.  Each search is a few solutions of the same balance, and what comes back has been found stable.
 Where none is found, the attractor of a start is found by integration in time, and the balance polishes what it
 approaches.
+
+A direction that was stopped goes on from a motion that stands for all that was before: the motion itself and the part
+of the branch set it lies on.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass, fields, replace
+from typing import Any, Literal
 
 import numpy as np
 
@@ -24,14 +27,23 @@ from ..transient.equation import in_modes_of_its_speed, motion
 from ..transient.integrators import integrate, steps_for
 from ..transient.program import constant
 from ..transient.transient import flank_force
+from .branch_set import BranchSet, Crossing
 from .corrector import linear_start, solve
 from .outputs import Measures, record_measures
 from .problem import Problem, dynamic_size, gap_rows, prolonged
-from .refinement import Kind, Refinement, Solution, distance, distinct, solution, with_kind, with_stability
+from .refinement import (
+    Kind,
+    PeriodicMotion,
+    ProblemSize,
+    Refinement,
+    Solution,
+    distance,
+    distinct,
+    solution,
+    with_kind,
+    with_stability,
+)
 from .stability import floquet_vector
-
-if TYPE_CHECKING:
-    from .branch_set import BranchSet, Crossing
 
 Unstable = Literal["replace", "report", "ignore"]
 """What becomes of an unstable motion: another replaces it, it is reported, or stability is ignored."""
@@ -99,15 +111,15 @@ class Reached:
 def sweep_direction(
     refinement: Refinement, branches: BranchSet, *, upward: bool, unstable: Unstable = "replace"
 ) -> Iterator[tuple[int, Reached]]:
-    """The speeds of a branch set in turn, rising or falling, by place, and what is reached at each."""
+    """The speeds of a branch set in turn, rising or falling, by index, and what is reached at each."""
     rising = range(len(branches.crossings))
     reached = Reached(motion=None, part=None)
-    for place in rising if upward else reversed(rising):
-        speed, choices = float(branches.speeds[place]), branches.crossings[place]
+    for index in rising if upward else reversed(rising):
+        speed, choices = float(branches.speeds[index]), branches.crossings[index]
         reached = _reached_at(refinement, speed, reached, choices if upward else choices[::-1], unstable)
         if isinstance(reached.motion, Solution):
             reached = replace(reached, motion=with_kind(refinement, reached.motion))
-        yield place, reached
+        yield index, reached
 
 
 def _reached_at(
@@ -135,8 +147,8 @@ def _reached_at(
 def _begun(refinement: Refinement, speed: float) -> Reached:
     """The attractor of a start on the linear motion of closed teeth, where the branch set has nothing yet."""
     harmonics = _HARMONICS[len(refinement.ready.lines.tones)]
-    given = refinement.problem(harmonics)
-    start = state_at_start(given, linear_start(given, speed), speed)
+    balance = refinement.problem(harmonics)
+    start = state_at_start(balance, linear_start(balance, speed), speed)
     return Reached(motion=attractor(refinement, start, speed, harmonics=harmonics), part=None)
 
 
@@ -152,7 +164,7 @@ def _run_on(
     harmonics = branch.harmonics if branch is not None else _HARMONICS[len(refinement.ready.lines.tones)]
     settled = abs(last.speed - speed) < _NEAR * speed
     motion = attractor(refinement, last.last, speed, harmonics=harmonics, settled=settled)
-    if branch is not None and branch.stable and branch.state.unchanging and branch.given.rows.parametric:
+    if branch is not None and branch.stable and branch.state.unchanging and branch.balance.rows.parametric:
         if isinstance(motion, IntegratedMotion) and motion.unchanging:
             # the record has not yet come to the one stable motion of a linear system
             motion = branch
@@ -224,7 +236,7 @@ def _named(motion: Solution | IntegratedMotion, instability: str) -> Solution | 
 
 def _continued(refinement: Refinement, speed: float, last: Solution) -> Solution | None:
     """The stable motion that Newton's method reaches at a speed from the one before."""
-    at = solution(refinement, last.state.y, speed, given=last.given, harmonics=last.harmonics, kind=last.kind)
+    at = solution(refinement, last.state.y, speed, balance=last.balance, harmonics=last.harmonics, kind=last.kind)
     at = None if at is None else with_stability(refinement, at)
     return at if at is not None and at.stable else None
 
@@ -289,23 +301,23 @@ def symmetry_broken_motions(refinement: Refinement, at: Solution, *, seeds: int 
     """
     known = list[Solution]()
     yield from _new_stable(
-        refinement, at, _without_pitch_error(at.given, at, seeds), at.given, known, "symmetry broken"
+        refinement, at, _without_pitch_error(at.balance, at, seeds), at.balance, known, "symmetry broken"
     )
     if known:
         return
-    kick = _kick(refinement, at, at.given)
+    kick = _kick(refinement, at, at.balance)
     starts = (at.state.y + size * kick for size in (*_KICKS, *(-size for size in _KICKS)))
-    yield from _new_stable(refinement, at, starts, at.given, known, "symmetry broken")
+    yield from _new_stable(refinement, at, starts, at.balance, known, "symmetry broken")
 
 
-def _without_pitch_error(given: Problem, at: Solution, seeds: int) -> Iterator[Array]:
+def _without_pitch_error(balance: Problem, at: Solution, seeds: int) -> Iterator[Array]:
     """Motions (2, J, n) that are left when a random pitch error of either sign has been taken away."""
     for seed in range(seeds):
-        pitch = _pitch_error(given, at, seed)
+        pitch = _pitch_error(balance, at, seed)
         for sign in (1.0, -1.0):
             y, converged = at.state.y, True
             for part in _PARTS:
-                trial = solve(replace(given, error=given.error + sign * part * pitch), y, at.state.speed)
+                trial = solve(replace(balance, error=balance.error + sign * part * pitch), y, at.state.speed)
                 y, converged = trial.state.y, trial.converged
                 if not converged:
                     break
@@ -313,30 +325,30 @@ def _without_pitch_error(given: Problem, at: Solution, seeds: int) -> Iterator[A
                 yield y
 
 
-def _pitch_error(given: Problem, at: Solution, seed: int) -> Array:
+def _pitch_error(balance: Problem, at: Solution, seed: int) -> Array:
     """Random amplitudes (2 J, R) of the errors of all flanks at the lowest orders [m]."""
     random = np.random.default_rng(seed)
-    J = len(given.omega)
+    J = len(balance.omega)
     rows = np.r_[1 : 1 + _ORDERS, J + 1 : J + 1 + _ORDERS]
-    gap = gap_rows(given, at.state.y)
-    size = _PITCH * float(np.abs(gap[np.r_[1:J, J + 1 : 2 * J], : given.rows.count]).max(initial=0.0))
-    result = np.zeros_like(given.error)
-    result[rows, : given.rows.count] = size * random.standard_normal((rows.size, given.rows.count))
+    gap = gap_rows(balance, at.state.y)
+    size = _PITCH * float(np.abs(gap[np.r_[1:J, J + 1 : 2 * J], : balance.rows.count]).max(initial=0.0))
+    result = np.zeros_like(balance.error)
+    result[rows, : balance.rows.count] = size * random.standard_normal((rows.size, balance.rows.count))
     return result
 
 
 def period_doubled_motions(refinement: Refinement, at: Solution) -> Iterator[Solution]:
     """Stable motions of two mesh cycles, from kicks at half orders along the growing disturbance."""
-    given = refinement.problem(at.harmonics, cycles=2 * at.given.cycles)
-    y, kick = prolonged(at.given, given, at.state.y), _kick(refinement, at, given)
-    yield from _new_stable(refinement, at, (y + size * kick for size in _KICKS), given, [], "period 2")
+    balance = refinement.problem(at.harmonics, cycles=2 * at.balance.cycles)
+    y, kick = prolonged(at.balance, balance, at.state.y), _kick(refinement, at, balance)
+    yield from _new_stable(refinement, at, (y + size * kick for size in _KICKS), balance, [], "period 2")
 
 
-def _kick(refinement: Refinement, at: Solution, given: Problem) -> Array:
+def _kick(refinement: Refinement, at: Solution, balance: Problem) -> Array:
     """The growing disturbance as a motion (2, J, n) at the lowest order of a problem, as large as the motion."""
     position, rate = floquet_vector(refinement, at)
-    kick = np.zeros((2, len(given.omega), position.size))
-    kick[0, 1], kick[1, 1] = position, -rate / (at.state.speed * float(given.omega[1]))
+    kick = np.zeros((2, len(balance.omega), position.size))
+    kick[0, 1], kick[1, 1] = position, -rate / (at.state.speed * float(balance.omega[1]))
     result: Array = kick * float(np.linalg.norm(at.state.y) / np.linalg.norm(kick))
     return result
 
@@ -351,8 +363,8 @@ def isolated_motions(
     cycles : mesh cycles of a period, 1 or 2.  tries : number of kicks, of the size of the motion.
     """
     random = np.random.default_rng(seed)
-    given = refinement.problem(at.harmonics, cycles=cycles)
-    y = prolonged(at.given, given, at.state.y)
+    balance = refinement.problem(at.harmonics, cycles=cycles)
+    y = prolonged(at.balance, balance, at.state.y)
     size = float(np.linalg.norm(y))
 
     def kicked() -> Iterator[Array]:
@@ -364,15 +376,15 @@ def isolated_motions(
             kick *= size * random.uniform(*_RANDOM_KICKS) / float(np.linalg.norm(kick))
             yield y + kick
 
-    return list(_new_stable(refinement, at, kicked(), given, [], "period 2" if cycles > 1 else "periodic"))
+    return list(_new_stable(refinement, at, kicked(), balance, [], "period 2" if cycles > 1 else "periodic"))
 
 
 def _new_stable(
-    refinement: Refinement, at: Solution, starts: Iterable[Array], given: Problem, known: list[Solution], kind: Kind
+    refinement: Refinement, at: Solution, starts: Iterable[Array], balance: Problem, known: list[Solution], kind: Kind
 ) -> Iterator[Solution]:
     """The motions that Newton's method reaches from starts (2, J, n), each stable and entered among those known."""
     for start in starts:
-        other = solution(refinement, start, at.state.speed, given=given, harmonics=at.harmonics, kind=kind)
+        other = solution(refinement, start, at.state.speed, balance=balance, harmonics=at.harmonics, kind=kind)
         if other is None or not all(distinct(motion, other) for motion in (at, *known)):
             continue
         other = with_stability(refinement, other)
@@ -386,13 +398,13 @@ def _new_stable(
 
 def initial_state(at: Solution) -> Array:
     """q and q' (2, n) [m, m/s] of a solution where a cycle begins."""
-    return state_at_start(at.given, at.state.y, at.state.speed)
+    return state_at_start(at.balance, at.state.y, at.state.speed)
 
 
-def state_at_start(given: Problem, y: Array, speed: float) -> Array:
+def state_at_start(balance: Problem, y: Array, speed: float) -> Array:
     """q and q' (2, n) [m, m/s] of a motion y (2, J, n) at a relative speed where a cycle begins."""
-    both = np.stack([y[0].sum(axis=0), -(speed * given.omega @ y[1])])
-    result: Array = both @ given.modal.shapes.T
+    both = np.stack([y[0].sum(axis=0), -(speed * balance.omega @ y[1])])
+    result: Array = both @ balance.modal.shapes.T
     return result
 
 
@@ -410,7 +422,7 @@ def attractor(
     """
     # mesh orders only, and a frame that turns as the balance has it
     ready = refinement.ready
-    system, orders = ready.lawful or ready.system, {line.frequency for _, line in ready.lines.mesh}
+    system, orders = ready.lawful, {line.frequency for _, line in ready.lines.mesh}
     system = replace(system, lines=tuple(line for line in system.lines if line.frequency in orders))
     if ready.frame_speed != "kinematic":
         system = replace(system, G=system.G / speed, Kg=system.Kg / speed**2, Cskew=system.Cskew / speed)
@@ -425,7 +437,7 @@ def attractor(
         begin, done = done * cycle if two_tones else 0.0, done + count
         record = integrate(
             moving, state, start=begin, stop=begin + count * cycle, steps=count * steps, keep=steps // samples
-        )
+        )[0]
         if not np.isfinite(record).all():
             break
         state = record[-1]
@@ -465,15 +477,15 @@ def _periodic_solution(
     refinement: Refinement, record: Array, speed: float, cycles: int, harmonics: int
 ) -> Solution | None:
     """The stable solution next to the last cycles (N, n) of a motion, None where there is none."""
-    given = refinement.problem(harmonics, cycles=cycles)
-    amplitude = 2 * np.fft.rfft(record, axis=0)[: len(given.omega)] / len(record)
+    balance = refinement.problem(harmonics, cycles=cycles)
+    amplitude = 2 * np.fft.rfft(record, axis=0)[: len(balance.omega)] / len(record)
     amplitude[0] /= 2
     y = np.stack([amplitude.real, amplitude.imag])
     y[1, 0] = 0.0
-    y[:, 0, given.modal.rigid] = 0.0
+    y[:, 0, balance.modal.rigid] = 0.0
     kind: Kind = "period 2" if cycles == 2 else "periodic"
-    at = solution(refinement, y, speed, given=given, harmonics=harmonics, kind=kind)
-    if at is None or np.linalg.norm(prolonged(at.given, given, at.state.y) - y) > _SAME_BRANCH * dynamic_size(y):
+    at = solution(refinement, y, speed, balance=balance, harmonics=harmonics, kind=kind)
+    if at is None or np.linalg.norm(prolonged(at.balance, balance, at.state.y) - y) > _SAME_BRANCH * dynamic_size(y):
         return None
     at = with_stability(refinement, at)
     return at if at.stable else None
@@ -490,22 +502,72 @@ def _two_tone_solution(
     ----------
     begin : time of the record's beginning [s]; its samples stand at the ends of N equal intervals.
     """
-    given = refinement.problem(harmonics)
-    y = q @ np.linalg.inv(given.modal.shapes).T
-    y[:, given.modal.rigid] = 0.0
+    balance = refinement.problem(harmonics)
+    y = q @ np.linalg.inv(balance.modal.shapes).T
+    y[:, balance.modal.rigid] = 0.0
     times = begin + cycles * np.arange(1, len(y) + 1) / (len(y) * speed * float(refinement.ready.lines.tone))
-    angle = speed * np.outer(times, given.omega)
+    angle = speed * np.outer(times, balance.omega)
     wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
-    start = np.linalg.lstsq(wave, y, rcond=_RANK)[0].reshape(2, len(given.omega), -1)
+    start = np.linalg.lstsq(wave, y, rcond=_RANK)[0].reshape(2, len(balance.omega), -1)
     start[1, 0] = 0.0
     size = _SAME_BRANCH * float(np.linalg.norm(y - y.mean(axis=0)))
     if np.linalg.norm(y - wave @ start.reshape(-1, y.shape[1])) > size:
         return None
-    at = solution(refinement, start, speed, given=given, harmonics=harmonics)
+    at = solution(refinement, start, speed, balance=balance, harmonics=harmonics)
     if at is None:
         return None
-    solved = prolonged(at.given, given, at.state.y)
+    solved = prolonged(at.balance, balance, at.state.y)
     if np.linalg.norm(y - wave @ solved.reshape(-1, y.shape[1])) > size:
         return None
     at = with_stability(refinement, at)
     return at if at.stable else None
+
+
+# --- where a direction that was stopped goes on -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Begin:
+    """A speed of a sweep direction from which it goes on, by its index.
+
+    motion : reached there.  size : of its balance.  part : of the branch set, on which it stands.
+    """
+
+    index: int
+    motion: PeriodicMotion
+    size: ProblemSize
+    part: int
+
+
+def begin_of(refinement: Refinement, index: int, reached: Reached, unstable: Unstable) -> Begin | None:
+    """Where a direction goes on after what was reached, None where that takes more than a motion and its part.
+
+    A motion that was integrated in time, and one on no part of the branch set, follow from the speeds before.
+    """
+    motion, part = reached.motion, reached.part
+    if not isinstance(motion, Solution) or part is None or (unstable == "replace" and not motion.stable):
+        return None
+    size = refinement.size_of(motion.balance)
+    return None if size is None else Begin(index=index, motion=PeriodicMotion(**_known(motion)), size=size, part=part)
+
+
+def _known(motion: PeriodicMotion) -> dict[str, Any]:
+    """What is known of a motion, its balance left out."""
+    return {field.name: getattr(motion, field.name) for field in fields(PeriodicMotion)}
+
+
+def continued_branches(
+    refinement: Refinement, branches: BranchSet, begin: Begin, *, upward: bool
+) -> tuple[BranchSet, int]:
+    """The branch set from a speed on, with the motion reached there alone at it, and its first index.
+
+    A direction begins with the motion at its first speed where that is stable or may stay: it then stands as it stood.
+    """
+    index = begin.index
+    motion = Solution(balance=refinement.lattice(*begin.size), **_known(begin.motion))
+    alone = [Crossing(solution=motion, part=begin.part)]
+    if upward:
+        crossings, speeds = [alone, *branches.crossings[index + 1 :]], branches.speeds[index:]
+    else:
+        crossings, speeds = [*branches.crossings[:index], alone], branches.speeds[: index + 1]
+    return replace(branches, speeds=speeds, crossings=crossings), index if upward else 0

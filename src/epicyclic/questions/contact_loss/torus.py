@@ -291,7 +291,7 @@ class TorusPoint:
         return "ok" if self.truncation_residual <= TRUNCATION_TOLERANCE else "coarse"
 
 
-def torus(ready: Response, *, shaft_orders: bool = True, most: int | None = None) -> Torus:
+def torus_of(ready: Response, *, shaft_orders: bool = True, most: int | None = None) -> Torus:
     """Prepare a System for contact loss with shaft orders.
 
     Parameters
@@ -311,14 +311,14 @@ def torus(ready: Response, *, shaft_orders: bool = True, most: int | None = None
     )
 
 
-def memory(given: Torus, speed: float) -> tuple[float, bool]:
+def memory(torus: Torus, speed: float) -> tuple[float, bool]:
     """Memory that a solution at a relative speed begins with [byte], and whether that is too much."""
-    values = _values(given, _first_size(given, speed))
+    values = _values(torus, _first_size(torus, speed))
     return 8.0 * _HELD * values, values > _VALUES
 
 
 def respond_torus(
-    given: Torus,
+    torus: Torus,
     speed: float,
     *,
     start: tuple[Index, Array] | None = None,
@@ -336,32 +336,32 @@ def respond_torus(
     ------
     Nothing: a speed that fails comes back with its status.
     """
-    size = _first_size(given, speed)
+    size = _first_size(torus, speed)
     with np.errstate(all="ignore"):  # a motion that overflows ends as not finite
-        points, y = _mesh_orders(given, size, speed, tolerance) if start is None else start
+        points, y = _mesh_orders(torus, size, speed, tolerance) if start is None else start
         rough = max(tolerance, _ROUGH)
-        point = _solve_size(given, size, speed, points, y, rough)
+        point = _solve_size(torus, size, speed, points, y, rough)
         if start is None and not point.converged:
-            point = _continued_in_speed(given, point, speed, rough)
+            point = _continued_in_speed(torus, point, speed, rough)
         while point.converged and point.truncation_residual > TRUNCATION_TOLERANCE:
-            larger = _larger_size(given, point)
-            if larger == point.size or _values(given, larger) > _VALUES:
+            larger = _larger_size(torus, point)
+            if larger == point.size or _values(torus, larger) > _VALUES:
                 break
-            finer = _solve_size(given, larger, speed, point.problem.grid.points, point.state.y, rough)
+            finer = _solve_size(torus, larger, speed, point.problem.grid.points, point.state.y, rough)
             finer = replace(finer, calls=finer.calls + point.calls)
             if not finer.converged:
                 break  # the coarser solution stands, and says what it dropped
             point = finer
-        return _corrected_on_fine_grid(given, point, tolerance) if point.converged else point
+        return _corrected_on_fine_grid(torus, point, tolerance) if point.converged else point
 
 
-def _continued_in_speed(given: Torus, lost: TorusPoint, speed: float, tolerance: float) -> TorusPoint:
+def _continued_in_speed(torus: Torus, lost: TorusPoint, speed: float, tolerance: float) -> TorusPoint:
     """The motion continued from a speed nearby, from above and then from below; the lost point where neither is."""
     calls = lost.calls
     for side in (1.0, -1.0):
-        points, y = _mesh_orders(given, lost.size, speed * (1 + side * _NEARBY[0]), tolerance)
+        points, y = _mesh_orders(torus, lost.size, speed * (1 + side * _NEARBY[0]), tolerance)
         for part in _NEARBY:
-            point = _solve_size(given, lost.size, speed * (1 + side * part), points, y, tolerance, rescue=False)
+            point = _solve_size(torus, lost.size, speed * (1 + side * part), points, y, tolerance, rescue=False)
             calls += point.calls
             if not point.converged:
                 break
@@ -371,12 +371,12 @@ def _continued_in_speed(given: Torus, lost: TorusPoint, speed: float, tolerance:
     return replace(lost, calls=calls)
 
 
-def _mesh_orders(given: Torus, size: Size, speed: float, tolerance: float) -> tuple[Index, Array]:
+def _mesh_orders(torus: Torus, size: Size, speed: float, tolerance: float) -> tuple[Index, Array]:
     """Points (J, D) and motion (2, J, n) of the mesh orders alone, as far as Newton's method came.
 
     It starts from the linear motion, then from linear motions at speeds nearby.
     """
-    mesh = given.prepared(size._replace(orders=())).fine
+    mesh = torus.prepared(size._replace(orders=())).fine
     first = solved = solve(mesh, linear_start(mesh, speed), speed, tolerance=tolerance, step=newton_step())
     for side in (1.0, -1.0):
         if solved.converged:
@@ -392,17 +392,17 @@ def _mesh_orders(given: Torus, size: Size, speed: float, tolerance: float) -> tu
 
 
 def _solve_size(
-    given: Torus, size: Size, speed: float, points: Index, y: Array, tolerance: float, *, rescue: bool = True
+    torus: Torus, size: Size, speed: float, points: Index, y: Array, tolerance: float, *, rescue: bool = True
 ) -> TorusPoint:
     """One size from a motion (2, J, n) at points (J, D), else by continuation in the shaft lines."""
-    prepared = given.prepared(size)
+    prepared = torus.prepared(size)
     start = embedded(points, y, prepared.coarse)
-    if points.shape[1] == given.mesh_tones and size.orders:
-        start = _with_shaft_response(given, prepared.coarse, start, speed)
+    if points.shape[1] == torus.mesh_tones and size.orders:
+        start = _with_shaft_response(torus, prepared.coarse, start, speed)
     solved = solve(prepared.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=newton_step())
     calls = solved.calls
     if not solved.converged and size.orders and rescue:
-        solved = _continued_in_shaft_load(given, prepared.coarse, start, speed, tolerance)
+        solved = _continued_in_shaft_load(torus, prepared.coarse, start, speed, tolerance)
         calls += solved.calls
     dynamic = dynamic_size(solved.state.y)
     dropped = truncation_residual(prepared.coarse, solved.state, prepared.truncated_orders)
@@ -410,23 +410,22 @@ def _solve_size(
         problem=prepared.coarse,
         state=solved.state,
         size=size,
-        converged=_accepted(given, solved),
+        converged=_accepted(torus, solved),
         residual=solved.state.norm / dynamic,
         truncation=dropped / dynamic,
         calls=calls,
     )
 
 
-def _accepted(given: Torus, solved: NewtonResult) -> bool:
+def _accepted(torus: Torus, solved: NewtonResult) -> bool:
     """Whether Newton's method converged, or to what dampers of meshes and kinks of links allow."""
-    lawful = given.ready.lawful
-    jumps = bool(given.ready.system.meshes.damping.any()) or (lawful is not None and bool(lawful.groups))
+    jumps = bool(torus.ready.system.meshes.damping.any()) or bool(torus.ready.lawful.groups)
     return solved.converged or (jumps and solved.state.norm <= _JUMP * dynamic_size(solved.state.y))
 
 
-def _corrected_on_fine_grid(given: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
+def _corrected_on_fine_grid(torus: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
     """The residual of many samples corrected with the Jacobian of few, or where that fails with its own."""
-    prepared, y, speed = given.prepared(point.size), point.state.y, point.state.speed
+    prepared, y, speed = torus.prepared(point.size), point.state.y, point.state.speed
     exact, calls = newton_step(), point.calls
 
     def cheap(_: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
@@ -443,19 +442,19 @@ def _corrected_on_fine_grid(given: Torus, point: TorusPoint, tolerance: float) -
         point,
         problem=prepared.fine,
         state=solved.state,
-        converged=_accepted(given, solved),
+        converged=_accepted(torus, solved),
         residual=solved.state.norm / dynamic_size(solved.state.y),
         calls=calls,
     )
 
 
-def _with_shaft_response(given: Torus, balance: Problem, y: Array, speed: float) -> Array:
+def _with_shaft_response(torus: Torus, balance: Problem, y: Array, speed: float) -> Array:
     """A motion (2, J, n) of mesh orders, with the linear response to the shaft lines of flanks that touch as in it.
 
     Errors of low frequency are mostly followed by the bodies: on their own, before these have moved, they would part
     all flanks.
     """
-    without = _with_scaled_shaft_lines(given, balance, 0.0)
+    without = _with_scaled_shaft_lines(torus, balance, 0.0)
     state = evaluate(without, y, speed)
     if balance.rows.parametric:
         state = evaluate(balance, y, speed, touching=state.touching)
@@ -466,24 +465,24 @@ def _with_shaft_response(given: Torus, balance: Problem, y: Array, speed: float)
     return y - move
 
 
-def _with_scaled_shaft_lines(given: Torus, balance: Problem, factor: float) -> Problem:
+def _with_scaled_shaft_lines(torus: Torus, balance: Problem, factor: float) -> Problem:
     """The balance with a part of the shaft lines."""
-    scale = np.where(balance.grid.points[:, given.mesh_tones :].any(axis=1), factor, 1.0)
+    scale = np.where(balance.grid.points[:, torus.mesh_tones :].any(axis=1), factor, 1.0)
     return replace(
         balance, error=np.concatenate([scale, scale])[:, None] * balance.error, force=scale[:, None] * balance.force
     )
 
 
 def _continued_in_shaft_load(
-    given: Torus, balance: Problem, start: Array, speed: float, tolerance: float
+    torus: Torus, balance: Problem, start: Array, speed: float, tolerance: float
 ) -> NewtonResult:
     """Newton's method from a motion (2, J, n) with a part of the shaft lines, then more and more of them."""
-    of_shafts = balance.grid.points[:, given.mesh_tones :].any(axis=1)
+    of_shafts = balance.grid.points[:, torus.mesh_tones :].any(axis=1)
     scale = np.where(of_shafts, _RISING[0], 1.0)[:, None]
     y, calls = scale * start, 0
     for factor in _RISING:
         final = factor == _RISING[-1]
-        scaled = balance if final else _with_scaled_shaft_lines(given, balance, factor)
+        scaled = balance if final else _with_scaled_shaft_lines(torus, balance, factor)
         wanted = tolerance if final else _ON_THE_WAY
         solved = solve(scaled, y, speed, tolerance=wanted, steps=_STEPS, work=WORK - calls, step=newton_step())
         y, calls = solved.state.y, calls + solved.calls
@@ -492,13 +491,13 @@ def _continued_in_shaft_load(
     return replace(solved, converged=solved.converged and final, calls=calls)
 
 
-def _first_size(given: Torus, speed: float) -> Size:
+def _first_size(torus: Torus, speed: float) -> Size:
     """The size to begin with: harmonics that reach beyond the highest mode, shaft orders that hold every line."""
-    lines, shafts, D = given.ready.lines, given.shaft_tones, given.mesh_tones
-    highest = float(np.sqrt(given.ready.modal.squared.max(initial=0.0)))
+    lines, shafts, D = torus.ready.lines, torus.shaft_tones, torus.mesh_tones
+    highest = float(np.sqrt(torus.ready.modal.squared.max(initial=0.0)))
     with np.errstate(all="ignore"):
         reach = np.nan_to_num(
-            np.ceil(_BEYOND_MODES * highest / (abs(speed) * given.ready.omega)), nan=_LEAST, posinf=1e6
+            np.ceil(_BEYOND_MODES * highest / (abs(speed) * torus.ready.omega)), nan=_LEAST, posinf=1e6
         )
     harmonics = tuple(
         int(max(min(max(_LEAST, count), _BEGIN.get(D, _LEAST)), top + 2))
@@ -513,9 +512,9 @@ def _first_size(given: Torus, speed: float) -> Size:
     return Size(harmonics, max(_CROSS, cross) if D > 1 else 0, orders)
 
 
-def _larger_size(given: Torus, point: TorusPoint) -> Size:
+def _larger_size(torus: Torus, point: TorusPoint) -> Size:
     """More rows of the kinds that drop more than their part."""
-    size, D, count = point.size, given.mesh_tones, len(given.shaft_tones.tones)
+    size, D, count = point.size, torus.mesh_tones, len(torus.shaft_tones.tones)
     poor = point.truncation > TRUNCATION_TOLERANCE / np.sqrt(point.truncation.size)
     most, last, cross = _MOST.get(D, _LEAST), _LAST.get(count, 2), _CROSS_LAST.get(D, _CROSS)
     return Size(
@@ -530,33 +529,33 @@ def _larger_size(given: Torus, point: TorusPoint) -> Size:
     )
 
 
-def _samples(given: Torus, size: Size) -> tuple[int, int]:
+def _samples(torus: Torus, size: Size) -> tuple[int, int]:
     """Samples of every mesh phase, few and many: teeth that part make forces of slow series."""
-    D, top = given.mesh_tones, max(size.harmonics)
+    D, top = torus.mesh_tones, max(size.harmonics)
     few, many = (max(least, per * top) for least, per in (_FEW, _MANY))
     if len(size.orders) > 1:
         many //= 2  # several shaft phases smooth what samples of a mesh phase miss
-    if given.ready.system.meshes.damping.any() and D == 1:
+    if torus.ready.system.meshes.damping.any() and D == 1:
         few, many = 2 * few, 2 * many
     if D > 1:
         few = many = few if size.orders else 2 * few
     return (few, many) if size.orders else (many, many)
 
 
-def _counts(given: Torus, size: Size, samples: int) -> tuple[int, ...]:
+def _counts(torus: Torus, size: Size, samples: int) -> tuple[int, ...]:
     """Samples of every phase, so many of each mesh phase."""
-    return (samples,) * given.mesh_tones + tuple(_SHAFT_SAMPLES * order for order in size.orders)
+    return (samples,) * torus.mesh_tones + tuple(_SHAFT_SAMPLES * order for order in size.orders)
 
 
-def _values(given: Torus, size: Size) -> int:
+def _values(torus: Torus, size: Size) -> int:
     """Values of all rows over the larger grid of a size."""
-    return math.prod(_counts(given, size, _samples(given, size)[1])) * len(gap_rows_of(given.ready).linear)
+    return math.prod(_counts(torus, size, _samples(torus, size)[1])) * len(gap_rows_of(torus.ready).linear)
 
 
-def _problem(given: Torus, size: Size, samples: int) -> Problem:
+def _problem(torus: Torus, size: Size, samples: int) -> Problem:
     """The balance of a size with so many samples of every mesh phase."""
-    ready, extra = given.ready, len(size.orders)
+    ready, extra = torus.ready, len(size.orders)
     mesh = [((*point, *(0,) * extra), False, line) for point, line in ready.lines.mesh]
-    counts, points = _counts(given, size, samples), torus_points(size)
-    lines = [*mesh, *given.shaft_tones.lines] if extra else mesh
-    return problem(ready, points, given.tones[: points.shape[1]], counts, lines)
+    counts, points = _counts(torus, size, samples), torus_points(size)
+    lines = [*mesh, *torus.shaft_tones.lines] if extra else mesh
+    return problem(ready, points, torus.tones[: points.shape[1]], counts, lines)

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, Line
-from ..response.lattice import Point, kept_points
+from ..response.lattice import Point, kept_points, leads
 
 Index = NDArray[np.int64]
 PlacedLine = tuple[Point, bool, Line]
@@ -75,19 +75,13 @@ def order_weight(point: tuple[int, ...], orders: tuple[int, ...]) -> float:
 
 def half_lattice(points: Sequence[Point]) -> Index:
     """The points (J, D) of a lattice that stand for a real signal: one of a and -a, the origin first."""
-    leading = [point for point in points if _leads(point)]
+    leading = [point for point in points if leads(point)]
     return np.array(sorted(leading, key=lambda point: (any(point), point)), dtype=np.int64)
 
 
 def placed_line(point: Point, line: Line) -> PlacedLine:
     """A line at the point a, or as its conjugate at -a, whichever half of the lattice holds."""
-    leads = _leads(point)
-    return point if leads else tuple(-a for a in point), not leads, line
-
-
-def _leads(point: Point) -> bool:
-    """Whether a stands for itself and -a: its first order that is not 0 is positive."""
-    return next((a for a in point if a), 1) > 0
+    return (point, False, line) if leads(point) else (tuple(-a for a in point), True, line)
 
 
 # --- transforms -------------------------------------------------------------------------------------------------------
@@ -105,11 +99,6 @@ class Grid:
     counts: tuple[int, ...]
     wave: Array
     back: Array
-
-    @property
-    def phases(self) -> Array:
-        """Phases (N, 1) of the samples [cycles]."""
-        return phases_of(self.counts)
 
     def values(self, rows: Array) -> Array:
         """Values (N, c) of rows (2 J, c)."""
@@ -139,11 +128,6 @@ class Separable:
     unturn: Array
     wave: Array
     back: Array
-
-    @property
-    def phases(self) -> Array:
-        """Phases (N, D) of the samples [cycles], the last one fastest."""
-        return phases_of(self.counts)
 
     def values(self, rows: Array) -> Array:
         """Values (N, c) of rows (2 J, c)."""

@@ -21,8 +21,8 @@ from ...results.dataset import dataset
 from ...system.assembly import train_provenance
 from ...system.face_contact import FaceLoad, MeshFaceLaw
 from ...system.tooth_pairs import End, loaded_mesh, mean_force, pair_of, tooth_warnings
-from ...teeth.contact_lines import averaging_length, cycle_harmonics, cycle_mean
 from ...teeth.loaded_contact import LoadedContact, all_loaded, all_segments, first_images, harmonics
+from ...teeth.path_of_contact import averaging_length, cycle_harmonics, cycle_mean
 from ...teeth.root_stress import RootStress, pair_influences, root_stress
 from ...teeth.segments import ContactSegments, with_microgeometry
 from ...train.bodies import Mesh

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from ...document.units import Bounds
 from ...document.written_numbers import stated
 from ...errors import ModelError
-from ...teeth.contact_lines import corner_phases, graded_phases
 from ...teeth.gear_pair import ContactPair, MeshWave, uniform_along_face
 from ...teeth.loaded_contact import all_loaded, all_segments, loaded_contact
+from ...teeth.path_of_contact import corner_phases, graded_phases
 from ...train.bodies import Mesh
 from ...train.train import Train
 from ...warning_codes import CodedText, coded

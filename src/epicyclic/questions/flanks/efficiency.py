@@ -16,9 +16,8 @@ from ...results.dataset import dataset
 from ...system.assembly import train_provenance
 from ...system.tooth_pairs import mean_force, pair_of
 from ...teeth import geometry
-from ...teeth.contact_lines import cycle_mean
 from ...teeth.loaded_contact import LoadedContact, all_loaded, all_segments
-from ...teeth.loss_factor import Rolling, loss_factor, mean_friction, path_load, sliding_distance
+from ...teeth.path_of_contact import Rolling, cycle_mean, loss_factor, mean_friction, path_load, sliding_distance
 from ...train.bodies import GearData, Mesh
 from ...train.kinematics import Gearing
 from ...train.power import LossyFlow, lossy_flow, require_contact, require_flow

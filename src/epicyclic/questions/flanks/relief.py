@@ -20,7 +20,7 @@ from ...errors import ModelError
 from ...results.dataset import dataset
 from ...system.assembly import assemble, train_provenance
 from ...system.system import System
-from ...teeth.flank import Flank
+from ...teeth.form import Flank
 from ...teeth.gear_pair import check_pair
 from ...teeth.segments import ContactSegments
 from ...train.bodies import Mesh

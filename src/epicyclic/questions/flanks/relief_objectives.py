@@ -24,14 +24,13 @@ from ...errors import ModelError
 from ...statics.record import reference_tone
 from ...system.system import System
 from ...system.tooth_pairs import ContactHistory, pair_of, with_contact_tangent
-from ...teeth.flank import Flank, Relief
+from ...teeth.form import Flank, Relief
 from ...teeth.gear_pair import ContactPair, uniform_along_face
-from ...teeth.loaded_contact import all_segments, first_images
-from ...teeth.microgeometries import MicrogeometryContact, microgeometry_contact
+from ...teeth.loaded_contact import MicrogeometryContact, all_segments, first_images, microgeometry_contact
 from ...teeth.segments import ContactSegments
 from ...train.bodies import Mesh
 from ...train.train import Train
-from ..response.steady import sweep
+from ..response.steady import SweepOptions, sweep
 from .contact_resolution import Resolution, mesh_phases, sigma_at
 
 Array = NDArray[np.float64]
@@ -499,7 +498,7 @@ def force_curves(problem: ReliefProblem, histories: Mapping[str, ContactHistory]
     assert problem.system is not None
     assert problem.speeds is not None
     system = with_contact_tangent(problem.train, problem.system, histories)
-    result = sweep(system, relative_speed=problem.speeds)
+    result = sweep(system, SweepOptions(relative_speed=problem.speeds))
     pairs = {helix.mesh.pair for helices in problem.meshes for helix in helices}
     names = [mesh.name for mesh in problem.train.meshes if mesh.pair in pairs]
     kept = result.sel(mesh=names)

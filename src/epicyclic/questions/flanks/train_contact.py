@@ -36,7 +36,7 @@ from ...system.assembly import assemble
 from ...system.face_contact import FaceLoad, MeshFaceLaw, face_laws, with_three_rows
 from ...system.system import System, faces
 from ...system.tooth_pairs import tooth_warnings
-from ...teeth.contact_lines import averaging_length, corner_phases, largest_part_mean
+from ...teeth.path_of_contact import averaging_length, corner_phases, largest_part_mean
 from ...train.train import Train
 from ...warning_codes import CodedText, code_of, coded
 from .contact import GEARS, TOLERANCE, flank_map, largest_root_stresses

@@ -209,7 +209,7 @@ def modal_form(system: System) -> Modal:
     gaps, pulls = B.T @ shapes, (forces @ B).T
     # A rigid mode strains no mesh: what is left is rounding, which 1/omega^2 of a slow shaft order would blow up.
     gaps[:, rigid] = pulls[:, rigid] = 0.0
-    C = forces @ (system.C + (B * system.meshes.damping) @ B.T) @ shapes
+    C = forces @ system.mean_damping @ shapes
     diagonal = np.diag(C).copy()
     np.fill_diagonal(C, 0.0)
     matrices = {"G": system.G, "Kg": system.Kg, "Cskew": system.Cskew}

@@ -139,9 +139,7 @@ def whirl(system: System, *, relative_speed: float, damped: bool = False, modes:
     C = s * (Phi.T @ system.G @ Phi)
     K = np.diag(modes.omega_squared) + s**2 * (Phi.T @ system.Kg @ Phi)
     if damped:
-        B = system.meshes.B
-        dampers = system.C + (B * system.meshes.damping) @ B.T
-        C = C + Phi.T @ dampers @ Phi + np.diag(2 * (system.zeta or 0.0) * modes.omega)
+        C = C + Phi.T @ system.mean_damping @ Phi + np.diag(2 * (system.zeta or 0.0) * modes.omega)
         K = K + s * (Phi.T @ system.Cskew @ Phi)
     Q, neutral = neutral_basis(K, np.flatnonzero(modes.omega_squared == 0))
     scale = float(np.max(modes.omega, initial=0.0)) or 1.0

@@ -195,9 +195,10 @@ def mean_matrices(system: System, *, relative_speed: float = 1.0) -> xr.Dataset:
 
     system = linear(system)
     names, meshes, links = list(system.dofs.names), system.meshes, system.links
-    ports = _ports(system)
-    F = np.zeros((len(names), len(ports)))
-    F[ports, np.arange(len(ports))] = 1.0
+    # rz of the members that no carrier carries round, and of all with an external torque
+    carried = [any(word.isdigit() for word in body.split("/")) for body in system.dofs.body]
+    turning = [i for i, direction in enumerate(system.dofs.direction) if direction == "rz"]
+    ports = [i for i in turning if system.force[i] or not carried[i]]
     error, load = _excitation(system, relative_speed)
     lengths = [direction in _LENGTHS for direction in system.dofs.direction]
     square = ("equation", "dof")
@@ -209,7 +210,7 @@ def mean_matrices(system: System, *, relative_speed: float = 1.0) -> xr.Dataset:
         "B": (("equation", "mesh_row"), meshes.B),
         "L": (("equation", "link_row"), links.B),
         "T": (("full_coordinate", "dof"), system.dofs.expand),
-        "F": (("equation", "port"), F),
+        "F": (("equation", "port"), np.eye(len(names))[:, ports]),
         "mesh_stiffness": ("mesh_row", meshes.stiffness),
         "mesh_damping": ("mesh_row", meshes.damping),
         "link_stiffness": ("link_row", links.stiffness),
@@ -246,17 +247,9 @@ def mean_matrices(system: System, *, relative_speed: float = 1.0) -> xr.Dataset:
     )
 
 
-def _ports(system: System) -> list[int]:
-    """Coordinates rz of the members that no carrier carries round, and of all with an external torque."""
-    dofs = system.dofs
-    carried = [any(word.isdigit() for word in body.split("/")) for body in dofs.body]
-    return [i for i, way in enumerate(dofs.direction) if way == "rz" and (system.force[i] or not carried[i])]
-
-
 def _damping(system: System) -> Array:
     """Dampers, meshes, and modal damping as the matrix that damps every elastic mode by zeta, (n, n)."""
-    B = system.meshes.B
-    total: Array = system.C + (B * system.meshes.damping) @ B.T
+    total = system.mean_damping
     squared, shapes = mean_modes(system)
     if system.zeta:
         momenta = system.M @ shapes

@@ -148,18 +148,18 @@ class _Balance(NamedTuple):
     def preconditioned(self) -> tuple[Array, Callable[..., Array]]:
         """Rows preconditioned by P, D or its floor: P^-1 right (P, 2 J n) and P^-1 (D + coupling)."""
         kept = _kept(self.modal, self.batch.frequency)
-        inverse = _inverse(self.modal, self.batch.frequency, kept)
+        inverse = diagonal_inverse(self.modal, self.batch.frequency, kept)
         couple, shape = _coupling(self.modal, self.kernel, self.batch), self.right.shape
         # D / P is 1 but where D is below its floor
         share = 1.0 if kept is None else np.repeat(kept[:, None], 2, axis=1).reshape(shape[0], -1)
 
         def apply(x: Array, *, less: bool = False) -> Array:
             """P^-1 (D + coupling) x, (P, 2 J n); less : x less that, without the rounding of their difference."""
-            coupled = _times(inverse, couple(x.reshape(shape))).reshape(x.shape)
+            coupled = diagonal_product(inverse, couple(x.reshape(shape))).reshape(x.shape)
             result: Array = (1.0 - share) * x - coupled if less else share * x + coupled
             return result
 
-        return _times(inverse, self.right).reshape(shape[0], -1), apply
+        return diagonal_product(inverse, self.right).reshape(shape[0], -1), apply
 
 
 def solve(
@@ -291,7 +291,7 @@ def _kept(modal: Modal, frequency: Array) -> Array | None:
     return np.where(low, size / np.where(low, floor, 1.0), 1.0) if np.any(low) else None
 
 
-def _inverse(modal: Modal, frequency: Array, kept: Array | None) -> tuple[Array, Array]:
+def diagonal_inverse(modal: Modal, frequency: Array, kept: Array | None = None) -> tuple[Array, Array]:
     """1/P at frequencies (P, J) [rad/s], 0 for the mean of a rigid mode.
 
     kept : |D| / P of `_kept`; None: P = D.
@@ -310,10 +310,10 @@ def _inverse(modal: Modal, frequency: Array, kept: Array | None) -> tuple[Array,
     return along[:, None], np.stack([turn, -turn], axis=1)
 
 
-def _times(factor: tuple[Array, Array], y: Array) -> Array:
-    """D^-1 y, factors of `_inverse` applied to y (P, 2, J, n)."""
+def diagonal_product(factor: tuple[Array, Array], y: Array) -> Array:
+    """D^-1 y, factors of `diagonal_inverse` applied to y (P, 2, J, n); of one point without the first axis."""
     out = factor[0] * y
-    out += factor[1] * y[:, ::-1]
+    out += factor[1] * y[..., ::-1, :, :]
     return out
 
 

@@ -70,14 +70,11 @@ def kept_points(harmonics: tuple[int, ...], cross: int, *, mirrored: bool) -> La
     harmonics : highest multiple of each tone (D,).  cross : largest |a_1| + .. + |a_D| of a combination.
     """
     D = len(harmonics)
-    if D == 1:
-        orders = np.arange(0 if mirrored else -harmonics[0], harmonics[0] + 1, dtype=np.int64)
-        return Lattice(points=orders[:, None], mirrored=mirrored, own=(np.arange(orders.size, dtype=np.int64),))
     origin, reach = (0,) * D, range(-cross, cross + 1)
     points = [_along(origin, j, a) for j, H in enumerate(harmonics) for a in range(-H, H + 1)]
     points += [p for p in combinations(reach, repeat=D) if sum(map(abs, p)) <= cross and sum(map(bool, p)) > 1]
     if mirrored:
-        points = [point for point in points if _leads(point)]
+        points = [point for point in points if leads(point)]
     ordered = sorted(set(points), key=lambda p: (any(p) if mirrored else False, p))
     place = {point: i for i, point in enumerate(ordered)}
     own = tuple(
@@ -98,7 +95,7 @@ def _along(rest: Sequence[int], axis: int, order: int) -> Point:
     return (*rest[:axis], order, *rest[axis + 1 :])
 
 
-def _leads(point: Iterable[int]) -> bool:
+def leads(point: Iterable[int]) -> bool:
     """Whether a point represents itself and its mirror image: its first order that is not 0 is positive."""
     return next((a for a in point if a), 1) > 0
 
@@ -111,7 +108,7 @@ def bundle(lattice: Lattice, axis: int) -> Bundle:
         rest[axis] = 0
         if rest.any():
             # the mirror image of a line is the line of the mirrored rest: each is counted once
-            sign = 1 if not lattice.mirrored or _leads(rest) else -1
+            sign = 1 if not lattice.mirrored or leads(rest) else -1
             lines.setdefault(tuple(sign * rest), []).append((place, int(sign * point[axis]), sign))
     order = sorted(lines, key=lambda rest: (len(lines[rest]) == 1, rest))
     half = max((abs(a) for members in lines.values() for _, a, _ in members), default=0)

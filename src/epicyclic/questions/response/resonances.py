@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -29,23 +29,13 @@ BAND = 0.2
 _SIDES = ("left", "right")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Forces:
-    """Forces (c,) at the crossings from the sweep with linear contact; nan and "" where not computed.
+_Forces = dict[str, NDArray[Any]]
+"""Forces (c,) at the crossings from the sweep with linear contact; nan and "" where not computed.
 
-    factor : largest dynamic factor of any mesh [1], mesh : which.  amplitude : largest amplitude of the order that
-    meets the mode, of the meshes that have its mesh frequency [N].  own : of that the amplitude that the mode itself
-    makes [N], share : energy of the mode per energy of the motion at that order [1].  pulls : teeth are pulled there,
-    where they would part.  note : what is missing, and why.
-    """
-
-    factor: Array
-    own: Array
-    share: Array
-    mesh: NDArray[np.object_]
-    amplitude: Array
-    pulls: NDArray[np.bool_]
-    note: str = ""
+dynamic_factor : largest of any mesh [1], mesh : which.  amplitude : largest amplitude of the order that meets the mode,
+of the meshes that have its mesh frequency [N].  own_force : of that the amplitude that the mode itself makes [N],
+share : energy of the mode per energy of the motion at that order [1].
+"""
 
 
 def with_resonances(
@@ -88,7 +78,7 @@ def with_resonances(
     dofs = [str(name).rpartition("/") for name in result["dof"].values]
     scale = np.array([radius[body] if direction == "rz" else 1.0 for body, _, direction in dofs])
     shapes = result["shape"].transpose("dof", "mode").values / scale[:, None]
-    forces = _forces(linear(system), crossings, tuple(tones), shapes)
+    forces, note = _forces(linear(system), crossings, tuple(tones), shapes)
     connection, connection_share = _largest_share(result, "strain_energy_share", "connection", crossings)
     body, body_share = _largest_share(result, "kinetic_energy_share", "body", crossings)
     stage = np.array([", ".join(stages) for stages in tones.values()], dtype=object)[crossings.tone]
@@ -105,19 +95,15 @@ def with_resonances(
         "connection_share": connection_share,
         "body": body,
         "body_share": body_share,
-        "dynamic_factor": forces.factor,
-        "mesh": forces.mesh,
-        "amplitude": forces.amplitude,
-        "own_force": forces.own,
-        "share": forces.share,
-        "excited": _excited(forces.share),
+        **forces,
+        "excited": _excited(forces["share"]),
     }
     wider = result.copy()
     for short, values in columns.items():
         name = f"resonance_{short}"
         unit, meaning = VARIABLES[name]
         wider[name] = ("resonance", values, {"units": unit, "long_name": meaning})
-    wider.attrs["resonance_note"] = forces.note
+    wider.attrs["resonance_note"] = note
     for name, value in (("band", band), ("hertz", hertz)):
         if value is not None:
             wider.attrs["options"] = json.dumps({**json.loads(wider.attrs["options"]), name: value})
@@ -135,7 +121,8 @@ def excited_modes(
     """
     # shaft orders are lines of their own: the motion at the mesh orders is the same without them
     how = {"shaft_orders": False, "compiled": compiled}
-    return _excited(_forces(linear(system), crossings, tuple(tones_of_meshes(system)), shapes, how).share)
+    forces, _ = _forces(linear(system), crossings, tuple(tones_of_meshes(system)), shapes, how)
+    return _excited(forces["share"])
 
 
 def _excited(share: Array) -> NDArray[np.object_]:
@@ -170,32 +157,34 @@ def _forces(
     tones: tuple[Fraction, ...],
     shapes: Array,
     how: Mapping[str, Any] | None = None,
-) -> _Forces:
-    """Forces of the linear response at the crossings (c,), of several mesh frequencies with one of them at a time.
+) -> tuple[_Forces, str]:
+    """Forces of the linear response at the crossings (c,), and what is missing of them, and why.
+
+    Of several mesh frequencies with one of them at a time.
 
     how : options of `sweep`; None: its own, shaft orders where there is one mesh frequency.
     """
     count = len(crossings.relative_speed)
-    empty = _Forces(
-        factor=np.full(count, np.nan),
-        mesh=np.full(count, "", dtype=object),
-        amplitude=np.full(count, np.nan),
-        own=np.full(count, np.nan),
-        share=np.full(count, np.nan),
-        pulls=np.zeros(count, bool),
-    )
+    forces: _Forces = {
+        "dynamic_factor": np.full(count, np.nan),
+        "mesh": np.full(count, "", dtype=object),
+        "amplitude": np.full(count, np.nan),
+        "own_force": np.full(count, np.nan),
+        "share": np.full(count, np.nan),
+    }
+    how, pulled = how or {"shaft_orders": len(tones) == 1}, 0
     try:
         for tone in np.unique(crossings.tone):
-            _enter_forces(empty, system, crossings, int(tone), tones, shapes, how or {"shaft_orders": len(tones) == 1})
+            pulled += _enter_forces(forces, system, crossings, int(tone), tones, shapes, how)
     except ModelError as error:
-        return replace(empty, note=f"no forces: {error}")
+        return forces, f"no forces: {error}"
     notes = ["K_v: the mesh orders of one stage at a time, without shaft orders"] if count and len(tones) > 1 else []
-    if empty.pulls.any():
+    if pulled:
         notes.append(
-            f"At {np.count_nonzero(empty.pulls)} of {count} speeds the linear model pulls on teeth that would part: "
+            f"At {pulled} of {count} speeds the linear model pulls on teeth that would part: "
             "K_v with contact loss is that of sweep --contact-loss"
         )
-    return replace(empty, note="; ".join(notes))
+    return forces, "; ".join(notes)
 
 
 def _enter_forces(
@@ -206,34 +195,40 @@ def _enter_forces(
     tones: tuple[Fraction, ...],
     shapes: Array,
     how: Mapping[str, Any],
-) -> None:
-    """Enter the forces at the crossings of one mesh frequency, that of a number."""
-    from .steady import sweep
+) -> int:
+    """Enter the forces at the crossings of one mesh frequency, that of a number.
+
+    Returns at how many of them teeth are pulled.
+    """
+    from .steady import SweepOptions, sweep
 
     tone, meshes = tones[number], system.meshes
     entries = np.flatnonzero(crossings.tone == number)
     speeds, column = np.unique(crossings.relative_speed[entries], return_inverse=True)
     driven = np.array([system.tones[i] == tone for i in meshes.tone])
     excited = system if len(tones) == 1 else of_one_tone(system, tone, driven)
-    swept = sweep(excited, relative_speed=speeds, orders=MESH_ORDERS, forces_alone=True, **how)
+    swept = sweep(excited, SweepOptions(relative_speed=speeds, orders=MESH_ORDERS, forces_alone=True, **how))
     factors = swept["dynamic_factor"].transpose("mesh", "speed").values
     lowest = swept["mesh_force_minimum"].transpose("mesh", "speed").values
     whole = driven[faces(meshes).first]
     amplitude = swept["mesh_force_order"].transpose("order", "mesh", "speed").values[:, whole]
     motion = swept["displacement_harmonic"].transpose("order", "speed", "dof").values / system.dofs.radius
+    pulled = 0
     for entry, speed in zip(entries, column, strict=True):
         factor, order = factors[:, speed], crossings.order[entry] - 1
         loaded = np.isfinite(factor)
-        forces.pulls[entry] = (lowest[loaded, speed] < 0).any()
+        pulled += bool((lowest[loaded, speed] < 0).any())
         force = amplitude[order, :, speed]
-        forces.amplitude[entry] = np.max(force) if np.isfinite(force).all() else np.nan
+        forces["amplitude"][entry] = np.max(force) if np.isfinite(force).all() else np.nan
         if loaded.any():
             # of equal branches the first: rounding does not choose
             (most,) = first_largest(factor)
-            forces.factor[entry], forces.mesh[entry] = np.nanmax(factor), str(swept["mesh"].values[most])
+            forces["dynamic_factor"][entry] = np.nanmax(factor)
+            forces["mesh"][entry] = str(swept["mesh"].values[most])
         space = shapes[:, crossings.mode[entry] : crossings.mode[entry] + crossings.count[entry]]
-        forces.share[entry], made = _mode_part(system, space, motion[order, speed])
-        forces.own[entry] = np.max(made[whole])
+        forces["share"][entry], made = _mode_part(system, space, motion[order, speed])
+        forces["own_force"][entry] = np.max(made[whole])
+    return pulled
 
 
 def _mode_part(system: System, space: Array, motion: ComplexArray) -> tuple[float, Array]:
@@ -251,13 +246,13 @@ def _mode_part(system: System, space: Array, motion: ComplexArray) -> tuple[floa
     if not np.isfinite(whole):
         return np.nan, np.full(len(faces(meshes).name), np.nan)
     left = space.conj().T @ system.M
-    own = space @ np.linalg.solve(left @ space, left @ motion)
-    made: Array = np.abs(faces(meshes).total(meshes.stiffness * (meshes.B.T @ own)))
-    return float((own.conj() @ system.M @ own).real) / whole if whole > 0 else 0.0, made
+    part = space @ np.linalg.solve(left @ space, left @ motion)
+    made: Array = np.abs(faces(meshes).total(meshes.stiffness * (meshes.B.T @ part)))
+    return float((part.conj() @ system.M @ part).real) / whole if whole > 0 else 0.0, made
 
 
-def of_one_tone(system: System, tone: Fraction, own: NDArray[np.bool_]) -> System:
-    """A System of one mesh frequency: the meshes (m,) that do not have it keep their mean stiffness."""
+def of_one_tone(system: System, tone: Fraction, driven: NDArray[np.bool_]) -> System:
+    """A System of one mesh frequency: the meshes (m,) that are not driven by it keep their mean stiffness."""
     meshes = system.meshes
-    variation = np.where(own[:, None], meshes.variation, 0)
+    variation = np.where(driven[:, None], meshes.variation, 0)
     return replace(system, tones=(tone,), meshes=replace(meshes, tone=np.zeros_like(meshes.tone), variation=variation))

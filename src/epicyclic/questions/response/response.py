@@ -61,16 +61,16 @@ class Response:
 
     frame_speed : whether G and Kg follow the speed (``kinematic``) or stay (``operating``).  compiled : as of
         `response`.
-    lawful : the system with the laws of its gaps, of which `system` has the tangents; None where it has none.
+    lawful : the system with the laws of its gaps, of which `system` has the tangents.
     kernels, frequencies, line_frequencies_made, operators : what a truncation needs, made on first use.
     """
 
     system: System
+    lawful: System
     modal: Modal
     lines: LineExcitation
     frame_speed: FrameSpeed = "kinematic"
     compiled: bool | None = None
-    lawful: System | None = None
     kernels: dict[tuple[Truncation, bool], Kernel] = field(default_factory=dict)
     frequencies: dict[tuple[Truncation, bool], tuple[Array, Array]] = field(default_factory=dict)
     line_frequencies_made: dict[tuple[Truncation, bool, bool], LineFrequencies] = field(default_factory=dict)
@@ -198,10 +198,10 @@ def response(
         require_numba("compiled")
     if frame_speed not in ("kinematic", "operating"):
         raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
-    lawful, system = system, linear(system, asks_laws=asks_laws, floating=asks_laws)
-    modal = modal_form(system)
-    lines = excitation(system, modal)
-    return Response(system=system, modal=modal, lines=lines, frame_speed=frame_speed, compiled=compiled, lawful=lawful)
+    mean = linear(system, asks_laws=asks_laws, floating=asks_laws)
+    modal = modal_form(mean)
+    lines = excitation(mean, modal)
+    return Response(system=mean, lawful=system, modal=modal, lines=lines, frame_speed=frame_speed, compiled=compiled)
 
 
 def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bool = True) -> Iterator[Block]:
@@ -244,8 +244,8 @@ def respond_part(
             more = _further(block.mesh.truncation_residual, truncation, limit[index], tolerance)
             coarse = np.any(more, axis=1)
             if shaft_orders and ready.lines.shaft and not np.all(coarse):
-                block = _with_shaft(ready, _select(block, ~coarse), tolerance=tolerance)
-                more[~coarse] = _further(_worst(block), truncation, limit[block.index], tolerance)
+                block, worst = _with_shaft(ready, _select(block, ~coarse), tolerance=tolerance)
+                more[~coarse] = _further(worst, truncation, limit[block.index], tolerance)
                 coarse = np.any(more, axis=1)
         done = ~coarse[_among(index, block.index)]
         if np.any(done):
@@ -356,12 +356,14 @@ def _block(
     return Block(index=index, speed=speed, truncation=truncation, mesh=mesh, shaft=None, residual=residual)
 
 
-def _with_shaft(ready: Response, block: Block, *, tolerance: float) -> Block:
-    """A block with its shaft orders solved."""
+def _with_shaft(ready: Response, block: Block, *, tolerance: float) -> tuple[Block, Array]:
+    """A block with its shaft orders solved, and the largest truncation residual of each speed, by kind (P, D + 1)."""
+    P = block.speed.size
     shaft = _solve(ready, block.speed, truncation=block.truncation, tolerance=tolerance, shifted=True)
-    residual = np.maximum(shaft.residual, truncation_norm(shaft.truncation_residual))
-    worst = residual.reshape(block.speed.size, -1).max(axis=1)
-    return replace(block, shaft=shaft, residual=np.maximum(block.residual, worst))
+    residual = np.maximum(shaft.residual, truncation_norm(shaft.truncation_residual)).reshape(P, -1).max(axis=1)
+    dropped = shaft.truncation_residual.reshape(P, -1, shaft.truncation_residual.shape[1]).max(axis=1)
+    block = replace(block, shaft=shaft, residual=np.maximum(block.residual, residual))
+    return block, np.maximum(block.mesh.truncation_residual, dropped)
 
 
 def _solve(
@@ -394,15 +396,6 @@ def truncation_norm(truncation_residual: Array) -> Array:
     """Truncation residual over all kinds, (P, D + 1) -> (P,)."""
     size: Array = np.sqrt((truncation_residual**2).sum(axis=1))
     return size
-
-
-def _worst(block: Block) -> Array:
-    """Largest truncation residual among the solutions of each speed, by kind (P, D + 1)."""
-    if block.shaft is None:
-        return block.mesh.truncation_residual
-    shaft = block.shaft.truncation_residual.reshape(block.speed.size, -1, block.shaft.truncation_residual.shape[1])
-    worst: Array = np.maximum(block.mesh.truncation_residual, shaft.max(axis=1))
-    return worst
 
 
 def _select(block: Block, keep: NDArray[np.bool_]) -> Block:

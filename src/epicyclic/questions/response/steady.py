@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ...engine.cost import MOST_NUMBERS, require_memory
 from ...engine.workers import each, import_results
@@ -35,7 +35,6 @@ from .periodic import TOLERANCE, checked_samples, solve_speed, superposed
 from .response import (
     MEAN_UNSTABLE,
     Block,
-    FrameSpeed,
     Response,
     Truncation,
     instability_warnings,
@@ -44,7 +43,7 @@ from .response import (
     response_parts,
     unstable_speeds,
 )
-from .sweep_table import SpeedRange, SweepTable, empty_table, speeds_of, sweep_dataset, with_bounds_named
+from .sweep_table import SpeedOptions, SweepTable, empty_table, speeds_of, sweep_dataset, with_bounds_named
 from .waveform import (
     Spectrum,
     alias_free_samples,
@@ -276,20 +275,29 @@ def _line_variables(ready: Response, block: Block, shafts: Spectrum | None, thet
     }
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepOptions(SpeedOptions):
+    """Options of a sweep with linear contact.
+
+    orders : highest mesh order whose amplitude is reported, 1 to 100; shaft lines are reported around so many mesh
+        orders, and combinations of mesh frequencies up to so many, at most 32 of each.
+    forces_alone : only mesh forces are measured, and the motion at the mesh orders, ``displacement_harmonic`` [m],
+        complex; other motion and link forces are nan.
+    tolerance : relative residual of the harmonics kept [1]; the truncation is below 30 times that.
+    compiled : solve by numba; None leaves that to the size of the job, see `response`.
+    """
+
+    orders: int = 12
+    forces_alone: bool = False
+    tolerance: float = 1e-6
+    compiled: bool | None = None
+
+
 def sweep(
     system: System,
+    options: SweepOptions,
     *,
-    mesh_frequency: ArrayLike | None = None,
-    relative_speed: ArrayLike | None = None,
-    speed_range: SpeedRange | None = None,
-    points: int | None = None,
-    frame_speed: FrameSpeed = "kinematic",
-    shaft_orders: bool = True,
-    orders: int = 12,
-    forces_alone: bool = False,
-    tolerance: float = 1e-6,
     progress: Callable[[int, int], None] | None = None,
-    compiled: bool | None = None,
     kept: RunFolder | None = None,
 ) -> xr.Dataset:
     """Mesh forces, bearing forces and motion over speed for linear contact, as docs/theory/response.md defines.
@@ -301,20 +309,7 @@ def sweep(
 
     Parameters
     ----------
-    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) speeds per operating speed.
-    speed_range : where neither is given: ``operation`` (None), 5 to 130 % of the operating speed with the speeds at
-        which mesh orders meet the modes; ``modes``, from a fifth of the lowest natural or operating frequency to 1.2
-        times the highest.  points : speeds of the range, None as of `speeds_of`.
-    frame_speed : whether the frame of the coordinates turns faster with the sweep (``kinematic``), as the train does,
-        or gyroscopic and centripetal terms stay those of the operating speed (``operating``).
-    shaft_orders : whether run-outs and other lines between the mesh orders count.
-    orders : highest mesh order whose amplitude is reported, 1 to 100; shaft lines are reported around so many mesh
-        orders, and combinations of mesh frequencies up to so many, at most 32 of each.
-    forces_alone : only mesh forces are measured, and the motion at the mesh orders, ``displacement_harmonic`` [m],
-        complex; other motion and link forces are nan.
-    tolerance : relative residual of the harmonics kept [1]; the truncation is below 30 times that.
     progress : called with (points done, points) after every chunk; an exception in it ends the sweep.
-    compiled : solve by numba; None leaves that to the size of the job, see `response`.
     kept : keeps the speeds that are done.
 
     Raises
@@ -322,22 +317,13 @@ def sweep(
     ModelError : no damping, no mesh frequency, torques out of balance, or an option out of range.
     A single speed that fails holds nan, and ``status`` says why.
     """
+    orders, shaft_orders = options.orders, options.shaft_orders
     if not 1 <= orders <= _ORDERS:
         raise ModelError("out of range", path="orders", given=orders, allowed=f"1 to {_ORDERS}")
-    ready = response(system, frame_speed=frame_speed, compiled=compiled)
-    speed = speeds_of(
-        ready, mesh_frequency=mesh_frequency, relative_speed=relative_speed, speed_range=speed_range, points=points
-    )
-    options: dict[str, Any] = {
-        "frame_speed": frame_speed,
-        "shaft_orders": shaft_orders,
-        "orders": orders,
-        "tolerance": tolerance,
-    }
-    if mesh_frequency is None and relative_speed is None:
-        options["speed_range"] = speed_range or "operation"
+    ready = response(system, frame_speed=options.frame_speed, compiled=options.compiled)
+    speed = speeds_of(ready, options)
     table = empty_table(
-        ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders, harmonics=forces_alone
+        ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders, harmonics=options.forces_alone
     )
     cross = np.zeros(speed.size, dtype=np.int64)
     usable = np.isfinite(speed) & (speed > 0)
@@ -359,28 +345,25 @@ def sweep(
                 progress(done, speed.size)
 
     ready, parts = response_parts(ready, speed[usable], shaft_orders=shaft_orders)
-    work = partial(
-        _measured,
-        ready,
-        speed[usable],
-        table.layout,
-        tolerance=tolerance,
-        shaft_orders=shaft_orders,
-        forces_alone=forces_alone,
-    )
+    work = partial(_measured, ready, speed[usable], table.layout, options)
     each(work, parts, arrived=fill, kept=None if kept is None else kept.part("speeds"), meanwhile=import_results)
     return sweep_dataset(
         table,
         ready.system,
         speed=speed,
         tone=float(ready.lines.tone),
-        verb="sweep",
-        options=options,
+        options={
+            "frame_speed": options.frame_speed,
+            "shaft_orders": shaft_orders,
+            "orders": orders,
+            "tolerance": options.tolerance,
+            **options.range_taken,
+        },
         warnings=[
             *ready.system.warnings,
             *instability_warnings(ready, speed[unstable]),
-            *tension_warnings(system, table.minimum_force, table.values["dynamic_factor"]),
-            *factor_warnings(system, table.values["dynamic_factor"]),
+            *tension_warnings(ready.system, table.minimum_force, table.values["dynamic_factor"]),
+            *factor_warnings(ready.system, table.values["dynamic_factor"]),
         ],
         further={"cross_order": ("speed", cross)} if len(ready.lines.tones) > 1 else None,
     )
@@ -391,7 +374,7 @@ class _Measured:
     """Measures of one block of speeds.
 
     values : by name, speeds last, not finite where nothing was found.
-    minimum : smallest force of every mesh row (m, P) [N].  good : (P,) whether the residual is small enough.
+    minimum : smallest force of every mesh row (m, P) [N].
     The other fields as of `Block`.
     """
 
@@ -401,13 +384,13 @@ class _Measured:
     values: dict[str, NDArray[Any]]
     minimum: Array
     residual: Array
-    good: NDArray[np.bool_]
     status: list[str]
 
     def fill(self, table: SweepTable, index: NDArray[np.int64]) -> None:
         """Write the measures at the speeds `index` (P,), nan where they did not converge."""
-        table.store(index, self.values, self.good)
-        table.minimum_force[:, index] = np.where(self.good, self.minimum, np.nan)
+        good = np.array([text == "ok" for text in self.status])
+        table.store(index, self.values, good)
+        table.minimum_force[:, index] = np.where(good, self.minimum, np.nan)
         table.values["residual"][index], table.harmonics[index] = self.residual, self.harmonics
         table.status[index] = self.status
 
@@ -416,20 +399,17 @@ def _measured(
     ready: Response,
     speed: Array,
     layout: Layout,
+    options: SweepOptions,
     part: tuple[NDArray[np.int64], Truncation],
-    *,
-    tolerance: float,
-    shaft_orders: bool,
-    forces_alone: bool,
 ) -> list[_Measured]:
     """Measures of one part of the speeds (P,), block by block."""
-    blocks = respond_part(ready, speed, part, tolerance=tolerance, shaft_orders=shaft_orders)
-    accepted = _ACCEPTED * tolerance
-    return [_block_measures(ready, block, layout, accepted=accepted, forces_alone=forces_alone) for block in blocks]
+    blocks = respond_part(ready, speed, part, tolerance=options.tolerance, shaft_orders=options.shaft_orders)
+    return [_block_measures(ready, block, layout, options) for block in blocks]
 
 
-def _block_measures(ready: Response, block: Block, layout: Layout, *, accepted: float, forces_alone: bool) -> _Measured:
-    """Measures of one block; accepted : largest relative residual.  forces_alone : of the mesh forces only."""
+def _block_measures(ready: Response, block: Block, layout: Layout, options: SweepOptions) -> _Measured:
+    """Measures of one block, of the mesh forces alone where only these are asked for."""
+    accepted, forces_alone = _ACCEPTED * options.tolerance, options.forces_alone
     face = faces(ready.system.meshes)
     rows, motion = force_signal(ready, block), motion_signal(ready, block)
     signals = Signals(
@@ -460,6 +440,5 @@ def _block_measures(ready: Response, block: Block, layout: Layout, *, accepted: 
         values=values,
         minimum=minimum,
         residual=block.residual,
-        good=np.array([text == "ok" for text in status]),
         status=status,
     )

@@ -23,7 +23,7 @@ from ..modes.basis import Modal
 from ..modes.campbell import OPERATION, mesh_crossings
 from .excitation import LineExcitation
 from .measures import Layout
-from .response import Response
+from .response import FrameSpeed, Response
 from .waveform import lateral_pairs
 
 if TYPE_CHECKING:
@@ -59,12 +59,39 @@ _COMPLEX = ("displacement_harmonic",)
 # Lines of a kind reported at most: a row of each for every mesh and speed has to stay a small array.
 _MAX_LINES = 32
 SpeedRange = Literal["operation", "modes"]
-"""``operation``: 5 to 130 % of the operating speed.  ``modes``: until the first mesh order has passed every mode."""
+"""``operation``: 5 to 130 % of the operating speed with the speeds at which mesh orders meet the modes.  ``modes``: a
+fifth of the lowest natural or operating frequency to 1.2 times the highest."""
 # Speeds of a range where nobody says how many: 200 are a smooth curve on a screen; from three mesh frequencies on each
 # costs half a second and more.
 _POINTS, _POINTS_OF_MANY_TONES = 200, 100
 # Speeds closer than this per operating speed are one.
 _SAME = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpeedOptions:
+    """Options of every sweep.
+
+    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) speeds per operating speed.
+    speed_range : where neither is given; None: ``operation``.  points : speeds of the range; None: 200, about operation
+        with three mesh frequencies and more 100.
+    frame_speed : whether the frame of the coordinates turns faster with the sweep (``kinematic``), as the train does,
+        or gyroscopic and centripetal terms stay those of the operating speed (``operating``).
+    shaft_orders : whether run-outs and other lines between the mesh orders count.
+    """
+
+    mesh_frequency: ArrayLike | None = None
+    relative_speed: ArrayLike | None = None
+    speed_range: SpeedRange | None = None
+    points: int | None = None
+    frame_speed: FrameSpeed = "kinematic"
+    shaft_orders: bool = True
+
+    @property
+    def range_taken(self) -> dict[str, str]:
+        """The range as a result records it; nothing where speeds are given."""
+        given = self.mesh_frequency is not None or self.relative_speed is not None
+        return {} if given else {"speed_range": self.speed_range or "operation"}
 
 
 class ReportedLines(NamedTuple):
@@ -104,15 +131,20 @@ class SweepTable:
                 self.values[name][..., index] = np.where(good, values, np.nan)
 
 
-def layout_of(system: System, lines: LineExcitation, *, orders: int, shafts: bool) -> tuple[Layout, ReportedLines]:
-    """Layout of the signals of a System, and the lines reported of it; arguments as of `reported_lines`."""
+def empty_table(
+    system: System, lines: LineExcitation, count: int, *, orders: int, shafts: bool, harmonics: bool = False
+) -> SweepTable:
+    """Empty table for `count` speeds; variables without rows (links, lines) are left out.
+
+    orders, shafts : as of `reported_lines`.
+    harmonics : with the complex motion at the orders of the first mesh frequency.
+    """
     face, dofs = faces(system.meshes), system.dofs
     reported = reported_lines(lines, lines.stages(system), orders=orders, shafts=shafts)
-    translation = dofs.expand.reshape(len(dofs.bodies), 6, -1)[:, :3]
     layout = Layout(
         axis=lines.axis[face.first],
         radius=dofs.radius,
-        translation=translation,
+        translation=dofs.expand.reshape(len(dofs.bodies), 6, -1)[:, :3],
         pairs=lateral_pairs(system),
         turn=system.links.turn,
         orders=orders,
@@ -120,23 +152,12 @@ def layout_of(system: System, lines: LineExcitation, *, orders: int, shafts: boo
         groups=parallel_meshes(system.meshes),
         rounding=rounding_of(system),
     )
-    return layout, reported
-
-
-def empty_table(
-    system: System, lines: LineExcitation, count: int, *, orders: int, shafts: bool, harmonics: bool = False
-) -> SweepTable:
-    """Empty table for `count` speeds; variables without rows (links, lines) are left out.
-
-    harmonics : with the complex motion at the orders of the first mesh frequency.
-    """
-    layout, reported = layout_of(system, lines, orders=orders, shafts=shafts)
     labels: dict[str, Sequence[Any]] = {
-        "mesh": faces(system.meshes).name,
+        "mesh": face.name,
         "order": range(1, orders + 1),
         "line": reported.label,
-        "dof": system.dofs.names,
-        "body": system.dofs.bodies if layout.translation.any() else (),
+        "dof": dofs.names,
+        "body": dofs.bodies if layout.translation.any() else (),
         "link_row": system.links.name,
         "bearing": [system.links.link[x] for x in layout.pairs[:, 0]],
     }
@@ -164,7 +185,6 @@ def sweep_dataset(
     *,
     speed: Array,
     tone: float,
-    verb: str,
     options: Mapping[str, Any],
     warnings: Sequence[CodedText],
     further: Mapping[str, tuple[Sequence[str] | str, Any]] | None = None,
@@ -174,7 +194,7 @@ def sweep_dataset(
     Parameters
     ----------
     speed : (P,) relative.  tone : mesh frequency of the first mesh at the operating speed [Hz].
-    verb, options, warnings : as of `results.dataset`.  further : variables that only this kind of sweep has.
+    options, warnings : as of `results.dataset`.  further : variables that only this kind of sweep has.
     """
     from ...results.dataset import dataset
 
@@ -192,7 +212,7 @@ def sweep_dataset(
             **(further or {}),
         },
         {**coords, "speed": speed, "mesh_frequency": ("speed", speed * tone)},
-        verb=verb,
+        verb="sweep",
         options=options,
         provenance=system.provenance,
         warnings=warnings,
@@ -250,41 +270,28 @@ def _shells_up_to_limit(
     return labels
 
 
-def speeds_of(
-    ready: Response,
-    *,
-    mesh_frequency: ArrayLike | None,
-    relative_speed: ArrayLike | None,
-    speed_range: SpeedRange | None,
-    points: int | None,
-) -> Array:
-    """Relative speeds (P,) [1] of the mesh frequencies of the first mesh [Hz] or relative speeds asked for, else of a
-    range.
-
-    Parameters
-    ----------
-    speed_range : None: ``operation`` where no speeds are given.  points : speeds of the range; None: 200, about
-        operation with three mesh frequencies and more 100.
+def speeds_of(ready: Response, options: SpeedOptions) -> Array:
+    """Relative speeds (P,) [1] of the mesh frequencies or relative speeds asked for, else of a range.
 
     Raises
     ------
     ModelError : mesh frequencies and relative speeds are given, or a range or points beside either; an unknown range.
     """
-    if mesh_frequency is not None and relative_speed is not None:
+    tone, speed_range, points = float(ready.lines.tone), options.speed_range, options.points
+    if options.mesh_frequency is not None and options.relative_speed is not None:
         raise ModelError("give mesh_frequency or relative_speed, not both")
-    if mesh_frequency is not None or relative_speed is not None:
-        for path, option in (("speed_range", speed_range), ("points", points)):
+    if not options.range_taken:
+        for path, option in (("range", speed_range), ("points", points)):
             if option is not None:
                 raise ModelError("goes without speeds of one's own", path=path, given=option)
-        if relative_speed is not None:
-            return np.atleast_1d(np.asarray(relative_speed, dtype=float))
-        return np.atleast_1d(np.asarray(mesh_frequency, dtype=float)) / float(ready.lines.tone)
+        if options.relative_speed is not None:
+            return np.atleast_1d(np.asarray(options.relative_speed, dtype=float))
+        return np.atleast_1d(np.asarray(options.mesh_frequency, dtype=float)) / tone
     natural = np.sqrt(ready.modal.squared[~ready.modal.rigid]) / (2 * np.pi)
-    tone, tones = float(ready.lines.tone), [float(tone) for tone in ready.lines.tones]
     low, high = range_ends(speed_range or "operation", tone, natural)
     if speed_range != "modes":
-        usual = _POINTS_OF_MANY_TONES if len(tones) > 2 else _POINTS
-        return _about_operation(ready.modal, tones, points or usual)
+        tones = [float(tone) for tone in ready.lines.tones]
+        return _about_operation(ready.modal, tones, points or (_POINTS_OF_MANY_TONES if len(tones) > 2 else _POINTS))
     if not natural.size:
         return np.array([1.0])
     return np.linspace(low, high, points or _POINTS) / tone

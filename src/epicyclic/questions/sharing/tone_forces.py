@@ -206,17 +206,17 @@ def _forces_from_waves(
     )
 
 
-def _static_by_lines(system: System, train: HeldTrain, tone: Fraction, samples: int) -> ToneForces:
+def _static_by_lines(system: System, held: HeldTrain, tone: Fraction, samples: int) -> ToneForces:
     """Static mesh forces where stiffness follows one tone at most: linear in the lines while loaded flanks press."""
-    waves, reach = static_waves(system, train.loaded, tone, samples), far_waves(system, train, tone, samples)
-    forces = _forces_from_waves(system, tone, waves, _unilateral(system, train, tone, (waves, reach)))
+    waves, reach = static_waves(system, held.loaded, tone, samples), far_waves(system, held, tone, samples)
+    forces = _forces_from_waves(system, tone, waves, _unilateral(system, held, tone, (waves, reach)))
     if reach is None:
         return forces
     return replace(forces, bound=np.full(len(forces.meshes), np.nan), unknown=_FAR_FLANKS)
 
 
 def _unilateral(
-    system: System, train: HeldTrain, tone: Fraction, both: tuple[Waves, Waves | None]
+    system: System, held: HeldTrain, tone: Fraction, both: tuple[Waves, Waves | None]
 ) -> Callable[[Array], Array]:
     """Static mesh forces, phases (c, L) [turns] -> (c, m, samples) [N]: linear while all loaded flanks press, alone.
 
@@ -243,33 +243,33 @@ def _unilateral(
             # only this tone varies the stiffness: the phases of others do not matter
             mesh = np.tile(theta[j, None], (1, max(1, len(system.tones))))
             excited = excitation_at(system, np.exp(2j * np.pi * angle), mesh, links=False)
-            result[c, :, j] = train.net_force(settled(train, excited))
+            result[c, :, j] = held.net_force(settled(held, excited))
         return result
 
     return source
 
 
-def mean_force(system: System, train: HeldTrain | None = None) -> Array:
+def mean_force(system: System, held: HeldTrain | None = None) -> Array:
     """Forces of the mesh rows (m,) [N] under what stands still, all loaded flanks closed, tension allowed.
 
     Raises
     ------
     ModelError : a load that nothing balances.
     """
-    train = held_train(system) if train is None else train
+    held = held_train(system) if held is None else held
     still = [line for line in system.lines if line.frequency == 0]
     load = standing_load(system)
     gap = sum((line.gap.real for line in still), np.zeros(len(system.meshes.name)))
-    balanced(train, load[None])
-    flexible = train.loaded
+    balanced(held, load[None])
+    flexible = held.loaded
     force: Array = closed_force(flexible, flexible.stiffness[None], gap[None], load[None])[0][0]
     return force
 
 
-def _static_by_instants(system: System, train: HeldTrain, tone: Fraction, samples: int) -> ToneForces:
+def _static_by_instants(system: System, held: HeldTrain, tone: Fraction, samples: int) -> ToneForces:
     """Static mesh forces where the stiffness follows several tones: every instant solved by itself."""
     (meshes, members), face = _members(system, tone), faces(system.meshes)
-    mean = mean_force(system, train)
+    mean = mean_force(system, held)
 
     lines, tones = system.lines, system.tones
     ratios = (*(line.frequency / tone for line in lines), *(other / tone for other in tones))
@@ -280,8 +280,8 @@ def _static_by_instants(system: System, train: HeldTrain, tone: Fraction, sample
         turns = (phases[:, None] + within).reshape(-1, len(ratios))
         waves = np.exp(2j * np.pi * turns[:, : len(lines)])
         excited = excitation_at(system, waves, turns[:, len(lines) :], links=False)
-        balanced(train, excited.force)
-        return train.net_force(settled(train, excited)).reshape(len(phases), samples, -1).transpose(0, 2, 1)
+        balanced(held, excited.force)
+        return held.net_force(settled(held, excited)).reshape(len(phases), samples, -1).transpose(0, 2, 1)
 
     def least_slice(cycles: Index) -> Array:
         """Smallest force of any slice of each mesh over the cycles (c,), (m_j,) [N]."""

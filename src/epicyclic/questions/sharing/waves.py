@@ -106,17 +106,17 @@ def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: 
     return waves
 
 
-def far_waves(system: System, train: HeldTrain, tone: Fraction, samples: int) -> Waves | None:
+def far_waves(system: System, held: HeldTrain, tone: Fraction, samples: int) -> Waves | None:
     """Waves of how far the far flanks reach beyond first touch with all loaded flanks closed, (c, Nt) [m].
 
     None where there are none, or where none touches at any phases of the lines.
     """
     far = system.far_flanks
     c, m = far.mesh.size, len(system.meshes.name)
-    if train.both is None:
+    if held.both is None:
         return None
     k = np.hstack([mesh_stiffness(system, tone, np.arange(samples), samples), np.zeros((samples, c))])
-    flexible = train.both
+    flexible = held.both
     phases = np.zeros((samples, max(1, len(system.tones))))
     if tone in system.tones:
         phases[:, system.tones.index(tone)] = np.arange(samples) / samples

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import scipy.optimize
@@ -113,9 +112,10 @@ def resonances(system: System, modal: Modal, tones: tuple[float, ...]) -> list[R
     """
     omega = np.sqrt(modal.squared)
     elastic = np.flatnonzero(~modal.rigid)
-    groups = _close_groups(omega, elastic)
-    if not groups:
+    if not elastic.size:
         return []
+    apart = np.diff(omega[elastic]) > _CLOSE_FREQUENCY * omega[elastic][1:]
+    groups = np.split(elastic, np.flatnonzero(apart) + 1)
     rows = modal.gaps * modal_weights(modal.squared, modal.rigid)
     pairs: list[Resonance] = []
     followed = np.array([float(system.tones[i]) for i in system.meshes.tone])
@@ -139,12 +139,6 @@ def resonances(system: System, modal: Modal, tones: tuple[float, ...]) -> list[R
                     )
                 )
     return sorted(pairs, key=lambda pair: pair.damping_limit - pair.strength)
-
-
-def _close_groups(omega: Array, elastic: Index) -> list[Index]:
-    """Elastic modes in groups of close ones; omega (n,) [rad/s], elastic (e,) their indices."""
-    gaps = np.diff(omega[elastic]) > _CLOSE_FREQUENCY * omega[elastic][1:]
-    return [group for group in np.split(elastic, np.flatnonzero(gaps) + 1) if group.size]
 
 
 def _coupled_groups(
@@ -190,12 +184,8 @@ def combinations(
     return sorted((each for each in ranges if each.high >= low and each.low <= high), key=lambda each: each.centre)
 
 
-class _GroupTerms(NamedTuple):
-    """Averaged coefficients (p, p) within a group by power of the speed [1/s]."""
-
-    constant: ComplexArray
-    linear: ComplexArray
-    quadratic: ComplexArray
+_GroupTerms = tuple[ComplexArray, ComplexArray, ComplexArray]
+"""Averaged coefficients (p, p) within a group [1/s]: constant, linear and quadratic in the speed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -222,7 +212,7 @@ class _Averaged:
     @property
     def width(self) -> float:
         """Half-width if all modes of a group had the same frequency [rad/s]."""
-        first, second = (float(-group.constant.diagonal().real.max()) for group in self.terms)
+        first, second = (float(-constant.diagonal().real.max()) for constant, _, _ in self.terms)
         wide = half_width(self.resonance.strength, first=first, second=second)
         return (wide if np.isfinite(wide) else 20 * self.resonance.strength) / (
             self.resonance.order * self.resonance.tone_ratio
@@ -299,11 +289,8 @@ def _group_terms(modal: Modal, group: Index) -> _GroupTerms:
 
     zero = np.zeros((group.size, group.size), complex)
     apart = 1j * (omega - omega.mean()) - modal.damping[group] / 2
-    return _GroupTerms(
-        np.diag(apart) + term("C") * rate,
-        zero + term("G") * rate + term("Cskew") * position,
-        zero + term("Kg") * position,
-    )
+    constant = np.diag(apart) + term("C") * rate
+    return constant, zero + term("G") * rate + term("Cskew") * position, zero + term("Kg") * position
 
 
 def _unstable_ranges(averaged: _Averaged, squared: Array) -> list[Combination]:

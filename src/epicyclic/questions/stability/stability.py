@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from itertools import count
 from math import gcd, lcm
 from typing import TYPE_CHECKING, Any
 
@@ -138,52 +139,45 @@ def floquet_scan(
     kept : keeps the points that are done.
     """
     P, n = mesh_frequency.size, ready.modal.squared.size
-    scan = FloquetScan(
-        multipliers=np.full((P, 2 * n), np.nan, complex),
-        largest=np.full(P, np.nan),
-        growth=np.full(P, np.nan),
-        kind=np.full(P, "", dtype=object),
-        steps=np.zeros(P, np.int64),
-        status=np.full(P, "ok", dtype=object),
-        alone=np.zeros(P, bool),
-    )
-    done = 0
+    done = count(1)
 
-    def fill(i: int, point: _Point | str) -> None:
-        """Write the point of place i, or why there is none."""
-        nonlocal done
-        if isinstance(point, str):
-            scan.status[i] = point
-        else:
-            scan.multipliers[i], scan.largest[i], scan.growth[i] = point.multipliers, point.largest, point.growth
-            scan.kind[i], scan.steps[i], scan.alone[i] = point.kind, point.steps, point.alone
-        done += 1
+    def arrived(place: int, point: _Point) -> None:
+        """Count the points."""
         if progress is not None:
-            progress(done, P)
+            progress(next(done), P)
 
-    points = [float(frequency) for frequency in mesh_frequency]
-    each(partial(_point_or_reason, ready), points, arrived=fill, kept=kept, meanwhile=import_results)
-    return scan
+    work = partial(_point_or_reason, ready)
+    points = each(work, mesh_frequency.tolist(), arrived=arrived, kept=kept, meanwhile=import_results)
+    return FloquetScan(
+        multipliers=np.array([point.multipliers for point in points], complex).reshape(P, 2 * n),
+        largest=np.array([point.largest for point in points], float),
+        growth=np.array([point.growth for point in points], float),
+        kind=np.array([point.kind for point in points], object),
+        steps=np.array([point.steps for point in points], np.int64),
+        status=np.array([point.status for point in points], object),
+        alone=np.array([point.alone for point in points], bool),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Point:
-    """Stability at one speed; fields as of `FloquetScan`."""
+    """Stability at one speed; fields as of `FloquetScan`, those of a point that failed."""
 
     multipliers: ComplexArray
-    largest: float
-    growth: float
-    kind: str
-    steps: int
+    largest: float = np.nan
+    growth: float = np.nan
+    kind: str = ""
+    steps: int = 0
+    status: str = "ok"
     alone: bool = False
 
 
-def _point_or_reason(ready: ParametricSystem, frequency: float) -> _Point | str:
+def _point_or_reason(ready: ParametricSystem, frequency: float) -> _Point:
     """Stability at a mesh frequency [Hz], or why there is none."""
     try:
         return _point(ready, frequency)
     except (ModelError, np.linalg.LinAlgError, FloatingPointError) as error:
-        return str(error)
+        return _Point(multipliers=np.full(2 * ready.modal.squared.size, np.nan, complex), status=str(error))
 
 
 def _point(ready: ParametricSystem, frequency: float) -> _Point:

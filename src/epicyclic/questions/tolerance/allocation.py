@@ -23,7 +23,6 @@ from ...train.resolution import load
 from ...train.tolerances import costs_of
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
-from .columns import ToleranceMap, tolerance_map
 from .grade_search import (
     Allocation,
     Combination,
@@ -42,6 +41,7 @@ from .grade_search import (
 )
 from .statistics import CONFIDENCE, Band
 from .tolerance import piece_of_samples, sampled
+from .tolerance_map import ToleranceMap, tolerance_map
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -25,8 +25,8 @@ from ...statics.sample_loads import ContactMethod
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
-from .columns import ToleranceMap, tolerance_map
 from .statistics import with_system
+from .tolerance_map import ToleranceMap, tolerance_map
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from ...document.tolerances import Grade, Tolerance
 from ...engine.sampling import piece_uniforms, sampling_plan
 from ...statics.mean_load import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
-from .columns import ToleranceMap
+from .tolerance_map import ToleranceMap
 
 Array = NDArray[np.float64]
 Combination = tuple[int, ...]

@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from scipy.special import bdtrik, betaincinv, stdtrit
 
 from ...engine.sampling import SamplingPlan, sample_number
-from .columns import SampleValues
 from .histograms import (
     BINS,
     COARSE_BINS,
@@ -38,6 +37,7 @@ from .histograms import (
     quantiles,
     unpacked,
 )
+from .tolerance_map import SampleValues
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]

@@ -29,10 +29,10 @@ from ...system.assembly import train_provenance
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
-from .columns import ToleranceMap, tolerance_map
 from .effects import effects_of, without_effect
 from .histograms import WIDTH
 from .statistics import CONFIDENCE, SampleTally, piece_statistics, probabilities_of
+from .tolerance_map import ToleranceMap, tolerance_map
 
 if TYPE_CHECKING:
     import xarray as xr

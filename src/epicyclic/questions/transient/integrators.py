@@ -119,29 +119,6 @@ def steps_for(moving: Motion, interval: float, *, rate: float = _STEP_RATE) -> i
 
 
 def integrate(
-    moving: Motion, state: Array, *, start: float = 0.0, stop: float, steps: int | None = None, keep: int = 1
-) -> Array:
-    """Integrate from one time to another in equal steps; sliders start where the mean load has put them.
-
-    Parameters
-    ----------
-    moving : as `motion` makes it, at one speed or under a program.
-    state : (2, n) q [m, rad] and q' at the start.
-    start, stop : times [s]; at relative speed s a mesh cycle takes 1 / (s tone).
-    steps : number of steps in all; what `steps_for` says where None.  keep : every how many a state is kept, a divisor.
-
-    Returns
-    -------
-    (1 + steps / keep, 2, n) states, the first one included; nan from where the motion is no longer finite.
-
-    Raises
-    ------
-    ModelError : an interval, number of steps or state that is none.
-    """
-    return integrate_with_sliders(moving, state, start=start, stop=stop, steps=steps, keep=keep)[0]
-
-
-def integrate_with_sliders(
     moving: Motion,
     state: Array,
     *,
@@ -151,19 +128,24 @@ def integrate_with_sliders(
     steps: int | None = None,
     keep: int = 1,
 ) -> tuple[Array, Array]:
-    """As `integrate`, with the sliders of Coulomb friction.
+    """Integrate from one time to another in equal steps.
 
     Parameters
     ----------
-    slider : (R,) at the start [m]; where the mean load has put them where None.
+    moving : as `motion` makes it, at one speed or under a program.
+    state : (2, n) q [m, rad] and q' at the start.
+    slider : (R,) of Coulomb friction at the start [m]; where the mean load has put them where None.
+    start, stop : times [s]; at relative speed s a mesh cycle takes 1 / (s tone).
+    steps : number of steps in all; what `steps_for` says where None.  keep : every how many a state is kept, a divisor.
 
     Returns
     -------
-    ((1 + steps / keep, 2, n) states, (1 + steps / keep, R) sliders [m]); no columns of sliders without a memory.
+    ((1 + steps / keep, 2, n) states, (1 + steps / keep, R) sliders [m]), the first ones included; nan from where the
+    motion is no longer finite, no columns of sliders without a memory.
 
     Raises
     ------
-    ModelError : as of `integrate`.
+    ModelError : an interval, number of steps or state that is none.
     """
     whole = math.isfinite(start) and math.isfinite(stop) and stop > start
     count = steps_for(moving, stop - start) if steps is None and whole else steps or 0
@@ -253,7 +235,7 @@ def _rk4_step(
 # --- adaptive steps --------------------------------------------------------------------------------------------------
 
 
-def modal_scale(moving: Motion) -> Array:
+def _modal_scale(moving: Motion) -> Array:
     """Size of modal coordinates and rates, (2, n): what the load at the start gives the mode it moves most."""
     N = moving.numbers
     at = instant_terms(moving, float(N.time[0]), float(N.time[0]))
@@ -312,7 +294,6 @@ def adaptive_states(
     *,
     slider: Array | None = None,
     method: Adaptive,
-    scale: Array,
     tolerance: float = TOLERANCE,
     tally: Tally | None = None,
 ) -> tuple[Array, Array]:
@@ -323,8 +304,7 @@ def adaptive_states(
     Parameters
     ----------
     state : (2, n) and slider : (R,) at times[0]; sliders where the mean load has put them where None.
-    scale : (2, n) of `modal_scale`, of the absolute tolerance.  tolerance : relative [1].
-    tally : to which all steps of the integrator are added in place.
+    tolerance : relative [1].  tally : to which all steps of the integrator are added in place.
     """
     tally = tally or empty_tally(moving)
     n, out, sliders = moving.numbers.squared.size, [], []
@@ -333,7 +313,7 @@ def adaptive_states(
     bounds = [times[0], *np.unique(jumps[(jumps > times[0]) & (jumps < times[-1])]), times[-1]]
     y = state.ravel()
     s = starting_slider(moving, state, start=float(times[0])) if slider is None else slider
-    options = {"rtol": tolerance, "atol": tolerance * _ABSOLUTE * scale.ravel()}
+    options = {"rtol": tolerance, "atol": tolerance * _ABSOLUTE * _modal_scale(moving).ravel()}
     for low, high in pairwise(bounds):
         stretch = _Stretch(
             moving=moving,

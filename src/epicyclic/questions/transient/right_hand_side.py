@@ -89,7 +89,8 @@ def row_force(moving: Motion, at: InstantTerms, stretch: Array, rate: Array, sli
         pressed = gap[:F] > at.flanks.touch[0]
         force[:F] = at.flanks.evaluate(gap[None, :F])[0][0] + np.where(pressed, N.drag * speed[:F], 0.0)
     if gap.size > F:
-        anchor = _anchor(moving, slider)
+        sliders = N.anchor if slider is None else slider
+        anchor = sliders if sliders.size else None
         force[F:] = laws.force(gap[F:], anchor)
         lag = np.array([group.lag for group in moving.system.groups])
         if lag.any():
@@ -108,12 +109,6 @@ def _ahead(laws: Laws, speed: Array) -> Array:
     reach = np.where(laws.memory, AHEAD * laws.slip_start, 0.0)
     step: Array = laws.rows.spread(reach / np.where(size > 0, size, 1.0)) * speed
     return step
-
-
-def _anchor(moving: Motion, slider: Array | None) -> Array | None:
-    """Sliders (R,) [m] as the laws take them, None without a memory."""
-    sliders = moving.numbers.anchor if slider is None else slider
-    return sliders if sliders.size else None
 
 
 def group_gaps(moving: Motion, at: InstantTerms, y: Array) -> Array:

@@ -19,7 +19,7 @@ from ...engine.run_folder import MODEL_FILE, open_folder, read_numbers, segment_
 from ...errors import ModelError
 from ...system.system import Array
 from .equation import Motion
-from .integrators import Tally, adaptive_states, empty_tally, modal_scale, rk4_states
+from .integrators import Tally, adaptive_states, empty_tally, rk4_states
 from .program import Steps
 
 Method = Literal["rk4", "dop853", "radau"]
@@ -149,10 +149,8 @@ def _piece(moving: Motion, plan: RunPlan, flat: Array, done: int, last: int, tal
     if plan.method == "rk4":
         states, sliders = _fixed_steps(moving, plan, state, slider, done, last, tally)
     else:
-        times, scale = plan.times(done, last), modal_scale(moving)
-        states, sliders = adaptive_states(
-            moving, state, times, slider=slider, method=plan.method, scale=scale, tally=tally
-        )
+        times = plan.times(done, last)
+        states, sliders = adaptive_states(moving, state, times, slider=slider, method=plan.method, tally=tally)
     return np.concatenate([states.reshape(-1, 2 * n), sliders], axis=1)
 
 

@@ -35,10 +35,8 @@ _STEP_TIME, _SLOWER = 3e-7, 30.0
 # Longest run [s]: one with a folder can be stopped and resumed, and a longer one is a slip in a speed or a time; one
 # without a folder is lost when it is stopped, and a longer one is mostly a slip in a mass or a stiffness.
 _RESUMED, _LONGEST = 30 * 86_400.0, 3600.0
-# Samples whose forces are worked out at a time.
-_BLOCK = 4096
-# Instants whose laws are asked at a time: a table holds two numbers a row, load and instant.
-_BLOCK_OF_STATES = 1024
+# Instants whose forces are worked out at a time: a table of a law holds two numbers a row, load and instant.
+_BLOCK = 1024
 
 
 # --- forces from states ----------------------------------------------------------------------------------------------
@@ -61,10 +59,7 @@ def mesh_total(moving: Motion, force: Array) -> Array:
 
 def flank_force(moving: Motion, times: Array, states: Array) -> Array:
     """Force of every flank, loaded ones first, (F, T) [N]; times (T,) [s], states (T, 2, n)."""
-    parts = [
-        _pressed(moving, times[i : i + _BLOCK_OF_STATES], states[i : i + _BLOCK_OF_STATES])
-        for i in range(0, len(times), _BLOCK_OF_STATES)
-    ]
+    parts = [_pressed(moving, times[i : i + _BLOCK], states[i : i + _BLOCK]) for i in range(0, len(times), _BLOCK)]
     return np.concatenate([np.zeros((0, moving.numbers.drag.size)), *parts]).T
 
 
@@ -376,7 +371,7 @@ def _labelled(record: RunRecord, tone: float, options: dict[str, Any]) -> xr.Dat
         block = slice(first, first + _BLOCK)
         at, states = times[block], from_modal(moving, record.states[block])
         with np.errstate(over="ignore", invalid="ignore"):
-            flanks = flank_force(moving, at, states)
+            flanks = _pressed(moving, at, states).T
             mesh.append(face.total(mesh_total(moving, flanks)))
             lost |= (flanks[: lost.size] <= 0).any(axis=1)
             largest = np.fmax(largest, np.fmax.reduce(flanks, axis=1, initial=0.0))

@@ -179,6 +179,10 @@ def _hands(found: list[tuple[str, int, float]]) -> list[go.Scatterpolar]:
     return traces
 
 
+SERIES = "As it is computed with: a Fourier series. Ripples beside a bend are where the series ends, not of the teeth."
+"""Caption of `mesh_stiffness`."""
+
+
 def mesh_stiffness(stiffness: xr.Dataset) -> go.Figure:
     """Mesh stiffness along the tooth normal [N/um] over one mesh cycle, a panel a pair of gears, a curve a branch,
     equal branches one.

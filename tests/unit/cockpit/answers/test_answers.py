@@ -19,12 +19,12 @@ from epicyclic.cockpit.answers.sharing_answers import class_six, float_answer
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.state.frames import PageFrame, Request
 from epicyclic.document.drives import drive_text
+from epicyclic.questions.check.verbs import check
+from epicyclic.questions.modes.verbs import modes
+from epicyclic.questions.sharing.verbs import sharing
 from epicyclic.system.assembly import assemble
 from epicyclic.train.new_train import new_train
 from epicyclic.train.resolution import load
-from epicyclic.verbs.check import check
-from epicyclic.verbs.modes import modes
-from epicyclic.verbs.sharing import sharing
 from epicyclic.warning_codes import WARNING_CODES
 
 OWN = "an own gearbox"

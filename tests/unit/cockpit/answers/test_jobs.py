@@ -15,10 +15,10 @@ from epicyclic.cockpit.answers.sharing_answers import halved_text, halved_tolera
 from epicyclic.cockpit.state.frames import PageFrame, pack, unpack
 from epicyclic.document.drives import drive_text
 from epicyclic.errors import ModelError
+from epicyclic.questions.check.verbs import check
+from epicyclic.questions.flanks.verbs import contact
+from epicyclic.questions.tolerance.verbs import tolerance
 from epicyclic.train.resolution import load
-from epicyclic.verbs.check import check
-from epicyclic.verbs.contact import contact
-from epicyclic.verbs.tolerance import tolerance
 
 # Less than the defaults, which take a second or two each.
 SMALL: dict[str, dict[str, Any]] = {

@@ -9,7 +9,7 @@ import pytest
 
 from epicyclic.cockpit.page.levers_column import LeverControl
 from epicyclic.cockpit.state.state import opened, request_of, with_value
-from epicyclic.verbs.sharing import sharing
+from epicyclic.questions.sharing.verbs import sharing
 
 PATH = "deviations.planet.position.y"
 

@@ -15,8 +15,8 @@ from epicyclic.document.document import ready_drives
 from epicyclic.document.drives import drive_text
 from epicyclic.document.units import factor
 from epicyclic.errors import ModelError
+from epicyclic.questions.sharing.verbs import sharing
 from epicyclic.train.resolution import load
-from epicyclic.verbs.sharing import sharing
 
 
 @pytest.fixture(autouse=True)

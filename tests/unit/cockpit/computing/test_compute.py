@@ -21,7 +21,7 @@ from epicyclic.cockpit.computing.speed_view import Effort, force_curves, speed_m
 from epicyclic.cockpit.state.frames import PageFrame, Request, pack, unpack
 from epicyclic.document.document import ready_drives
 from epicyclic.document.drives import drive_text
-from epicyclic.questions.response.steady import sweep
+from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.statics.sample_loads import mean_loads
 from epicyclic.train import resolution
 
@@ -88,7 +88,7 @@ def test_the_numbers_are_those_of_the_verbs(drive: str, overrides: dict[str, obj
     system = assemble(train)
     # a picture of the live set, and what it is at rest
     for frame, points, shaft, close in ((live, 120, False, 5e-3), (orders, 200, False, 5e-4), (shafts, 60, True, 5e-4)):
-        swept = sweep(system, points=points, shaft_orders=shaft, forces_alone=True)
+        swept = sweep(system, SweepOptions(points=points, shaft_orders=shaft, forces_alone=True))
         exact = swept["mesh_force_peak"].transpose("mesh", "speed").values
         np.testing.assert_allclose(1e3 * frame.arrays["sweep/y"], exact, rtol=close)
         rpm = swept["mesh_frequency"].values / float(system.tones[0]) * frame.head["sweep"]["operating"]
@@ -344,7 +344,7 @@ def test_many_mesh_frequencies_are_solved_one_at_a_time() -> None:
     system = assemble(load(three_stages()))
     few = Effort(points=4, shaft_orders=False, tolerance=1e-4)
     found = force_curves(speed_model(system, compiled=False), few)
-    exact = sweep(system, relative_speed=found.speed[-1:], shaft_orders=False, forces_alone=True)
+    exact = sweep(system, SweepOptions(relative_speed=found.speed[-1:], shaft_orders=False, forces_alone=True))
     # what combinations of mesh frequencies add
     np.testing.assert_allclose(found.force[:, -1:], exact["mesh_force_peak"].transpose("mesh", "speed"), rtol=0.02)
 

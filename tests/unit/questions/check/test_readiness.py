@@ -13,11 +13,11 @@ import pytest
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.questions.check.readiness import NEEDS
-from epicyclic.show.views.check import tables
+from epicyclic.questions.check.views import check_tables
 from epicyclic.verbs.record import verbs
 
 BASE: dict[str, Any] = {
-    "format": 1,
+    "format": 2,
     "title": "a good reducer",
     "damping": {"modal": 0.03},
     "stages": {
@@ -162,7 +162,7 @@ def test_other_verbs_run(what: str) -> None:
 def test_the_table_names_every_message_once() -> None:
     model, *_ = LACKING["coupling"]
     assert json.loads(epicyclic.check(model).attrs["warnings"])[-1].startswith("couplings.shaft: joins bodies")
-    (table,) = (one for one in tables(epicyclic.check(model)) if one.title.startswith("What each verb"))
+    (table,) = (one for one in check_tables(epicyclic.check(model)) if one.title.startswith("What each verb"))
     rows = dict(zip(table.columns["verb"], map(str, table.columns["state"]), strict=True))
     assert rows["modes"] == "needs 1"
     assert rows["stiffness"] == "ready"
@@ -189,5 +189,5 @@ def test_clearance_backlash_and_the_load_of_a_tangent() -> None:
     assert values[f"{where}.load"] == (pytest.approx(5000), "N", "given, transverse")
     assert values[f"{where}.normal_load"] == (pytest.approx(load), "N", "along the tooth normal")
     assert values[f"{where}.tangent"][2] == "table, along the tooth normal"
-    shown = {heading for one in tables(found) for heading in one.columns}
+    shown = {heading for one in check_tables(found) for heading in one.columns}
     assert {"clearance [µm]", "backlash [µm]", "tangent at a force of [N]"} <= shown

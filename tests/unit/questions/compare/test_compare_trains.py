@@ -14,9 +14,9 @@ import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.document.drives import drive_text
 from epicyclic.questions.compare.effects import BY_KIND, BY_SHAPE, TrainModes, mode_pairs
+from epicyclic.questions.compare.views import key_figures, tables
 from epicyclic.show.charts.effects import compared
 from epicyclic.show.tables import ComparedRow, compared_rows, percent
-from epicyclic.show.views.compare import key_figures, tables
 from epicyclic.warning_codes import code_of
 
 FLOAT = {"stages.main.sun.support.radial": 0}

@@ -13,9 +13,11 @@ import pytest
 import epicyclic
 from epicyclic.questions.contact_loss import branch_set as module
 from epicyclic.questions.contact_loss.branch_set import branch_set, scan_closed_teeth
-from epicyclic.questions.contact_loss.continuation import Stepping
+from epicyclic.questions.contact_loss.continuation import Stepping, arclength_unit, branch
+from epicyclic.questions.contact_loss.corrector import linear_start, solve
+from epicyclic.questions.contact_loss.problem import dynamic_size
 from epicyclic.questions.contact_loss.refinement import Refinement
-from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 
@@ -58,9 +60,9 @@ def test_a_branch_that_goes_down_on_closed_teeth_is_through(made: Any) -> None:
         scan=scan_closed_teeth(refinement, SPEEDS),
         fixed=None,
         stepping=Stepping(),
-        crossings=[[] for _ in SPEEDS],
+        branches=module.BranchSet(speeds=SPEEDS, segments=[], crossings=[[] for _ in SPEEDS], ended=[]),
     )
-    points, end = module._followed(trace, start.given, start.harmonics, start.state)
+    points, end = module._followed(trace, start.balance, start.harmonics, start.state)
     assert end == "through"
     # up to the upper fold, round it, and down to where teeth are just closed
     upper = max(inside, key=lambda one: one.state.speed).state.speed
@@ -85,7 +87,9 @@ def test_a_branch_that_winds_through_unstable_motions_is_cut(monkeypatch: pytest
     system = epicyclic.assemble(epicyclic.load("ren2021"))
     system = replace(system, lines=tuple(one for one in system.lines if one.frequency in system.tones))
     monkeypatch.setattr(module, "_UNSTABLE_PARTS", 2)
-    found = contact_sweep(system, mesh_frequency=np.array([410.0, 455.0]), harmonics=16, unstable="report")
+    found = contact_sweep(
+        system, ContactSweepOptions(mesh_frequency=np.array([410.0, 455.0]), harmonics=16, unstable="report")
+    )
     assert unstable_parts(found)[:3] == [False, True, True]
     assert found.sizes["fold"] == 3
     last = float(found.path_frequency[-1])
@@ -97,3 +101,32 @@ def test_a_branch_that_winds_through_unstable_motions_is_cut(monkeypatch: pytest
     ]
     # behind the cut only stable motions are looked for, and here is none
     assert found.status.values.tolist() == [["ok", "not converged"]] * 2
+
+
+def test_a_speed_between_two_points_is_reached_along_the_branch(made: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no interpolation counts, in lengths of a branch that has begun at motions a tenth as large."""
+    refinement = pushed(made)
+    balance = refinement.problem(8)
+    start = solve(balance, linear_start(balance, 0.85), 0.85).state
+    points = branch(
+        balance,
+        start,
+        low=0.8,
+        high=1.1,
+        unit=arclength_unit(0.85, 0.85, start.y / 10),
+        stepping=Stepping(points=60),
+        score=lambda state, _: dynamic_size(state.y),
+    )
+    trace = module._Trace(
+        refinement=refinement,
+        scan=scan_closed_teeth(refinement, np.array([0.85])),
+        fixed=8,
+        stepping=Stepping(),
+        branches=module.BranchSet(speeds=SPEEDS, segments=[], crossings=[], ended=[]),
+    )
+    monkeypatch.setattr(module, "_BETWEEN", 0.0)
+    for before, after in list(pairwise(points))[::6]:
+        a, b = before.state, after.state
+        at = module._between(trace, before, after, (a.speed + b.speed) / 2, 8)
+        assert at is not None
+        assert np.linalg.norm(at.state.y - (a.y + b.y) / 2) < np.linalg.norm(a.y - b.y)

@@ -17,7 +17,7 @@ from epicyclic.errors import ConvergenceError
 from epicyclic.questions.contact_loss.branch_set import branch_set
 from epicyclic.questions.contact_loss.refinement import Refinement, load_continuation, solution, with_stability
 from epicyclic.questions.contact_loss.steady import contact_steady
-from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.response.response import response
 
 # stiffness variation of the first order, and speed per natural frequency: the first range of parametric instability
@@ -39,7 +39,7 @@ def size_of_multiplier(zeta: float) -> float:
 def test_closed_teeth_grow_above_one_by_however_little(made: Any, above: float) -> None:
     zeta = float(brentq(lambda ratio: size_of_multiplier(ratio) - 1 - above, 0.005, 0.02))
     system = made.single(variation=(SWING,), zeta=zeta, load=1130.0, backlash=5e-5)
-    swept = contact_sweep(system, relative_speed=[SPEED], unstable="report")
+    swept = contact_sweep(system, ContactSweepOptions(relative_speed=[SPEED], unstable="report"))
     still = contact_steady(system, relative_speed=SPEED)
     assert not swept.contact_open.any()
     for found in (swept.sel(direction="up").isel(speed=0), still):
@@ -76,7 +76,7 @@ def test_teeth_that_part_have_the_multiplier_of_the_period_map_within_the_error(
         assert at.stability is not None
         equation = made.equation(system, speed)
         y = at.state.y
-        start = np.concatenate([y[0].sum(axis=0), -(speed * at.given.omega @ y[1])]) * at.given.modal.shapes[0, 0]
+        start = np.concatenate([y[0].sum(axis=0), -(speed * at.balance.omega @ y[1])]) * at.balance.modal.shapes[0, 0]
         scale, step = np.abs(start).max() * np.array([1.0, 6000.0]), 1e-6
         columns = []
         for i in (0, 1):
@@ -103,7 +103,7 @@ def test_what_the_linear_verb_refuses_is_not_called_stable(made: Any, tmp_path: 
     system = epicyclic.assemble(epicyclic.load(path, overrides=overrides))
     refinement = Refinement(ready=response(system, asks_laws=True))
     found = load_continuation(refinement, 1.0, harmonics=16)
-    at = solution(refinement, found.state.y, 1.0, given=refinement.problem(16), harmonics=16)
+    at = solution(refinement, found.state.y, 1.0, balance=refinement.problem(16), harmonics=16)
     assert at is not None
     stability = with_stability(refinement, at).stability
     assert stability is not None

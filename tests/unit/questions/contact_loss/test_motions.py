@@ -35,7 +35,7 @@ def found(system: System, speed: float, *, harmonics: int = 32) -> tuple[Refinem
     """The motion that Newton's method reaches from closed teeth, with its Floquet stability."""
     refinement = Refinement(ready=response(system))
     given = refinement.problem(harmonics)
-    at = solution(refinement, linear_start(given, speed), speed, given=given, harmonics=harmonics, fixed=True)
+    at = solution(refinement, linear_start(given, speed), speed, balance=given, harmonics=harmonics, fixed=True)
     assert at is not None
     return refinement, with_stability(refinement, at)
 
@@ -44,21 +44,21 @@ def force_over_cycle(system: System, at: Solution) -> Array:
     """Mesh forces over the samples of the period, (m, N)."""
     from epicyclic.questions.contact_loss.problem import flank_force
 
-    return mesh_force(system, flank_force(at.given, at.state)).T
+    return mesh_force(system, flank_force(at.balance, at.state)).T
 
 
 def test_a_train_that_parts_is_what_time_integration_says(made: Any) -> None:
     system = made.bench()
     _, at = found(system, 1.3, harmonics=48)
     assert at.stable
-    assert periodic_measures(system, at.given, at.state).open.max() > 0.2
-    equation, count = made.equation(system, 1.3), at.given.grid.counts[0]
+    assert periodic_measures(system, at.balance, at.state).open.max() > 0.2
+    equation, count = made.equation(system, 1.3), at.balance.grid.counts[0]
     start = initial_state(at).ravel()
     states = equation.run(start, 1, samples=count, rtol=1e-7, atol=1e-12)
     force, ours = equation.force(states), force_over_cycle(system, at)
     # 48 harmonics leave 3e-4 of a mesh force with its corners; a wrong term is off by far more
     assert np.abs(force - ours).max() < 1e-3 * np.abs(ours).max()
-    assert force.std(axis=1) == pytest.approx(periodic_measures(system, at.given, at.state).rms, rel=5e-4)
+    assert force.std(axis=1) == pytest.approx(periodic_measures(system, at.balance, at.state).rms, rel=5e-4)
     end = equation.run(start, 1, rtol=1e-7, atol=1e-12)[:, -1]
     assert np.abs(end - start)[:56].max() < 1e-3 * np.abs(start[:56]).max()
 
@@ -68,7 +68,7 @@ def test_every_term_of_the_equation_is_what_time_integration_says(made: Any) -> 
     _, at = found(system, 1.1, harmonics=48)
     touching = at.state.touching.mean(axis=0)
     assert np.any((touching > 0) & (touching < 1))
-    equation, count = made.equation(system, 1.1), at.given.grid.counts[0]
+    equation, count = made.equation(system, 1.1), at.balance.grid.counts[0]
     force = equation.force(equation.run(initial_state(at).ravel(), 1, samples=count))
     ours = force_over_cycle(system, at)
     # dampers jump where teeth meet: 48 harmonics and samples of 1/768 cycle hold such a force to a few 1e-3
@@ -82,7 +82,7 @@ def test_energy_of_a_cycle(made: Any) -> None:
     """
     system = made.bench()
     _, at = found(system, 1.3, harmonics=48)
-    given, state = at.given, at.state
+    given, state = at.balance, at.state
     w, N = state.speed * given.omega, given.grid.counts[0]
     time = np.arange(N) / N
     rows = state.y.reshape(-1, state.y.shape[2])
@@ -113,19 +113,19 @@ def test_a_broken_symmetry(made: Any) -> None:
     refinement, at = found(system, 2.11)
     assert at.stability is not None
     assert at.stability.kind == "symmetry breaking"
-    assert periodic_measures(system, at.given, at.state).rms.max() == pytest.approx(963, rel=2e-3)
+    assert periodic_measures(system, at.balance, at.state).rms.max() == pytest.approx(963, rel=2e-3)
     other = next(symmetry_broken_motions(refinement, at))
     assert other.kind == "symmetry broken"
     assert other.stable
     # the known values have three and four figures
-    assert periodic_measures(system, other.given, other.state).rms.max() == pytest.approx(1129, rel=2e-3)
+    assert periodic_measures(system, other.balance, other.state).rms.max() == pytest.approx(1129, rel=2e-3)
     # time integration from the unstable motion, a little off, goes there
     pytest.importorskip("numba")
     random = np.random.default_rng(1)
     start = initial_state(at)
     reached = attractor(refinement, start * (1 + 0.05 * random.standard_normal(start.shape)), 2.11, harmonics=16)
     assert isinstance(reached, Solution)
-    assert periodic_measures(system, reached.given, reached.state).rms.max() == pytest.approx(1129, rel=2e-3)
+    assert periodic_measures(system, reached.balance, reached.state).rms.max() == pytest.approx(1129, rel=2e-3)
 
 
 def half_order_pair(made: Any) -> System:
@@ -140,11 +140,11 @@ def test_two_cycles_near_twice_the_natural_frequency(made: Any) -> None:
     assert at.stability is not None
     assert at.stability.kind == "period doubling"
     assert at.stability.multiplier.real < -1
-    small = periodic_measures(system, at.given, at.state).rms.max()
+    small = periodic_measures(system, at.balance, at.state).rms.max()
     other = next(period_doubled_motions(refinement, at))
     assert other.kind == "period 2"
     assert other.stable
-    large = periodic_measures(system, other.given, other.state).rms.max()
+    large = periodic_measures(system, other.balance, other.state).rms.max()
     assert large > 15 * small
     # DOP853 over two cycles from its state comes back to it, and to no such place after one
     equation = made.equation(system, 2.0)
@@ -158,7 +158,7 @@ def test_two_cycles_near_twice_the_natural_frequency(made: Any) -> None:
 def test_multipliers_are_those_of_a_disturbed_run(made: Any) -> None:
     system: System = made.single(variation=(0.3,), zeta=0.05, load=2000.0, backlash=5e-5)
     _, at = found(system, 0.95)
-    assert 0 < periodic_measures(system, at.given, at.state).open.max() < 1
+    assert 0 < periodic_measures(system, at.balance, at.state).open.max() < 1
     assert at.stability is not None
     equation, start = made.equation(system, 0.95), initial_state(at).ravel()
     size = np.array([1e-7, 1e-7 * 2 * np.pi * 1000])
@@ -181,7 +181,7 @@ def test_kicks_find_what_is_not_connected(made: Any) -> None:
     assert len(others) == 1  # shifted by a cycle it is the same
     assert others[0].stable
     assert distinct(at, others[0])
-    small, large = (periodic_measures(system, each.given, each.state).rms.max() for each in (at, others[0]))
+    small, large = (periodic_measures(system, each.balance, each.state).rms.max() for each in (at, others[0]))
     assert large > 10 * small
 
 
@@ -216,7 +216,7 @@ def test_a_train_that_turns_freely_and_drifts_settles(made: Any) -> None:
 
 def reached_from(refinement: Refinement, at: Solution, last: Array) -> Reached:
     """What a sweep direction reaches where a record has ended in a state (2, n) beside a motion of the branch set."""
-    measures = periodic_measures(refinement.ready.system, at.given, at.state)
+    measures = periodic_measures(refinement.ready.system, at.balance, at.state)
     record = IntegratedMotion(speed=at.state.speed, last=last, measures=measures, unchanging=False)
     choices = [Crossing(solution=at, part=3)]
     return _reached_at(refinement, at.state.speed, Reached(motion=record, part=3), choices, "replace")

@@ -33,7 +33,7 @@ def test_the_coupling_of_points_is_that_of_the_samples(train: Train, ratio: Frac
     """Amplitudes of tangent times gap, from the tangent's own against the transforms there and back."""
     given = mesh_problem(response(train(ratio=ratio)), harmonics=5, cross=3)
     random, points = np.random.default_rng(1), np.array([0, 1, 2, 4])
-    tangent = random.standard_normal((len(given.grid.phases), 2))
+    tangent = random.standard_normal((int(np.prod(given.grid.counts)), 2))
     gap = random.standard_normal((2, len(points), 2))
     gap[1, 0] = 0.0
     whole = np.zeros((2, len(given.omega), 2))

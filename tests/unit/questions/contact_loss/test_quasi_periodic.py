@@ -21,7 +21,7 @@ from epicyclic.questions.contact_loss.refinement import (
     with_stability,
 )
 from epicyclic.questions.contact_loss.stability import Growth, floquet_stability, quasi_periodic_growth, window_cycles
-from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.contact_loss.sweep_direction import sweep_direction
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
@@ -47,7 +47,7 @@ def multiplier(system: System, speed: float, *, harmonics: int) -> tuple[float, 
     """Size of the largest Floquet multiplier of a motion of one tone."""
     refinement, state = moved(system, speed, harmonics=harmonics)
     given = refinement.problem(harmonics)
-    found = floquet_stability(refinement, Solution(given=given, harmonics=harmonics, state=state, residual=3e-4))
+    found = floquet_stability(refinement, Solution(balance=given, harmonics=harmonics, state=state, residual=3e-4))
     return abs(found.multiplier), state
 
 
@@ -160,7 +160,7 @@ def test_what_grows_is_said_to(train: Any) -> None:
     system = replace(train(ratio=Fraction(13, 8), swing=0.3), zeta=0.01)
     refinement, state = moved(system, 1.4)
     given = refinement.problem(12)
-    found = with_stability(refinement, Solution(given=given, harmonics=12, state=state, residual=0.0)).stability
+    found = with_stability(refinement, Solution(balance=given, harmonics=12, state=state, residual=0.0)).stability
     assert found is not None
     assert found.kind == GROWTH
     assert not found.stable
@@ -187,7 +187,9 @@ def test_windows_bring_both_tones_back() -> None:
 
 
 def test_a_sweep_of_two_tones_has_verdicts(train: Any) -> None:
-    result = contact_sweep(train(ratio=Fraction(13, 8)), relative_speed=[0.4, 0.5], unstable="replace")
+    result = contact_sweep(
+        train(ratio=Fraction(13, 8)), ContactSweepOptions(relative_speed=[0.4, 0.5], unstable="replace")
+    )
     assert np.all(result.stable)
     assert np.all(result.path_stable)
     assert np.all((result.largest_multiplier > 0.3) & (result.largest_multiplier < 1))
@@ -197,7 +199,7 @@ def test_a_sweep_of_two_tones_has_verdicts(train: Any) -> None:
 def test_an_unstable_motion_of_two_tones_is_replaced(train: Any) -> None:
     system = replace(train(ratio=Fraction(13, 8), swing=0.3), zeta=0.01)
     refinement, state = moved(system, 1.4)
-    at = Solution(given=refinement.problem(12), harmonics=12, state=state, residual=0.0)
+    at = Solution(balance=refinement.problem(12), harmonics=12, state=state, residual=0.0)
     branches = BranchSet(speeds=np.array([1.4]), segments=[], crossings=[[Crossing(solution=at, part=0)]], ended=[])
     ((_, reached),) = sweep_direction(refinement, branches, upward=True)
     assert reached.instability == GROWTH

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import epicyclic
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.questions.contact_loss.steady import contact_steady
-from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.contact_loss.torus import respond_torus
 from epicyclic.questions.response.steady import steady
 from epicyclic.questions.transient.equation import motion
@@ -77,8 +77,8 @@ def _integrated(system: System, speed: float, *, steps: int, settle: int) -> NDA
     """Force of every mesh (w, N) [N] over 7 cycles, a common period of both mesh frequencies, after 7 x settle."""
     tone, cycles = float(system.tones[0]) * speed, 7
     moving, begin = motion(system, program=constant(speed)), 7 * settle
-    state = integrate(moving, np.zeros((2, 5)), stop=begin / tone, steps=begin * steps, keep=begin * steps)[-1]
-    states = integrate(moving, state, start=begin / tone, stop=(begin + cycles) / tone, steps=cycles * steps)
+    state = integrate(moving, np.zeros((2, 5)), stop=begin / tone, steps=begin * steps, keep=begin * steps)[0][-1]
+    states = integrate(moving, state, start=begin / tone, stop=(begin + cycles) / tone, steps=cycles * steps)[0]
     return mesh_force(moving, np.linspace(begin / tone, (begin + cycles) / tone, len(states))[:-1], states[:-1])
 
 
@@ -114,7 +114,7 @@ def test_shares_of_contact_are_those_of_the_sweep_and_of_integration(train: Trai
     tone = 2.3 * float(system.tones[0])
     settled = transient(system, cycles=200, mesh_frequency=tone, samples=64)
     moved = transient(system, cycles=50, mesh_frequency=tone, samples=64, start=settled)
-    swept = contact_sweep(system, relative_speed=[2.3], unstable="report")
+    swept = contact_sweep(system, ContactSweepOptions(relative_speed=[2.3], unstable="report"))
     # one sample of 192, of 64, of 256; steps of the integration tally the same
     np.testing.assert_allclose(ours.open_share, moved.open_share, atol=2e-2)
     np.testing.assert_allclose(ours.far_share, moved.far_share, atol=2e-2)

@@ -21,7 +21,14 @@ from epicyclic.questions.contact_loss.shaft_orders import (
     superposition_is_exact,
 )
 from epicyclic.questions.contact_loss.steady import steady_motion
-from epicyclic.questions.contact_loss.torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, memory, respond_torus, torus
+from epicyclic.questions.contact_loss.torus import (
+    TRUNCATION_TOLERANCE,
+    Torus,
+    TorusPoint,
+    memory,
+    respond_torus,
+    torus_of,
+)
 from epicyclic.questions.contact_loss.transforms import Size, edges
 from epicyclic.questions.response.gmres import gmres
 from epicyclic.questions.response.response import response
@@ -46,8 +53,8 @@ def integrated(given: Torus, point: TorusPoint, *, cycles: int, settle: int, ste
     start = np.stack([y[0].sum(axis=0), -(w[:, None] * y[1]).sum(axis=0)]) @ given.ready.modal.shapes.T
     moving, tone = motion(given.ready.system, program=constant(speed)), float(given.ready.lines.tone) * speed
     begin, end = settle / tone, (settle + cycles) / tone
-    state = integrate(moving, start, stop=begin, steps=settle * steps, keep=settle * steps)[-1]
-    states = integrate(moving, state, start=begin, stop=end, steps=cycles * steps)
+    state = integrate(moving, start, stop=begin, steps=settle * steps, keep=settle * steps)[0][-1]
+    states = integrate(moving, state, start=begin, stop=end, steps=cycles * steps)[0]
     times = np.linspace(begin, end, len(states))
     change = float(np.abs(states[-1] - states[0]).max() / np.abs(states).max())
     return mesh_force(moving, times[:-1], states[:-1]), change
@@ -66,7 +73,7 @@ CASES = [
 @pytest.mark.parametrize(("speed", "options", "cycles"), CASES)
 def test_torus_is_time_integration(train: Train, speed: float, options: dict[str, object], cycles: int) -> None:
     pytest.importorskip("numba")
-    given = torus(response(train(**options)))
+    given = torus_of(response(train(**options)))
     point = respond_torus(given, speed)
     assert point.status == "ok"
     found = torus_outputs(given, point)
@@ -85,7 +92,7 @@ def test_torus_is_time_integration(train: Train, speed: float, options: dict[str
 
 def test_what_is_dropped_is_the_error_of_an_instant(train: Train) -> None:
     """The residual beyond the lattice against the difference to a lattice that holds it."""
-    given = torus(response(train(slow=[(F(1, 13), 5e-6), (F(1, 9), 4e-6)])))
+    given = torus_of(response(train(slow=[(F(1, 13), 5e-6), (F(1, 9), 4e-6)])))
     small, large = (_at_size(given, 2.0, Size((12,), 0, (order, order))) for order in (1, 4))
     place = {tuple(p): i for i, p in enumerate(large.problem.grid.points.tolist())}
     at = [place[tuple(p)] for p in small.problem.grid.points.tolist()]
@@ -124,7 +131,7 @@ def plain_step(given: Problem, at: State, right: Array, target: float) -> tuple[
 
 
 def test_the_preconditioner_changes_nothing_but_the_work(train: Train) -> None:
-    given = torus(response(train(slow=[(F(1, 27), 6e-6)])))
+    given = torus_of(response(train(slow=[(F(1, 27), 6e-6)])))
     point = respond_torus(given, 2.3)
     made, y = point.problem, point.state.y
     # a tenth of everything that moves off the solution
@@ -143,7 +150,7 @@ def test_the_preconditioner_changes_nothing_but_the_work(train: Train) -> None:
 def test_closed_flanks_superpose_exactly(train: Train) -> None:
     """Where nothing parts, lines beside the torus are as good as phases of it."""
     system = train(slow=[(F(1, 27), 6e-6), (F(1, 31), 3e-6)], load=4000.0)
-    given = torus(response(system))
+    given = torus_of(response(system))
     point, flat = respond_torus(given, 1.2), respond_torus(given.mesh_orders_only, 1.2)
     lines = superposed_lines(given.mesh_orders_only, flat)
     assert superposition_is_exact(given, flat, lines)
@@ -160,7 +167,7 @@ def test_closed_flanks_superpose_exactly(train: Train) -> None:
 def test_an_open_flank_is_not_exact_and_says_by_how_much(train: Train) -> None:
     stated = []
     for size in (2e-6, 0.5e-6):
-        given = torus(response(train(slow=[(F(3, 7), size)])))
+        given = torus_of(response(train(slow=[(F(3, 7), size)])))
         flat, point = respond_torus(given.mesh_orders_only, 2.0), respond_torus(given, 2.0)
         lines = superposed_lines(given.mesh_orders_only, flat)
         assert not superposition_is_exact(given, flat, lines)
@@ -180,7 +187,7 @@ def test_an_open_flank_is_not_exact_and_says_by_how_much(train: Train) -> None:
 
 def test_it_starts_from_what_it_is_given(train: Train) -> None:
     """A motion near another solution leads to that one: branches are followed from speed to speed."""
-    given = torus(response(train(slow=[(F(1, 27), 3e-6)])))
+    given = torus_of(response(train(slow=[(F(1, 27), 3e-6)])))
     found = []
     for path in (np.arange(1.9, 2.01, 0.05), np.arange(2.4, 1.99, -0.1)):
         point = respond_torus(given, path[0])
@@ -194,7 +201,7 @@ def test_it_starts_from_what_it_is_given(train: Train) -> None:
 
 
 def test_a_speed_that_fails_says_so_and_raises_nothing(train: Train) -> None:
-    given = torus(response(train(slow=[(F(1, 27), 6e-6)])))
+    given = torus_of(response(train(slow=[(F(1, 27), 6e-6)])))
     lost = respond_torus(given, float("nan"))
     assert lost.status == "not finite"
     assert not lost.converged
@@ -203,7 +210,7 @@ def test_a_speed_that_fails_says_so_and_raises_nothing(train: Train) -> None:
 
 
 def test_too_few_rows_are_called_coarse(train: Train) -> None:
-    given = torus(response(train(slow=[(F(1, 13), 5e-6)])))
+    given = torus_of(response(train(slow=[(F(1, 13), 5e-6)])))
     point = respond_torus(given, 2.0)
     assert point.status == "ok"
     assert replace(point, truncation=np.array([2 * TRUNCATION_TOLERANCE, 0.0, 0.0])).status == "coarse"
@@ -212,7 +219,7 @@ def test_too_few_rows_are_called_coarse(train: Train) -> None:
 
 def test_states_know_which_flanks_touch(train: Train) -> None:
     """Far flanks out of reach are skipped; the answer is that of looking at them."""
-    given = torus(response(train(slow=[(F(1, 27), 6e-6)])))
+    given = torus_of(response(train(slow=[(F(1, 27), 6e-6)])))
     point = respond_torus(given, 2.3)
     made = point.problem
     y, rows = point.state.y, made.rows
@@ -229,10 +236,10 @@ def test_states_know_which_flanks_touch(train: Train) -> None:
 
 
 def test_a_grid_too_large_is_not_made(train: Train, monkeypatch: pytest.MonkeyPatch) -> None:
-    given = torus(response(train(slow=[(F(1, 27), 6e-6)])))
+    given = torus_of(response(train(slow=[(F(1, 27), 6e-6)])))
     needed, large = memory(given, 2.3)
     problem = given.prepared(room._first_size(given, 2.3)).fine
-    values = len(problem.grid.phases) * len(problem.rows.linear)
+    values = int(np.prod(problem.grid.counts)) * len(problem.rows.linear)
     assert (needed, large) == (8.0 * room._HELD * values, False)
     with monkeypatch.context() as patch:
         patch.setattr(room, "TRUNCATION_TOLERANCE", 1e-6)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from epicyclic.questions.contact_loss.outputs import grid_maximum, super_period_phases
-from epicyclic.questions.contact_loss.torus import shaft_tones, torus
-from epicyclic.questions.contact_loss.transforms import grid
+from epicyclic.questions.contact_loss.torus import shaft_tones, torus_of
+from epicyclic.questions.contact_loss.transforms import grid, phases_of
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 
@@ -28,7 +28,7 @@ def test_transforms_are_the_sums_they_stand_for(counts: tuple[int, ...]) -> None
     rows = np.random.default_rng(1).normal(size=(2 * J, 3))
     rows[J] = 0.0
     values = made.values(rows)
-    sums = ((rows[:J] + 1j * rows[J:]).T @ np.exp(2j * np.pi * points @ made.phases.T)).real.T
+    sums = ((rows[:J] + 1j * rows[J:]).T @ np.exp(2j * np.pi * points @ phases_of(made.counts).T)).real.T
     # rounding of sums of some hundred terms of size 1
     assert np.abs(values - sums).max() < 1e-12
     assert np.abs(made.rows(values) - rows).max() < 1e-12
@@ -62,13 +62,13 @@ def test_shaft_tones_place_every_line_exactly(
 
 def test_the_strongest_line_gets_the_tone(train: Train) -> None:
     system = train(slow=[(F(1, 27), 1e-6), (F(1, 31), 9e-6)])
-    given = torus(response(system), most=1)
+    given = torus_of(response(system), most=1)
     assert given.shaft_tones.tones == (1000 * F(1, 31),)
     assert [shaft.frequency for shaft in given.shaft_tones.superposed] == [1000 * F(1, 27)]
 
 
 def test_without_shaft_orders_none_count(train: Train) -> None:
-    given = torus(response(train(slow=[(F(1, 27), 1e-6)])), shaft_orders=False)
+    given = torus_of(response(train(slow=[(F(1, 27), 1e-6)])), shaft_orders=False)
     assert given.shaft_tones.tones == ()
     assert given.shaft_tones.superposed == ()
     assert given.shaft_lines == ()

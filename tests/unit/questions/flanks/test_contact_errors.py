@@ -13,7 +13,7 @@ import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.questions.flanks.contact_resolution import pair_gaps
 from epicyclic.system.tooth_pairs import pair_of
-from epicyclic.teeth.flank import Flank
+from epicyclic.teeth.form import Flank
 from epicyclic.teeth.loaded_contact import loaded_contact
 
 MODEL: dict[str, Any] = {

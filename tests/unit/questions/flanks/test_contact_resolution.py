@@ -17,7 +17,7 @@ from epicyclic.questions.flanks.contact_resolution import Resolution, doubled, e
 from epicyclic.system.tooth_pairs import pair_of
 
 PAIR: dict[str, Any] = {
-    "format": 1,
+    "format": 2,
     "title": "One pair",
     "stages": {
         "main": {

@@ -9,7 +9,7 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.response.steady import sweep
+from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.system.tooth_pairs import ContactHistory, mean_force, pair_of, with_contact_tangent
@@ -79,7 +79,7 @@ def test_what_is_not_given_stays_as_it_was(train: Train) -> None:
 
 def test_a_slow_pair_has_no_dynamic_force() -> None:
     document = {
-        "format": 1,
+        "format": 2,
         "title": "One pair",
         "stages": {
             "main": {
@@ -98,7 +98,7 @@ def test_a_slow_pair_has_no_dynamic_force() -> None:
     train = epicyclic.load(document)
     own = history(train, train.meshes[0])
     system = with_contact_tangent(train, assemble(train), {train.meshes[0].name: own})
-    slow = sweep(system, relative_speed=[2e-4, 4e-4])
+    slow = sweep(system, SweepOptions(relative_speed=[2e-4, 4e-4]))
     # what is left is inertia, which falls with the square of the speed but for orders in resonance: none so slow
     assert float(slow.mesh_force_rms.max()) < 1e-4 * own.force
     np.testing.assert_allclose(slow.mesh_force_peak, own.force, rtol=1e-3)
@@ -110,7 +110,7 @@ def test_a_slow_pair_has_no_dynamic_force() -> None:
     )
     way = {"error": np.ptp(own.force / k + gaps(system, 0, phase)), "none": np.ptp(own.force / k)}
     for name, one in (("error", system), ("none", replace(system, lines=()))):
-        moved = sweep(one, relative_speed=[2e-4]).amplitude.sum()
+        moved = sweep(one, SweepOptions(relative_speed=[2e-4])).amplitude.sum()
         # torques are constant, so that both gears turn against each other; the solver's grid sees the peaks to 1e-3
         assert 2 * float(moved) == pytest.approx(way[name], rel=2e-3)
     assert abs(way["error"] / way["none"] - 1) > 0.1

@@ -11,7 +11,7 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.teeth.contact_lines import largest_part_mean
+from epicyclic.teeth.path_of_contact import largest_part_mean
 
 # one helical pair between stiff supports: its mesh force is that of the torque at every instant
 PAIR: dict[str, Any] = {

@@ -15,9 +15,9 @@ from typer.testing import CliRunner
 import epicyclic
 from epicyclic.audits.audit import audit
 from epicyclic.cli.main import app
+from epicyclic.questions.flanks.views import train_contact_tables
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.show.charts.flanks import face_loads, load_factors
-from epicyclic.show.views.train_contact import tables
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def test_a_slide_that_is_held_loads_one_side() -> None:
 
 
 def test_table_figures_and_file(result: xr.Dataset, tmp_path: Path) -> None:
-    meshes, torques = tables(result)
+    meshes, torques = train_contact_tables(result)
     assert len(meshes.columns["mesh"]) == 12
     assert len(torques.columns["torque per operating"]) == 2
     save_result(result, tmp_path / "train.nc")
@@ -81,7 +81,7 @@ def test_the_command() -> None:
 def test_audits_can_ask_for_it(tmp_path: Path) -> None:
     data = tmp_path / "ren2021.audit.toml"
     data.write_text(
-        'format = 1\nsource = "none"\ndrive = "ren2021"\n[runs.teeth]\nverb = "train_contact"\n'
+        'format = 2\nsource = "none"\ndrive = "ren2021"\n[runs.teeth]\nverb = "train_contact"\n'
         "options = { samples = 3, slices = 2, loads = [] }\n[[rows]]\n"
         'quantity = "K_gamma"\nplace = "nowhere"\npublished = "1 .. 1.1"\nverdict = "reproduced"\n'
         'ours = { run = "teeth", take = "branch_load_factor", reduce = "max" }\n'
@@ -100,7 +100,7 @@ def test_the_report(result: xr.Dataset) -> None:
 def test_a_branch_that_carries_nothing_has_no_shares() -> None:
     """Five spur planets, one pin 0.3 mm back: its meshes stay open, without a warning from inside and with nan."""
     model = {
-        "format": 1,
+        "format": 2,
         "title": "five planets",
         "stages": {
             "main": {
@@ -119,7 +119,7 @@ def test_a_branch_that_carries_nothing_has_no_shares() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         found = epicyclic.train_contact(model, samples=2, slices=2, loads=(0.1,))
-        shown, _ = tables(found)
+        shown, _ = train_contact_tables(found)
         face_loads(found)
         load_factors(found)
     idle = np.array([name.endswith("/1") for name in found.mesh.values])

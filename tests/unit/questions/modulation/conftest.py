@@ -31,7 +31,7 @@ def document(group: str) -> dict[str, Any]:
         else {"planet_angles": f"[{', '.join(repr(360 * place / (sun + ring)) for place in places)}] deg"}
     )
     return {
-        "format": 1,
+        "format": 2,
         "title": group,
         "damping": {"modal": 0.04},
         "stages": {

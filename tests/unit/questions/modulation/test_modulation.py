@@ -14,8 +14,8 @@ import xarray as xr
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
+from epicyclic.questions.modulation.verbs import read_transfer, read_window
 from epicyclic.results.dataset import load_result, save_result
-from epicyclic.verbs.sensor_files import read_transfer, read_window
 
 
 @pytest.fixture(scope="module")

@@ -120,7 +120,7 @@ def test_a_train_without_speeds_or_rings() -> None:
     with pytest.raises(ModelError, match=r"operation\.speed"):
         modulation(assemble(load("lin1999-n4")))
     pair = {
-        "format": 1,
+        "format": 2,
         "title": "no ring",
         "damping": {"modal": 0.03},
         "stages": {

@@ -15,7 +15,7 @@ from epicyclic.errors import ModelError
 from epicyclic.questions.response import balance
 from epicyclic.questions.response import response as engine
 from epicyclic.questions.response.response import respond, response
-from epicyclic.questions.response.steady import sweep
+from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load
@@ -46,7 +46,9 @@ def assert_same(left: xr.Dataset, right: xr.Dataset, *, rtol: float) -> None:
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-11])
 def test_numba_and_numpy_give_the_same_numbers(system: System, tolerance: float) -> None:
     pytest.importorskip("numba")
-    numpy, numba = (sweep(system, relative_speed=SPEEDS, tolerance=tolerance, compiled=c) for c in (False, True))
+    numpy, numba = (
+        sweep(system, SweepOptions(relative_speed=SPEEDS, tolerance=tolerance, compiled=c)) for c in (False, True)
+    )
     # both leave a residual below the tolerance; near a resonance of 3 % damping the response is 1/(2 zeta) = 17 times
     # as large as the residual, which is relative to the response: 20 times the tolerance holds everywhere
     assert_same(numpy, numba, rtol=20 * tolerance)
@@ -58,7 +60,9 @@ def test_a_ready_drive_with_run_outs_too() -> None:
     pytest.importorskip("numba")
     train = assemble(load("ren2021"))
     speeds = np.linspace(20, 600, 4)
-    numpy, numba = (sweep(train, mesh_frequency=speeds, tolerance=1e-10, compiled=c) for c in (False, True))
+    numpy, numba = (
+        sweep(train, SweepOptions(mesh_frequency=speeds, tolerance=1e-10, compiled=c)) for c in (False, True)
+    )
     # rounding is relative to the mean torque, some 1e-12 after cancellation; the residual of 1e-10 is what is left
     assert_same(numpy, numba, rtol=1e-9)
 
@@ -69,7 +73,9 @@ def test_raised_harmonics_start_from_the_solution_with_fewer(case: Any) -> None:
     saw = np.tile(0.5 * np.sinc(0.6 * orders) * np.exp(1j * orders), (2, 1))
     base = case.pair(swing=0.2)
     sharp = replace(base, meshes=replace(base.meshes, variation=saw))
-    numpy, numba = (sweep(sharp, relative_speed=[0.1, 3.0], tolerance=1e-9, compiled=c) for c in (False, True))
+    numpy, numba = (
+        sweep(sharp, SweepOptions(relative_speed=[0.1, 3.0], tolerance=1e-9, compiled=c)) for c in (False, True)
+    )
     assert numba.harmonics.values[0] > numba.harmonics.values[1]
     assert_same(numpy, numba, rtol=2e-8)
 
@@ -77,10 +83,10 @@ def test_raised_harmonics_start_from_the_solution_with_fewer(case: Any) -> None:
 def test_points_do_not_know_of_each_other_and_bad_ones_harm_none(system: System) -> None:
     pytest.importorskip("numba")
     speeds = [1.0, np.nan, 0.0, 1e200, 1.5]
-    result = sweep(system, relative_speed=speeds, compiled=True)
+    result = sweep(system, SweepOptions(relative_speed=speeds, compiled=True))
     assert list(result.status.values)[2:4] == ["speed is not a number above zero", "not finite"]
     for place in (0, 4):
-        alone = sweep(system, relative_speed=[speeds[place]], compiled=True)
+        alone = sweep(system, SweepOptions(relative_speed=[speeds[place]], compiled=True))
         # the same solution; the RMS of a batch is one matrix product, summed in an order of its own
         np.testing.assert_allclose(result.mesh_force_rms[:, place], alone.mesh_force_rms[:, 0], rtol=1e-14)
 
@@ -107,12 +113,12 @@ def test_without_numba_everything_works_and_asking_for_it_is_refused(
     system: System, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(engine, "_WORTH", 0)
-    plain = sweep(system, relative_speed=[1.0])
+    plain = sweep(system, SweepOptions(relative_speed=[1.0]))
     np.testing.assert_array_equal(
-        plain.mesh_force_rms, sweep(system, relative_speed=[1.0], compiled=False).mesh_force_rms
+        plain.mesh_force_rms, sweep(system, SweepOptions(relative_speed=[1.0], compiled=False)).mesh_force_rms
     )
     with pytest.raises(ModelError, match=r"epicyclic\[fast\]"):
-        sweep(system, relative_speed=[1.0], compiled=True)
+        sweep(system, SweepOptions(relative_speed=[1.0], compiled=True))
 
 
 def test_large_jobs_are_compiled_and_small_ones_not(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -124,11 +130,11 @@ def test_large_jobs_are_compiled_and_small_ones_not(system: System, monkeypatch:
         return balance.solve(*given, **options)
 
     monkeypatch.setattr(engine, "solve", spy)
-    sweep(system, relative_speed=[1.0, 1.1])
+    sweep(system, SweepOptions(relative_speed=[1.0, 1.1]))
     assert set(seen) == {False}
     seen.clear()
     monkeypatch.setattr(engine, "_WORTH", 100)
-    sweep(system, relative_speed=[1.0, 1.1])
+    sweep(system, SweepOptions(relative_speed=[1.0, 1.1]))
     assert set(seen) == {True}
 
 
@@ -141,9 +147,9 @@ def test_points_unconverged_in_single_go_on_in_double(system: System, monkeypatc
     def early(*given: Any, **options: Any) -> Any:
         return solve(*given, **options | {"tolerance": 1e-2})
 
-    whole = sweep(system, relative_speed=SPEEDS, tolerance=1e-10, compiled=True)
+    whole = sweep(system, SweepOptions(relative_speed=SPEEDS, tolerance=1e-10, compiled=True))
     monkeypatch.setattr(compiled, "solve_points", early)
-    result = sweep(system, relative_speed=SPEEDS, tolerance=1e-10, compiled=True)
+    result = sweep(system, SweepOptions(relative_speed=SPEEDS, tolerance=1e-10, compiled=True))
     assert set(result.status.values) == {"ok"}
     # residuals of 1e-10, at most 1/(2 zeta) = 17 times that in the response
     assert_same(whole, result, rtol=2e-9)

@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.show.views import modes as modes_view
+from epicyclic.questions.modes.views import modes_findings, modes_key_figures
 from epicyclic.system.system import System
 
 N = 5
@@ -88,12 +88,12 @@ def test_tables_and_headline_rank_by_what_the_mode_makes(found: tuple[int, Syste
     _, _, result = found
     near = result.resonance_near.values & (result.resonance_excited.values == "yes")
     strongest = int(np.flatnonzero(near)[result.resonance_own_force.values[near].argmax()])
-    words = [text for _, text in modes_view.key_figures(result) if "strongest" in text]
+    words = [text for _, text in modes_key_figures(result) if "strongest" in text]
     hertz = float(result.resonance_frequency.values[strongest])
     assert words
     assert f"{int(result.resonance_order.values[strongest])}x mesh" in words[0]
     assert f"{hertz:.4g}" in words[0].replace("\u202f", "") or f"{hertz:.5g}" in words[0]
-    counted = modes_view.findings(result, {})[0].text
+    counted = modes_findings(result, {})[0].text
     met = int(result.resonance_near.values.sum())
     assert counted.startswith(f"{near.sum()} resonance")
     assert f"({met - near.sum()} more where the order does not excite the mode)" in counted

@@ -13,11 +13,11 @@ import xarray as xr
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.questions.response.measures import dynamic_factor
+from epicyclic.questions.response.views import sweep_findings, sweep_key_figures
+from epicyclic.questions.sharing import views as sharing_view
+from epicyclic.questions.tolerance.views import tolerance_tables
 from epicyclic.show.elements import Table, number, shown_columns
 from epicyclic.show.tables import force_table
-from epicyclic.show.views import sharing as sharing_view
-from epicyclic.show.views import sweep as sweep_view
-from epicyclic.show.views import tolerance as tolerance_view
 from epicyclic.statics.record import loaded_meshes
 
 # Two suns; the torque goes from the small one to the ring, and the large one turns idle.
@@ -120,9 +120,9 @@ def test_no_resonance_and_no_headline_counts_it(model: str, swept: xr.Dataset) -
     factor = found.resonance_dynamic_factor.values
     assert 1 < np.nanmax(factor) < 3
     assert not any("large-long" in name for name in found.resonance_mesh.values)
-    words = " ".join(value for value, _ in sweep_view.key_figures(swept))
+    words = " ".join(value for value, _ in sweep_key_figures(swept))
     assert "e+" not in words
-    lines = [one.text for one in sweep_view.findings(swept, {})]
+    lines = [one.text for one in sweep_findings(swept, {})]
     assert any(line.startswith("K_v is not defined in main/large-long/1") for line in lines)
     # teeth without load rattle at every speed; that is no range in which the loaded ones part
     assert not any("would part" in line for line in lines)
@@ -189,7 +189,7 @@ def test_idle_meshes_part_in_no_tolerance_run(model: str) -> None:
     assert float(found.system_separation_probability) == 0.0
     idle = [name for name in found.mesh.values if "large-long" in str(name)]
     assert np.isnan(found.worst_load_sharing.sel(mesh=idle)).all()
-    (worst,) = [one for one in tolerance_view.tables(found) if "worst samples" in one.title]
+    (worst,) = [one for one in tolerance_tables(found) if "worst samples" in one.title]
     assert not any("large-long" in name for name in worst.columns["mesh"])
     assert len(worst.columns["mesh"]) == 10  # three loaded pairs of three meshes, and K_gamma
 

@@ -12,7 +12,7 @@ import scipy.linalg
 import epicyclic
 from epicyclic.errors import ConvergenceError
 from epicyclic.questions.response.response import critical_speed, response, unstable_speeds
-from epicyclic.questions.response.steady import steady, sweep
+from epicyclic.questions.response.steady import SweepOptions, steady, sweep
 from epicyclic.system.system import System
 
 SPEEDS = np.linspace(0.5, 14.0, 28)
@@ -54,14 +54,14 @@ def test_the_critical_speed_is_where_the_stiffness_is_singular(case: Any) -> Non
 def test_an_unstable_speed_holds_nan_and_a_warning_says_from_where_on(case: Any) -> None:
     system = case.pair(free=False)
     critical = critical_speed(response(system))[0]
-    found = sweep(system, relative_speed=[0.5 * critical, 1.1 * critical], shaft_orders=False)
+    found = sweep(system, SweepOptions(relative_speed=[0.5 * critical, 1.1 * critical], shaft_orders=False))
     assert list(found.status.values) == ["ok", "mean system unstable"]
     assert np.isnan(found.mesh_force_mean.values[:, 1]).all()
     assert np.isfinite(found.mesh_force_mean.values[:, 0]).all()
     assert f"above {critical * 137:.6g} Hz the centripetal terms exceed" in str(found.attrs["warnings"])
     with pytest.raises(ConvergenceError, match="the mean system is unstable"):
         steady(system, relative_speed=1.1 * critical)
-    still = sweep(system, relative_speed=[1.1 * critical], shaft_orders=False, frame_speed="operating")
+    still = sweep(system, SweepOptions(relative_speed=[1.1 * critical], shaft_orders=False, frame_speed="operating"))
     assert list(still.status.values) == ["ok"]
 
 
@@ -82,7 +82,7 @@ carrier = {{ mass = "80 kg", inertia = "1 kg m^2", support.radial = "1e9 N/m" }}
         for name, m in (("low", module), ("high", module / 1.5))
     )
     return f"""
-format = 1
+format = 2
 title = "Two planetary stages in series"
 damping.modal = 0.03
 {stages}
@@ -114,7 +114,7 @@ def test_mean_forces_of_a_stage_add_up_to_its_torque_over_the_whole_range(
     ready = response(system)
     critical = critical_speed(ready)[0]
     speeds = np.array([0.3 * critical, 0.97 * critical, 1.03 * critical])
-    found = sweep(system, relative_speed=speeds, shaft_orders=False)
+    found = sweep(system, SweepOptions(relative_speed=speeds, shaft_orders=False))
     assert list(found.status.values) == ["ok", "ok", "mean system unstable"]
     for pair in ("low/sun-planet", "low/planet-ring", "high/sun-planet", "high/planet-ring"):
         rows = [name.startswith(pair) for name in found.mesh.values]

@@ -25,12 +25,11 @@ from epicyclic.questions.response.measures import (
 )
 from epicyclic.questions.response.periodic import Periodic, periodic
 from epicyclic.questions.response.response import response
-from epicyclic.questions.response.steady import steady, sweep
+from epicyclic.questions.response.steady import SweepOptions, steady, sweep
 from epicyclic.questions.response.sweep_table import empty_table, sweep_dataset
+from epicyclic.questions.response.views import steady_tables, sweep_tables
 from epicyclic.questions.response.waveform import Signal, Spectrum, lateral_pairs, signal_of_samples
 from epicyclic.results.dataset import load_result, save_result
-from epicyclic.show.views import steady as steady_view
-from epicyclic.show.views import sweep as sweep_view
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
@@ -115,7 +114,7 @@ def test_measures_are_those_of_the_record_in_time(
 ) -> None:
     """The record is the whole period, so that means and RMS are exact and extremes lie inside the bounds."""
     system = build(case)
-    result = sweep(system, relative_speed=[speed], tolerance=FINE).isel(speed=0)
+    result = sweep(system, SweepOptions(relative_speed=[speed], tolerance=FINE)).isel(speed=0)
     found = periodic(system, relative_speed=speed, samples=128, tolerance=FINE)
     duration = cycles / (float(TONE) * speed)
     force, q = (record(found, cycles, 128, what) for what in ("force", "displacement"))
@@ -152,7 +151,7 @@ def test_measures_are_those_of_the_record_in_time(
 
 def test_without_shaft_lines_the_extremes_are_reached(case: Any) -> None:
     system = linked(case, [case.line(TONE, [3e-6, 2e-6j], push=40)])
-    result = sweep(system, relative_speed=[1.7], tolerance=FINE).isel(speed=0)
+    result = sweep(system, SweepOptions(relative_speed=[1.7], tolerance=FINE)).isel(speed=0)
     found = periodic(system, relative_speed=1.7, samples=4096, tolerance=FINE)
     links = link_record(system, found.displacement, 1 / (1.7 * 137), 1.7)
     # a parabola through three of 128 samples misses a peak of 20 harmonics by some 1e-4 of the fourth derivative
@@ -169,7 +168,7 @@ def test_without_shaft_lines_the_extremes_are_reached(case: Any) -> None:
 def test_one_speed_equals_a_sweep_there(case: Any, build: Callable[[Any], System]) -> None:
     system = build(case)
     alone = steady(system, relative_speed=1.3)
-    result = sweep(system, relative_speed=[1.3], tolerance=1e-8).isel(speed=0)
+    result = sweep(system, SweepOptions(relative_speed=[1.3], tolerance=1e-8)).isel(speed=0)
     names = ["link_force_mean", "link_force_rms", "link_force_peak", "link_force_peak_to_peak"]
     for name in [*names, "bearing_force_mean", "bearing_force_rms", "bearing_force_peak", "dynamic_factor"]:
         np.testing.assert_array_equal(alone[name], result[name])
@@ -244,8 +243,8 @@ def test_of_several_mesh_frequencies_the_largest_is_called_a_bound(case: Any) ->
     for build, bound in ((with_shafts, False), (with_two_tones, True)):
         system = build(case)
         for result, tables in (
-            (steady(system), steady_view.tables),
-            (sweep(system, relative_speed=[1.0, 1.3]), sweep_view.tables),
+            (steady(system), steady_tables),
+            (sweep(system, SweepOptions(relative_speed=[1.0, 1.3])), sweep_tables),
         ):
             words = str([list(table.columns) for table in tables(result)])
             assert ("largest, a bound [N]" in words) is bound
@@ -268,7 +267,7 @@ def test_an_integration_fills_the_same_table(case: Any) -> None:
         links=signal_of_samples(link_record(system, q[:, :-1], period, speed)[:, None], TONE),
     )
     table.store(np.array([1]), sweep_measures(signals, table.layout), np.array([True]))
-    expected = sweep(system, relative_speed=[speed], tolerance=1e-11)
+    expected = sweep(system, SweepOptions(relative_speed=[speed], tolerance=1e-11))
     for name, values in table.values.items():
         assert np.isnan(values[..., 0]).all()
         if name != "residual":
@@ -281,7 +280,6 @@ def test_an_integration_fills_the_same_table(case: Any) -> None:
         system,
         speed=np.array([np.nan, speed]),
         tone=137.0,
-        verb="sweep",
         options={},
         warnings=[],
     )
@@ -290,7 +288,7 @@ def test_an_integration_fills_the_same_table(case: Any) -> None:
 
 def test_no_excitation_no_dynamic_factor(case: Any) -> None:
     still = case.pair(swing=0.0, lines=())
-    result = sweep(still, relative_speed=[0.5, 1.0, 2.0])
+    result = sweep(still, SweepOptions(relative_speed=[0.5, 1.0, 2.0]))
     # nothing moves: only the rounding of the mean is left
     np.testing.assert_allclose(result.dynamic_factor, 1.0, rtol=1e-12)
     for name in ("mesh_force_rms", "mesh_force_peak_to_peak", "link_force_rms", "acceleration_rms"):
@@ -306,7 +304,10 @@ def test_a_mesh_that_transmits_nothing_has_no_dynamic_factor() -> None:
 def test_a_preload_is_part_of_a_link_force(case: Any) -> None:
     plain = linked(case, [case.line(TONE, [3e-6, 2e-6j])])
     held = replace(plain, links=replace(plain.links, preload=np.array([0.0, 50.0, 0.0, 0.0])))
-    more = sweep(held, relative_speed=[1.0]).link_force_mean - sweep(plain, relative_speed=[1.0]).link_force_mean
+    more = (
+        sweep(held, SweepOptions(relative_speed=[1.0])).link_force_mean
+        - sweep(plain, SweepOptions(relative_speed=[1.0])).link_force_mean
+    )
     # the difference of forces of 1e3 N
     np.testing.assert_allclose(more.values[:, 0], [0, 50, 0, 0], atol=1e-9)
 
@@ -314,11 +315,11 @@ def test_a_preload_is_part_of_a_link_force(case: Any) -> None:
 def test_the_table_stays_small(case: Any) -> None:
     """Whatever number of lines there is, those told are few; the table is some numbers a row and speed."""
     many = linked(case, [case.line(Fraction(137 * i, 977), [1e-6, 1e-6j], cause=f"d{i}") for i in range(1, 21)])
-    result = sweep(many, relative_speed=[1.0, 2.0])
+    result = sweep(many, SweepOptions(relative_speed=[1.0, 2.0]))
     assert result.sizes["line"] == 20
-    assert "d3 -1 mesh" in sweep(with_shafts_of(case, 3), relative_speed=[1.0]).line.values
+    assert "d3 -1 mesh" in sweep(with_shafts_of(case, 3), SweepOptions(relative_speed=[1.0])).line.values
     assert result.mesh_force_line.nbytes == 2 * 20 * 2 * 8
-    many_tones = sweep(with_two_tones(case), relative_speed=[1.0], orders=100)
+    many_tones = sweep(with_two_tones(case), SweepOptions(relative_speed=[1.0], orders=100))
     assert many_tones.sizes["line"] <= 64
 
 
@@ -334,7 +335,7 @@ def test_a_blank_table_is_nan(case: Any) -> None:
 
 
 def test_everything_goes_through_files(case: Any, tmp_path: Path) -> None:
-    result = sweep(with_shafts(case), relative_speed=[0.5, 1.0, np.nan])
+    result = sweep(with_shafts(case), SweepOptions(relative_speed=[0.5, 1.0, np.nan]))
     xr.testing.assert_identical(load_result(save_result(result, tmp_path / "sweep.nc")), result)
     again = load_result(save_result(result, tmp_path / "sweep.json"))
     for name in ("mesh_force_order", "mesh_force_line", "bearing_force_peak", "line_order"):
@@ -346,7 +347,7 @@ def test_everything_goes_through_files(case: Any, tmp_path: Path) -> None:
 @pytest.mark.parametrize("orders", [0, 101])
 def test_orders_out_of_range_are_refused(case: Any, orders: int) -> None:
     with pytest.raises(ModelError, match="1 to 100"):
-        sweep(with_shafts(case), relative_speed=[1.0], orders=orders)
+        sweep(with_shafts(case), SweepOptions(relative_speed=[1.0], orders=orders))
 
 
 def test_lateral_rows(case: Any) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from epicyclic.questions.modes.basis import mean_modes
 from epicyclic.questions.response.periodic import periodic
-from epicyclic.questions.response.steady import sweep
+from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.system.system import System
 
 # mesh frequency [Hz]: RMS of the dynamic mesh force of meshes 0 and 1 [N]
@@ -29,5 +29,5 @@ def test_dynamic_mesh_forces(bench56: System, frequency: int) -> None:
 
 
 def test_a_sweep_at_its_own_tolerance(bench56: System) -> None:
-    result = sweep(bench56, mesh_frequency=list(REFERENCE))
+    result = sweep(bench56, SweepOptions(mesh_frequency=list(REFERENCE)))
     np.testing.assert_allclose(result.mesh_force_rms[:2].T, list(REFERENCE.values()), rtol=2e-5)

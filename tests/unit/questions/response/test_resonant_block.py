@@ -37,7 +37,7 @@ torque.high.sun = "800 N m"
 def test_an_ordinary_train_of_two_stages_converges(tmp_path: Any) -> None:
     path = tmp_path / "two.toml"
     stages = STAGE.format(name="low", **LOW) + STAGE.format(name="high", **HIGH)
-    path.write_text('format = 1\ntitle = "Two planetary stages"\ndamping.modal = 0.03\n' + stages + TRAIN)
+    path.write_text('format = 2\ntitle = "Two planetary stages"\ndamping.modal = 0.03\n' + stages + TRAIN)
     ready = response(epicyclic.assemble(epicyclic.load(path)))
     truncation, speed, tolerance = (18, 18, 14), np.array([1.0]), 1e-8
     made = ready.kernel(truncation, shifted=False)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.questions.response.gmres import sharpened
-from epicyclic.questions.response.steady import steady, sweep
+from epicyclic.questions.response.steady import SweepOptions, steady, sweep
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
@@ -67,7 +67,7 @@ def test_at_a_natural_frequency_of_the_mean_system(case: Any, zeta: float, offse
     """Varying stiffness and gyroscopic terms move the resonance: at the mean one the response stays finite."""
     system = light(case, zeta)
     speed = natural(system)[0][2] / (2 * np.pi * float(system.tones[0])) * (1 + offset)
-    found = sweep(system, relative_speed=[speed])
+    found = sweep(system, SweepOptions(relative_speed=[speed]))
     assert found.status.values[0] == "ok"
     expected = dense_rms(system, speed, int(found.harmonics.values[0]) + 6)
     np.testing.assert_allclose(found.mesh_force_rms.values[:, 0], expected, rtol=2e-4)
@@ -80,11 +80,11 @@ def test_resonance_of_a_constant_stiffness(case: Any, compiled: bool) -> None:
         pytest.importorskip("numba")
     made = {zeta: light(case, zeta, swing=0.0, turning=0.0) for zeta in (1e-7, 1e-15)}
     speed = natural(made[1e-7])[0][2] / (2 * np.pi * float(made[1e-7].tones[0]))
-    found = sweep(made[1e-7], relative_speed=[speed], compiled=compiled)
+    found = sweep(made[1e-7], SweepOptions(relative_speed=[speed], compiled=compiled))
     assert found.status.values[0] == "ok"
     np.testing.assert_allclose(found.mesh_force_rms.values[:, 0], dense_rms(made[1e-7], speed, 4), rtol=1e-6)
     for offset in (0.0, 1e-14):
-        refused = sweep(made[1e-15], relative_speed=[speed * (1 + offset)], compiled=compiled)
+        refused = sweep(made[1e-15], SweepOptions(relative_speed=[speed * (1 + offset)], compiled=compiled))
         assert refused.status.values[0] == "resonance too sharp for double precision"
         assert np.isnan(refused.mesh_force_rms.values).all()
     with pytest.raises(ConvergenceError, match="so sharp that double precision"):

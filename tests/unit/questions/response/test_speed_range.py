@@ -74,7 +74,7 @@ def test_a_missing_end_is_that_of_the_range() -> None:
     ("options", "words"),
     [
         ({"range": "wide"}, "'operation' or 'modes'"),
-        ({"range": "modes", "relative_speed": [1.0]}, "range"),
+        ({"range": "modes", "relative_speed": [1.0]}, "^range = modes"),
         ({"points": 3, "mesh_frequency": [20.0]}, "points"),
         ({"range": "modes", "start": 10.0, "stop": 20.0}, "range"),
     ],

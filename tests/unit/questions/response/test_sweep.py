@@ -13,7 +13,7 @@ import xarray as xr
 
 from epicyclic.errors import ModelError
 from epicyclic.questions.response.periodic import periodic
-from epicyclic.questions.response.steady import steady, sweep
+from epicyclic.questions.response.steady import SweepOptions, steady, sweep
 from epicyclic.results.dataset import to_json
 from epicyclic.system.system import System
 
@@ -33,7 +33,7 @@ def system(case: Any) -> System:
 
 
 def test_a_sweep_is_one_steady_response_after_another(system: System) -> None:
-    result = sweep(system, relative_speed=SPEEDS)
+    result = sweep(system, SweepOptions(relative_speed=SPEEDS))
     assert set(result.status.values) == {"ok"}
     for i in (0, 9, 22):
         alone = steady(system, relative_speed=SPEEDS[i])
@@ -45,7 +45,7 @@ def test_a_sweep_is_one_steady_response_after_another(system: System) -> None:
 
 
 def test_without_shaft_orders_only_the_mesh_orders_count(system: System) -> None:
-    result = sweep(system, relative_speed=[1.0], shaft_orders=False)
+    result = sweep(system, SweepOptions(relative_speed=[1.0], shaft_orders=False))
     found = periodic(system, samples=4096)
     np.testing.assert_allclose(result.mesh_force_rms[:, 0], found.force.std(axis=1), rtol=1e-6)
     # the harmonics dropped, 1e-4 of the dynamic part, show directly in a peak
@@ -56,7 +56,7 @@ def test_without_shaft_orders_only_the_mesh_orders_count(system: System) -> None
 
 
 def test_peaks_with_shaft_orders_bound_the_whole_record(case: Any, system: System) -> None:
-    result = sweep(system, relative_speed=[1.0])
+    result = sweep(system, SweepOptions(relative_speed=[1.0]))
     found = periodic(system, samples=128)
     times = np.arange(14 * 128) / (137 * 128)
     phases = np.arange(14 * 128) % 128
@@ -75,31 +75,33 @@ def test_peaks_with_shaft_orders_bound_the_whole_record(case: Any, system: Syste
 
 
 def test_frame_speed_fixed_at_operation_differs_away_from_it(system: System) -> None:
-    turning = sweep(system, relative_speed=[1.0, 2.2], shaft_orders=False)
-    fixed = sweep(system, relative_speed=[1.0, 2.2], shaft_orders=False, frame_speed="operating")
+    turning = sweep(system, SweepOptions(relative_speed=[1.0, 2.2], shaft_orders=False))
+    fixed = sweep(system, SweepOptions(relative_speed=[1.0, 2.2], shaft_orders=False, frame_speed="operating"))
     np.testing.assert_allclose(turning.mesh_force_rms[:, 0], fixed.mesh_force_rms[:, 0], rtol=1e-9)
     assert np.abs(turning.mesh_force_rms / fixed.mesh_force_rms - 1)[:, 1].max() > 1e-3
     frozen = replace(system, G=system.G / 2.2, Kg=system.Kg / 2.2**2, Cskew=system.Cskew / 2.2)
-    same = sweep(frozen, relative_speed=[2.2], shaft_orders=False)
+    same = sweep(frozen, SweepOptions(relative_speed=[2.2], shaft_orders=False))
     np.testing.assert_allclose(same.mesh_force_rms[:, 0], fixed.mesh_force_rms[:, 1], rtol=1e-6)
 
 
 def test_points_that_fail_hold_nan_and_a_status_and_the_rest_goes_on(system: System) -> None:
     speeds = [1.0, np.nan, 0.0, 1e200, -1.0, 1.5]
-    result = sweep(system, relative_speed=speeds)
+    result = sweep(system, SweepOptions(relative_speed=speeds))
     status = list(result.status.values)
     assert status[0] == status[5] == "ok"
     assert status[1] == status[2] == status[4] == "speed is not a number above zero"
     assert status[3] == "not finite"
     assert np.isnan(result.mesh_force_rms.values[:, 1:5]).all()
     np.testing.assert_allclose(
-        result.mesh_force_rms[:, [0, 5]], sweep(system, relative_speed=[1.0, 1.5]).mesh_force_rms, rtol=1e-9
+        result.mesh_force_rms[:, [0, 5]],
+        sweep(system, SweepOptions(relative_speed=[1.0, 1.5])).mesh_force_rms,
+        rtol=1e-9,
     )
 
 
 def test_progress_counts_every_point_and_an_interrupt_passes(system: System) -> None:
     seen: list[tuple[int, int]] = []
-    sweep(system, relative_speed=SPEEDS, progress=lambda done, total: seen.append((done, total)))
+    sweep(system, SweepOptions(relative_speed=SPEEDS), progress=lambda done, total: seen.append((done, total)))
     assert seen[-1] == (23, 23)
     assert [done for done, _ in seen] == sorted(done for done, _ in seen)
 
@@ -107,12 +109,12 @@ def test_progress_counts_every_point_and_an_interrupt_passes(system: System) -> 
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep(system, relative_speed=SPEEDS, progress=stop)
+        sweep(system, SweepOptions(relative_speed=SPEEDS), progress=stop)
 
 
 def test_the_default_range_covers_every_natural_frequency(system: System) -> None:
     # without centripetal terms, which make the pair whirl far above its operating speed
-    result = sweep(replace(system, Kg=np.zeros_like(system.Kg)), shaft_orders=False)
+    result = sweep(replace(system, Kg=np.zeros_like(system.Kg)), SweepOptions(shaft_orders=False))
     assert result.sizes["speed"] == 200
     assert set(result.status.values) == {"ok"}
     assert result.mesh_frequency.values[0] < 137 < result.mesh_frequency.values[-1]
@@ -123,14 +125,14 @@ def test_harmonics_rise_where_the_stiffness_needs_them(case: Any) -> None:
     saw = np.tile(0.5 * np.sinc(0.6 * orders) * np.exp(1j * orders), (2, 1))
     base = case.pair(swing=0.2)
     sharp = replace(base, meshes=replace(base.meshes, variation=saw))
-    result = sweep(sharp, relative_speed=[0.1, 3.0], shaft_orders=False)
+    result = sweep(sharp, SweepOptions(relative_speed=[0.1, 3.0], shaft_orders=False))
     assert result.harmonics.values[0] > result.harmonics.values[1] >= 8
     fine = [periodic(sharp, relative_speed=s, tolerance=1e-11).force.std(axis=1) for s in (0.1, 3.0)]
     np.testing.assert_allclose(result.mesh_force_rms.values.T, fine, rtol=1e-5)
 
 
 def test_a_result_goes_through_json(system: System) -> None:
-    result = sweep(system, relative_speed=SPEEDS[:3])
+    result = sweep(system, SweepOptions(relative_speed=SPEEDS[:3]))
     again = xr.Dataset.from_dict(json.loads(to_json(result)))
     np.testing.assert_array_equal(again.mesh_force_peak, result.mesh_force_peak)
     assert list(again.status.values) == ["ok"] * 3
@@ -138,18 +140,18 @@ def test_a_result_goes_through_json(system: System) -> None:
 
 def test_options_that_contradict_or_do_not_exist_are_refused(system: System) -> None:
     with pytest.raises(ModelError, match="not both"):
-        sweep(system, relative_speed=[1.0], mesh_frequency=[100.0])
+        sweep(system, SweepOptions(relative_speed=[1.0], mesh_frequency=[100.0]))
     unknown: Any = "fixed"
     with pytest.raises(ModelError, match="kinematic, operating"):
-        sweep(system, relative_speed=[1.0], frame_speed=unknown)
+        sweep(system, SweepOptions(relative_speed=[1.0], frame_speed=unknown))
     meshes = replace(system.meshes, damping=np.zeros(2))
     bare = replace(system, zeta=None, C=np.zeros((6, 6)), meshes=meshes)
     with pytest.raises(ModelError, match="no damping"):
-        sweep(bare, relative_speed=[1.0])
+        sweep(bare, SweepOptions(relative_speed=[1.0]))
 
 
 def test_tensile_mesh_force_names_the_meshes(case: Any) -> None:
     loud = case.pair(lines=(case.line(Fraction(137), [2e-3, 2e-3]),))
-    warnings = sweep(loud, relative_speed=[0.5, 1.0]).attrs["warnings"]
+    warnings = sweep(loud, SweepOptions(relative_speed=[0.5, 1.0])).attrs["warnings"]
     assert "tensile mesh force" in warnings
     assert "main/a-b/1" in warnings

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from epicyclic.questions.response.lattice import bundle, kept_points
 from epicyclic.questions.response.periodic import Periodic, periodic, periodic_by_tone
 from epicyclic.questions.response.response import respond, response
-from epicyclic.questions.response.steady import steady, sweep
+from epicyclic.questions.response.steady import SweepOptions, steady, sweep
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
@@ -125,7 +125,7 @@ def test_a_tone_split_in_two_gives_the_same_response(case: Any, ratio: Fraction)
 
 def test_a_sweep_is_one_steady_response_after_another(case: Any) -> None:
     system, speeds = two_tones(case, shaft=True), [0.7, 1.0, 2.2]
-    result = sweep(system, relative_speed=speeds)
+    result = sweep(system, SweepOptions(relative_speed=speeds))
     assert set(result.status.values) == {"ok"}
     np.testing.assert_allclose(result.mesh_frequency, 137 * np.array(speeds))
     for i, speed in enumerate(speeds):
@@ -232,7 +232,7 @@ REFERENCE = {
 
 
 def test_dynamic_mesh_forces_of_two_coupled_sets(bench112: System) -> None:
-    result = sweep(bench112, mesh_frequency=list(REFERENCE))
+    result = sweep(bench112, SweepOptions(mesh_frequency=list(REFERENCE)))
     assert set(result.status.values) == {"ok"}
     # printed to 1e-6, known to some 1e-6
     np.testing.assert_allclose(result.mesh_force_rms[[0, 1, 16, 17]].T, list(REFERENCE.values()), rtol=1e-5)

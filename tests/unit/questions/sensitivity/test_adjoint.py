@@ -17,7 +17,7 @@ from epicyclic.questions.response import balance
 from epicyclic.questions.response.lattice import product, truncated_product
 from epicyclic.questions.response.periodic import periodic
 from epicyclic.questions.response.response import Block, Response, _block, response
-from epicyclic.questions.response.steady import sweep
+from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.questions.sensitivity.adjoint import (
     SystemNumbers,
     adjoint_form,
@@ -81,7 +81,7 @@ def moved(system: System, change: SystemNumbers, h: float) -> System:
 
 
 def rms(system: System) -> Array:
-    found = sweep(system, relative_speed=[SPEED], tolerance=1e-11)
+    found = sweep(system, SweepOptions(relative_speed=[SPEED], tolerance=1e-11))
     return np.asarray(found.mesh_force_rms.values[:, 0])
 
 

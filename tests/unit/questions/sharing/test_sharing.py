@@ -21,9 +21,9 @@ from epicyclic.questions.sharing import tone_forces
 from epicyclic.questions.sharing.definitions import DEFINITIONS, extremes, merge_extremes
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.sharing.tone_forces import Method, mean_force
+from epicyclic.questions.sharing.views import tables
 from epicyclic.questions.sharing.waves import cycle_forces, independent_blocks, line_phases, periodic_waves, worst_case
 from epicyclic.results.dataset import load_result, save_result
-from epicyclic.show.views.sharing import tables
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.mean_load import MEAN_LOADS
 from epicyclic.statics.record import excitation, parallel_meshes

@@ -15,7 +15,7 @@ from scipy.integrate import trapezoid
 from epicyclic.questions.transient import integrators
 from epicyclic.questions.transient import run as run_module
 from epicyclic.questions.transient.equation import from_modal, motion, to_modal
-from epicyclic.questions.transient.integrators import adaptive_states, integrate_with_sliders, modal_scale
+from epicyclic.questions.transient.integrators import adaptive_states, integrate
 from epicyclic.questions.transient.program import constant, program
 from epicyclic.questions.transient.right_hand_side import AHEAD, at_equilibrium, at_rest
 from epicyclic.questions.transient.transient import group_force, group_stretch, transient
@@ -114,9 +114,9 @@ def test_compiled_sliders_are_the_law(lag: float, clearance: float) -> None:
 def test_compiled_steps_equal_numpy(made: Any, monkeypatch: pytest.MonkeyPatch, lag: float, clearance: float) -> None:
     pytest.importorskip("numba")
     moving = motion(plane(made, lag=lag, clearance=clearance), program=constant(0.9))
-    fast, sliders = integrate_with_sliders(moving, at_rest(moving), stop=0.05, steps=1000, keep=10)
+    fast, sliders = integrate(moving, at_rest(moving), stop=0.05, steps=1000, keep=10)
     monkeypatch.setattr(integrators, "numba_available", lambda: False)
-    slow, other = integrate_with_sliders(moving, at_rest(moving), stop=0.05, steps=1000, keep=10)
+    slow, other = integrate(moving, at_rest(moving), stop=0.05, steps=1000, keep=10)
     # the same steps with sums in another order: rounding, grown over 1000 steps
     np.testing.assert_allclose(fast, slow, rtol=1e-9, atol=1e-11 * np.abs(slow).max())
     np.testing.assert_allclose(sliders, other, rtol=1e-9, atol=1e-10 * clearance)
@@ -133,7 +133,7 @@ def slow_cycles(made: Any, X: float, *, cycles: int = 2, steps: int = 40_000) ->
     moving = motion(system, program=constant(0.02))
     stop = cycles / 2.0
     start = at_equilibrium(moving)
-    states, sliders = integrate_with_sliders(moving, start, stop=stop, steps=cycles * steps, keep=steps // 1000)
+    states, sliders = integrate(moving, start, stop=stop, steps=cycles * steps, keep=steps // 1000)
     times = np.linspace(0, stop, len(states))
     stretch = group_stretch(moving, times, states)
     force = moving.laws.force(stretch, sliders)
@@ -178,7 +178,7 @@ def test_a_friction_oscillator_under_a_harmonic_force(made: Any) -> None:
     stop, speed = 0.05, 1.1
     moving = motion(system, program=constant(speed))
     # without a mean load the slider starts in the middle
-    found, sliders = integrate_with_sliders(moving, np.zeros((2, 1)), stop=stop, steps=20_000, keep=200)
+    found, sliders = integrate(moving, np.zeros((2, 1)), stop=stop, steps=20_000, keep=200)
     far = []
     for steps in (100_000, 200_000):
         x, s = reference(system, speed, stop, steps)
@@ -189,19 +189,19 @@ def test_a_friction_oscillator_under_a_harmonic_force(made: Any) -> None:
     assert far[0] / far[1] == pytest.approx(2.0, rel=0.1)
     assert np.ptp(sliders) > START
     held = motion(replace(system, groups=(group(np.ones((1, 1)), friction=1e9),)), program=constant(speed))
-    stuck = integrate_with_sliders(held, np.zeros((2, 1)), stop=stop, steps=20_000, keep=200)[0]
+    stuck = integrate(held, np.zeros((2, 1)), stop=stop, steps=20_000, keep=200)[0]
     assert np.abs(stuck[:, 0, 0] - found[:, 0, 0]).max() > 0.1 * size  # a slider that stays put is seen
 
 
 def test_order_of_fixed_steps(made: Any) -> None:
     moving = motion(oscillator(made, amplitude=60.0, c=40.0), program=constant(1.1))
     counts = [400, 800, 1600, 3200]
-    exact = integrate_with_sliders(moving, np.zeros((2, 1)), stop=0.05, steps=400_000, keep=400_000)[0][-1, 0, 0]
+    exact = integrate(moving, np.zeros((2, 1)), stop=0.05, steps=400_000, keep=400_000)[0][-1, 0, 0]
     errors = []
     for count in counts:
         # where in its step a pull turns round is chance: the mean of neighbours
         near = [count + 7 * i for i in range(8)]
-        found = [integrate_with_sliders(moving, np.zeros((2, 1)), stop=0.05, steps=c, keep=c)[0] for c in near]
+        found = [integrate(moving, np.zeros((2, 1)), stop=0.05, steps=c, keep=c)[0] for c in near]
         errors.append(np.mean([abs(states[-1, 0, 0] - exact) for states in found]))
     slope = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
     assert 1.7 < slope < 2.7
@@ -212,10 +212,10 @@ def test_adaptive_methods_move_the_sliders(made: Any, method: Any) -> None:
     """Both rows of a line and of a plane against fine fixed steps; the tolerance is felt."""
     moving = motion(oscillator(made, amplitude=60.0, c=40.0), program=constant(1.1))
     times, start = np.linspace(0, 0.02, 21), np.zeros((2, 1))
-    exact, sliders = integrate_with_sliders(moving, start, stop=0.02, steps=200_000, keep=10_000)
-    begin, scale, far = to_modal(moving, start), modal_scale(moving), []
+    exact, sliders = integrate(moving, start, stop=0.02, steps=200_000, keep=10_000)
+    begin, far = to_modal(moving, start), []
     for tolerance in (1e-5, 1e-8) if method == "dop853" else (1e-6,):
-        found, slid = adaptive_states(moving, begin, times, method=method, scale=scale, tolerance=tolerance)
+        found, slid = adaptive_states(moving, begin, times, method=method, tolerance=tolerance)
         states = from_modal(moving, found)
         far.append(np.abs(states[:, 0] - exact[1:, 0]).max() / np.abs(exact[:, 0]).max())
         # errors of single steps add up, across kinks of the force a hundred times the tolerance
@@ -229,7 +229,7 @@ def test_energy_of_a_cycle(made: Any) -> None:
     system = oscillator(made, amplitude=60.0, c=40.0)
     moving = motion(system, program=constant(1.1))
     stop, steps = 0.1, 200_000
-    states, sliders = integrate_with_sliders(moving, np.zeros((2, 1)), stop=stop, steps=steps)
+    states, sliders = integrate(moving, np.zeros((2, 1)), stop=stop, steps=steps)
     x, v, s = states[:, 0, 0], states[:, 1, 0], sliders[:, 0]
     times = np.linspace(0, stop, steps + 1)
     push = 60.0 * np.cos(2 * np.pi * 110.0 * times)
@@ -248,7 +248,7 @@ def test_a_very_slow_run_is_the_static_history(made: Any) -> None:
     speed, samples = 1e-3, 2000
     moving, cycle = motion(quick, program=constant(speed)), 1 / (speed * 100.0)
     # a cycle of warm-up, as the static record has it
-    states, sliders = integrate_with_sliders(moving, at_equilibrium(moving), stop=2 * cycle, steps=400_000, keep=100)
+    states, sliders = integrate(moving, at_equilibrium(moving), stop=2 * cycle, steps=400_000, keep=100)
     record = record_of(quick, cycles=1, turns=None, of=None, samples=samples, most=samples)
     pieces = list(quasi_static(held_train(quick), record))
     still = np.concatenate([piece.state.displacement for piece in pieces])
@@ -258,7 +258,7 @@ def test_a_very_slow_run_is_the_static_history(made: Any) -> None:
     np.testing.assert_allclose(sliders[samples - 1 : -2], before, atol=2e-3 * np.ptp(before))
     assert np.ptp(sliders, axis=0).min() > START
     stuck = replace(quick, groups=(group(np.eye(2), friction=1e9),))
-    elastic = integrate_with_sliders(
+    elastic = integrate(
         motion(stuck, program=constant(speed)), np.zeros((2, 2)), stop=2 * cycle, steps=400_000, keep=100
     )[0]
     assert np.abs(elastic[samples:-1, 0] - still).max() > 0.1 * np.ptp(still)
@@ -270,7 +270,7 @@ def test_equilibrium_with_a_slider_that_has_slipped(made: Any) -> None:
     moving = motion(system)
     start = at_equilibrium(moving)
     assert start[0, 0] == pytest.approx((30.0 - FRICTION) / 2e5, rel=1e-9)
-    states, sliders = integrate_with_sliders(moving, start, stop=0.05, steps=1000, keep=10)
+    states, sliders = integrate(moving, start, stop=0.05, steps=1000, keep=10)
     np.testing.assert_allclose(states[:, 0, 0], start[0, 0], rtol=1e-9)
     np.testing.assert_allclose(sliders, start[0, 0] - START, rtol=1e-8)
     other = at_equilibrium(moving, slider=np.array([8e-5]))
@@ -321,9 +321,9 @@ def test_jumps_of_the_program_with_sliders(made: Any) -> None:
     given = program([0.0, 0.005, 0.005, 0.02], [1.0, 1.0, 1.0, 1.0], [[0.0], [0.0], [1.0], [1.0]])
     moving = motion(oscillator(made, c=400.0), program=given, loads=np.array([[45.0]]))
     times = np.linspace(0, 0.02, 9)
-    exact, sliders = integrate_with_sliders(moving, np.zeros((2, 1)), stop=0.02, steps=80_000, keep=10_000)
+    exact, sliders = integrate(moving, np.zeros((2, 1)), stop=0.02, steps=80_000, keep=10_000)
     begin = np.zeros((2, 1))
-    found, slid = adaptive_states(moving, begin, times, method="dop853", scale=modal_scale(moving))
+    found, slid = adaptive_states(moving, begin, times, method="dop853")
     states = from_modal(moving, found)
     np.testing.assert_allclose(states[:, 0], exact[1:, 0], atol=1e-6 * np.abs(exact[:, 0]).max())
     np.testing.assert_allclose(slid, sliders[1:], atol=1e-6 * np.ptp(sliders))

@@ -14,7 +14,7 @@ from epicyclic.questions.transient import integrators
 from epicyclic.questions.transient.integrators import steps_for
 from epicyclic.questions.transient.scenario import Scenario, scenario_motion
 from epicyclic.questions.transient.transient import transient as unbounded
-from epicyclic.show.views.transient import tables
+from epicyclic.questions.transient.views import tables
 from epicyclic.system.system import System
 
 OVER_ALL = ("mesh_force_peak", "mesh_force_peak_time", "mesh_force_minimum", "mesh_force_minimum_time")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from epicyclic.questions.response.views import _folds, _forces, _motions
 from epicyclic.show.charts.over_speed import contact_sweep
 from epicyclic.show.report import report
-from epicyclic.show.views.contact_sweep import _folds, _forces, _ranges
 
 
 def swept() -> xr.Dataset:
@@ -82,7 +82,7 @@ def test_speeds_of_a_train_of_several_stages_name_theirs() -> None:
     data = swept().assign(branch_instability=(("direction", "speed"), np.full((2, 3), "", dtype=object)))
     for names, words in ((data.mesh.values, False), (["low/sun-planet/1", "high/planet-ring/1"], True)):
         result = data.assign_coords(mesh=names)
-        headings = [heading for table in (_ranges(result), *_folds(result)) for heading in table.columns]
+        headings = [heading for table in (_motions(result), *_folds(result)) for heading in table.columns]
         spoken = [heading for heading in headings if "[Hz]" in heading]
         assert len(spoken) == 3
         assert all((" of low" in heading) is words for heading in spoken)

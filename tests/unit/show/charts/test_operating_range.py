@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from epicyclic.questions.modes.views import modes_findings
+from epicyclic.questions.response.views import sweep_findings
 from epicyclic.show.charts.operating_range import operating_range
-from epicyclic.show.views.modes import findings
-from epicyclic.show.views.sweep import findings as sweep_findings
 
 
 def modes(speed: list[float], force: list[float]) -> xr.Dataset:
@@ -81,7 +81,7 @@ def test_nothing_known_is_no_figure() -> None:
 )
 def test_a_resonance_is_judged_by_its_force_over_the_mean(force: float, tone: str, words: str) -> None:
     company = {"sharing": xr.Dataset({"mesh_force_mean": ("mesh", [-100.0, 80.0])})}
-    (found,) = findings(modes([0.5, 0.95, 1.05], [1e6, 1.0, force]), company)
+    (found,) = modes_findings(modes([0.5, 0.95, 1.05], [1e6, 1.0, force]), company)
     assert found.tone == tone
     assert words in found.text
     assert "at 105 % of the operating speed" in found.text

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from epicyclic.questions.tolerance.views import allocate_tables, tolerance_findings, tolerance_tables
 from epicyclic.show.charts.sharing import worst_branches
 from epicyclic.show.charts.tolerance import (
     grade_prices,
@@ -18,7 +19,7 @@ from epicyclic.show.charts.tolerance import (
 )
 from epicyclic.show.elements import Table
 from epicyclic.show.tolerance_labels import even_bins, pair_labels, percent, short_entries
-from epicyclic.show.views import allocate, key_figures_of, tables_of, tolerance
+from epicyclic.show.views import key_figures_of, tables_of
 
 Datasets = dict[str, xr.Dataset]
 POSITION = "deviations.main.planet.position.y"
@@ -108,7 +109,7 @@ def test_the_headline_says_the_share_alone_and_with_interactions(result: xr.Data
     shares["sobol_total"][:] = 0.0
     shares["sobol_first"][{"tolerance": 1}] = 0.62
     shares["sobol_total"][{"tolerance": 1}] = 0.98
-    (said,) = [one.change for one in tolerance.findings(shares, {}) if one.change]
+    (said,) = [one.change for one in tolerance_findings(shares, {}) if one.change]
     assert said == "K_gamma scatters most by planet run-out: 62 % of its variance alone, 98 % with interactions."
 
 
@@ -156,7 +157,7 @@ def test_names_of_entries_and_pairs() -> None:
 
 
 def test_the_terminal_says_quantiles_with_bands_and_what_buys_what(result: xr.Dataset) -> None:
-    found = tolerance.tables(result)
+    found = tolerance_tables(result)
     quantiles = table(found, "Mesh-load factor")
     value = float(result.system_k_gamma_quantile.sel(definition="mean-load", probability=0.99))
     cell = quantiles.columns[percent(0.99)][0]
@@ -184,7 +185,7 @@ def test_the_terminal_says_what_the_next_grade_costs_and_saves(grades: xr.Datase
     assert steps.columns["loses"] == ["1.2210", "", "1.1630"]
     totals = table(found, "Totals")
     assert "82: no grades that meet the target cost less (proven" in totals.columns["value"][1]
-    unproven = table(allocate.tables(grades.assign_attrs(proof="open")), "Totals")
+    unproven = table(allocate_tables(grades.assign_attrs(proof="open")), "Totals")
     assert "cheaper grades may be left" in unproven.columns["value"][1]
 
 
@@ -192,5 +193,5 @@ def test_pairs_that_scatter_alike_are_told_apart_by_rule_not_by_rounding(result:
     two = result.isel(pair=[0, 0]).assign_coords(pair=["main.meshes.sun-planet", "main.meshes.planet-ring"])
     for rounding in (-1e-12, 1e-12):
         two["k_gamma_std"] = result.k_gamma_std.isel(pair=[0, 0]).drop_vars("pair") * [1, 1 + rounding]
-        assert "of K_gamma, sun-planet," in table(tolerance.tables(two), "What buys what").lead
+        assert "of K_gamma, sun-planet," in table(tolerance_tables(two), "What buys what").lead
         assert "(sun-planet)" in tolerance_shares(two).layout.title.text

@@ -278,7 +278,7 @@ def provenance(gears: Gears) -> dict[str, str]:
     return {
         "title": gears.title,
         "doi": "10.1155/2021/5511817",
-        "model": '{"format": 1, "title": "made up", "stages": {"main": {"planets": 3}}}',
+        "model": '{"format": 2, "title": "made up", "stages": {"main": {"planets": 3}}}',
         "assumed": '{"damping.modal": "not printed", "stages.main.module": "mass and J/r^2 fit; ISO 54 series"}',
     }
 

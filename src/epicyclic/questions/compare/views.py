@@ -1,0 +1,121 @@
+"""`compare`: what differs between drawings, and what it does; or what differs between saved results."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from ...show.elements import Company, Drawing, KeyFigure, Part, Section, Table
+from ...show.series import texts
+from ...show.tables import ComparedRow, compared_rows, letters, percent, shown
+from ...show.view import ResultView
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Differences of the drawing, natural frequencies and variables in the table; the Dataset has all of them.
+_MOST = 12
+
+
+def tables(result: xr.Dataset) -> Sequence[Table]:
+    """One table: paths of the drawing that differ, then what they do, each with its change from A."""
+    return [_table(result)]
+
+
+def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The changes as bars about the first train, and the table."""
+    from ...show.charts.effects import compared
+
+    words = "Change of each quantity from A, the largest at the top; what does not change is left out."
+    parts: list[Part] = [Drawing(anchor="compared", figure=compared(result), caption=words), _table(result)]
+    return [Section(anchor="compared", title="Beside each other", parts=parts)]
+
+
+def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """The three largest changes, each with the values."""
+    rows = sorted((row for row in compared_rows(result) if row.largest), key=lambda row: -row.largest)[:3]
+    found: list[KeyFigure] = []
+    for row in rows:
+        place = max(range(len(row.change)), key=lambda i: abs(row.change[i]) if math.isfinite(row.change[i]) else -1.0)
+        ends = f"{shown(row.value[0], row.unit)} to {shown(row.value[place], row.unit)}"
+        found.append((percent(row.change[place]), f"{letters(result)[place]} against A: {row.name}, {ends}"))
+    return found
+
+
+def _table(result: xr.Dataset) -> Table:
+    """The whole comparison as one table, and in its notes what is left out of it."""
+    signs, notes = letters(result), []
+    rows: list[list[str]] = []
+    if "difference" in result.sizes:
+        differing, left = _differences(result)
+        rows += differing
+        notes += left
+    effects, left = _effects(result)
+    rows += [_row(row) for row in effects]
+    columns: dict[str, Any] = {"": [row[0] for row in rows], "what": [row[1] for row in rows]}
+    count = len(signs)
+    for i, sign in enumerate(signs):
+        columns[sign] = [row[2 + i] for row in rows]
+    for i, sign in enumerate(signs[1:], start=1):
+        heading = "change" if count == 2 else f"{sign} to A"
+        columns[heading] = [row[2 + count + i] for row in rows]
+    lead = "; ".join(f"{sign} = {name}" for sign, name in zip(signs, texts(result, "train"), strict=True))
+    return Table(title="Beside each other", columns=columns, lead=lead, notes=(*notes, *left))
+
+
+def _differences(result: xr.Dataset) -> tuple[list[list[str]], list[str]]:
+    """Rows of the drawing, and a note of those left out."""
+    paths, values = texts(result, "difference"), result["difference_text"].values
+    blank = [""] * result.sizes["train"]
+    rows = []
+    for path, row, numbers in zip(paths[:_MOST], values, result["difference_value"].values, strict=False):
+        change = ComparedRow(group="drawing", name=path, unit="", value=tuple(map(float, numbers))).change
+        rows.append(["drawing", path, *(_cell(str(one)) for one in row), *map(percent, change)])
+    if not paths:
+        return [["drawing", "no difference", *blank, *blank]], []
+    if len(paths) <= _MOST:
+        return rows, []
+    heads: dict[str, int] = {}
+    for path in paths[_MOST:]:
+        head = ".".join(path.split(".")[:2])
+        heads[head] = heads.get(head, 0) + 1
+    listed = ", ".join(f"{count} of {head}" for head, count in heads.items())
+    return rows, [f"{len(paths) - _MOST} more differences of the drawings: {listed}; all with --json or -o"]
+
+
+def _cell(text: str) -> str:
+    """Text of one value; a dash where the file says nothing."""
+    return (text if len(text) <= 32 else f"{text[:29]}...") or "-"
+
+
+def _effects(result: xr.Dataset) -> tuple[list[ComparedRow], list[str]]:
+    """Rows of effects: natural frequencies and variables that change most, all others; a note of what is left out."""
+    rows = compared_rows(result)
+    many = [row for row in rows if row.group in ("modes", "variable")]
+    changed = sorted((row for row in many if row.largest), key=lambda row: -row.largest)
+    kept = {id(row) for row in changed[:_MOST]}
+    shown_rows = [row for row in rows if row.group not in ("modes", "variable") or id(row) in kept]
+    notes = []
+    words = "variables" if "largest_difference" in result else "natural frequencies"
+    if len(changed) > _MOST:
+        notes.append(f"{len(changed) - _MOST} more {words} change, by {changed[_MOST].largest:.3g} % at most")
+    alone = sum(not any(math.isfinite(one) for one in row.change[1:]) for row in many)
+    if same := len(many) - len(changed) - alone:
+        notes.append(f"{same} {words} do not change")
+    if alone:
+        notes.append(f"{alone} {words} of A have no pair" if words != "variables" else f"{alone} {words} begin at 0")
+    pairing = {text for text in map(str, result["mode_pairing"].values[1:]) if text} if "mode_pairing" in result else ()
+    if pairing and many:
+        notes.append(f"natural frequencies are paired by {' or '.join(sorted(pairing))}")
+    return shown_rows, notes
+
+
+def _row(row: ComparedRow) -> list[str]:
+    """Cells of one effect: value of every train, then its change."""
+    note = row.note or ("",) * len(row.value)
+    cells = [f"{shown(value, row.unit)}{' ' if one else ''}{one}" for value, one in zip(row.value, note, strict=True)]
+    return [row.group, row.name, *cells, *map(percent, row.change)]
+
+
+VIEWS = (ResultView("compare", 15, tables, sections, key_figures=key_figures),)

@@ -1,0 +1,447 @@
+"""Views of `stiffness`, `contact`, `train_contact`, `relief` and `efficiency`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, number
+from ...show.series import by_pair_and_side, engineering, losses_of_pairs, numbers, texts
+from ...show.tables import columns_of
+from ...show.view import ResultView
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+# --- stiffness -------------------------------------------------------------------------------------------------------
+
+
+def stiffness_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Mean, least and most stiffness of every mesh [N/um]."""
+    history = result.mesh_stiffness.transpose("mesh", "mesh_phase").values * 1e-6
+    columns: dict[str, Any] = {
+        "mesh": list(map(str, result.mesh.values)),
+        "mean [N/µm]": list(result.mean_mesh_stiffness.values * 1e-6),
+        "least [N/µm]": list(history.min(axis=1)),
+        "most [N/µm]": list(history.max(axis=1)),
+    }
+    return [Table(title="Mesh stiffness along the tooth normal", columns=columns)]
+
+
+def stiffness_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The curves; beside a `check` they stand among the meshes of that."""
+    from ...show.charts.train import SERIES, mesh_stiffness
+
+    if "check" in company:
+        return []
+    return [
+        Section(
+            anchor="meshes",
+            title="Meshes",
+            parts=[Drawing(anchor="stiffness", figure=mesh_stiffness(result), caption=SERIES)],
+        )
+    ]
+
+
+# --- contact ---------------------------------------------------------------------------------------------------------
+
+
+def contact_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Both helices at the operating load, stress in the tooth roots there, then all loads."""
+    return [_sides(result), *_roots(result), _loads(result)]
+
+
+def contact_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Load over the flank; transmission error over mesh cycle and load, and stiffness."""
+    from ...show.charts.flanks import contact_curves, contact_map, root_stress
+
+    mesh = str(result.attrs["mesh"])
+    words = (
+        f"One mesh of the train, {mesh}. Others: epicyclic contact MODEL --mesh PAIR, "
+        f"for instance planet-ring or {mesh.split('/')[0]}/planet-ring/1."
+    )
+    parts = [
+        Drawing(anchor="flanks", figure=contact_map(result), caption=words),
+        Drawing(anchor="contact", figure=contact_curves(result)),
+    ]
+    if "root_stress" in result:
+        parts.append(Drawing(anchor="roots", figure=root_stress(result)))
+    return [Section(anchor="contact", title="Teeth in contact", parts=parts)]
+
+
+def contact_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """Whether tip edges bear at the operating load, and the face-load factor there."""
+    at = _as_operated(result)
+    overlap, mesh = float(np.nanmax(at.corner_overlap.values, initial=0.0)), result.attrs["mesh"]
+    pressure = f"largest pressure {float(np.nanmax(at.largest_pressure.values)) / 1e6:.0f} MPa"
+    face = f"K_H beta {float(np.nanmax(at.face_factor.values)):.2f}"
+    if overlap <= 0:
+        return [Finding(tone="good", text=f"No tip edge bears in {mesh}; {pressure}, {face}.", anchor="contact")]
+    text = (
+        f"A tip edge bears in {mesh}: tips overlap by {1e6 * overlap:.1f} µm at the operating load; {pressure}, {face}."
+    )
+    change = (
+        "Relieve the tips by about that much: epicyclic relief searches the relief. "
+        'Dynamic forces count it where the mesh has stiffness = "contact".'
+    )
+    return [Finding(tone="caution", text=text, change=change, anchor="contact")]
+
+
+def _as_operated(result: xr.Dataset) -> xr.Dataset:
+    """The result at the load nearest the operating one."""
+    return result.isel(mesh_load=int(np.argmin(np.abs(result.mesh_load.values - float(result.attrs["force"])))))
+
+
+def _sides(result: xr.Dataset) -> Table:
+    attrs, at = result.attrs, _as_operated(result)
+    helix, torque = number(float(attrs["force"])), number(float(at.load_torque))
+    title = f"Mesh {attrs['mesh']}, {helix} N a helix, {torque} N m on its first gear"
+    lead = ""
+    if "averaging_length" in attrs:  # a result of an earlier version has none
+        length = f"{1e3 * float(attrs['averaging_length']):.3g} mm of contact line"
+        lead = f"{_resolution(attrs)}; loads and pressures are means over {length}.{_errors(result)}"
+    columns: dict[str, Any] = {
+        "side": [str(side) for side in result.side.values],
+        "shared face [mm]": list(result.shared_face.values * 1e3),
+        "largest load [N/mm]": list(at.largest_load_per_length.values / 1e3),
+        "largest pressure [MPa]": list(at.largest_pressure.values / 1e6),
+        "largest over mean across the face": list(at.face_factor.values),
+        "stiffness, tangent [N/µm]": list(at.average_stiffness.values / 1e6),
+        "stiffness, secant [N/µm]": list(at.average_secant_stiffness.values / 1e6),
+        "tip overlap before [µm]": list(at.corner_overlap.sel(end="before").values * 1e6),
+        "tip overlap behind [µm]": list(at.corner_overlap.sel(end="behind").values * 1e6),
+    }
+    return Table(title=title, columns=columns, lead=lead)
+
+
+def _roots(result: xr.Dataset) -> list[Table]:
+    """Largest stresses in the roots of both gears at the operating load; of a result without them nothing."""
+    if "root_stress" not in result:
+        return []
+    at = _as_operated(result)
+    rows = [(i, j) for i in range(result.sizes["side"]) for j in range(result.sizes["mesh_gear"])]
+    stress = result.root_stress.max("width").values
+    columns: dict[str, Any] = {
+        "side": [str(result.side.values[i]) for i, _ in rows],
+        "gear": [str(result.attrs[f"gear_{result.mesh_gear.values[j]}"]) for _, j in rows],
+        "tension [MPa]": [float(at.largest_root_stress.values[row]) / 1e6 for row in rows],
+        "at a place of its contact [base pitches]": [
+            float(result.tooth_place.values[int(stress[row].argmax())]) for row in rows
+        ],
+        "at a lean of the fillet of [deg]": [float(np.degrees(result.root_stress_lean.values[row])) for row in rows],
+        "compression [MPa]": [float(at.lowest_root_stress.values[row]) / 1e6 for row in rows],
+    }
+    return [Table(title="Stress in the tooth roots", columns=columns)]
+
+
+def _resolution(attrs: Mapping[str, Any]) -> str:
+    """Phases and slices, and the error they leave."""
+    error = float(attrs["estimated_error"])
+    left = "" if np.isnan(error) else f", estimated error {100 * error:.2g} %"
+    return f"{attrs['samples']} phases and {attrs['slices']} slices{left}"
+
+
+def _errors(result: xr.Dataset) -> str:
+    """Pitch and profile errors, and the mesh cycle they are shown in; empty without them."""
+    attrs = result.attrs
+    if "cycle" not in attrs:
+        return ""
+    parts = [f"pitch error {1e6 * float(attrs['pitch_error']):.4g} µm"] if attrs["pitch_error"] else []
+    if attrs["profile_error"]:
+        phase = np.degrees(float(attrs["profile_phase"]))
+        parts.append(f"profile error {1e6 * float(attrs['profile_error']):.4g} µm at {phase:.4g} deg")
+    parts += ["deviations of the file"] if attrs["deviations"] else []
+    return f" With {', '.join(parts)}; the mesh cycle begins at {float(attrs['cycle']):.4g}."
+
+
+def _loads(result: xr.Dataset) -> Table:
+    error = result.transmission_error_harmonic.values
+    columns: dict[str, Any] = {
+        "force of a helix [N]": list(result.mesh_load.values),
+        "torque [N m]": list(result.load_torque.values),
+        "mean error [µm]": list(error[:, 0].real * 1e6),
+        "peak to peak [µm]": list(result.transmission_error_peak_to_peak.values * 1e6),
+        **{f"order {k} [µm]": list(np.abs(error[:, k]) * 1e6) for k in (1, 2, 3)},
+        "stiffness, tangent [N/µm]": list(result.average_stiffness.values.mean(axis=0) / 1e6),
+        "largest load [N/mm]": list(result.largest_load_per_length.values.max(axis=0) / 1e3),
+        "largest pressure [MPa]": list(result.largest_pressure.values.max(axis=0) / 1e6),
+    }
+    return Table(title="Loaded transmission error", columns=columns)
+
+
+# --- train-contact ---------------------------------------------------------------------------------------------------
+
+
+def train_contact_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Meshes at the operating torque, then K_gamma and the largest K_Hbeta over the torque."""
+    return [_train_meshes(result), _torques(result)]
+
+
+def train_contact_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Load along every face, and load factors over the torque."""
+    from ...show.charts.flanks import face_loads, load_factors
+
+    parts = [
+        Drawing(anchor="faces", figure=face_loads(result)),
+        Drawing(anchor="factors", figure=load_factors(result)),
+    ]
+    return [Section(anchor="train_contact", title="Teeth in contact in the train", parts=parts)]
+
+
+def _train_meshes(result: xr.Dataset) -> Table:
+    at = result.isel(torque_factor=int(np.argmin(np.abs(result.torque_factor.values - 1.0))))
+    columns: dict[str, Any] = {
+        "mesh": [str(name) for name in at.mesh.values],
+        "mean force [N]": list(at.mesh_force.mean("time").values),
+        "least [N]": list(at.mesh_force.min("time").values),
+        "largest [N]": list(at.mesh_force.max("time").values),
+        "K_Hbeta": list(at.face_load_factor.values),
+        "share of its side": list(at.side_share.values),
+        "largest load [N/mm]": list(at.largest_load_per_length.values / 1e3),
+    }
+    if "largest_root_stress" in at:
+        columns |= {
+            f"root stress {gear} [MPa]": list(at.largest_root_stress.sel(mesh_gear=gear).values / 1e6)
+            for gear in map(str, at.mesh_gear.values)
+        }
+    return Table(title="Tooth contact in the train, at the operating torque", columns=columns)
+
+
+def _torques(result: xr.Dataset) -> Table:
+    full = [str(pair).split(".") for pair in result.mesh_pair.values]  # stages.main.meshes.sun-planet
+    one_stage = len({parts[1] for parts in full}) == 1
+    pairs = [parts[-1] if one_stage else f"{parts[1]} {parts[-1]}" for parts in full]
+    columns: dict[str, Any] = {
+        "torque per operating": list(result.torque_factor.values),
+        **{f"K_gamma {pair}": list(result.branch_load_factor.values[:, i]) for i, pair in enumerate(pairs)},
+        "largest K_Hbeta": list(result.face_load_factor.values.max(axis=1)),
+        "largest load [N/mm]": list(result.largest_load_per_length.values.max(axis=1) / 1e3),
+    }
+    return Table(title="Load factors over the torque", columns=columns)
+
+
+# --- relief ----------------------------------------------------------------------------------------------------------
+
+_SHOWN = 20  # solutions of a Pareto set
+# what objectives are read in: factor from SI, unit
+_READ = {"m": (1e6, "um"), "N/m": (1e-3, "N/mm"), "N": (1.0, "N")}
+
+
+def relief_tables(result: xr.Dataset) -> Sequence[Table]:
+    """The answer, the Pareto set where there are several objectives, and every mesh before and after."""
+    front = [_front(result)] if result.sizes["objective"] > 1 else []
+    return [_answer(result), _objectives(result), *front, _relieved_meshes(result)]
+
+
+def relief_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The search, and error, load and force before and after."""
+    from ...show.charts.relief import relief_effect, relief_search
+
+    parts = [
+        Drawing(anchor="relief", figure=relief_search(result)),
+        Drawing(anchor="relief-effect", figure=relief_effect(result)),
+    ]
+    return [Section(anchor="relief", title="Relief", parts=parts)]
+
+
+def _answer(result: xr.Dataset) -> Table:
+    picked = int(result.attrs["picked"])
+    candidates, generations = result.sizes["evaluation"], result.sizes["generation"]
+    title = f"{result.attrs['method']}, {candidates} candidates in {generations} generations"
+    names = [str(name) for name in result.variable.values]
+    columns: dict[str, Any] = {
+        "varied": names,
+        "found": [str(text) for text in result.solution_text.values[picked]],
+        "from": [_bound(name, value) for name, value in zip(names, result.lower_bound.values, strict=True)],
+        "to": [_bound(name, value) for name, value in zip(names, result.upper_bound.values, strict=True)],
+    }
+    attrs = result.attrs  # a result of an earlier version says no error
+    lead = f"Before and after: {_resolution(attrs)}." if "estimated_error" in attrs else ""
+    return Table(title=title, columns=columns, lead=lead)
+
+
+def _bound(name: str, value: float) -> str:
+    """A bound with its unit; of shapes nothing."""
+    if name.endswith("shape"):
+        return ""
+    return f"{number(value * 1e3)} mm" if name.endswith("length") else f"{number(value * 1e6)} µm"
+
+
+def _objectives(result: xr.Dataset) -> Table:
+    before, after = result.objective_before.values, result.objective_after.values
+    units = [_READ[str(unit)] for unit in result.objective_unit.values]
+    columns: dict[str, Any] = {
+        "objective": [str(name) for name in result.objective.values],
+        "what is made least": [str(text) for text in result.objective_meaning.values],
+        "unit": [unit for _, unit in units],
+        "before": [value * factor for value, (factor, _) in zip(before, units, strict=True)],
+        "after": [value * factor for value, (factor, _) in zip(after, units, strict=True)],
+        "change": [f"{100 * (b / a - 1):+.3g} %" if a else "" for a, b in zip(before, after, strict=True)],
+    }
+    return Table(title="Before and after", columns=columns)
+
+
+def _front(result: xr.Dataset) -> Table:
+    """The Pareto set, evenly thinned where it is long, the answer always among it."""
+    count, picked = result.sizes["solution"], int(result.attrs["picked"])
+    rows = np.unique([picked, *np.linspace(0, count - 1, min(count, _SHOWN)).round().astype(int)])
+    units = [_READ[str(unit)] for unit in result.objective_unit.values]
+    columns: dict[str, Any] = {"number": [f"{row}{' *' if row == picked else ''}" for row in rows]}
+    for i, name in enumerate(result.variable.values):
+        columns[str(name)] = [str(text) for text in result.solution_text.values[rows, i]]
+    for i, (name, (factor, unit)) in enumerate(zip(result.objective.values, units, strict=True)):
+        columns[f"{name} [{unit}]"] = list(result.solution_objective.values[rows, i] * factor)
+    return Table(title=f"Pareto set, {len(rows)} of {count}; * the answer", columns=columns)
+
+
+def _relieved_meshes(result: xr.Dataset) -> Table:
+    swing, load = result.relieved_peak_to_peak.values * 1e6, result.relieved_largest_load.values / 1e3
+    cells = [(i, j) for i in range(result.sizes["relieved_mesh"]) for j in range(result.sizes["load_factor"])]
+    columns: dict[str, Any] = {
+        "mesh": [str(result.relieved_mesh.values[i]) for i, _ in cells],
+        "force of a helix [N]": [result.relieved_force.values[i] * result.load_factor.values[j] for i, j in cells],
+        "error before [µm]": [swing[0, i, j] for i, j in cells],
+        "error after [µm]": [swing[1, i, j] for i, j in cells],
+        "largest load before [N/mm]": [load[0, i, j] for i, j in cells],
+        "largest load after [N/mm]": [load[1, i, j] for i, j in cells],
+    }
+    return Table(title="Peak to peak of the loaded transmission error, and load on the flank", columns=columns)
+
+
+# --- efficiency ------------------------------------------------------------------------------------------------------
+
+_MEMBERS = {
+    "torque": ("torque [N m]", 1.0),
+    "lossless_torque": ("without losses [N m]", 1.0),
+    "power": ("power [kW]", 1e-3),
+    "lossless_power": ("without losses [kW]", 1e-3),
+}
+_LEAD = "Losses of the meshes alone: bearings, seals and oil take more."
+
+
+def efficiency_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Efficiency and power of the train, loaded members, meshes by pair and side, stages."""
+    found = [
+        _train(result),
+        Table(title="Torques and power with losses", columns=columns_of(result, "member", _MEMBERS)),
+    ]
+    return [*found, _mesh_losses(result), *_stages(result)]
+
+
+def efficiency_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The losses by pair, the tables, and sliding along the path of contact."""
+    from ...show.charts.flanks import mesh_losses, sliding
+
+    lost = np.isfinite(result["power_loss"].values)
+    bars: list[Part] = []
+    if lost:
+        caption = "Share of the power into the train."
+        bars.append(Drawing(anchor="losses", figure=mesh_losses(result), caption=caption))
+    caption = (
+        "Zero is the pitch point; the tip of the first gear ends the path on the right. The load is that on one pair "
+        "of teeth; of helical teeth it is a mean over mesh cycle and face."
+    )
+    path = Drawing(anchor="sliding", figure=sliding(result), caption=caption)
+    return [Section(anchor="efficiency", title="Efficiency", parts=[*bars, *efficiency_tables(result), path])]
+
+
+def efficiency_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """Efficiency of the meshes [%] and the power they lose [kW]."""
+    efficiency = float(result["train_efficiency"])
+    if not np.isfinite(efficiency) or efficiency <= 0:
+        return [("self-locking", f"friction in the meshes, {_friction(result)}")]
+    loss = engineering(float(result["power_loss"]) / 1e3)
+    words = f"efficiency of the meshes, {_friction(result)}: {loss} kW lost, without bearings, seals and oil"
+    return [(f"{100 * efficiency:.2f} %", words)]
+
+
+def efficiency_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """Efficiency of the meshes and where most is lost; whether friction locks the train."""
+    efficiency = float(result["train_efficiency"])
+    if not np.isfinite(efficiency) or efficiency <= 0:
+        return [
+            Finding(tone="bad", text=f"The train locks itself by friction, {_friction(result)}.", anchor="efficiency")
+        ]
+    stage, pair, most = max(
+        losses_of_pairs(texts(result, "mesh"), numbers(result, "mesh_power_loss")), key=lambda row: row[2]
+    )
+    total = float(result["power_loss"])
+    where = f"{stage} {pair}" if result.sizes["stage"] > 1 else pair
+    share = f", {100 * most / total:.0f} % of it in {where}" if total > 0 else ""
+    text = f"The meshes lose {100 * (1 - efficiency):.2f} % of the power, {engineering(total / 1e3)} kW{share}."
+    return [Finding(tone="", text=text, anchor="efficiency")]
+
+
+def _train(result: xr.Dataset) -> Table:
+    names = {"power_in": "power in [kW]", "power_loss": "lost in the meshes [kW]", "power_out": "power out [kW]"}
+    columns: dict[str, Any] = {heading: [float(result[name]) / 1e3] for name, heading in names.items()}
+    columns = {"efficiency [%]": [100 * float(result["train_efficiency"])], **columns}
+    return Table(title=f"Efficiency of the meshes, {_friction(result)}", columns=columns, lead=_LEAD)
+
+
+def _friction(result: xr.Dataset) -> str:
+    """How friction was stated: ``coefficient of friction 0.05``, or the oil with the range of coefficients."""
+    options = json.loads(str(result.attrs.get("options", "{}")))
+    values = numbers(result, "friction_coefficient")
+    if "viscosity" not in options:
+        return f"coefficient of friction {engineering(float(values.max()))}"
+    low, high = (engineering(float(value), 2) for value in (values.min(), values.max()))
+    oil = f"oil of {engineering(1e3 * options['viscosity'])} mPa s, Ra {engineering(1e6 * options['roughness'])} µm"
+    return f"{oil}, coefficients of friction {low} to {high}"
+
+
+def _mesh_losses(result: xr.Dataset) -> Table:
+    """A row each pair and side: what its meshes have alike, and the sums of their power."""
+    names = texts(result, "mesh")
+    groups = by_pair_and_side(names)
+    pairs = [str(name).split(".") for name in result["mesh_pair"].values]
+    friction = dict(zip((f"{p[1]}/{p[-1]}" for p in pairs), numbers(result, "friction_coefficient"), strict=True))
+    rolling, loss = numbers(result, "mesh_rolling_power"), numbers(result, "mesh_power_loss")
+    factor, driver = numbers(result, "loss_factor"), texts(result, "driving_gear")
+    several = len({p[1] for p in pairs}) > 1
+    columns: dict[str, Any] = {
+        "mesh": [
+            f"{pair.replace('/', ' ') if several else pair.split('/')[1]} {side}".strip() for pair, side in groups
+        ],
+        "meshes": [len(meshes) for meshes in groups.values()],
+        "driver": [driver[meshes[0]].split("/")[1] if driver[meshes[0]] else "" for meshes in groups.values()],
+        "loss factor H_V": [float(factor[meshes[0]]) for meshes in groups.values()],
+        "coefficient of friction": [float(friction[pair]) for pair, _ in groups],
+        "rolling power [kW]": [float(rolling[meshes].sum()) / 1e3 for meshes in groups.values()],
+        "lost [kW]": [float(loss[meshes].sum()) / 1e3 for meshes in groups.values()],
+        "lost [% of power in]": [100 * float(loss[meshes].sum() / result["power_in"]) for meshes in groups.values()],
+    }
+    return Table(title="Meshes, all branches together (driver and power in the frame of the carrier)", columns=columns)
+
+
+def _stages(result: xr.Dataset) -> list[Table]:
+    """Losses by stage, of several."""
+    if result.sizes["stage"] < 2:
+        return []
+    loss = numbers(result, "stage_power_loss")
+    columns: dict[str, Any] = {
+        "stage": texts(result, "stage"),
+        "lost [kW]": [float(value) / 1e3 for value in loss],
+        "lost [% of power in]": [100 * float(value / result["power_in"]) for value in loss],
+    }
+    return [Table(title="Stages", columns=columns)]
+
+
+VIEWS = (
+    ResultView("stiffness", 20, stiffness_tables, stiffness_sections),
+    ResultView("contact", 140, contact_tables, contact_sections, findings=contact_findings),
+    ResultView("train_contact", 160, train_contact_tables, train_contact_sections),
+    ResultView("relief", 150, relief_tables, relief_sections),
+    ResultView(
+        "efficiency",
+        75,
+        efficiency_tables,
+        efficiency_sections,
+        key_figures=efficiency_key_figures,
+        findings=efficiency_findings,
+    ),
+)

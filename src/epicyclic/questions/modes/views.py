@@ -1,0 +1,321 @@
+"""Views of `modes` and `campbell`: frequencies, shapes and energies of the modes, at one speed and over it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...results.ties import EQUAL, ranked
+from ...show.elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table
+from ...show.series import engineering, mode_groups, numbers, stage_count, summed_shares, texts, unbroken
+from ...show.view import ResultView
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# --- modes -----------------------------------------------------------------------------------------------------------
+
+# Rows of resonances: a screen of a terminal, a screen of a page, folded away in a page, on its first page.
+_IN_TERMINAL, _IN_PAGE, _FOLDED, _IN_FRONT = 40, 25, 200, 8
+# As of the analysis, which marks resonances this close to operation where no band is given.
+_NEAR = 0.2
+# Amplitude of a mesh order per mean mesh force: a twentieth is less than loads of a train are known to, and at the mean
+# itself the force falls to zero once a cycle, teeth part.
+_LITTLE, _PARTS = 0.05, 1.0
+
+
+def modes_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Every mode: frequency, kind, multiplicity, damping, and what holds most of its energies, branches added up."""
+    columns: dict[str, Any] = {
+        "mode": list(range(1, result.sizes["mode"] + 1)),
+        "frequency [Hz]": list(numbers(result, "frequency")),
+        "kind": texts(result, "mode_kind", "mode"),
+        "multiplicity": [int(count) for count in np.nan_to_num(numbers(result, "multiplicity", "mode"), nan=1.0)],
+        "damping [-]": list(numbers(result, "damping_ratio", "mode")),
+        "most strain energy": _most(result, "strain_energy_share", "connection"),
+        "most kinetic energy": _most(result, "kinetic_energy_share", "body"),
+    }
+    found = [Table(title="Modes", columns=columns)]
+    if result.sizes.get("resonance", 0):
+        every = np.arange(result.sizes["resonance"])
+        found.append(_resonances(result, every, f"Resonances, {_range(result)}", _IN_TERMINAL))
+    elif "resonance_mode" in result.variables:
+        found.append(Table(title=f"No mesh order meets a mode, {_range(result)}", columns={}))
+    return found
+
+
+def modes_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Frequencies, moving shapes, energies, the Campbell diagram where there is one, and all modes as a table."""
+    from ...show.charts.mode_shapes import mode_shapes
+    from ...show.charts.modes import campbell, energy_shares, frequencies
+
+    check = company.get("check")
+    words = "×2, ×3: so many modes at one frequency."
+    parts: list[Part] = [Drawing(anchor="frequencies", figure=frequencies(result, check), caption=words)]
+    if check is not None and "full_shape" in result.variables:
+        words = "Move the slider to a mode and it swings; grey is the place at rest."
+        parts.append(Drawing(anchor="shapes", figure=mode_shapes(check, result), caption=words))
+    if "strain_energy_share" in result.variables and "kinetic_energy_share" in result.variables:
+        words = "Branches and sides added up."
+        parts.append(Drawing(anchor="energy", figure=energy_shares(result), caption=words))
+    if "campbell" in company:
+        parts.append(Drawing(anchor="campbell", figure=campbell(company["campbell"])))
+    parts.append(Details(summary="All modes", parts=modes_tables(result)[:1]))
+    found = [Section(anchor="modes", title="Vibration modes", parts=parts)]
+    if result.sizes.get("resonance", 0):
+        found.append(Section(anchor="resonances", title="Resonances near operation", parts=_near_operation(result)))
+    return found
+
+
+def modes_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """The lowest natural frequency [Hz], with how many there are; the strongest resonance near operation [%]."""
+    elastic = [one for one in mode_groups(result) if one.frequency > 1e-3]
+    if not elastic:
+        return []
+    first, last = elastic[0], elastic[-1]
+    count = sum(one.multiplicity for one in elastic)
+    words = f"lowest natural frequency, {first.kind}; {count} in all, up to {engineering(last.frequency)} Hz"
+    found = [(f"{engineering(first.frequency)} Hz", words)]
+    driven = _driven(result)
+    if driven.size and _force(result)[driven[0]] > 0:
+        at = int(driven[0])
+        hertz = engineering(float(result["resonance_frequency"].values[at]))
+        meets = f"{_order(result, at)} meets mode {int(result['resonance_mode'].values[at])}, {hertz} Hz"
+        speed = engineering(100 * float(result["resonance_speed"].values[at]))
+        found.append((f"{speed} %", f"of the operating speed: strongest resonance near it, {meets}"))
+    return found
+
+
+def _force(result: xr.Dataset) -> NDArray[np.float64]:
+    """Force that the mode of every resonance makes at the order that meets it [N]; -1 where it is not known."""
+    return np.nan_to_num(numbers(result, "resonance_own_force", "resonance"), nan=-1.0)
+
+
+def _excited(result: xr.Dataset) -> NDArray[np.str_]:
+    """Whether the order of every resonance excites the mode, "yes" or "no"; "" where it is not known."""
+    return np.array(texts(result, "resonance_excited", "resonance"), dtype=str)
+
+
+def _driven(result: xr.Dataset) -> NDArray[np.int64]:
+    """Resonances near operation whose order excites the mode, or where that is not known, the strongest first."""
+    if not result.sizes.get("resonance", 0):
+        return np.zeros(0, np.int64)
+    near = np.flatnonzero(result["resonance_near"].values & (_excited(result) != "no"))
+    return near[ranked(_force(result)[near], equal=EQUAL)]
+
+
+def modes_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """The strongest resonance within the band about operation, and what holds it."""
+    if "resonance_near" not in result.variables:
+        return []
+    band = f"within {engineering(100 * _band(result))} % of the operating speed"
+    near = np.flatnonzero(result["resonance_near"].values)
+    if not near.size:
+        return [Finding(tone="good", text=f"No mesh order meets a mode {band}.", anchor="modes")]
+    met, near, force = near.size, _driven(result), _force(result)
+    if not near.size:
+        text = f"No mesh order excites a mode {band}: {met} meet one that the phases of the meshes leave at rest."
+        return [Finding(tone="good", text=text, anchor="resonances")]
+    at, mean = int(near[0]), _mean_force(company)
+    speed = engineering(100 * float(result["resonance_speed"].values[at]))
+    kind, hertz = result["resonance_kind"].values[at], engineering(float(result["resonance_frequency"].values[at]))
+    where = (
+        f"{_order(result, at)} meets mode {int(result['resonance_mode'].values[at])} ({kind}, {hertz} Hz) at "
+        f"{speed} % of the operating speed"
+    )
+    count = f"{near.size} resonance{'s' if near.size > 1 else ''} {band}"
+    if met > near.size:
+        count += f" ({met - near.size} more where the order does not excite the mode)"
+    if force[at] < 0 or not mean > 0:  # without damping or load no force is known
+        closest = int(near[np.abs(result["resonance_speed"].values[near] - 1).argmin()])
+        where = f"{_order(result, closest)} at {engineering(100 * float(result['resonance_speed'].values[closest]))} %"
+        text = f"{count}; the nearest is {where}. How strong they are is not known."
+        return [Finding(tone="caution", text=text, anchor="resonances")]
+    share = float(force[at]) / mean
+    size = (
+        f"the mode's force of {engineering(float(force[at]) / 1e3)} kN is {engineering(100 * share, 3)} % of the mean"
+    )
+    text = f"{count}; the strongest is where {where}: {size}"
+    if share < _LITTLE:
+        text = f"{text} (no matter below {100 * _LITTLE:g} %)."
+        return [Finding(tone="good", text=text, anchor="resonances")]
+    (held,) = _shares(result, "connection", np.array([at]))
+    change = f"Move that frequency, most strain energy {held}, or keep away from {speed} % of the operating speed."
+    tone = "bad" if share >= _PARTS else "caution"
+    limit = f", teeth part from {100 * _PARTS:g} %." if share >= _PARTS else "."
+    return [Finding(tone=tone, text=f"{text}{limit}", change=change, anchor="resonances")]
+
+
+def _mean_force(company: Company) -> float:
+    """Largest mean mesh force at the operating point [N]; nan where no result says it."""
+    for kind in ("sharing", "sweep"):
+        if kind in company and "mesh_force_mean" in company[kind].variables:
+            return float(np.nanmax(np.abs(company[kind]["mesh_force_mean"].values), initial=0.0))
+    return float("nan")
+
+
+def modes_front(result: xr.Dataset, company: Company) -> Sequence[Part]:
+    """The resonances within the band, the strongest of them, and where in the range of speeds all lie."""
+    from ...show.charts.operating_range import operating_range
+
+    parts: list[Part] = []
+    if result.sizes.get("resonance", 0):
+        near = np.flatnonzero(result["resonance_near"].values)
+        within = f"Resonances within {engineering(100 * _band(result))} % of the operating speed"
+        if near.size:
+            table = _resonances(result, near, within, _IN_FRONT)
+            left = ("near", "most kinetic energy", "K_v of")
+            parts.append(replace(table, columns={name: own for name, own in table.columns.items() if name not in left}))
+    figure = operating_range({"": (result, company.get("sweep"))})
+    if figure is not None:
+        words = "A mark is a speed at which a mesh order meets a mode; the strongest are named where there is room."
+        parts.append(Drawing(anchor="operating-range", figure=figure, caption=words))
+    return parts
+
+
+def _near_operation(result: xr.Dataset) -> list[Part]:
+    """Table of the resonances near operation, all of the range folded away."""
+    near = np.flatnonzero(result["resonance_near"].values)
+    every = np.arange(result.sizes["resonance"])
+    within = f"within {engineering(100 * _band(result))} % of the operating speed"
+    lead = (
+        "A resonance is a speed at which a mesh order meets a natural frequency. How much it matters is in the mesh "
+        "force that the mode makes at that order (linear contact)."
+    )
+    parts: list[Part] = []
+    if near.size:
+        table = _resonances(result, near, within.capitalize(), _IN_PAGE)
+        parts.append(replace(table, lead=f"{lead} {table.lead}".strip()))
+    else:
+        parts.append(Listing(text=f"No mesh order meets a mode {within}."))
+    if every.size > near.size:
+        whole = _resonances(result, every, _range(result).capitalize(), _FOLDED)
+        parts.append(Details(summary=f"All resonances {_range(result)}", parts=[whole]))
+    return parts
+
+
+def _resonances(result: xr.Dataset, places: NDArray[np.int64], title: str, most: int) -> Table:
+    """Rows of the resonances at some places, speeds rising; of more than `most` those of the largest forces."""
+    shown = np.sort(places[ranked(_force(result)[places], equal=EQUAL)[:most]])
+    excited = _excited(result)
+    if len(shown) < len(places):
+        title += f": of {len(places)} the {len(shown)} with the largest forces, by speed"
+    speed, near = 100 * result["resonance_speed"].values, result["resonance_near"].values
+    count = result["resonance_multiplicity"].values
+    columns: dict[str, Any] = {
+        "speed [% of operation]": [float(speed[i]) for i in shown],
+        "near": ["yes" if near[i] else "" for i in shown] if not near[places].all() else [""] * len(shown),
+        "mesh order": [_order(result, i) for i in shown],
+        "mode": [int(result["resonance_mode"].values[i]) for i in shown],
+        "frequency [Hz]": [float(result["resonance_frequency"].values[i]) for i in shown],
+        "kind": [f"{result['resonance_kind'].values[i]}{f' x{count[i]}' if count[i] > 1 else ''}" for i in shown],
+        "most strain energy": _shares(result, "connection", shown),
+        "most kinetic energy": _shares(result, "body", shown),
+        "excited": [str(excited[i]) for i in shown],
+        "force of the mode [N]": [own for own in numbers(result, "resonance_own_force", "resonance")[shown]],
+        "K_v at this speed": [float(result["resonance_dynamic_factor"].values[i]) for i in shown],
+        "K_v of": [
+            unbroken(str(name), stages=_stages(result)) if name else ""
+            for name in result["resonance_mesh"].values[shown]
+        ],
+    }
+    note = str(result.attrs.get("resonance_note", ""))
+    # above the table: a number below it would look like one of the branches in its last column
+    return Table(title=title, columns=columns, lead=f"{note}." if note else "")
+
+
+def _order(result: xr.Dataset, place: int) -> str:
+    """``8x mesh``, of a train of several stages ``8x low mesh``."""
+    stage = str(result["resonance_stage"].values[place])
+    several = _stages(result) > 1
+    return f"{int(result['resonance_order'].values[place])}x {f'{stage} ' if several else ''}mesh"
+
+
+def _shares(result: xr.Dataset, what: str, places: NDArray[np.int64]) -> list[str]:
+    """``sun support 57 %``: what holds most of an energy, and its share."""
+    names = result[f"resonance_{what}"].values[places]
+    shares = result[f"resonance_{what}_share"].values[places]
+    several = _stages(result) > 1
+    return [
+        f"{(str(name) if several else str(name).split('/', 1)[-1]).replace('/', ' ')} {100 * share:.0f} %"
+        if name
+        else ""
+        for name, share in zip(names, shares, strict=True)
+    ]
+
+
+def _stages(result: xr.Dataset) -> int:
+    """Number of stages of the train, of its bodies with one."""
+    return stage_count(texts(result, "connection"))
+
+
+def _band(result: xr.Dataset) -> float:
+    """Share of the operating speed that counts as near it."""
+    return float(json.loads(str(result.attrs.get("options", "{}"))).get("band") or _NEAR)
+
+
+def _range(result: xr.Dataset) -> str:
+    options = json.loads(str(result.attrs.get("options", "{}")))
+    if options.get("band"):
+        return f"within {engineering(100 * float(options['band']))} % of the operating speed"
+    if options.get("hertz"):
+        low, high = (engineering(one) for one in options["hertz"])
+        return f"from 5 to 130 % of the operating speed, modes from {low} to {high} Hz"
+    return "from 5 to 130 % of the operating speed"
+
+
+def _most(result: xr.Dataset, name: str, dim: str) -> list[str]:
+    """What holds the largest share of an energy in each mode, and how much."""
+    if name not in result.variables:
+        return [""] * result.sizes["mode"]
+    names, shares = summed_shares(texts(result, dim), result[name].transpose(dim, "mode").values)
+    found = []
+    for column in shares.T:
+        known = bool(np.isfinite(column).all() and column.any())
+        most = int(np.argmax(column)) if known else 0
+        found.append(f"{names[most]} {100 * column[most]:.0f} %" if known else "")
+    return found
+
+
+# --- campbell --------------------------------------------------------------------------------------------------------
+
+_COLUMNS = 5
+
+
+def campbell_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Natural frequencies [Hz] at five of the speeds."""
+    speeds = result.relative_speed.values
+    frequency = result.whirl_frequency.transpose("mode", "relative_speed").values
+    columns: dict[str, Any] = {"mode": list(map(int, result.mode.values))}
+    for at in np.unique(np.linspace(0, len(speeds) - 1, _COLUMNS).round().astype(int)):
+        columns[f"{speeds[at]:.3g} x speed [Hz]"] = list(frequency[:, at])
+    return [Table(title="Natural frequencies over speed", columns=columns)]
+
+
+def campbell_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The diagram; beside `modes` it stands among them."""
+    from ...show.charts.modes import campbell
+
+    if "modes" in company:
+        return []
+    parts = [Drawing(anchor="campbell", figure=campbell(result))]
+    return [Section(anchor="modes", title="Vibration modes", parts=parts)]
+
+
+VIEWS = (
+    ResultView(
+        "modes",
+        30,
+        modes_tables,
+        modes_sections,
+        key_figures=modes_key_figures,
+        findings=modes_findings,
+        front=modes_front,
+    ),
+    ResultView("campbell", 40, campbell_tables, campbell_sections),
+)

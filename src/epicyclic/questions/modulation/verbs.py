@@ -1,0 +1,171 @@
+"""The verb modulation; window and transfer path of its sensor from CSV files."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from ...document.units import factor
+from ...document.written_numbers import stated
+from ...errors import ModelError
+from ...verbs.options import RelativeSpeed
+from ...verbs.parsing import relative, train_and_system
+from ...verbs.record import Option, Verb, bounded
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ...engine.source import Overrides, Source
+    from .path import Transfer, Window
+
+
+@bounded
+def modulation(
+    source: "Source",
+    *,
+    overrides: "Overrides | None" = None,
+    stage: Annotated[str | None, Option("Stage whose planets pass.", default="the one whose ring stands")] = None,
+    sensor: Annotated[float | str, Option('Angle of the sensor from branch 1 [rad], or e.g. "90 deg".')] = 0.0,
+    body: Annotated[
+        str | None, Option("What it sits on: a member that stands, or housing.", default="the ring")
+    ] = None,
+    direction: Annotated[Literal["radial", "tangential", "axial"], Option("Motion of the ring.")] = "radial",
+    window: Annotated[
+        "Window | str | Path",
+        Option("hann, gaussian, cos2, cos4, ..., constant, or a CSV file of angle and gain."),
+    ] = "hann",
+    width: Annotated[
+        float | str | None, Option('Width of the window [rad], or e.g. "120 deg".', default="by the planets")
+    ] = None,
+    transfer: Annotated[
+        "Transfer | str | Path | None",
+        Option("CSV file of frequency, gain or accelerance, and phase.", default="1 at every frequency"),
+    ] = None,
+    through_planet: Annotated[
+        float, Option("Share of the sun mesh's force that reaches the ring.", least=0, most=1000)
+    ] = 0.0,
+    mean_load: Annotated[bool, Option("Hear the mean load passing, too.")] = False,
+    radius: Annotated[
+        float | str | None,
+        Option('Radius of the sensor from the axis [m], or e.g. "400 mm".', default="that of the ring"),
+    ] = None,
+    floor: Annotated[float, Option("Leave out lines below this share of the largest.")] = 1e-4,
+    turns: Annotated[int, Option("Length of the signal in turns of the carrier.", least=1)] = 1,
+    samples: Annotated[
+        int | None, Option("Instants of the signal.", least=1, default="as its highest line needs")
+    ] = None,
+    relative_speed: RelativeSpeed = 1.0,
+) -> "xr.Dataset":
+    """Vibration at a fixed place beside the ring: sidebands by family and cause.
+
+    Raises
+    ------
+    ModelError : the model or an option is wrong; a text without a unit, a file that cannot be read.
+    ConvergenceError : no steady motion found.
+    """
+    from .modulation import modulation as run
+
+    train, system = train_and_system(source, overrides)
+    return run(
+        system,
+        relative_speed=relative(relative_speed, system, train),
+        stage=stage,
+        body=body,
+        sensor=quantity(sensor, "angle", "sensor") or 0.0,
+        direction=direction,
+        window=read_window(window) if _is_file(window) else window,  # type: ignore[arg-type]
+        width=quantity(width, "angle", "width"),
+        transfer=read_transfer(transfer) if isinstance(transfer, str | Path) else transfer,
+        through_planet=through_planet,
+        mean_load=mean_load,
+        radius=quantity(radius, "length", "radius"),
+        floor=floor,
+        turns=turns,
+        samples=samples,
+    )
+
+
+def _is_file(window: object) -> bool:
+    """Whether a window is the path of a table rather than a name."""
+    return isinstance(window, Path) or (isinstance(window, str) and window.lower().endswith(".csv"))
+
+
+# a measured path of 100 000 frequencies is some 4 MB
+_MAX_BYTES = 20_000_000
+Columns = dict[str, tuple[str, list[float]]]
+
+
+def read_window(path: str | Path) -> "Window":
+    """A window from a CSV file whose first line names its columns: ``angle [deg], gain [1]``.
+
+    Raises
+    ------
+    ModelError : the file cannot be read; as of `tabulated_window`.
+    """
+    from .path import tabulated_window
+
+    columns = _columns(path, ("angle", "gain"))
+    return tabulated_window(_in(columns, "angle", "rad", path), _in(columns, "gain", "", path))
+
+
+def read_transfer(path: str | Path) -> "Transfer":
+    """A transfer path from a CSV file whose first line names its columns and their units.
+
+    ``frequency [Hz], gain [1]`` or ``frequency [Hz], accelerance [m/s^2/N], phase [deg]``; without a phase it is 0.
+
+    Raises
+    ------
+    ModelError : the file cannot be read; as of `tabulated_transfer`.
+    """
+    from .path import ACCELERATION, tabulated_transfer
+
+    columns = _columns(path, ("frequency",))
+    name = next((name for name in ("accelerance", "gain") if name in columns), "")
+    if not name:
+        raise ModelError("no such column", path=str(path), given=", ".join(columns), allowed="accelerance or gain")
+    wanted = "m/s^2/N" if name == "accelerance" else ""
+    return tabulated_transfer(
+        _in(columns, "frequency", "Hz", path),
+        _in(columns, name, wanted, path),
+        _in(columns, "phase", "rad", path) if "phase" in columns else 0.0,
+        unit=ACCELERATION if wanted else "1",
+    )
+
+
+def quantity(value: float | str | None, kind: str, path: str) -> float | None:
+    """A number in SI; a text must say its unit.
+
+    Parameters
+    ----------
+    kind : of quantity, angle or length.  path : keyword, for an error.
+
+    Raises
+    ------
+    ModelError : a text without a unit, or with one of another kind.
+    """
+    return None if value is None else stated(value, kind, path)
+
+
+def _columns(path: str | Path, needed: tuple[str, ...]) -> Columns:
+    """Columns of a CSV file by name: unit and numbers."""
+    from ...document.csv_files import read_table  # brings pydantic, which completion does not wait for
+
+    table = read_table(path, most=_MAX_BYTES, allowed=f"the columns {', '.join(needed)}")
+    names = [name.lower() for name, _ in table.columns]
+    if any(name not in names for name in needed) or len(set(names)) < len(names):
+        raise ModelError(
+            "the first line names the columns", path=str(path), given=", ".join(names), allowed=", ".join(needed)
+        )
+    if not table.rows:
+        raise ModelError("the table is empty", path=str(path), allowed="a row of numbers for each point")
+    return {name: (table.columns[i][1], table.numbers(i)) for i, name in enumerate(names)}
+
+
+def _in(columns: Columns, name: str, unit: str, path: str | Path) -> list[float]:
+    """A column in the unit asked for; a plain number needs none."""
+    said, values = columns[name]
+    scale = 1.0 if said in (unit, "1" if not unit else unit) else factor(said, unit) if said and unit else None
+    if scale is None:
+        raise ModelError(f"the column {name} has another unit", path=str(path), given=said, allowed=unit or "1")
+    return [value * scale for value in values]
+
+
+VERBS = (Verb(run=modulation, gives=("modulation",)),)

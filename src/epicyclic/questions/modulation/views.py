@@ -1,0 +1,72 @@
+"""`modulation`: vibration at a fixed place beside the ring, its lines by family and cause."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...results.ties import ranked
+from ...show.elements import Company, Drawing, Section, Table, number
+from ...show.view import ResultView
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_SHOWN = 30
+
+
+def tables(result: xr.Dataset) -> Sequence[Table]:
+    """The strongest lines, then every family with its largest line and its part of the mean square."""
+    size = np.abs(result.signal_amplitude.values)
+    unit = str(result.signal_amplitude.attrs["units"])
+    rank = ranked(size)
+    carrier = float(result.attrs["carrier_frequency"])
+    passing = f"planets pass at {number(result.sizes['planet'] * carrier)} Hz" if carrier else "no planet passes"
+    where = f"Signal beside {result.attrs['sensor_body']}, {passing}"
+    title = f"{where}: {min(_SHOWN, len(size))} of {len(size)} lines"
+    return [_lines(result, size, rank[:_SHOWN], title, unit), _families(result, size, rank, unit)]
+
+
+def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Signal over a turn of the carrier, and its lines."""
+    from ...show.charts.modulation import modulation
+
+    parts = [Drawing(anchor="modulation", figure=modulation(result))]
+    return [Section(anchor="modulation", title="Vibration at the ring", parts=parts)]
+
+
+def _lines(result: xr.Dataset, size: Any, chosen: Any, title: str, unit: str) -> Table:
+    largest = float(size.max(initial=0.0))
+    columns: dict[str, Any] = {
+        "line": [str(result.line.values[i]) for i in chosen],
+        "family": [str(result.family.values[i]) for i in chosen],
+        "frequency [Hz]": list(result.line_frequency.values[chosen]),
+        "per carrier": list(result.carrier_order.values[chosen])
+        if result.attrs["carrier_frequency"]
+        else [""] * len(chosen),
+        "per mesh": list(result.mesh_order.values[chosen]),
+        f"amplitude [{unit}]": list(size[chosen]),
+        "[dB]": [f"{20 * np.log10(value / largest):.1f}" for value in size[chosen]],
+        f"without deviations [{unit}]": list(np.abs(result.fault_free_amplitude.values[chosen])),
+    }
+    return Table(title=title, columns=columns)
+
+
+def _families(result: xr.Dataset, size: Any, rank: Any, unit: str) -> Table:
+    family = result.family.values.astype(str)
+    causes = result.causes.values.astype(str)
+    names = list(dict.fromkeys(family[rank]))
+    whole = float((size**2).sum())
+    columns: dict[str, Any] = {
+        "family": names,
+        "lines": [int((family == name).sum()) for name in names],
+        f"largest [{unit}]": [float(size[family == name].max()) for name in names],
+        "part of the mean square": [float((size[family == name] ** 2).sum() / whole) for name in names],
+        "causes of the largest": [causes[rank[family[rank] == name][0]].replace("deviations.", "") for name in names],
+    }
+    return Table(title="Families", columns=columns)
+
+
+VIEWS = (ResultView("modulation", 120, tables, sections),)

@@ -1,0 +1,110 @@
+"""The verb track, and study, a verb over many points, whose source is a job file."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from ...arguments import checked
+from ...verbs.record import Option, Progress, Verb, bounded, keywords, verbs
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ...engine.source import Overrides, Source
+
+
+@bounded
+def track(
+    source: "Source",
+    *,
+    over: Annotated[str, Option("The number that is moved, PATH[2] for an entry of a list.", metavar="PATH")],
+    overrides: "Overrides | None" = None,
+    start: Annotated[
+        float | str | None,
+        Option('First value, as the file says it: "1e8 N/m".', default="half of it"),
+    ] = None,
+    stop: Annotated[float | str | None, Option("Last value.", default="twice")] = None,
+    points: Annotated[int, Option("Values to begin with; more where modes meet.", least=3, most=10_000)] = 41,
+    modes: Annotated[int | None, Option("How many modes, from the lowest.", least=1, default="all")] = None,
+    progress: Progress | None = None,
+) -> "xr.Dataset":
+    """Natural frequencies along a number of the model, each mode followed; where they cross and where they veer.
+
+    Raises
+    ------
+    ModelError : the model is wrong; a path that is no number, an empty range, a value the model cannot have.
+    """
+    from ...engine.source import train_of
+    from .loci import track as run
+
+    return run(
+        train_of(source, overrides=overrides),
+        over=over,
+        start=start,
+        stop=stop,
+        points=points,
+        modes=modes,
+        progress=progress,
+    )
+
+
+# what a study gives each point itself, and what none has
+_OWN = ("folder", "resume", "store", "workers", "scheduler", "worst")
+
+
+@checked
+def study(
+    job: "str | Path | Mapping[str, Any]",
+    *,
+    store: "str | Path | None" = None,
+    resume: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> "xr.Dataset":
+    """A verb over a grid, a list or a sample of values in the model file and of options, as one labelled Dataset.
+
+    Parameters
+    ----------
+    job : a TOML file with verb, model, options and what varies, or its tables.
+    store : folder of a Zarr store that keeps every point that is done.  resume : go on with what lies there.
+    workers : local processes.  scheduler : address of a Dask scheduler instead, tcp://HOST:8786.
+    progress : called with the share done.
+
+    Returns
+    -------
+    Dataset : variables of the verb, a dimension for each path of the grid, and `point`; the paths as coordinates;
+        `status` and `reason` of each point.
+
+    Raises
+    ------
+    ModelError : the job is wrong, with the path in it; a store or scheduler that will not do; every point fails.
+    """
+    from ...engine.study import run_study
+
+    known = {name: [key for key in keywords(verb.run) if key not in _OWN] for name, verb in verbs().items()}
+    return run_study(
+        job,
+        lambda name: partial(_evaluate, name),
+        known,
+        store=store,
+        resume=resume,
+        workers=workers,
+        scheduler=scheduler,
+        progress=progress,
+    )
+
+
+def _evaluate(
+    name: str, model: Mapping[str, Any], overrides: Mapping[str, Any], options: Mapping[str, Any]
+) -> "xr.Dataset":
+    """Result of a verb at one point."""
+    return verbs()[name].run(model, overrides=dict(overrides), **options)
+
+
+VERBS = (
+    Verb(
+        run=track, gives=("track",), examples=({"over": "stages.main.sun.support.radial", "points": 5},), drawing=True
+    ),
+)

@@ -1,0 +1,301 @@
+"""Views of `steady` and `sweep`, with and without contact loss: forces at one speed and over it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...results.ties import first_largest, largest
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
+from ...show.series import engineering, of_first_stage, own_tones, split_name, stage_count, texts, unbroken
+from ...show.tables import (
+    extent,
+    force_table,
+    largest_heading,
+    largest_over_speed,
+    loaded,
+    named_columns,
+    relative_speed,
+    speed_range_of,
+    status_table,
+)
+from ...show.view import ResultView
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+# --- steady ----------------------------------------------------------------------------------------------------------
+
+
+def steady_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Mesh forces, radial forces in bearings [N], shaft frequencies [Hz] with their largest amplitude [N]."""
+    found = [force_table(result)]
+    if "bearing_force_peak" in result:
+        heading = largest_heading(result)
+        bearings: dict[str, Any] = {
+            "bearing": list(map(str, result.bearing.values)),
+            "mean [N]": list(result.bearing_force_mean.values),
+            "dynamic rms [N]": list(result.bearing_force_rms.values),
+            heading: list(result.bearing_force_peak.values),
+        }
+        title = "Radial forces in bearings, supports and couplings"
+        found.append(Table(title=title, columns=loaded(bearings, heading)))
+    if result.sizes.get("line"):
+        columns: dict[str, Any] = {
+            "cause": list(map(str, result.line.values)),
+            "frequency [Hz]": list(result.line_frequency.values),
+            "largest amplitude of a mesh force [N]": list(result.line_amplitude.max("mesh").values),
+        }
+        found.append(Table(title="Shaft frequencies", columns=columns))
+    return found
+
+
+def steady_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Mesh forces over the mesh cycle; with contact loss also their range over all shaft phases."""
+    from ...show.charts.over_time import force_envelopes, mesh_forces
+
+    parts = []
+    if "mesh_force" in result.variables:
+        parts.append(Drawing(anchor="steady-forces", figure=mesh_forces(result)))
+        if "mesh_force_most" in result.variables:
+            parts.append(Drawing(anchor="steady-range", figure=force_envelopes(result)))
+    return [Section(anchor="steady", title="Steady response", parts=parts)]
+
+
+# --- sweep of linear contact -----------------------------------------------------------------------------------------
+
+# Operating range, per operating speed, as of the default range of a sweep.
+_OPERATION = (0.05, 1.3)
+_RANGES = 4  # of speed named in a sentence
+_TITLES = {"operation": "Speed sweep about operation", "modes": "Speed sweep to the natural frequencies"}
+
+
+def sweep_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Largest values over the speeds, and where: mesh forces [N], lateral bearing forces [N], accelerations [m/s2]."""
+    frequency = result.mesh_frequency.values.ravel()
+    title = f"Dynamic mesh forces, {len(frequency)} speeds, {extent(result)}"
+    meshes = largest_over_speed(result, "mesh", "mesh_force_rms", "largest rms [N]")
+    meshes["largest force [N]"] = largest_over_speed(result, "mesh", "mesh_force_peak", "force")["force"]
+    meshes |= largest_over_speed(result, "mesh", "dynamic_factor", "largest K_v", at="K_v at [Hz]")
+    found = [Table(title=title, columns=meshes)]
+    if "bearing_force_peak" in result:
+        heading = largest_heading(result)
+        bearings = largest_over_speed(result, "bearing", "bearing_force_peak", heading)
+        bearings["largest dynamic rms [N]"] = largest_over_speed(result, "bearing", "bearing_force_rms", "rms")["rms"]
+        title = "Radial forces in bearings, supports and couplings"
+        found.append(Table(title=title, columns=loaded(bearings, heading)))
+    if "body_acceleration_rms" in result:
+        bodies = largest_over_speed(result, "body", "body_acceleration_rms", "largest rms [m/s2]")
+        title = "Accelerations of the bodies' centres"
+        found.append(Table(title=title, columns=loaded(bodies, "largest rms [m/s2]")))
+    return [*found, status_table(result)]
+
+
+def sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Mesh forces, their order spectrum and bearing forces over speed, natural frequencies of `modes` behind them.
+
+    Of a sweep to the modes beside one about operation the mesh forces alone.
+    """
+    from ...show.charts.over_speed import bearing_forces, speed_sweep
+    from ...show.charts.waterfall import waterfall
+
+    modes = company.get("modes")
+    to_modes = speed_range_of(result) == "modes"
+    words = "Dotted: natural frequencies in the colour of their kind."
+    if to_modes:
+        words = f"The whole range of the natural frequencies, {extent(result)}. {words}"
+    elif modes is not None and modes.sizes.get("resonance", 0) and speed_range_of(result) == "operation":
+        words = f"{extent(result)}. Dotted: speeds at which mesh orders meet modes, those with the largest forces."
+    parts: list[Part] = [Drawing(anchor="sweep", figure=speed_sweep(result, modes), caption=words)]
+    if "mesh_force_order" in result.variables and not (to_modes and company.get("sweep") is not result):
+        words = (
+            "The largest amplitude of all meshes; a resonance is where a line crosses a natural frequency and glows."
+        )
+        parts.append(Drawing(anchor="waterfall", figure=waterfall(result, modes), caption=words))
+    if "bearing_force_peak" in result.variables and not (to_modes and company.get("sweep") is not result):
+        words = "Length of the lateral force of a link; links that carry the same share a curve."
+        parts.append(Drawing(anchor="bearings", figure=bearing_forces(result, modes), caption=words))
+    return [Section(anchor="sweep", title=_TITLES.get(speed_range_of(result), "Speed sweep"), parts=parts)]
+
+
+def sweep_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """The largest dynamic factor [1] at operation and RMS of a mesh force [kN] in its range; none of a sweep to the
+    modes.
+
+    From elsewhere only where the speeds asked for are elsewhere, and said so.
+    """
+    if speed_range_of(result) == "modes":
+        return []
+    speed = relative_speed(result)
+    inside = (speed >= _OPERATION[0] - 1e-9) & (speed <= _OPERATION[1] + 1e-9)
+    found: list[KeyFigure] = []
+    at_operation = np.flatnonzero(np.isclose(speed, 1.0, rtol=0, atol=1e-9))
+    if at_operation.size and "dynamic_factor" in result.variables:
+        factor = result["dynamic_factor"].transpose("mesh", "speed").values[:, at_operation[0]]
+        if np.isfinite(factor).any():
+            mesh = _mesh(result, *first_largest(factor))
+            found.append((f"{np.nanmax(factor):.3f}", f"largest K_v at the operating speed: {mesh}"))
+    rms = result["mesh_force_rms"].transpose("mesh", "speed").values
+    shown = inside if np.isfinite(rms[:, inside]).any() else np.ones_like(inside)
+    rms = np.where(shown, rms, np.nan)
+    if not np.isfinite(rms).any():
+        return found
+    place, at = _first_most(rms)
+    hertz = float(np.ravel(result["mesh_frequency"].values)[at]) if "mesh_frequency" in result.variables else np.nan
+    hertz *= float(own_tones(result)[place])
+    where = f"{engineering(hertz)} Hz, {engineering(100 * float(speed[at]))} % of the operating speed"
+    outside = "" if inside[at] or not np.isfinite(speed[at]) else ", outside the operating range"
+    words = f"largest RMS mesh force: {_mesh(result, place)}, {where}{outside}"
+    return [*found, (f"{engineering(float(rms[place, at]) / 1e3)} kN", words)]
+
+
+def sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """Largest dynamic factor of the operating range, and the ranges of speed in which teeth would part."""
+    if speed_range_of(result) == "modes" or "dynamic_factor" not in result.variables:
+        return []
+    speed = 100 * relative_speed(result)
+    factor = result["dynamic_factor"].transpose("mesh", "speed").values
+    if not np.isfinite(factor).any() or not np.isfinite(speed).all():
+        return []
+    mesh, at = _first_most(factor)
+    extent_shown = f"from {engineering(speed.min())} to {engineering(speed.max())} % of the operating speed"
+    most = f"largest K_v {factor[mesh, at]:.3f} at {engineering(float(speed[at]))} %, {_mesh(result, mesh)}"
+    found: list[Finding] = []
+    idle = _idle(result, factor)
+    least = result["mesh_force_minimum"].transpose("mesh", "speed").values
+    apart = np.asarray((least[~idle] < 0).any(axis=0))  # teeth without load always part and meet again
+    parted = _ranges(speed, apart)
+    if parted:
+        shown = ", ".join(
+            f"{engineering(a, 3)} to {engineering(b, 3)} %" if a < b else f"{engineering(a, 3)} %"
+            for a, b in parted[:_RANGES]
+        )
+        more = f" and {len(parted) - _RANGES} more ranges" if len(parted) > _RANGES else ""
+        inside = any(a <= 100 <= b for a, b in parted)
+        text = f"Teeth would part at {shown}{more} of the operating speed; {most}."
+        change = "Run outside these ranges, or move the resonances named above." if not inside else ""
+        found.append(Finding(tone="bad" if inside else "caution", text=text, change=change, anchor="sweep"))
+    else:
+        text = f"Teeth stay in contact {extent_shown}; {most}."
+        found.append(Finding(tone="good", text=text, anchor="sweep"))
+    if idle.any():
+        names = ", ".join(name for name, none in zip(texts(result, "mesh"), idle, strict=True) if none)
+        text = f"K_v is not defined in {names}: no load. Such teeth may rattle within their backlash."
+        found.append(Finding(tone="caution", text=text, anchor="sweep"))
+    return found
+
+
+def _first_most(values: np.ndarray) -> tuple[int, int]:
+    """Mesh and speed of the largest of values (m, P); of meshes equal there the first."""
+    at = int(np.nanmax(np.where(np.isfinite(values), values, -np.inf), axis=0).argmax())
+    (mesh,) = first_largest(values[:, at])
+    return mesh, at
+
+
+def _idle(result: xr.Dataset, factor: np.ndarray) -> np.ndarray:
+    """Meshes (m,) of pairs and sides that have no K_v (m, P) at any speed: they carry nothing."""
+    pairs = [(stage, pair, side) for stage, pair, _, side in map(split_name, texts(result, "mesh"))]
+    loaded = {pair for pair, known in zip(pairs, np.isfinite(factor).any(axis=1), strict=True) if known}
+    return np.array([pair not in loaded for pair in pairs])
+
+
+def _ranges(speed: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
+    """Stretches of the speeds (P,) that are inside (P,): first and last speed of each."""
+    rank = np.argsort(speed)
+    marked = np.concatenate([[False], inside[rank], [False]]).astype(int)
+    starts, ends = np.flatnonzero(np.diff(marked) == 1), np.flatnonzero(np.diff(marked) == -1) - 1
+    return [(float(speed[rank][a]), float(speed[rank][b])) for a, b in zip(starts, ends, strict=True)]
+
+
+def _mesh(result: xr.Dataset, place: int) -> str:
+    names = texts(result, "mesh")
+    return unbroken(names[place], stages=stage_count(names))
+
+
+# --- sweep with contact loss -----------------------------------------------------------------------------------------
+
+_SHOWN = 40  # rows of what moves
+
+
+def contact_sweep_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Largest forces of each mesh, ranges of speed by what moves there, folds."""
+    title = f"{result.sizes['speed']} speeds, {extent(result)}"
+    return [_forces(result, title), _motions(result), *_folds(result), status_table(result)]
+
+
+def contact_sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The most loaded mesh over speed, with its branches."""
+    from ...show.charts.over_speed import contact_sweep
+
+    words = "Dashed: unstable branches. Large marks: motions that take the place of an unstable one. Circles: folds."
+    parts = [Drawing(anchor="contact-sweep", figure=contact_sweep(result), caption=words)]
+    return [Section(anchor="contact-sweep", title="Speed sweep with contact loss", parts=parts)]
+
+
+def _forces(result: xr.Dataset, title: str) -> Table:
+    rows = []
+    for mesh in result.mesh.values:
+        row: list[Any] = [str(mesh)]
+        for direction in result.direction.values:
+            series = result.mesh_force_rms.sel(mesh=mesh, direction=direction).values
+            found = np.isfinite(series).any()
+            at = largest(series)
+            row += [float(series[at]), float(result.mesh_frequency.values[at]) if found else np.nan]
+        # a mesh that rests on its far flank has negative forces alone: the largest in size counts
+        ends = np.stack([result[name].sel(mesh=mesh).values for name in ("mesh_force_peak", "mesh_force_minimum")])
+        known = ends[np.isfinite(ends)]
+        force = float(known[np.abs(known).argmax()]) if known.size else np.nan
+        apart = float(np.nanmax(result.contact_open.sel(mesh=mesh).values, initial=0.0)) if known.size else np.nan
+        rows.append((*row, force, round(100 * apart, 1)))
+    of = of_first_stage(result)
+    where = f"at mesh frequency{of} [Hz]" if of else "at [Hz]"
+    headings = (
+        *("mesh", "up: largest rms [N]", where, "down: largest rms [N]", f"{where} "),
+        *("largest force [N]", "apart at most [% of the time]"),
+    )
+    return Table(title=f"Dynamic mesh forces with contact loss, {title}", columns=named_columns(headings, rows))
+
+
+def _motions(result: xr.Dataset) -> Table:
+    """Runs of speeds with one kind of motion, in each direction."""
+    rank = np.argsort(result.mesh_frequency.values, kind="stable")
+    frequency, rows = result.mesh_frequency.values[rank], []
+    for direction in result.direction.values:
+        part = result.sel(direction=direction)
+        label = _labels(part)[rank]
+        starts = np.flatnonzero(np.r_[True, label[1:] != label[:-1]])
+        for first, last in zip(starts, [*(starts[1:] - 1), len(label) - 1], strict=True):
+            rows.append((str(direction), float(frequency[first]), float(frequency[last]), str(label[first])))
+    of = of_first_stage(result)
+    ends = ("from mesh frequency{} [Hz]", "to mesh frequency{} [Hz]") if of else ("from{} [Hz]", "to{} [Hz]")
+    headings = ("direction", *(end.format(of) for end in ends), "motion")
+    left = f", first {_SHOWN} of {len(rows)}" if len(rows) > _SHOWN else ""
+    return Table(title=f"What moves{left}", columns=named_columns(headings, rows[:_SHOWN]))
+
+
+def _labels(part: xr.Dataset) -> np.ndarray[Any, np.dtype[np.object_]]:
+    """``periodic``, ``integrated (quasi-periodic)``, ...: the motion, and what its branch was left by."""
+    texts = []
+    for motion, left, apart in zip(
+        part.motion.values, part.branch_instability.values, part.contact_open.max("mesh").values, strict=True
+    ):
+        teeth = ", teeth part" if apart > 0 else ""
+        texts.append(f"{motion or 'none'}{f' ({left})' if left else ''}{teeth}")
+    return np.array(texts, dtype=object)
+
+
+def _folds(result: xr.Dataset) -> list[Table]:
+    if not result.sizes.get("fold"):
+        return []
+    heading = f"mesh frequency{of_first_stage(result)} [Hz]"
+    return [Table(title="Folds of the branches", columns={heading: list(result.fold_frequency.values)})]
+
+
+VIEWS = (
+    ResultView("steady", 60, steady_tables, steady_sections),
+    ResultView("sweep", 80, sweep_tables, sweep_sections, key_figures=sweep_key_figures, findings=sweep_findings),
+    ResultView("contact_sweep", 110, contact_sweep_tables, contact_sweep_sections),
+)

@@ -1,0 +1,168 @@
+"""`sharing`: load-sharing coefficients by their definitions, and the mesh forces that they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...results.ties import largest
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
+from ...show.series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
+from ...show.tables import force_table
+from ...show.view import ResultView
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_EQUAL = 5e-4  # half of the last digit shown of a coefficient
+_UNDEFINED = "undefined"  # a share of forces that sum to nothing or less
+
+
+def tables(result: xr.Dataset) -> Sequence[Table]:
+    """Coefficients [1] of every mesh by every definition, the train's in the last row; mesh forces [N]."""
+    return [
+        _coefficients(result, texts(result, "mesh"), texts(result, "definition"), "Load sharing"),
+        _forces(result),
+    ]
+
+
+def _forces(result: xr.Dataset) -> Table:
+    """Mean, least and most of every mesh force over the whole record [N], where the result has them."""
+    table = force_table(result)
+    over = {"mesh_force_mean": "mean [N]", "mesh_force_minimum": "least [N]", "mesh_force_peak": "most [N]"}
+    if not all(name in result for name in over):
+        return replace(table, title=f"{table.title}{_part(result)}")
+    columns = {**table.columns, **{heading: list(result[name].values) for name, heading in over.items()}}
+    return replace(table, title=f"{table.title}, over the whole record", columns=columns)
+
+
+def _part(result: xr.Dataset) -> str:
+    """Which part of the record the forces over time are, empty where they are all of it."""
+    units = {"mesh cycles" if name == "cycles" else name: value for name, value in result.attrs.items()}
+    unit = next((name for name in units if name == "mesh cycles" or name.startswith("turns")), "")
+    count, kept = int(units.get(unit, 0)), result.sizes["time"] // max(int(result.attrs.get("samples", 1)), 1)
+    return f", the first {kept} of {count} {unit}" if kept < count else ""
+
+
+def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Coefficients as bars and as a table, the ratio of each branch and the mesh forces over time."""
+    from ...show.charts.over_time import mesh_forces
+    from ...show.charts.sharing import load_history, load_sharing
+
+    parts: list[Part] = []
+    if "load_sharing" in result.variables:
+        words = (
+            "1: every branch carries the same. Cycle peak and worst case count the size of a deviation: a mesh that "
+            "carries too little has a coefficient above 1 too."
+        )
+        parts.append(Drawing(anchor="sharing", figure=load_sharing(result), caption=words))
+        definitions = [readable(name) for name in texts(result, "definition")]
+        title = "Load-sharing coefficients by definition"
+        parts.append(_coefficients(result, short_names(texts(result, "mesh")), definitions, title))
+    if "load_sharing_history" in result.variables:
+        parts.append(Drawing(anchor="history", figure=load_history(result), caption=_caption(result)))
+    if "mesh_force" in result.variables:
+        parts.append(Drawing(anchor="forces", figure=mesh_forces(result), caption=_caption(result)))
+        parts.append(_forces(result))
+    return [Section(anchor="sharing", title="Load sharing", parts=parts)]
+
+
+def _caption(result: xr.Dataset) -> str:
+    """What part of the record a figure over time shows."""
+    part = _part(result).removeprefix(", the ")
+    return f"{part.capitalize()} of the record." if part else ""
+
+
+def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """The largest coefficient [1], by the first definition and by all; the bound of a mesh force [kN]; contact loss."""
+    found: list[KeyFigure] = []
+    stages = stage_count(texts(result, "mesh"))
+    if "load_sharing" in result.variables:
+        rows = largest_coefficients(result)
+        shown = dict.fromkeys([*rows[:1], *sorted(rows, key=lambda row: -row[1])[:1]])
+        for name, value, mesh in shown:
+            words = f"load sharing, {name}: {unbroken(mesh, stages=stages)}"
+            found.append((_UNDEFINED if np.isinf(value) else f"{value:.3f}", words))
+    if "mesh_force_bound" in result.variables and np.isfinite(result.mesh_force_bound.values).any():
+        at = largest(result.mesh_force_bound.values)
+        mesh = unbroken(str(result.mesh.values[at]), stages=stages)
+        words = f"largest mesh force at the operating point, any shaft phases: {mesh}"
+        found.append((f"{engineering(float(result.mesh_force_bound.values[at]) / 1e3)} kN", words))
+    if "contact_lost" in result.variables:
+        loaded = _loaded(result)
+        lost = int(np.sum(result.contact_lost.values[loaded] > 0))
+        idle = "" if loaded.all() else f", {np.count_nonzero(~loaded)} without load left out"
+        words = f"meshes whose teeth part at the operating point{idle}"
+        found.append((f"{lost or 'none'} of {np.count_nonzero(loaded)}", words))
+    return found
+
+
+def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """Whether teeth part at the operating point; which mesh carries most."""
+    found: list[Finding] = []
+    stages = stage_count(texts(result, "mesh"))
+    if "contact_lost" in result.variables:
+        loaded = _loaded(result)
+        open_ = result.contact_lost.values.astype(bool) & loaded
+        lost = [name for name, one in zip(texts(result, "mesh"), open_, strict=True) if one]
+        count = np.count_nonzero(loaded)
+        which = f"{count} meshes" if loaded.all() else f"{count} meshes that carry a load"
+        if lost:
+            pairs = ", ".join(dict.fromkeys(_pair(name, stages) for name in lost))
+            text = f"Teeth part at the operating point in {len(lost)} of {which}: {pairs}."
+            found.append(Finding(tone="bad", text=text, change=_CHANGE, anchor="sharing"))
+        else:
+            text = f"Teeth stay in contact in all {which} at the operating point."
+            found.append(Finding(tone="good", text=text, anchor="sharing"))
+    if "mean-load" in texts(result, "definition"):
+        values = result.load_sharing.sel(definition="mean-load").values
+        if np.isfinite(values).any():
+            at = largest(values)
+            found.append(_k_gamma(float(values[at]), unbroken(texts(result, "mesh")[at], stages=stages)))
+    return found
+
+
+_CHANGE = "Linear forces do not hold there: relieve the resonance, or follow the motion with teeth that part."
+
+
+def _k_gamma(value: float, mesh: str) -> Finding:
+    """The mesh-load factor as drawn."""
+    if value < 1 + _EQUAL:
+        text = "Every branch carries the same mean load, K_gamma 1.000 as drawn."
+        change = "The drawing states no error that tells branches apart: tolerances decide."
+        return Finding(tone="", text=text, change=change, anchor="sharing")
+    text = f"K_gamma {value:.3f} as drawn: {mesh} carries {100 * (value - 1):.1f} % more than its share in the mean."
+    return Finding(tone="", text=text, anchor="sharing")
+
+
+def _loaded(result: xr.Dataset) -> NDArray[np.bool_]:
+    """Meshes (m,) that carry a load in the mean; the teeth of others rattle, which is no loss of contact."""
+    if "load_sharing" not in result.variables:
+        return np.ones(result.sizes["mesh"], bool)
+    loaded: NDArray[np.bool_] = np.isfinite(result.load_sharing.transpose("mesh", ...).values).any(axis=1)
+    return loaded
+
+
+def _pair(name: str, stages: int) -> str:
+    """``differential sun-planet``."""
+    stage, pair, *_ = name.split("/")
+    return f"{stage} {pair}" if stages > 1 else pair
+
+
+def _coefficients(result: xr.Dataset, meshes: Sequence[str], definitions: Sequence[str], title: str) -> Table:
+    values = result.load_sharing.transpose("definition", "mesh").values
+    whole = result.system_load_sharing.values
+    columns: dict[str, Any] = {"mesh": [*meshes, "whole train"]}
+    for name, row, one in zip(definitions, values, whole, strict=True):
+        columns[name] = [_UNDEFINED if np.isinf(value) else value for value in (*row, one)]
+    if "contact_lost" in result.variables:
+        state = zip(result.contact_lost.values, _loaded(result), strict=True)
+        columns["contact"] = [*(("lost" if lost else "") if loaded else "no load" for lost, loaded in state), ""]
+    return Table(title=title, columns=columns, decimals=4)
+
+
+VIEWS = (ResultView("sharing", 70, tables, sections, key_figures=key_figures, findings=findings),)

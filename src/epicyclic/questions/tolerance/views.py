@@ -1,0 +1,333 @@
+"""Views of `tolerance` and `allocate`: K_gamma as a distribution, and the grades that keep it low."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
+from ...show.series import engineering, texts
+from ...show.tolerance_labels import (
+    DRAWN,
+    micrometres,
+    of_definition,
+    pair_labels,
+    percent,
+    scattering_pair,
+    short_entries,
+    system_quantiles,
+)
+from ...show.view import ResultView
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# --- tolerance -------------------------------------------------------------------------------------------------------
+
+# part of its spread by which a tolerance is narrowed for "what buys what"
+_NARROWED = 0.1
+# worst samples in a table
+_WORST = 5
+_TURNING = "mean-load-turning"
+_NAMES = {"mean-load": "K_gamma (mean-load)", "mean-load-turning": "largest while turning"}
+
+
+def tolerance_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Quantiles with bands, exceedance and separation, what buys what, the loads of the worst samples."""
+    found = [_quantiles(result), _exceedance(result)]
+    if "sobol_total" in result:
+        found.append(_what_buys(result, texts(result, "tolerance")))
+    if "worst_load_sharing" in result:
+        found.append(_worst(result))
+    return found
+
+
+def tolerance_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Histogram and quantiles, shares, curves, the worst sample."""
+    from ...show.charts.sharing import worst_branches
+    from ...show.charts.tolerance import k_gamma_by_design, k_gamma_by_tolerance, k_gamma_histogram, tolerance_shares
+
+    words = "K_gamma: mean load of the most loaded branch over its equal share, without mesh frequency content."
+    if "reference_k_gamma" in result:
+        words += " Dashed: values given by the user."
+    parts: list[Part] = [
+        Drawing(anchor="k-gamma", figure=k_gamma_histogram(result), caption=words),
+        _quantiles(result),
+        _exceedance(result),
+    ]
+    if "sobol_total" in result:
+        parts.append(Drawing(anchor="tolerance-shares", figure=tolerance_shares(result)))
+        parts.append(_what_buys(result, short_entries(texts(result, "tolerance"))))
+    if "k_gamma_by_scale" in result:
+        parts.append(Drawing(anchor="k-gamma-by-tolerance", figure=k_gamma_by_tolerance(result)))
+    if any(name in result for name in ("k_gamma_by_torque", "k_gamma_by_support", "k_gamma_by_planets")):
+        parts.append(Drawing(anchor="k-gamma-by-design", figure=k_gamma_by_design(result), caption=_left_out(result)))
+    if "worst_load_sharing" in result:
+        parts.append(Drawing(anchor="worst-branches", figure=worst_branches(result)))
+    return [Section(anchor="tolerances", title="Tolerances", parts=parts)]
+
+
+def tolerance_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """K_gamma at 50, 95 and 99 % [1], and how often contact opens."""
+    found = [
+        (f"{value:.3f}", f"K_gamma not exceeded in {percent(p)} of the trains")
+        for p, value in system_quantiles(result).items()
+    ]
+    apart = float(result["system_separation_probability"]) if "system_separation_probability" in result else 0.0
+    if apart > 0:
+        found.append((f"{engineering(100 * apart, 2)} %", "trains in which a mesh separates"))
+    return found
+
+
+def tolerance_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """K_gamma of nearly all trains, the entry that scatters it most, and how often a mesh separates."""
+    quantiles = system_quantiles(result)
+    found: list[Finding] = []
+    if quantiles:
+        p, value = max(quantiles.items())
+        change = ""
+        if "sobol_total" in result:
+            one = of_definition(result)
+            pair = scattering_pair(one)
+            total, alone = (np.nan_to_num(one[f"sobol_{kind}"].isel(pair=pair).values) for kind in ("total", "first"))
+            most = int(total.argmax())
+            name = short_entries(texts(result, "tolerance"))[most]
+            shares = f"{_share(alone[most]):.0f} % of its variance alone, {_share(total[most]):.0f} % with interactions"
+            change = f"K_gamma scatters most by {name}: {shares}."
+        text = f"With tolerances K_gamma stays below {value:.3f} in {percent(p)} of the trains{_turning(result, p)}."
+        found.append(Finding(tone="", text=text, change=change, anchor="tolerances"))
+    apart = float(result["system_separation_probability"]) if "system_separation_probability" in result else 0.0
+    if apart > 0:
+        text = f"In {engineering(100 * apart, 2)} % of the trains a mesh separates under its mean load."
+        found.append(Finding(tone="caution", text=text, anchor="tolerances"))
+    return found
+
+
+def _turning(result: xr.Dataset, probability: float) -> str:
+    """Words of the same quantile of the largest load while turning; "" where it has none."""
+    if _TURNING not in texts(result, "definition"):
+        return ""
+    value = float(of_definition(result, _TURNING)["system_k_gamma_quantile"].sel(probability=probability))
+    return (
+        f", the largest load of a mesh while turning below {value:.3f} of the equal one" if np.isfinite(value) else ""
+    )
+
+
+def _left_out(result: xr.Dataset) -> str:
+    """Curves that could not be computed, with the reasons."""
+    found: dict[str, str] = json.loads(str(result.attrs.get("left_out", "{}")))
+    return f"Left out: {'; '.join(found.values())}." if found else ""
+
+
+def _count(result: xr.Dataset) -> str:
+    done = int(result.attrs.get("done", 0))
+    return f"{done:,} samples".replace(",", "\u2009")
+
+
+def _quantiles(result: xr.Dataset) -> Table:
+    """Quantiles of the train by each definition with their bands, and of its pairs where they have others."""
+    given = [float(p) for p in result["probability"].values]
+    rows: dict[str, list[str]] = {}
+    for definition in texts(result, "definition"):
+        one = of_definition(result, definition)
+        name = _NAMES.get(definition, definition)
+        rows[name] = _with_bands(one, "system_k_gamma_quantile")
+        for pair, label in enumerate(pair_labels(texts(one, "pair"))):
+            own = _with_bands(one.isel(pair=pair), "k_gamma_quantile")
+            if definition == "mean-load" and own != rows[name]:
+                rows[f"  {label}"] = own
+    columns: dict[str, Any] = {"": list(rows)}
+    for place, p in enumerate(given):
+        columns[percent(p)] = [row[place] for row in rows.values()]
+    lead = f"{_count(result)}; in brackets the 95 % band of each quantile."
+    return Table(title="Mesh-load factor not exceeded in ... of the trains", columns=columns, lead=lead)
+
+
+def _with_bands(one: xr.Dataset, name: str) -> list[str]:
+    """Quantiles [1] with their bands; nothing of one that is not known."""
+    values = one[name].values
+    low, high = (one[f"{name}_{end}"].values if f"{name}_{end}" in one else values for end in ("low", "high"))
+    rows = zip(values, low, high, strict=True)
+    return [f"{v:.4f} [{a:.4f}, {b:.4f}]" if np.isfinite(v) else "" for v, a, b in rows]
+
+
+def _exceedance(result: xr.Dataset) -> Table:
+    """Share of the trains above each limit by each definition, with a mesh that separates, whose contact opens [%]."""
+    one = of_definition(result)
+    rows: dict[str, tuple[float, float, float]] = {}
+    if "system_exceedance" in one:
+        for i, limit in enumerate(one["limit"].values):
+            for definition in texts(result, "definition"):
+                own = of_definition(result, definition).isel(limit=i)
+                name = _NAMES[_TURNING] if definition == _TURNING else "K_gamma"
+                rows[f"{name} above {limit:g}"] = _band(own, "system_exceedance")
+    if "system_separation_probability" in one:
+        rows["a mesh separates"] = _band(one, "system_separation_probability")
+    done = max(int(result.attrs.get("done", 1)), 1)
+    rows["contact opens or a link plays"] = (int(result.attrs.get("open", 0)) / done, np.nan, np.nan)
+    if int(result.attrs.get("failed", 0)):
+        rows["no state, or no load to share"] = (int(result.attrs["failed"]) / done, np.nan, np.nan)
+    percents = [[100 * value for value in row] for row in rows.values()]
+    columns: dict[str, Any] = {"event": list(rows)}
+    for place, heading in enumerate(("share of the trains [%]", "low [%]", "high [%]")):
+        columns[heading] = [row[place] for row in percents]
+    return Table(title="How often", columns=columns)
+
+
+def _band(one: xr.Dataset, name: str) -> tuple[float, float, float]:
+    value = float(one[name])
+    low, high = (float(one[f"{name}_{end}"]) if f"{name}_{end}" in one else np.nan for end in ("low", "high"))
+    return value, low, high
+
+
+def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
+    """Shares of the variance, slope of a quantile, and what a tenth less spread takes off, of every entry."""
+    one = of_definition(result)
+    pair = scattering_pair(one)
+    shown = one.isel(pair=pair)
+    given = one["probability"].values
+    slopes = shown["quantile_slope"].transpose("probability", "tolerance").values
+    known = [i for i, p in enumerate(given) if p <= max(DRAWN) + 1e-9 and np.isfinite(slopes[i]).any()]
+    slope = slopes[known[-1]] if known else np.full(len(names), np.nan)
+    total, first = shown["sobol_total"].values, shown["sobol_first"].values
+    order = np.argsort(-np.nan_to_num(total), kind="stable")
+    at = percent(float(given[known[-1]])) if known else ""
+    deviation = one["tolerance_deviation"].values
+    micron = np.where(micrometres(one), 1e-6 * slope, np.nan)
+    columns: dict[str, Any] = {
+        "tolerance": [names[i] for i in order],
+        "alone [%]": [_share(first[i]) for i in order],
+        "with interactions [%]": [_share(total[i]) for i in order],
+        f"K_gamma at {at} per µm of standard deviation [1/µm]": [_digits(micron[i]) for i in order],
+        f"a tenth less spread, K_gamma at {at}": [_digits(-_NARROWED * slope[i] * deviation[i]) for i in order],
+    }
+    of = pair_labels(texts(one, "pair"))[pair]
+    lead = (
+        f"Shares of the variance of K_gamma, {of}, each estimated to a few per cent; with interactions they may add up "
+        "to more than 100 %, as what two tolerances bring together counts in both. Slopes over the standard deviation."
+    )
+    return Table(title="What buys what", columns=columns, lead=lead, digits=3)
+
+
+def _share(value: float) -> float:
+    """A share in per cent to a tenth; estimates below zero are zero."""
+    return float(round(100 * max(float(value), 0.0), 1)) if np.isfinite(value) else np.nan
+
+
+def _digits(value: float) -> float:
+    """Three digits of a slope; estimated on few samples, it has no more."""
+    return float(f"{value:.3g}") + 0.0
+
+
+def _worst(result: xr.Dataset) -> Table:
+    """Loads of the branches in the worst samples, one a column."""
+    loads = result["worst_load_sharing"].transpose("mesh", "worst").values[:, :_WORST]
+    carries = np.isfinite(loads).any(axis=1)
+    loads = loads[carries]
+    columns: dict[str, Any] = {"mesh": [*np.array(texts(result, "mesh"))[carries], "K_gamma"]}
+    for place, (column, value) in enumerate(zip(loads.T, result["worst_k_gamma"].values, strict=False), start=1):
+        columns[f"worst {place}"] = [f"{one:.3f}" for one in (*column, value)]
+    return Table(title="Load over its equal share in the worst samples", columns=columns)
+
+
+# --- allocate --------------------------------------------------------------------------------------------------------
+
+_PROOF = {
+    "samples": "no grades that meet the target cost less (proven on the samples of the search)",
+    "monotone": "no grades that meet the target cost less, if finer grades never raise K_gamma",
+    "open": "cheaper grades may be left: the search ended early",
+}
+
+
+def allocate_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Grade and price of every entry, its neighbours, the totals."""
+    names = texts(result, "tolerance")
+    return [_grades(result, names), _neighbours(result, names), _totals(result)]
+
+
+def allocate_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """K_gamma over the price, and the tables."""
+    from ...show.charts.tolerance import grade_prices
+
+    words = "Points: one entry changed by one grade. Steps: the cheapest grades for other targets."
+    names = short_entries(texts(result, "tolerance"))
+    parts: list[Part] = [
+        Drawing(anchor="grade-prices", figure=grade_prices(result), caption=words),
+        _grades(result, names),
+        _neighbours(result, names),
+        _totals(result),
+    ]
+    return [Section(anchor="allocation", title="Allocation of tolerances", parts=parts)]
+
+
+def allocate_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """Total price, and the K_gamma that it reaches [1]."""
+    p = percent(float(result.attrs["probability"]))
+    return [
+        (engineering(float(result["total_price"])), "price of the cheapest grades"),
+        (f"{float(result['reached_k_gamma']):.4f}", f"K_gamma in {p} of the trains with them"),
+    ]
+
+
+def _grades(result: xr.Dataset, names: Sequence[str]) -> Table:
+    at = f"K_gamma at {percent(float(result.attrs['probability']))}"
+    columns: dict[str, Any] = {
+        "tolerance": names,
+        "as drawn": texts(result, "drawn_grade"),
+        "its price": list(result["drawn_grade_price"].values),
+        "found": texts(result, "grade"),
+        "price": list(result["price"].values),
+    }
+    reached, target = float(result["found_k_gamma"]), float(result["target"])
+    lead = f"{at}: target {target:g}, {reached:.4f} with these grades, on {result.attrs['samples']} samples."
+    return Table(title="The cheapest grades", columns=columns, lead=lead)
+
+
+def _neighbours(result: xr.Dataset, names: Sequence[str]) -> Table:
+    """What the next finer and the next coarser grade of every entry cost or save, and K_gamma with it."""
+    columns: dict[str, Any] = {
+        "tolerance": names,
+        "next finer": texts(result, "finer_grade"),
+        "costs": list(result["extra_cost"].values),
+        "gives": [_factor(value) for value in result["finer_k_gamma"].values],
+        "next coarser": texts(result, "coarser_grade"),
+        "saves": list(result["saving"].values),
+        "loses": [_factor(value) for value in result["coarser_k_gamma"].values],
+    }
+    at = percent(float(result.attrs["probability"]))
+    lead = f"Gives, loses: K_gamma at {at} with this change alone."
+    return Table(title="One grade finer or coarser", columns=columns, lead=lead)
+
+
+def _factor(value: float) -> str:
+    return f"{value:.4f}" if np.isfinite(value) else ""
+
+
+def _totals(result: xr.Dataset) -> Table:
+    at = f"K_gamma at {percent(float(result.attrs['probability']))}"
+    low, high = (float(result[f"reached_k_gamma_{end}"]) for end in ("low", "high"))
+    fresh = int(result.attrs["fresh_samples"])
+    rows = {
+        "total price": f"{float(result['total_price']):g}",
+        "bound": f"{float(result['price_bound']):g}: {_PROOF[str(result.attrs['proof'])]}",
+        f"{at}, fresh run of {fresh} samples": f"{float(result['reached_k_gamma']):.4f} [{low:.4f}, {high:.4f}]",
+        f"{at}, as drawn": f"{float(result['drawn_k_gamma']):.4f}",
+        "price as drawn": f"{float(result['drawn_price']):g}" if np.isfinite(result["drawn_price"]) else "not stated",
+    }
+    return Table(title="Totals", columns={"": list(rows), "value": list(rows.values())})
+
+
+VIEWS = (
+    ResultView(
+        "tolerance",
+        72,
+        tolerance_tables,
+        tolerance_sections,
+        key_figures=tolerance_key_figures,
+        findings=tolerance_findings,
+    ),
+    ResultView("allocate", 155, allocate_tables, allocate_sections, key_figures=allocate_key_figures),
+)

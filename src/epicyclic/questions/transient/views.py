@@ -1,0 +1,68 @@
+"""`transient`: motion in time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...show.elements import Company, Drawing, Part, Section, Table, number
+from ...show.series import of_first_stage, own_tones
+from ...show.view import ResultView
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# The end of a run, for what it settles to.
+_LAST = 0.2
+
+
+def tables(result: xr.Dataset) -> Sequence[Table]:
+    """Forces over all steps of the run, when they are extreme, over its last fifth, and which meshes part."""
+    force = result.mesh_force.transpose("mesh", "time").values
+    time, frequency = result.time.values, result.mesh_frequency.values
+    late = time >= time[-1] - _LAST * (time[-1] - time[0])
+    whole = "mesh_force_peak_time" in result.variables
+    with np.errstate(over="ignore", invalid="ignore"):  # of a motion that grows without bound
+        mean, rms = force[:, late].mean(axis=1), force[:, late].std(axis=1)
+        least = result.mesh_force_minimum.values if whole else force.min(axis=1)
+        most = result.mesh_force_peak.values if whole else force.max(axis=1)
+    at = result.mesh_force_peak_time.values if whole else time[force.argmax(axis=1)]
+    # a result of an earlier version does not know that of every stage
+    first = of_first_stage(result)
+    of = first if "mesh_tone" not in result.variables else " of its stage" if first else ""
+    columns: dict[str, Any] = {
+        "mesh": list(map(str, result.mesh.values)),
+        "least [N]": list(least),
+        "most [N]": list(most),
+        "at [s]": list(at),
+        f"mesh frequency{of} there [Hz]": list(np.interp(at, time, frequency) * own_tones(result)),
+        "mean, last fifth [N]": list(mean),
+        "rms, last fifth [N]": list(rms),
+        "contact lost": ["yes" if lost else "no" for lost in result.contact_lost.values],
+    }
+    if "impacts" in result and result.impacts.values.any():
+        columns["apart, share of time"] = list(result.open_share.values)
+        columns["impacts"] = list(map(int, result.impacts.values))
+    title = f"{number(float(time[-1]))} s, {len(time)} samples kept, status {result.status.item()}"
+    words = "Least, most and contact over every step of the integration; the last fifth over the samples kept."
+    if not whole:  # a result of an earlier version
+        words = "Over the samples kept: between them forces may be larger."
+    return [Table(title=f"Mesh forces along the tooth normal, {title}", columns=columns, lead=words)]
+
+
+def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Mesh forces over time, and over a speed ramp the spectrum of the one that swings most."""
+    from ...show.charts.over_time import spectrogram, transient_forces
+    from ...show.series import ramps
+
+    words = "Samples kept; the table has what lies between them. Left and right drawn once where they coincide."
+    parts: list[Part] = [Drawing(anchor="transient", figure=transient_forces(result), caption=words)]
+    if ramps(result):
+        words = "Dotted: multiples of the mesh frequency; where one is dark it passes a natural frequency."
+        parts.append(Drawing(anchor="spectrogram", figure=spectrogram(result), caption=words))
+    return [Section(anchor="transient", title="Motion over time", parts=[*parts, *tables(result)])]
+
+
+VIEWS = (ResultView("transient", 130, tables, sections),)

@@ -1,0 +1,472 @@
+"""A planetary stage of a REXS file as a table of a model file: planets, geometry, members, gears, meshes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from ..errors import ModelError
+from .file import Component, Number, shown
+from .joint_tables import planet_bearings, support_table
+from .members import GearFacts, GearUnit, StageMember, gear_facts, is_lumped, mass_table, normal_module
+from .stages import StageParts
+from .view import Vector, View, along, cross, minus
+
+Table = dict[str, object]
+_SAME_ANGLE = 0.01  # deg; files state places with 1e-12, angles by hand with a few digits
+_SAME_LENGTH = 1e-6  # m
+_HELIX = "helix_angle_reference_diameter"
+# attribute -> key of what the gears of a stage mostly share
+_SHARED = {"normal_module": "module", _HELIX: "helix_angle", "face_width": "face_width"}
+# attribute -> why it is only nearly the stiffness of the mesh
+_STIFFNESSES = {
+    "mean_mesh_stiffness_for_transverse_load_iso_6336_2019": "",
+    "mesh_stiffness_for_load_distribution_along_face_width": ("a value for the load along the face: taken as the mean"),
+}
+_PLACES = ("support_vector", "u_axis_vector", "w_axis_vector", "reference_component_for_position")
+
+
+def stage_table(unit: GearUnit, stage: StageParts, origin: Vector | None) -> Table:
+    """The table of one stage.
+
+    origin : where station 0 is; None where the file gives no places.
+
+    Raises
+    ------
+    ModelError : planets on the axis of the stage, gears without teeth or module, a unit that is not known.
+    """
+    path = f"stages.{stage.name}"
+    table: Table = _angles(unit, stage, path)
+    distance = _distance(unit, stage, path)
+    if distance is not None:
+        table["centre_distance"] = distance.text
+    table |= _shared(unit, stage, path)
+    if stage.twins:
+        table |= _herringbone(unit, stage, path)
+    if distance is not None:
+        pins = distance.si
+    else:  # without profile shift
+        planet, other = unit.facts[stage.branches[0].gears[0]], unit.facts[next(iter(stage.central.values()))]
+        pins = abs(other.reference + (-planet.reference if other.internal else planet.reference)) / 2
+    members = {m.name: _member(unit, m, table, pins, origin) for m in unit.members if m.stage == stage.name}
+    _hands(unit, stage, members)
+    _shifts(unit, stage, members, distance)
+    meshes = {pair: mesh for pair in stage.meshes if (mesh := _mesh(unit, stage, pair))}
+    if len(stage.planets) > 1:
+        meshes = {pair: meshes.get(pair, {}) for pair in stage.meshes}
+    table |= members
+    if meshes:
+        table["meshes"] = meshes
+    return table
+
+
+def _spokes(unit: GearUnit, stage: StageParts) -> list[Vector] | None:
+    """From the axis of the stage to each planet, across the axis; None where a place is missing."""
+    gear = next(iter(stage.central.values()))
+    middle = unit.view.gear_place(gear, unit.view.shaft_of(gear))
+    z = unit.axis
+    spokes = []
+    for branch in stage.branches:
+        place = unit.view.gear_place(branch.gears[0], branch.shaft)
+        if place is None or middle is None:
+            return None
+        apart = minus(place, middle)
+        axial = along(apart, z)
+        spokes.append((apart[0] - axial * z[0], apart[1] - axial * z[1], apart[2] - axial * z[2]))
+    return spokes
+
+
+def x_axis_of(unit: GearUnit, stage: StageParts) -> Vector | None:
+    """Direction of x, through planet 1; None where the file gives no places."""
+    spokes = _spokes(unit, stage)
+    if not spokes:
+        return None
+    size = math.sqrt(along(spokes[0], spokes[0]))
+    if not size > _SAME_LENGTH:
+        where = f"component {unit.view.label(stage.branches[0].shaft)}"
+        raise ModelError("a planet on the axis of its stage", path=where, allowed="a support_vector off the axis")
+    return (spokes[0][0] / size, spokes[0][1] / size, spokes[0][2] / size)
+
+
+def _angles(unit: GearUnit, stage: StageParts, path: str) -> Table:
+    """Polar angles of the planets about z from planet 1, in the order of the file: from their places."""
+    x = x_axis_of(unit, stage)
+    count = len(stage.branches)
+    stated = _stated_angles(unit, stage)
+    if x is not None:
+        y = cross(unit.axis, x)
+        angles = [_clean(math.degrees(math.atan2(along(s, y), along(s, x)))) for s in _spokes(unit, stage) or []]
+        source = "support_vector"
+    elif stated is not None:
+        angles, source = stated, "rotating_angle_around_neg_u_axis"
+    else:
+        unit.view.assume(stage.id, "support_vector", f"{path}.planets", "no places of the planets: equally spaced")
+        return {"planets": count}
+    for branch, angle in zip(stage.branches, angles, strict=True):
+        unit.view.read(branch.gears[0], source, f"{path}.planet_angles", f"{angle:.9g} deg")
+    if x is not None and stated is not None:
+        _compare(unit, stage, angles, stated)
+    if all(abs(angle - 360 * i / count) < 1e-9 for i, angle in enumerate(angles)):
+        return {"planets": count}
+    return {"planet_angles": f"[{', '.join(f'{angle:.12g}' for angle in angles)}] deg"}
+
+
+def _clean(angle: float) -> float:
+    """An angle in 0 to 360 deg, without the last digits that a sine of a program leaves."""
+    turned = round(angle % 360, 9)
+    return 0.0 if turned >= 360 else turned + 0.0
+
+
+def _stated_angles(unit: GearUnit, stage: StageParts) -> list[float] | None:
+    """Angles of the planets about +u from planet 1, by `rotating_angle_around_neg_u_axis` of meshes with a sun."""
+    for pair, meshes in stage.meshes.items():
+        if pair.startswith("sun") and len(meshes) == len(stage.branches):
+            numbers = [unit.view.number(mesh, "rotating_angle_around_neg_u_axis", "angle") for mesh in meshes]
+            if all(number is not None for number in numbers):
+                # about -u: turning by it about +u goes the other way round
+                degrees = [-math.degrees(number.si) for number in numbers if number is not None]
+                return [_clean(angle - degrees[0]) for angle in degrees]
+    return None
+
+
+def _compare(unit: GearUnit, stage: StageParts, angles: list[float], stated: list[float]) -> None:
+    """Tell where places and stated angles differ: the places count."""
+    mesh = next(meshes[0] for pair, meshes in stage.meshes.items() if pair.startswith("sun"))
+    name = "rotating_angle_around_neg_u_axis"
+
+    def same(sense: int) -> bool:
+        apart = ((a - sense * b + 180) % 360 - 180 for a, b in zip(angles, stated, strict=True))
+        return all(abs(angle) < _SAME_ANGLE for angle in apart)
+
+    if same(1):
+        unit.view.read(mesh, name, f"stages.{stage.name}.planet_angles", "agrees with the places of the planets")
+    elif same(-1):
+        unit.view.assume(mesh, name, "", "counts the other way round than the places of the planets, which are taken")
+    else:
+        unit.view.assume(mesh, name, "", "differs from the places of the planets, which are taken")
+
+
+def _distance(unit: GearUnit, stage: StageParts, path: str) -> Number | None:
+    """Centre distance of all meshes, else the distance of the planets from the axis; None where neither is given."""
+    distances = []
+    for mesh in (mesh for meshes in stage.meshes.values() for mesh in meshes):
+        number = unit.view.number(mesh, "center_distance", "length")
+        if number is not None:
+            distances.append((mesh, abs(number)))
+    radii = [math.sqrt(along(spoke, spoke)) for spoke in _spokes(unit, stage) or []]
+    if distances:
+        mesh, first = distances[0]
+        for other, number in distances[1:]:
+            if abs(number.si - first.si) > _SAME_LENGTH:
+                unit.view.lose(other, "center_distance", f"{number.text} differs from {first.text} of component {mesh}")
+        if any(abs(radius - first.si) > _SAME_LENGTH for radius in radii):
+            unit.view.assume(mesh, "center_distance", "", "differs from the places of the planets: it counts")
+        unit.view.read(mesh, "center_distance", f"{path}.centre_distance", first.text)
+        return first
+    if not radii:
+        return None
+    number = Number(radii[0], f"{radii[0] * 1e3:.12g} mm")
+    unit.view.read(stage.branches[0].gears[0], "support_vector", f"{path}.centre_distance", number.text)
+    return number
+
+
+def _shared(unit: GearUnit, stage: StageParts, path: str) -> Table:
+    """What all gears of a stage have in common: module, helix angle, pressure angle, face width."""
+    gears = list(stage.gears.values())
+    table: Table = {}
+    for name, key in _SHARED.items():
+        texts = {_text(unit.view, gear, name) for gear in gears}
+        if len(texts) == 1 and (text := texts.pop()):
+            table[key] = text
+            for gear in gears:
+                unit.view.read(gear, name, f"{path}.{key}", text)
+    flanks = [flank.id for gear in gears for flank in unit.view.flanks_of(gear)]
+    angles = {_text(unit.view, flank, "normal_pressure_angle") for flank in flanks}
+    if len(angles) == 1 and (angle := angles.pop()):
+        table["pressure_angle"] = angle
+        unit.view.read(gears[0], "normal_pressure_angle", f"{path}.pressure_angle", angle)
+    elif not angles - {""}:
+        unit.view.assume(stage.id, "normal_pressure_angle", "", "not given: 20 deg")
+    return table
+
+
+def _text(view: View, component: int, name: str) -> str:
+    """A length or angle as a model file writes it; empty where it is not given, or a helix angle of 0."""
+    number = view.number(component, name, "angle" if "_angle" in name else "length")
+    if name == _HELIX:
+        return "" if number is None or not number.si else abs(number).text
+    return "" if number is None else number.text
+
+
+def _herringbone(unit: GearUnit, stage: StageParts, path: str) -> Table:
+    """Keys of a stage of herringbone gears, each two gears of opposite hand in the file."""
+    every = [*stage.central.values(), *(gear for branch in stage.branches for gear in branch.gears)]
+    if any(gear not in stage.twins for gear in every):
+        without = sorted(set(every) - set(stage.twins))
+        raise ModelError("a stage with herringbone gears and others", path=f"component {stage.id}", given=without)
+    gear = every[0]
+    left, right = unit.view.frame(gear), unit.view.frame(stage.twins[gear])
+    table: Table = {"herringbone": True}
+    if left is not None and right is not None:
+        gap = abs(along(minus(right.place, left.place), unit.axis)) - unit.facts[gear].width
+        if gap > 1e-9:
+            table["gap"] = f"{gap * 1e3:.9g} mm"
+    unit.view.read(gear, _HELIX, f"{path}.herringbone", f"with component {stage.twins[gear]}")
+    return table
+
+
+def _member(unit: GearUnit, member: StageMember, stage_table: Table, pins: float, origin: Vector | None) -> Table:
+    """The table of a member."""
+    table: Table = {}
+    if member.gears:
+        table |= gear_table(unit.view, member.gears, member.path, stage_table)
+    if member.name not in ("sun", "ring", "planet", "carrier"):
+        table["kind"] = member.kind
+    if member.name == "planet2":
+        table["on"] = "planet"
+        if is_lumped(unit, member.parts[0]):
+            table |= {"mass": "0 kg", "inertia": "0 kg m^2", "tilt_inertia": "0 kg m^2"}
+            reason = "in the mass of their shaft, which stands with the first gear"
+            unit.view.assume(member.gears[0], "mass", f"{member.path}.mass", reason)
+    else:
+        table |= mass_table(unit, member, pins)
+    if member.kind != "planet":
+        support = support_table(unit, member)
+        if support:
+            table["support"] = support
+    elif member.name == "planet" and (bearing := planet_bearings(unit, member)):
+        table["bearing"] = bearing
+    if member.centre is not None and origin is not None:
+        station = along(minus(member.centre, origin), unit.axis)
+        if abs(station) > _SAME_LENGTH:
+            table["station"] = f"{station * 1e3:.9g} mm"
+    return table
+
+
+def _hands(unit: GearUnit, stage: StageParts, members: Mapping[str, Table]) -> None:
+    """The hand of one gear of each chain in mesh; those of its mates follow, and are told where they do not."""
+    for planet in stage.planets:
+        chain = {name: stage.gears[name] for name in (*stage.mates(planet), planet)}
+        first: tuple[str, float] | None = None  # the helix that the planet must have, by the first gear
+        for name, gear in chain.items():
+            helix = unit.facts[gear].helix
+            if not helix or unit.facts[gear].internal:
+                continue
+            as_planet = helix if name == planet else -helix
+            if first is None:
+                first = (name, as_planet)
+                hand = "right" if helix > 0 else "left"
+                members[name]["hand"] = hand
+                unit.view.read(gear, _HELIX, f"stages.{stage.name}.{name}.hand", hand)
+            elif first[1] * as_planet < 0:
+                unit.view.assume(gear, _HELIX, "", f"its sign does not fit that of {first[0]}, which counts")
+        for name, gear in chain.items():
+            if unit.facts[gear].internal and first is not None and unit.facts[gear].helix * first[1] < 0:
+                reason = f"its sign is that of the other hand: {name} has the hand of its planets"
+                unit.view.assume(gear, _HELIX, "", reason)
+
+
+def _shifts(unit: GearUnit, stage: StageParts, members: Mapping[str, Table], distance: Number | None) -> None:
+    """Profile shifts that the file does not give: from the centre distance where it says them, else 0."""
+    name = "addendum_modification_coefficient"
+
+    def unshifted(member: str) -> None:
+        members[member]["profile_shift"] = 0.0
+        path = f"stages.{stage.name}.{member}.profile_shift"
+        unit.view.assume(stage.gears[member], name, path, "not in the file: 0")
+
+    missing = [member for member in stage.gears if "profile_shift" not in members[member]]
+    for planet in stage.planets:
+        if planet in missing and (distance is None or all(mate in missing for mate in stage.mates(planet))):
+            unshifted(planet)
+            missing.remove(planet)
+    for member in missing:
+        if distance is not None:
+            reason = f"stages.{stage.name}.{member}.profile_shift follows from the centre distance"
+            unit.view.assume(stage.gears[member], name, "", reason)
+        else:
+            unshifted(member)
+
+
+def _mesh(unit: GearUnit, stage: StageParts, pair: str) -> Table:
+    """Keys of a mesh: stiffness and backlash where the file gives them, alike in all branches."""
+    table: Table = {}
+    meshes = stage.meshes[pair]
+    path = f"stages.{stage.name}.meshes.{pair}"
+    for name, reason in _STIFFNESSES.items():
+        number = _alike(unit, meshes, name, "stiffness_per_width")
+        if number is None or not number.si > 0:
+            continue
+        common = unit.view.number(meshes[0], "common_face_width", "length")
+        widths = [unit.facts[stage.gears[gear]].width for gear in pair.split("-")]
+        least = min((width for width in widths if not math.isnan(width)), default=math.nan)
+        if common is None or abs(common.si - least) < _SAME_LENGTH:
+            stiffness = number.text
+        else:
+            stiffness = f"{shown(number.si * common.si)} N/m"
+        table |= {"stiffness": stiffness, "direction": "transverse", "variation": "contact-lines"}
+        varies = "the file has a mean stiffness: it varies with the length of the contact lines"
+        unit.view.assume(meshes[0], name, f"{path}.variation", varies)
+        unit.view.read(meshes[0], name, f"{path}.stiffness", stiffness)
+        if reason:
+            unit.view.assume(meshes[0], name, f"{path}.stiffness", reason)
+        break
+    limits = [_alike(unit, meshes, f"{end}_normal_backlash", "length") for end in ("minimum", "maximum")]
+    backlashes = [number.si for number in limits if number is not None]
+    if backlashes and min(backlashes) >= 0:
+        table["backlash"] = f"{sum(backlashes) / len(backlashes) * 1e3:.9g} mm"
+        unit.view.read(meshes[0], "normal_backlash", f"{path}.backlash", f"{table['backlash']}, mean of the limits")
+    return table
+
+
+def _alike(unit: GearUnit, meshes: tuple[int, ...], name: str, kind: str) -> Number | None:
+    """A number of the meshes of all branches: that of the first, others told where they differ."""
+    numbers = [unit.view.number(mesh, name, kind) for mesh in meshes]
+    first = numbers[0]
+    for mesh, number in zip(meshes[1:], numbers[1:], strict=True):
+        if (number is None) != (first is None) or (number is not None and first is not None and number.si != first.si):
+            unit.view.lose(mesh, name, f"differs from that of component {meshes[0]}, which counts for all branches")
+    return first
+
+
+# gears ----------------------------------------------------------------------------------------------------------------
+
+_TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
+_SHAPES = {"linear": "linear", "parabolic": "parabolic", "quadratic": "parabolic"}
+
+
+def gear_table(view: View, gears: Sequence[int], path: str, stage_table: Table) -> Table:
+    """The table of a gear member: the first of its gears (of planets, the one of branch 1), the others being alike.
+
+    What all gears of the stage share (`stage_table`) is left out.
+    """
+    gear, facts = gears[0], gear_facts(view, gears[0])
+    table: Table = {"teeth": facts.teeth}
+    view.read(gear, "number_of_teeth", f"{path}.teeth", facts.teeth)
+    for name, key in _SHARED.items():
+        text = normal_module(view, gear).text if key == "module" else _text(view, gear, name)
+        if text and stage_table.get(key) != text:
+            table[key] = text
+            view.read(gear, name, f"{path}.{key}", text)
+    for name in ("tip_diameter", "root_diameter"):
+        number = view.number(gear, name, "length")
+        if number is not None:
+            table[name] = abs(number).text
+            view.read(gear, name, f"{path}.{name}", abs(number).text)
+    table |= _coefficients(view, gear, path, facts)
+    flanks = view.flanks_of(gear)
+    table |= _profile(view, flanks, path, stage_table)
+    modified = [_flank_table(view, flank, facts, f"{path}.flank") for flank in flanks]
+    if len(modified) == 2 and modified[0] != modified[1]:
+        reason = "left and right flank differ: that of the left flank is taken for the loaded one"
+        view.assume(flanks[0].id, "flank", f"{path}.flank" if modified[0] else "", reason)
+    if modified and modified[0]:
+        table["flank"] = modified[0]
+    for other in gears[1:]:
+        _mark_alike(view, gear, other)
+    return table
+
+
+def _mark_alike(view: View, gear: int, other: int) -> None:
+    """Note the attributes of a planet gear that are those of the first as read, and what differs as lost."""
+    pairs = [(gear, other)]
+    pairs += list(zip((f.id for f in view.flanks_of(gear)), (f.id for f in view.flanks_of(other)), strict=False))
+    for a, b in pairs:
+        for name in list(view.asked.get(a, ())):
+            first, second = view.components[a].attributes.get(name), view.value(b, name)
+            differs = second is not None and (first is None or first.value != second)
+            if differs and name not in _PLACES:
+                view.lose(b, name, f"differs from that of component {a}, which counts for all planets")
+
+
+def _coefficients(view: View, gear: int, path: str, facts: GearFacts) -> Table:
+    """Addendum of the gear; dedendum and rounding from the tool that cuts it."""
+    table: Table = {}
+    attributes = view.components[gear].attributes
+
+    def read(component: int, name: str, key: str, number: Number) -> None:
+        table[key] = number.si
+        view.read(component, name, f"{path}.{key}", number.text)
+
+    addendum = view.number(gear, "addendum_coefficient_basic_profile", "ratio")
+    if addendum is not None and "tip_diameter" not in attributes:
+        read(gear, "addendum_coefficient_basic_profile", "addendum", addendum)
+    elif math.isnan(facts.tip):
+        view.assume(gear, "tip_diameter", "", "tip diameter not given: addendum 1 module")
+    for tool in _tools(view, gear)[:1]:
+        root = view.number(tool.id, "addendum_coefficient_reference_profile", "ratio")
+        if root is not None and "root_diameter" not in attributes and 0.2 < root.si < 5:
+            read(tool.id, "addendum_coefficient_reference_profile", "dedendum", root)
+        if tool.type == "rack_shaped_tool":
+            rounding = view.number(tool.id, "tip_radius_factor", "ratio")
+            if rounding is not None and 0 <= rounding.si <= 1:
+                read(tool.id, "tip_radius_factor", "tip_rounding", rounding)
+    return table
+
+
+def _tools(view: View, gear: int) -> list[Component]:
+    """Tools of a gear: those it refers to, or that work on its flanks, in their order."""
+    tools = [component for component in view.referenced(gear) if component.type in _TOOLS]
+    flanks = {flank.id for flank in view.flanks_of(gear)}
+    for relation in view.relations("manufacturing_step"):
+        tool = relation.part("tool")
+        if relation.part("workpiece") in flanks and tool is not None and view.components[tool].type in _TOOLS:
+            tools.append(view.components[tool])
+    return tools
+
+
+def _profile(view: View, flanks: Sequence[Component], path: str, stage_table: Table) -> Table:
+    """Pressure angle and profile shift, from the flanks."""
+    table: Table = {}
+    for flank in reversed(flanks):  # the left one last: it counts where they differ
+        angle = view.number(flank.id, "normal_pressure_angle", "angle")
+        if angle is not None and stage_table.get("pressure_angle") != angle.text:
+            table["pressure_angle"] = angle.text
+            view.read(flank.id, "normal_pressure_angle", f"{path}.pressure_angle", angle.text)
+        for name in ("addendum_modification_coefficient", "profile_shift_coefficient"):
+            shift = view.number(flank.id, name, "ratio")
+            if shift is not None:
+                if table.get("profile_shift", shift.si) != shift.si:
+                    view.lose(flank.id, name, "differs from that of the left flank, which counts")
+                table["profile_shift"] = shift.si
+                view.read(flank.id, name, f"{path}.profile_shift", shift.text)
+    return table
+
+
+def _flank_table(view: View, flank: Component, facts: GearFacts, path: str) -> Table:
+    """Modifications of one flank."""
+    table: Table = {}
+    for part in view.referenced(flank.id):
+        if part.type in ("tip_relief", "root_relief"):
+            relief = _relief(view, part, facts)
+            if relief:
+                table[part.type] = relief
+                view.read(part.id, f"{part.type}_depth", f"{path}.{part.type}", relief["amount"])
+        elif part.type == "helix_crowning":
+            ends = [view.number(part.id, f"helix_crowning_amount_{e}_face", "length") for e in ("datum", "non_datum")]
+            crownings = [number for number in ends if number is not None]
+            if crownings and all(number.si == crownings[0].si for number in crownings) and crownings[0].si >= 0:
+                table["crown"] = crownings[0].text
+                view.read(part.id, "helix_crowning_amount_datum_face", f"{path}.crown", crownings[0].text)
+            elif crownings:
+                view.lose(part.id, "helix_crowning_amount", "crowning that differs at both ends of the face")
+    return table
+
+
+def _relief(view: View, part: Component, facts: GearFacts) -> Table:
+    """Tip or root relief: its amount, and its length as a height of the tooth."""
+    kind = part.type
+    amount = view.number(part.id, f"{kind}_depth", "length") or view.number(part.id, f"{kind}_amount", "length")
+    start = view.number(part.id, f"{kind}_datum_diameter", "length")
+    if amount is None or start is None or kind != "tip_relief" or math.isnan(facts.tip) or amount.si < 0:
+        reason = "without amount, datum diameter or tip diameter its height on the tooth is not known"
+        view.lose(part.id, kind, reason if kind == "tip_relief" else "the lowest point of contact is not in the file")
+        return {}
+    height = abs(facts.tip - abs(start.si)) / 2
+    table: Table = {"amount": amount.text, "length": f"{height * 1e3:.9g} mm"}
+    shape = view.value(part.id, "shape_of_relief")
+    if isinstance(shape, str) and shape in _SHAPES:
+        table["shape"] = _SHAPES[shape]
+    elif shape not in (None, False):
+        view.lose(part.id, "shape_of_relief", f"{shape}: taken as linear")
+    return table

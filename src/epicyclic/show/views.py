@@ -1,0 +1,133 @@
+"""Views of results by their kind, and what they show of several results together: terminal, report, first page.
+
+A kind without a view is shown as any result.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from .elements import Company, Finding, KeyFigure, Part, Section, Table
+from .view import GENERAL, ResultView
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Datasets = Mapping[str, "xr.Dataset"]
+Each = Callable[[Callable[[tuple[str, "xr.Dataset"]], Sequence[Section]], Sequence[tuple[str, "xr.Dataset"]]], Any]
+# kinds of results by the room whose module `views` has their views, imported when one is shown
+_KINDS = {
+    "audits": ("audit",),
+    "statics": ("static",),
+    "questions.check": ("check", "matrices"),
+    "questions.compare": ("compare",),
+    "questions.flanks": ("contact", "efficiency", "relief", "stiffness", "train_contact"),
+    "questions.modes": ("campbell", "modes"),
+    "questions.modulation": ("modulation",),
+    "questions.parameters": ("track",),
+    "questions.response": ("contact_sweep", "steady", "sweep"),
+    "questions.sensitivity": ("sensitivity",),
+    "questions.sharing": ("sharing",),
+    "questions.stability": ("stability",),
+    "questions.tolerance": ("allocate", "tolerance"),
+    "questions.transient": ("transient",),
+}
+_HOME = {kind: room for room, kinds in _KINDS.items() for kind in kinds}
+_TONES = ("bad", "caution", "good", "")  # of findings, in the order in which they are read
+
+
+def kind_of(result: xr.Dataset, name: str = "") -> str:
+    """Kind of a result: its attribute ``verb``, or the name it goes by where it has none."""
+    return str(result.attrs.get("verb") or name)
+
+
+def tables_of(result: xr.Dataset) -> Sequence[Table]:
+    """Tables of one result for a terminal."""
+    return view_of(kind_of(result)).tables(result)
+
+
+def brief_of(result: xr.Dataset) -> Sequence[Table]:
+    """Tables of one result for one screen of a terminal; all of them where the view has no brief ones."""
+    view = view_of(kind_of(result))
+    return (view.brief or view.tables)(result)
+
+
+def sections_of(results: Datasets, *, each: Each | None = None) -> list[Section]:
+    """Sections of a report, in the order of their views; of one kind and title each with its name.
+
+    Parameters
+    ----------
+    results : name -> Dataset.  each : each(work, items) gives work(item) of every item in order, perhaps elsewhere.
+    """
+    company = company_of(results)
+
+    def sections(item: tuple[str, xr.Dataset]) -> Sequence[Section]:
+        return view_of(kind_of(item[1], item[0])).sections(item[1], company)
+
+    ordered = _ordered(results)
+    every = [sections(item) for item in ordered] if each is None else each(sections, ordered)
+    made = [
+        (name, kind_of(result, name), one) for (name, result), own in zip(ordered, every, strict=True) for one in own
+    ]
+    count = Counter((kind, one.title) for _, kind, one in made)
+    return [
+        replace(one, title=f"{one.title}: {name}") if count[kind, one.title] > 1 and has_view(kind) else one
+        for name, kind, one in made
+    ]
+
+
+def key_figures_of(results: Datasets) -> list[KeyFigure]:
+    """Values with their units and what they are, in the order of the views."""
+    return [pair for name, result in _ordered(results) for pair in view_of(kind_of(result, name)).key_figures(result)]
+
+
+def findings_of(results: Datasets) -> list[Finding]:
+    """What passes, what does not, what to change: what fails first, else in the order of the views."""
+    company = company_of(results)
+    found: list[Finding] = []
+    for name, result in _ordered(results):
+        found += view_of(kind_of(result, name)).findings(result, company)
+    return sorted(found, key=lambda one: _TONES.index(one.tone))
+
+
+def front_of(results: Datasets) -> list[Part]:
+    """Tables and figures of the first page of a report, in the order of the views."""
+    company = company_of(results)
+    return [
+        part for name, result in _ordered(results) for part in view_of(kind_of(result, name)).front(result, company)
+    ]
+
+
+def headline_of(results: Datasets) -> str:
+    """What the train is, in one sentence; empty where no result says it."""
+    said = (view_of(kind_of(result, name)).headline(result) for name, result in _ordered(results))
+    return next((text for text in said if text), "")
+
+
+def has_view(kind: str) -> bool:
+    """Whether a kind of result has a view of its own."""
+    return kind in _HOME
+
+
+def view_of(kind: str) -> ResultView:
+    """The view of a kind of result; of one without its own the general one."""
+    if not has_view(kind):
+        return GENERAL
+    views: tuple[ResultView, ...] = import_module(f"..{_HOME[kind]}.views", __package__).VIEWS
+    return next(view for view in views if view.kind == kind)
+
+
+def _ordered(results: Datasets) -> list[tuple[str, xr.Dataset]]:
+    return sorted(results.items(), key=lambda item: view_of(kind_of(item[1], item[0])).order)
+
+
+def company_of(results: Datasets) -> Company:
+    """The first result of each kind."""
+    found: dict[str, xr.Dataset] = {}
+    for name, result in results.items():
+        found.setdefault(kind_of(result, name), result)
+    return found

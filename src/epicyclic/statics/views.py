@@ -1,0 +1,64 @@
+"""`static`: mesh forces at rest, what links carry across and along the axis, and what twists under a torque."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..show.elements import Company, Drawing, Section, Table
+from ..show.tables import force_table
+from ..show.view import ResultView
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def tables(result: xr.Dataset) -> Sequence[Table]:
+    """Mesh forces [N]; forces of the links [N]; torque [N m] and twist [µrad] of those that carry a torque."""
+    force = result.link_force.transpose("link_row", "time").values
+    twist = result.link_deflection.transpose("link_row", "time").values
+    largest = float(np.abs(force).max(initial=0.0))
+    rows = [i for i, name in enumerate(result.link_row.values) if str(name).endswith("/rz")]
+    # a torque below 1e-9 of the largest force is rounding
+    torsion = [i for i in rows if np.abs(force[i]).max() > 1e-9 * largest]
+    columns: dict[str, Any] = {
+        "link": [str(result.link_row.values[i]).removesuffix("/rz") for i in torsion],
+        "mean torque [N m]": [float(force[i].mean()) for i in torsion],
+        "mean twist [µrad]": [float(twist[i].mean()) * 1e6 for i in torsion],
+        "most [µrad]": [float(np.abs(twist[i]).max()) * 1e6 for i in torsion],
+    }
+    title = "Torsion of supports, necks, shafts and couplings"
+    return [force_table(result), *_link_forces(result), *([Table(title=title, columns=columns)] if torsion else [])]
+
+
+def _link_forces(result: xr.Dataset) -> list[Table]:
+    """Forces of every link that carries one, across the axis and, where any holds it, along the axis [N]."""
+    force = dict(zip(result.link_row.values, result.link_force.transpose("link_row", "time").values, strict=True))
+    links = dict.fromkeys(str(name).rsplit("/", 1)[0] for name in force if str(name).endswith(("/x", "/y", "/z")))
+    still = np.zeros(result.sizes["time"])
+    parts = {link: [np.asarray(force.get(f"{link}/{axis}", still)) for axis in "xyz"] for link in links}
+    least = 1e-9 * max((np.abs(part).max() for part in parts.values()), default=0.0)  # rounding
+    parts = {link: part for link, part in parts.items() if np.abs(part).max() > least}
+    across = [np.hypot(x, y) for x, y, _ in parts.values()]
+    columns: dict[str, Any] = {
+        "link": list(parts),
+        "mean across [N]": [float(one.mean()) for one in across],
+        "most across [N]": [float(one.max()) for one in across],
+    }
+    if any(np.abs(z).max() > least for _, _, z in parts.values()):
+        columns["mean along z [N]"] = [float(z.mean()) for _, _, z in parts.values()]
+        columns["most along z [N]"] = [float(np.abs(z).max()) for _, _, z in parts.values()]
+    return [Table(title="Forces of supports, bearings and couplings", columns=columns)] if parts else []
+
+
+def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Mesh forces over the record."""
+    from ..show.charts.over_time import mesh_forces
+
+    parts = [Drawing(anchor="static-forces", figure=mesh_forces(result))] if "mesh_force" in result.variables else []
+    return [Section(anchor="static", title="Static forces", parts=parts)]
+
+
+VIEWS = (ResultView("static", 50, tables, sections),)

@@ -1,0 +1,43 @@
+"""What `sharing` says where a coefficient has no value."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+import epicyclic
+from epicyclic.questions.sharing.views import key_figures, tables
+from epicyclic.show.series import largest_coefficients, unbroken
+
+SPUR: dict[str, Any] = {"stages.main.helix_angle": "0 deg", "operation.torque.carrier": "3600 N m"}
+
+
+def test_an_infinite_coefficient_is_told_as_undefined(one_stage: dict[str, Any]) -> None:
+    """A spur set near a resonance, pulled open by the linear model: the forces of the ring mesh sum to less than 0."""
+    errors = {"planet": {"run_out": "15 um", "position": {"y": "[20, 0, 0] um"}}}
+    model = epicyclic.load(one_stage, SPUR | {"operation.speed.carrier": f"{1500 / 4.5} rpm", "deviations": errors})
+    result = epicyclic.sharing(model, cycles=4, samples=32)
+    assert np.isinf(result.system_load_sharing.sel(definition="simultaneous").item())
+    (said,) = (text for text in json.loads(result.attrs["warnings"]) if "undefined" in text)
+    assert "simultaneous of main/planet-ring/1, main/planet-ring/2, main/planet-ring/3" in said
+    assert said.endswith("with method static the teeth part [load-sharing-undefined]")
+    (table, *_) = tables(result)
+    assert table.columns["simultaneous"][-1] == "undefined"
+    assert ("undefined", f"load sharing, simultaneous: {unbroken('main/planet-ring/1')}") in key_figures(result)
+    static = epicyclic.sharing(model, method="static", cycles=4)
+    assert np.isfinite(static.system_load_sharing.values).all()
+
+
+def test_a_planet_that_carries_too_little_leads_no_headline(one_stage: dict[str, Any]) -> None:
+    """One pin out of place so that its planet carries least: cycle-peak counts what it lacks, the headline does not."""
+    slow = {"stages.main.sun.support.radial": "5e9 N/m", "operation.speed.carrier": f"{300 / 4.5} rpm"}
+    errors = {"deviations": {"planet": {"position": {"y": "[-20, 0, 0] um"}}}}
+    result = epicyclic.sharing(epicyclic.load(one_stage, SPUR | slow | errors), cycles=4, samples=32)
+    sizes = result.load_sharing.sel(definition="cycle-peak")
+    signed = result.load_sharing.sel(definition="signed-overload")
+    least = str(result.mesh.values[int(np.argmax(sizes.values))])
+    assert float(signed.sel(mesh=least)) < 0.99  # the largest deviation is of a planet that carries too little
+    for _, value, mesh in largest_coefficients(result):
+        assert float(signed.sel(mesh=mesh)) > 1, (value, mesh)
