@@ -19,6 +19,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from html.parser import HTMLParser
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -248,10 +249,8 @@ def page_frames(drive: str) -> Iterator[str]:
 
 def page_entry() -> tuple[Callable[..., Any], Callable[..., Any]]:
     """`compute` and `Request` of the page, wherever the checkout keeps them."""
-    from epicyclic.cockpit.computing.compute import compute
-    from epicyclic.cockpit.computing.frames import Request
-
-    return compute, Request
+    module = import_module("epicyclic.cockpit.computing.compute")
+    return module.compute, module.Request
 
 
 def write(name: str, text: str) -> None:

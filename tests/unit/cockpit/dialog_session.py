@@ -56,6 +56,10 @@ class FakeSession:
             callback(*(arguments or (self,)))
 
     @property
+    def state(self) -> PageState | None:
+        return self.history.present
+
+    @property
     def now(self) -> PageState:
         assert self.history.present is not None
         return self.history.present

@@ -11,8 +11,8 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
-from epicyclic.cockpit.computing.frames import PageFrame, Request
 from epicyclic.cockpit.processes.worker import serve_with
+from epicyclic.cockpit.state.frames import PageFrame, Request
 from epicyclic.engine.cost import Counted
 from epicyclic.errors import ModelError
 

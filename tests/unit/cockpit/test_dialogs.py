@@ -19,15 +19,14 @@ from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import seen, until, visit
 
 import epicyclic
-from epicyclic.cockpit.dialogs.compare import compare_controls
-from epicyclic.cockpit.dialogs.fields_panel import fields_panel
+from epicyclic.cockpit.dialogs.controls import safe_name
+from epicyclic.cockpit.dialogs.fields_panel import FieldsPanel
 from epicyclic.cockpit.dialogs.open_model import open_button, rexs_entries, save_buttons
-from epicyclic.cockpit.dialogs.parts import safe_name
-from epicyclic.cockpit.dialogs.take_away import bytes_of_picture, take_away_button
-from epicyclic.cockpit.dialogs.text_panel import text_panel
-from epicyclic.cockpit.dialogs.worker_calls import VERBS, compared_states, figure_of, figures, jobs_done
-from epicyclic.cockpit.page.header import link_button, undo_buttons
-from epicyclic.cockpit.processes.jobs import Job
+from epicyclic.cockpit.dialogs.take_away import VERBS, bytes_of_picture, figures, take_away_button
+from epicyclic.cockpit.dialogs.text_panel import TextPanel
+from epicyclic.cockpit.page.header import compare_controls, link_button, undo_buttons
+from epicyclic.cockpit.processes.jobs import Job, jobs_done
+from epicyclic.cockpit.processes.tasks import compared_states, figure_of
 from epicyclic.cockpit.state.history import from_fragment
 from epicyclic.cockpit.state.state import PageState, from_text, opened, request_of, with_value
 from epicyclic.document.drives import drive_text
@@ -381,8 +380,8 @@ def test_a_hostile_title_stays_text() -> None:
     def build(session: FakeSession) -> None:
         for control in (open_button, save_buttons, undo_buttons, compare_controls, take_away_button):
             control(session)  # type: ignore[arg-type]
-        fields_panel(session)  # type: ignore[arg-type]
-        text_panel(session)  # type: ignore[arg-type]
+        FieldsPanel(session)  # type: ignore[arg-type]
+        TextPanel(session)  # type: ignore[arg-type]
 
     async def talk(user: User, session: FakeSession) -> None:
         session.set("title", HOSTILE, released=True)

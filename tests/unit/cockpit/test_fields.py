@@ -23,7 +23,7 @@ from epicyclic.cockpit.dialogs.field_list import (
     typed_text,
     typed_value,
 )
-from epicyclic.cockpit.dialogs.fields_panel import fields_panel
+from epicyclic.cockpit.dialogs.fields_panel import FieldsPanel
 from epicyclic.cockpit.state.history import command_line
 from epicyclic.cockpit.state.state import opened, with_value
 from epicyclic.document.document import read, ready_drives
@@ -108,7 +108,7 @@ def test_a_table_is_built_when_it_is_opened() -> None:
         await asyncio.sleep(0.5)
         assert field.value == "0.0"
 
-    visit(fields_panel, talk)
+    visit(FieldsPanel, talk)
 
 
 def test_a_refused_value_is_told_beside_its_field_and_stays() -> None:
@@ -135,7 +135,7 @@ def test_a_refused_value_is_told_beside_its_field_and_stays() -> None:
         await until(lambda: not session.now.overrides)
         await until(lambda: field.value == "750 kg")
 
-    visit(fields_panel, talk)
+    visit(FieldsPanel, talk)
 
 
 def test_the_search_finds_meanings_and_says_when_nothing_is_found() -> None:
@@ -145,4 +145,4 @@ def test_the_search_finds_meanings_and_says_when_nothing_is_found() -> None:
         put(user, "fields-search", "zzz")
         await seen(user, "No field has these words")
 
-    visit(fields_panel, talk)
+    visit(FieldsPanel, talk)

@@ -13,12 +13,12 @@ from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import visit
 
 from epicyclic.cockpit.canvas.element import Board
-from epicyclic.cockpit.computing.frames import PageFrame, pack
 from epicyclic.cockpit.page import page
-from epicyclic.cockpit.page.job_bar import progress_text
+from epicyclic.cockpit.page.evidence import progress_text
 from epicyclic.cockpit.page.levers_column import LeverControl
 from epicyclic.cockpit.page.page import cockpit_page
 from epicyclic.cockpit.processes.jobs import Job
+from epicyclic.cockpit.state.frames import PageFrame, pack
 from epicyclic.cockpit.state.state import opened
 from epicyclic.errors import ModelError
 
@@ -67,10 +67,6 @@ class PageSession(FakeSession):
         self.started: list[Job] = []
         self.jobs = SimpleNamespace(start=self.begin, cancel=self.end, visible=lambda: self.started)
 
-    @property
-    def state(self) -> Any:
-        return self.history.present
-
     def set(self, path: str, value: object, *, released: bool, key: str | None = None) -> None:
         if value == "nonsense":
             raise ModelError("is no number", path=path, allowed="a mass")
@@ -85,7 +81,7 @@ class PageSession(FakeSession):
     def begin(self, name: str, options: Any) -> Job:
         self.calls.append(("job", name, dict(options)))
         job = Job(id=len(self.started) + 1, name=name, label=name, rev=self.rev, status="runs")
-        job.origin = self.state.origin
+        job.origin = self.now.origin
         self.started.append(job)
         return self.started[-1]
 
@@ -453,9 +449,9 @@ def test_words_of_a_job() -> None:
 
 def test_the_options_of_jobs_are_those_the_jobs_know() -> None:
     from epicyclic.cockpit.answers import jobs
-    from epicyclic.cockpit.page.job_bar import OPTIONS
+    from epicyclic.cockpit.page.evidence import OPTIONS
 
     assert set(OPTIONS) <= set(jobs.JOBS)
-    for name, option in OPTIONS.items():
-        assert {key for choice in option.choices for key in choice.options} <= set(jobs.JOBS[name].options)
-    assert all(not option.choices[0].options for option in OPTIONS.values())  # the first one is the job's own
+    for name, (_, choices) in OPTIONS.items():
+        assert {key for options in choices.values() for key in options} <= set(jobs.JOBS[name].options)
+        assert not next(iter(choices.values()))  # the first one is the job's own

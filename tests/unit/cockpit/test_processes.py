@@ -17,11 +17,11 @@ import psutil
 import pytest
 from tests.unit.cockpit import fake_compute
 
-from epicyclic.cockpit.computing.frames import PageFrame, pack, unpack
-from epicyclic.cockpit.processes.jobs import Task
-from epicyclic.cockpit.processes.session import Session, levers_at
+from epicyclic.cockpit.processes.session import Session
 from epicyclic.cockpit.processes.spawned import Spare
+from epicyclic.cockpit.processes.tasks import Task, levers_at
 from epicyclic.cockpit.processes.worker import Worker
+from epicyclic.cockpit.state.frames import PageFrame, pack, unpack
 from epicyclic.cockpit.state.history import StateHistory, Step
 from epicyclic.cockpit.state.state import PageState, opened, request_of, with_value
 from epicyclic.errors import ModelError
@@ -245,7 +245,7 @@ def test_calls_come_back_and_go_with_their_session() -> None:
                 await session.call(lambda: 3)  # nobody can pickle that
             told: list[float] = []
             session.listen(jobs=lambda page: told.extend(job.progress for job in page.jobs.visible()))
-            counted = session.jobs.begin("call", {"function": len, "arguments": ("",)}, source={}, overrides={}, rev=1)
+            counted = session.jobs.begin("call", {"function": len, "arguments": ("",)}, model=({}, {}), rev=1)
             counted._task = Task(name="counted", label="", function=fake_compute.tell)
             await counted.wait()
             assert (counted.status, counted.value) == ("done", 3)
@@ -472,7 +472,7 @@ def test_a_process_that_waits_takes_the_next_call() -> None:
 SERVER = """
 import asyncio, time, psutil
 from tests.unit.cockpit import fake_compute
-from epicyclic.cockpit.computing.frames import Request
+from epicyclic.cockpit.state.frames import Request
 from epicyclic.cockpit.processes.worker import Client, Worker
 
 async def main():

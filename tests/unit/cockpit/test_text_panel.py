@@ -11,7 +11,7 @@ from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import seen, until, visit
 
-from epicyclic.cockpit.dialogs.text_panel import line_of, line_of_error, text_panel
+from epicyclic.cockpit.dialogs.text_panel import TextPanel, line_of, line_of_error
 from epicyclic.cockpit.state.state import from_text, opened
 from epicyclic.document.drives import drive_text
 
@@ -76,7 +76,7 @@ def test_it_follows_the_state_and_applies() -> None:
         assert not session.now.overrides
         await user.should_see("ren2021")
 
-    visit(text_panel, talk)
+    visit(TextPanel, talk)
 
 
 def test_a_wrong_text_stays_with_its_line_told() -> None:
@@ -94,7 +94,7 @@ def test_a_wrong_text_stays_with_its_line_told() -> None:
         await seen(user, "line 1")
         assert session.now is before
 
-    visit(text_panel, talk)
+    visit(TextPanel, talk)
 
 
 def test_where_both_changed_both_are_offered() -> None:
@@ -113,7 +113,7 @@ def test_where_both_changed_both_are_offered() -> None:
         user.find("Apply").click()
         await until(lambda: "my remark" in session.now.base)
 
-    visit(text_panel, talk)
+    visit(TextPanel, talk)
 
 
 def test_a_text_of_anybody_names_no_file() -> None:
@@ -125,7 +125,7 @@ def test_a_text_of_anybody_names_no_file() -> None:
         assert "passwd" not in session.now.base
 
     base = drive_text("ren2021").partition("[deviations]")[0]
-    visit(text_panel, talk, FakeSession(from_text("mine.toml", base)))
+    visit(TextPanel, talk, FakeSession(from_text("mine.toml", base)))
 
 
 def test_a_new_model_replaces_the_text() -> None:
@@ -134,4 +134,4 @@ def test_a_new_model_replaces_the_text() -> None:
         await session.open(opened("xu2020"))
         await until(lambda: editor(user).value == drive_text("xu2020"))
 
-    visit(text_panel, talk)
+    visit(TextPanel, talk)

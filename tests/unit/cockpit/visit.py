@@ -16,7 +16,7 @@ from epicyclic.cockpit.state.state import opened
 Talk = Callable[[User, FakeSession], Awaitable[None]]
 
 
-def visit(build: Callable[[Any], None], talk: Talk, session: FakeSession | None = None) -> FakeSession:
+def visit(build: Callable[[Any], object], talk: Talk, session: FakeSession | None = None) -> FakeSession:
     """Build a control for a session, of ren2021 unless given, and have a user talk to it."""
     shown = session or FakeSession(opened("ren2021"))
 

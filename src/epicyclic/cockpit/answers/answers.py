@@ -1,25 +1,82 @@
-"""The five answers of the page, from what a frame of results holds; those on resonances and on tip relief."""
+"""The five answers of the page, those on resonances and tip relief here; and what fails in a model, with its code."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from ...document.tables import leaves
 from ...document.units import factor
 from ...document.written_numbers import written
+from ...errors import ModelError
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
 from ...questions.response.resonances import BAND
+from ...statics.equilibrium import compliance_of
+from ...statics.unheld import unheld_warnings
 from ...system.system import System
-from ...system.tooth_pairs import mean_force
-from ...train.bodies import Mesh
+from ...system.tooth_pairs import mean_force, pair_of, tooth_warnings
 from ...train.train import Train
-from .answer import Answer, Level, answer, number, per_cent
+from ...warning_codes import WARNING_CODES, CodedText, code_of, coded
 from .sharing_answers import error_answer, float_answer, planet_answer
+from .words import Answer, Level, number, per_cent
+
+# Codes of trains that cannot be built or do not run; all others are warnings.
+_FAILS = frozenset(
+    {
+        *("not-assembled", "ring-too-small", "planets-collide", "tips-in-roots", "contact-ratio-below-one"),
+        *("shafts-not-alike", "centre-distances-differ", "not-solvable", "no-tooth-contact", "load-not-held"),
+    }
+)
+_PATH = re.compile(r"\b(?:stages|operation|deviations|bodies|couplings|loads|damping|tolerance)(?:\.[\w-]+)+")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelCheck:
+    """One line of the checks.
+
+    level : ``bad`` where the train cannot be built or solved, else ``warn``.  code : of `warning_codes`, or "".
+    text : without its code.  path : of the model file, "" where the text names none.  cure : what helps.
+    """
+
+    level: Literal["bad", "warn"]
+    code: str
+    text: str
+    path: str
+    cure: str
+
+
+def checks_of(train: Train, system: System) -> tuple[ModelCheck, ...]:
+    """Warnings of the train, its teeth and its equations; those that fail first."""
+    teeth: list[CodedText] = []
+    first = {mesh.pair: mesh for mesh in reversed(train.meshes) if mesh.teeth is not None}
+    for mesh in first.values():  # the first mesh of every pair
+        try:
+            teeth += tooth_warnings(pair_of(train, mesh), mesh)
+        except ModelError as error:
+            if error.path != "operation.torque":
+                teeth.append(coded("no-tooth-contact", str(error)))
+    warnings = [*train.warnings, *teeth, *unheld_warnings(system, compliance_of(system).free)]
+    checks = [_check(text) for text in dict.fromkeys(warnings)]
+    return tuple(sorted(checks, key=lambda check: check.level != "bad"))
+
+
+def _check(text: CodedText) -> ModelCheck:
+    code = code_of(text) or ""
+    plain = text.removesuffix(f" [{code}]") if code else str(text)
+    path = _PATH.search(plain)
+    return ModelCheck(
+        level="bad" if code in _FAILS else "warn",
+        code=code,
+        text=plain,
+        path=path[0] if path else "",
+        cure=WARNING_CODES[code].cure if code else "",
+    )
+
 
 # A peak above the quietest speed by less than a twentieth is less than loads of a train are known to; from one on the
 # force falls to zero once a cycle where the rise is an amplitude: teeth part.  The limits of the verb `modes`.
@@ -34,7 +91,7 @@ class Meeting:
 
     mode : number of the mode as of the verb `modes`.  order : mesh order.  stage : whose, "" of a train with one mesh
     frequency.  frequency : [Hz].  speed : per operating speed [1].  away : from the speed that is shown [1].
-    label, body : of the mode.
+    label : of the mode.
     """
 
     mode: int
@@ -44,35 +101,33 @@ class Meeting:
     speed: float
     away: float
     label: str
-    body: str
 
 
 def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float) -> list[Meeting]:
     """Mesh orders 1 .. 12 that meet a mode which they excite within 20 % of a speed per operating speed [1], speeds
     rising; where it is not known what they excite, all that meet one."""
     tones = tones_of_meshes(system)
-    found: MeshCrossings = modes["crossings"]
-    found = found.chosen(np.abs(found.relative_speed / relative_speed - 1) <= BAND)
+    crossings: MeshCrossings = modes["crossings"]
+    crossings = crossings.chosen(np.abs(crossings.relative_speed / relative_speed - 1) <= BAND)
     rows = {int(row["index"]): row for row in modes["rows"]}  # the highest modes of a large train have none
     several = len({name.partition("/")[0] for names in tones.values() for name in names}) > 1
     words = [" and ".join(name if several else name.rpartition("/")[2] for name in names) for names in tones.values()]
     stages = words if len(tones) > 1 else [""]
-    return [
-        Meeting(
-            mode=place + 1,
-            order=int(order),
-            stage=stages[tone],
-            frequency=float(rows[place + 1]["frequency"]),
-            speed=float(speed),
-            away=float(speed) / relative_speed - 1,
-            label=str(rows[place + 1]["label"]),
-            body=str(rows[place + 1]["body"]),
-        )
-        for place, tone, order, speed in zip(
-            found.mode.tolist(), found.tone.tolist(), found.order.tolist(), found.relative_speed.tolist(), strict=True
-        )
-        if place + 1 in rows
-    ]
+    columns = (crossings.mode, crossings.tone, crossings.order, crossings.relative_speed)
+    meetings = []
+    for mode, tone, order, speed in zip(*(column.tolist() for column in columns), strict=True):
+        if (row := rows.get(mode + 1)) is not None:
+            meeting = Meeting(
+                mode=mode + 1,
+                order=int(order),
+                stage=stages[tone],
+                frequency=float(row["frequency"]),
+                speed=float(speed),
+                away=float(speed) / relative_speed - 1,
+                label=str(row["label"]) or f"most motion {row['body']}",
+            )
+            meetings.append(meeting)
+    return meetings
 
 
 def resonance_answer(
@@ -83,59 +138,51 @@ def resonance_answer(
     modes, sweep : heads of a frame with their arrays beside, None without.
     """
     if modes is None:
-        return answer("resonance", "Not known: the model gives no modes (masses, inertias or supports are missing).")
+        return Answer("resonance", "Not known: the model gives no modes (masses, inertias or supports are missing).")
     if not system.tones or not max(system.tones):
-        return answer("resonance", "Not known: no member turns, so no mesh has a frequency (operation.speed).")
+        return Answer("resonance", "Not known: no member turns, so no mesh has a frequency (operation.speed).")
     relative = 1.0 if sweep is None else float(sweep["operating"]) * float(sweep["to_relative"])
     met = meetings_of(system, modes, relative)
-    band = per_cent(BAND)
     if not met:
-        at_rest = int(modes["at_rest"])
+        at_rest, band = int(modes["at_rest"]), per_cent(BAND)
         text = f"No mesh order up to the 12th {'excites' if at_rest else 'meets'} a mode within {band} of this speed"
         text += f": {at_rest} meet one that they leave at rest." if at_rest else "."
-        return answer("resonance", text, figure=f"> {band}", level="good", evidence="modes")
-    nearest = min(met, key=lambda one: abs(one.away))
+        return Answer("resonance", text, figure=f"> {band}", level="good", evidence="modes")
+    nearest = min(met, key=lambda meeting: abs(meeting.away))
+    peaks = [] if sweep is None else _peaks(sweep, met, relative)
+    rise, strongest = max(peaks, key=lambda peak: (peak[0], -abs(peak[1].away)), default=(0.0, nearest))
+    meeting = nearest
+    level: Level = "good"
     if sweep is None:
-        text = f"{_words(nearest, None)}; its force is not known without torque and damping{_others(met)}."
-        return _answered(text, nearest, "warn", None)
-    peaks = _peaks(sweep, met, relative)
-    if not peaks:
-        text = f"{_words(nearest, sweep)}; no peak stands out{_others(met)}."
-        return _answered(text, nearest, "good", sweep)
-    rise, one = max(peaks, key=lambda peak: (peak[0], -abs(peak[1].away)))
-    if rise < _LITTLE:
-        text = f"{_words(nearest, sweep)}; no force rises by {100 * _LITTLE:g} %{_others(met)}."
-        return _answered(text, nearest, "good", sweep)
-    level: Level = "bad" if rise >= _PARTS else "warn"
-    text = f"{_words(one, sweep)}: the force there is {per_cent(rise)} above its least{_others(met)}."
-    return _answered(text, one, level, sweep)
+        level, force = "warn", "; its force is not known without torque and damping"
+    elif not peaks:
+        force = "; no peak stands out"
+    elif rise < _LITTLE:
+        force = f"; no force rises by {100 * _LITTLE:g} %"
+    else:
+        meeting, level = strongest, "bad" if rise >= _PARTS else "warn"
+        force = f": the force there is {per_cent(rise)} above its least"
+    speed = None if sweep is None else meeting.speed / float(sweep["to_relative"])  # on the axis of the sweep [rpm]
+    others = "" if len(met) == 1 else f" ({len(met)} within {per_cent(BAND)})"
+    return Answer(
+        "resonance",
+        f"{_words(meeting, speed)}{force}{others}.",
+        figure=per_cent(abs(meeting.away)),
+        level=level,
+        evidence="modes" if sweep is None else "sweep",
+        mode=meeting.mode,
+        speed=speed,
+    )
 
 
-def _answered(text: str, one: Meeting, level: Level, sweep: Mapping[str, Any] | None) -> Answer:
-    figure, evidence = per_cent(abs(one.away)), "modes" if sweep is None else "sweep"
-    speed = None if sweep is None else _rpm(one, sweep)
-    return answer("resonance", text, figure=figure, level=level, evidence=evidence, mode=one.mode, speed=speed)
-
-
-def _rpm(one: Meeting, sweep: Mapping[str, Any]) -> float:
-    """Speed of a meeting on the axis of the sweep [rpm]."""
-    return one.speed / float(sweep["to_relative"])
-
-
-def _others(met: list[Meeting]) -> str:
-    """How many there are within the band."""
-    return "" if len(met) == 1 else f" ({len(met)} within {per_cent(BAND)})"
-
-
-def _words(one: Meeting, sweep: Mapping[str, Any] | None) -> str:
+def _words(meeting: Meeting, rpm: float | None) -> str:
     """``Mesh order 4 meets mode 9 (sun moves sideways, 812 Hz) at 92 rpm, 8 % below this speed``."""
-    of_stage = f" of {one.stage}" if one.stage else ""
-    at = "" if sweep is None else f" at {number(_rpm(one, sweep), 4)} rpm,"
-    side = "below" if one.away < 0 else "above"
-    label = one.label or f"most motion {one.body}"
+    of_stage = f" of {meeting.stage}" if meeting.stage else ""
+    at = "" if rpm is None else f" at {number(rpm, 4)} rpm,"
+    side = "below" if meeting.away < 0 else "above"
     return (
-        f"Mesh order {one.order}{of_stage} meets mode {one.mode} ({label}, {number(one.frequency, 4)} Hz){at}"
-        f" {per_cent(abs(one.away))} {side} this speed"
+        f"Mesh order {meeting.order}{of_stage} meets mode {meeting.mode} ({meeting.label}, "
+        f"{number(meeting.frequency, 4)} Hz){at} {per_cent(abs(meeting.away))} {side} this speed"
     )
 
 
@@ -146,14 +193,14 @@ def _peaks(sweep: Mapping[str, Any], met: list[Meeting], relative: float) -> lis
     if not known.any():
         return []
     least = float(np.nanmax(force[:, known], axis=0).min())
-    found = []
+    peaks = []
     for peak in sweep.get("peaks", ()):
         speed = float(peak["x"]) * float(sweep["to_relative"])
-        near = [one for one in met if one.mode == peak.get("mode") and abs(one.speed / speed - 1) <= _AT_PEAK]
-        if near and abs(speed / relative - 1) <= BAND and least > 0:
-            rise = float(peak["y"]) / least - 1
-            found.append((rise, min(near, key=lambda one: abs(one.speed / speed - 1))))
-    return found
+        at_peak = [(abs(meeting.speed / speed - 1), meeting) for meeting in met if meeting.mode == peak.get("mode")]
+        away, nearest = min(at_peak, key=lambda pair: pair[0], default=(math.inf, None))
+        if nearest is not None and away <= _AT_PEAK and abs(speed / relative - 1) <= BAND and least > 0:
+            peaks.append((float(peak["y"]) / least - 1, nearest))
+    return peaks
 
 
 # A drawn relief within this part of the estimate needs no word: the estimate is no better.
@@ -181,64 +228,53 @@ def estimates_of(train: Train) -> list[ReliefEstimate]:
 
     c' b follows from the mean mesh stiffness of the model by c_gamma = c' (0.75 eps_alpha + 0.25) [iso6336].
     """
-    found: dict[str, ReliefEstimate] = {}
+    estimates: dict[str, ReliefEstimate] = {}
     gear = {body.name: body.gear for body in train.bodies}
     for mesh in train.meshes:
         first = gear[mesh.a]
-        if mesh.pair in found or mesh.teeth is None or first is None:
+        if mesh.pair in estimates or mesh.teeth is None or first is None or not mesh.stiffness > 0:
             continue
-        amount = _deflection(train, mesh)
+        single = mesh.stiffness / (0.75 * float(mesh.contact_ratio) + 0.25)
+        amount = mean_force(train, mesh) / single
         if math.isfinite(amount) and amount > 0:
             counted = mesh.table is not None
-            found[mesh.pair] = ReliefEstimate(pair=mesh.pair, amount=amount, module=first.module, counted=counted)
-    return list(found.values())
-
-
-def _deflection(train: Train, mesh: Mesh) -> float:
-    ratio = mesh.contact_ratio
-    if ratio is None or not mesh.stiffness > 0:
-        return math.nan
-    single = mesh.stiffness / (0.75 * float(ratio) + 0.25)
-    return mean_force(train, mesh) / single
+            estimates[mesh.pair] = ReliefEstimate(pair=mesh.pair, amount=amount, module=first.module, counted=counted)
+    return list(estimates.values())
 
 
 def drawn_relief(train: Train) -> float:
-    """Largest tip relief of the model file [m]; 0 without one."""
-    amounts = [value for path, value in leaves(dict(train.document)) if path.endswith("tip_relief.amount")]
-    return max((_metres(value) for value in amounts), default=0.0)
-
-
-def _metres(value: object) -> float:
-    """A length of the file [m], a bare one is SI; the largest of a list; 0 of anything else."""
-    number = written(value)
-    if number is None:
-        return 0.0
-    scale = factor(number.unit, "m") if number.unit else 1.0
-    return max(number.values) * (scale or 0.0)
+    """Largest tip relief of the model file [m], a bare number is SI; 0 without one."""
+    largest = 0.0
+    for path, value in leaves(dict(train.document)):
+        length = written(value) if path.endswith("tip_relief.amount") else None
+        if length is not None:
+            scale = factor(length.unit, "m") if length.unit else 1.0
+            largest = max(largest, max(length.values) * (scale or 0.0))
+    return largest
 
 
 def relief_answer(train: Train) -> Answer:
     """The estimate of the pair that bends most, beside what is drawn; the job searches for the least error."""
     if not any(mesh.teeth is not None for mesh in train.meshes):
         text = "Not known: no gear has a face width, so no flank can be relieved (stages.STAGE.face_width)."
-        return answer("relief", text)
+        return Answer("relief", text)
     estimates = estimates_of(train)
     if not estimates:
-        return answer("relief", "Not known: no torque loads the teeth (operation.torque).")
-    largest = max(estimates, key=lambda one: one.amount)
-    drawn, um = drawn_relief(train), 1e6 * largest.amount
+        return Answer("relief", "Not known: no torque loads the teeth (operation.torque).")
+    largest = max(estimates, key=lambda estimate: estimate.amount)
+    drawn, um = drawn_relief(train), number(1e6 * largest.amount, 2)
     pair = largest.pair.rpartition(".")[2]
-    figure = f"≈ {number(um, 2)} µm"
-    text = f"About {number(um, 2)} µm at the tips of {pair}: first estimate F/(c' b) at operating load"
     counts = "" if largest.counted else f' Forces and K_v count it with {largest.pair}.stiffness = "contact" alone.'
-    if not drawn:
-        level: Level = "warn" if largest.amount > _LITTLE_GAP else "good"
-        text = f"{text}; none is drawn.{counts if level == 'warn' else ''}"
-        return answer("relief", text, figure=figure, level=level, evidence="relief", job="relief")
-    level = "good" if abs(drawn / largest.amount - 1) <= _WITHIN else "warn"
-    figure = f"{number(1e6 * drawn)} µm"
-    text = f"is drawn; a first estimate F/(c' b) at operating load is {number(um, 2)} µm at the tips of {pair}.{counts}"
-    return answer("relief", text, figure=figure, level=level, evidence="relief", job="relief")
+    if drawn:
+        level: Level = "good" if abs(drawn / largest.amount - 1) <= _WITHIN else "warn"
+        figure = f"{number(1e6 * drawn)} µm"
+        text = f"is drawn; a first estimate F/(c' b) at operating load is {um} µm at the tips of {pair}.{counts}"
+    else:
+        level = "warn" if largest.amount > _LITTLE_GAP else "good"
+        figure = f"≈ {um} µm"
+        text = f"About {um} µm at the tips of {pair}: first estimate F/(c' b) at operating load; none is drawn."
+        text += counts if level == "warn" else ""
+    return Answer("relief", text, figure=figure, level=level, evidence="relief", job="relief")
 
 
 Part = Mapping[str, Any] | None

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,20 +28,23 @@ from ...statics.tangent import linear
 from ...system.assembly import assemble
 from ...train.resolution import load
 from ...train.train import Train
-from .answer import per_cent
 from .sharing_answers import in_short
+from .words import largest_known, per_cent
 
 # A soft support that is still felt, per mesh stiffness: where a floating sun is first held.
 _SOFT = 0.03
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Candidate:
-    """A number of the model file.
+class Lever:
+    """A number of the model file, and its slider once that is made.
 
-    kind : pin, run_out, sun, support, load, speed or design.  path, label, unit, entry, count : as of a lever.
-    value : in `unit`; 0 where the model has none, inf where it is rigid.  log : whether a slider is logarithmic.
-    usual : a usual value in `unit`, of a support.  others : all entries of a list, in `unit`.
+    kind : pin, run_out, sun, support, load, speed or design.  path : of the override.  label : in words.
+    value : in `unit`, "" of a plain number; of a candidate 0 where the model has none, inf where it is rigid.
+    log : whether the slider is logarithmic.  usual : a usual value in `unit`, of a support.
+    entry, count : place from 0 and number of entries, where the value is one entry of a list at the path; None of a
+        single number.  others : all entries of the list, in `unit`.
+    least, most, step : of the slider, in `unit`.  why : what it does to this train.
     """
 
     kind: str
@@ -54,10 +57,14 @@ class Candidate:
     entry: int | None = None
     count: int | None = None
     others: tuple[float, ...] = ()
+    least: float = 0.0
+    most: float = 0.0
+    step: float = 0.0
+    why: str = ""
 
     def scaled(self, si: float) -> float:
-        """A value in SI in the unit of the candidate."""
-        return si / _scale(self.unit)
+        """A value in SI in the unit of the lever."""
+        return si / _si_of(self.unit)
 
     def written(self) -> object:
         """Value of the override."""
@@ -67,7 +74,7 @@ class Candidate:
         return Written(values=values, unit=self.unit, many=True).text(values)
 
 
-def candidates_of(train: Train, tables: PlainTable, overrides: Mapping[str, object]) -> list[Candidate]:
+def candidates_of(train: Train, tables: PlainTable, overrides: Mapping[str, object]) -> list[Lever]:
     """Candidates of a train in the order of the page.
 
     tables, overrides : the model file and what is laid over it, which say how a number is written.
@@ -113,9 +120,10 @@ class _Model:
     def number(self, full: str) -> Written | None:
         """Number of the document at a full path; a radial stiffness is that along x."""
         names = (full, f"{full.removesuffix('.radial')}.x") if full.endswith(".radial") else (full,)
-        return next((one for name in names if (one := written(self.document.get(name))) is not None), None)
+        numbers = (written(self.document.get(name)) for name in names)
+        return next((number for number in numbers if number is not None), None)
 
-    def pins(self) -> Iterator[Candidate]:
+    def pins(self) -> Iterator[Lever]:
         """Tangential position of the pin that stands farthest off, else of that of planet 1."""
         for member, body in self.members.items():
             if body.kind != "planet" or body.carried_by is None or body.gear is None:
@@ -127,7 +135,7 @@ class _Model:
             if (number is not None and not number.many) or len(values) != count or count < 2:
                 continue
             entry = max(range(count), key=lambda i: (abs(values[i]), -i))
-            yield Candidate(
+            yield Lever(
                 kind="pin",
                 path=self.path_of(full),
                 label=f"pin of {self.of(member)} {entry + 1}, tangential",
@@ -138,7 +146,7 @@ class _Model:
                 others=tuple(values),
             )
 
-    def run_outs(self) -> Iterator[Candidate]:
+    def run_outs(self) -> Iterator[Lever]:
         """Run-out of every member about the axis that turns; of planets where the file has one."""
         speeds = self.train.kinematics.speed or {}
         for member, body in self.members.items():
@@ -150,7 +158,7 @@ class _Model:
                 continue
             if number is None and body.kind == "planet":
                 continue
-            yield Candidate(
+            yield Lever(
                 kind="run_out",
                 path=self.path_of(full),
                 label=f"run-out of the {self.of(member)}{'s' if body.kind == 'planet' else ''}",
@@ -158,11 +166,11 @@ class _Model:
                 unit=number.unit if number is not None and number.unit else "um",
             )
 
-    def supports(self) -> Iterator[Candidate]:
+    def supports(self) -> Iterator[Lever]:
         """Radial stiffness of suns, whether they float or not, and of what has a finite one."""
-        mesh: dict[str, float] = {}
-        for one in self.train.meshes:
-            mesh.setdefault(one.stage, one.stiffness)
+        stiffness: dict[str, float] = {}
+        for mesh in self.train.meshes:
+            stiffness.setdefault(mesh.stage, mesh.stiffness)
         for member, body in self.members.items():
             sun = body.kind == "sun" and body.gear is not None
             for table in ("support", "bearing"):
@@ -170,23 +178,23 @@ class _Model:
                 number = self.number(full)
                 stated = number is not None and not number.many
                 value = number.values[0] if number is not None and stated else math.inf
-                if body.frame not in mesh or (number is not None and not stated):
+                if body.frame not in stiffness or (number is not None and not stated):
                     continue
                 if not (0 < value < math.inf) and not (sun and table == "support"):
                     continue
                 unit = number.unit if number is not None and number.unit else "N/m"
                 word = "bearing of the" if table == "bearing" else "support of the"
-                yield Candidate(
+                yield Lever(
                     kind="sun" if sun and table == "support" else "support",
                     path=self.path_of(full),
                     label=f"{word} {self.of(member)}{'s' if body.kind == 'planet' else ''}, radial",
                     value=value,
                     unit=unit,
                     log=True,
-                    usual=_two_digits(_SOFT * mesh[body.frame] / _scale(unit)),
+                    usual=float(f"{_SOFT * stiffness[body.frame] / _si_of(unit):.2g}"),
                 )
 
-    def operation(self) -> Iterator[Candidate]:
+    def operation(self) -> Iterator[Lever]:
         """Torques, powers and speeds that the file states."""
         for table, kind in (("torque", "load"), ("power", "load"), ("speed", "speed")):
             for full, value in self.document.items():
@@ -195,7 +203,7 @@ class _Model:
                     continue
                 member = full.removeprefix(f"operation.{table}.")
                 short = in_short(self.train, full, self.document).removeprefix(f"operation.{table}.")
-                yield Candidate(
+                yield Lever(
                     kind=kind,
                     path=self.path_of(full),
                     label=f"{table} of the {short.replace('.', ' ') if not self.several else member.replace('.', ' ')}",
@@ -203,7 +211,7 @@ class _Model:
                     unit=number.unit,
                 )
 
-    def design(self) -> Iterator[Candidate]:
+    def design(self) -> Iterator[Lever]:
         """Helix angle, module, face width, masses, damping and mesh stiffnesses that the file states."""
         words = {"helix_angle": "helix angle", "module": "module", "face_width": "face width"}
         for full, value in self.document.items():
@@ -221,7 +229,7 @@ class _Model:
                 label, log = f"stiffness of {parts[3]}{stage}", True
             else:
                 continue
-            yield Candidate(
+            yield Lever(
                 kind="design",
                 path=self.path_of(full),
                 label=label,
@@ -231,17 +239,10 @@ class _Model:
             )
 
 
-def _scale(unit: str) -> float:
+def _si_of(unit: str) -> float:
     """SI value of one of a unit."""
-    for target in ("m", "N/m", "rad", "N m", "W", "N/m^2"):
-        found = factor(unit, target) if unit else 1.0
-        if found:
-            return found
-    return 1.0
-
-
-def _two_digits(value: float) -> float:
-    return float(f"{value:.2g}")
+    factors = (factor(unit, target) for target in ("m", "N/m", "rad", "N m", "W", "N/m^2") if unit)
+    return next(filter(None, factors), 1.0)
 
 
 # Natural frequencies that are compared: the lowest, which operation meets.
@@ -252,8 +253,7 @@ _NONE = 5e-4
 _FREQUENCY = 0.3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Figures:
+class Figures(NamedTuple):
     """Figures of a train.
 
     k_gamma, k_turning : largest mean-load coefficient, and while turning [1]; nan without load.
@@ -265,8 +265,7 @@ class Figures:
     frequency: NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Effect:
+class Effect(NamedTuple):
     """What a change does, in words, and its size for ranking [1]."""
 
     words: str
@@ -281,26 +280,18 @@ def figures_of(train: Train) -> Figures:
     ModelError : the train cannot be assembled.
     """
     system = assemble(train)
+    k_gamma = k_turning = float("nan")
     try:
-        loads = mean_loads(system)
-        k = [_largest(np.asarray(one)) for one in loads[:2]]
+        k_gamma, k_turning = (largest_known(np.asarray(k)) for k in mean_loads(system)[:2])
     except (ModelError, ConvergenceError):
-        k = [float("nan"), float("nan")]
+        pass
+    frequency = np.zeros(0)
     try:
         squared, _ = mean_modes(linear(system))
         frequency = np.sqrt(squared[squared > 0])[:_MODES] / (2 * np.pi)
     except (ModelError, np.linalg.LinAlgError):
-        frequency = np.zeros(0)
-    return Figures(
-        k_gamma=k[0],
-        k_turning=k[1],
-        frequency=frequency,
-    )
-
-
-def _largest(values: NDArray[np.float64]) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.max()) if known.size else float("nan")
+        pass
+    return Figures(k_gamma, k_turning, frequency)
 
 
 def effect_of(now: Figures, then: Figures, where: str) -> Effect:
@@ -321,20 +312,20 @@ def effect_of(now: Figures, then: Figures, where: str) -> Effect:
         if abs(moved[most]) > _NONE:
             words.append(f"moves a mode of {now.frequency[most]:.0f} Hz by {per_cent(float(moved[most]))}")
             size = max(size, _FREQUENCY * abs(float(moved[most])))
-    return Effect(words=f"{where}: {'; '.join(words[:2])}" if words else "", size=size)
+    return Effect(f"{where}: {'; '.join(words[:2])}" if words else "", size)
 
 
-# Levers that one screen shows beside their number boxes, and how many of each kind are taken first.
+# Levers that one screen shows beside their number boxes.
 _MOST = 7
-_PLACES = {"pin": 1, "run_out": 1, "sun": 1, "support": 1, "load": 1, "speed": 1, "design": 1}
+_ERRORS = ("pin", "run_out")
 # Candidates that are tried, 20 ms each of a small train: a model opens meanwhile.  Those that are left move nothing
 # known.  A number and no time, so that a model has the same levers whatever else the machine does.
 _TRIALS = 12
 # What needs no trial, and its size for ranking: small, that none of them takes the place of what moves the sharing.
 _KNOWN = {
-    "load": Effect(words="mesh forces follow it one to one", size=2e-3),
-    "speed": Effect(words="mesh frequencies follow it one to one", size=2e-3),
-    "damping": Effect(words="the height of the resonances", size=1e-3),
+    "load": Effect("mesh forces follow it one to one", 2e-3),
+    "speed": Effect("mesh frequencies follow it one to one", 2e-3),
+    "damping": Effect("the height of the resonances", 1e-3),
 }
 # Range of a lever per its value; errors begin at none at all.  Range of a stiffness per its power of ten: softness is
 # what is sought, and beyond ten times a support is as good as rigid.
@@ -350,31 +341,7 @@ _TRIES = 5
 _HELIX, _DAMPING = 40.0, 0.2
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModelLever:
-    """One slider.
-
-    path : of the override.  label : in words.  value, least, most, step : in `unit`, "" of a plain number.
-    integer : whether whole numbers alone are allowed.  log : whether the slider is logarithmic.
-    why : what it does to this train.  entry, count : place from 0 and number of entries, where the value is one entry
-        of a list at the path; None of a single number.
-    """
-
-    path: str
-    label: str
-    value: float
-    unit: str
-    least: float
-    most: float
-    step: float
-    integer: bool = False
-    log: bool = False
-    why: str = ""
-    entry: int | None = None
-    count: int | None = None
-
-
-def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tuple[ModelLever, ...]:
+def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tuple[Lever, ...]:
     """Levers of a model, at most seven, in the order of the page: errors, supports, load, design.
 
     Raises
@@ -383,150 +350,113 @@ def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tup
     """
     train = load(source, dict(overrides))
     tables = parse_text(file_text(source), str(source)) if isinstance(source, Path) else source
-    found = candidates_of(train, tables, overrides)
-    effects = _effects(source, overrides, train, found)
-    ranked = sorted(range(len(found)), key=lambda i: (-effects[i].size, i))
+    candidates = candidates_of(train, tables, overrides)
+    effects = _effects(source, overrides, train, candidates)
+    ranked = sorted(range(len(candidates)), key=lambda i: (-effects[i].size, i))
     chosen: list[int] = []
-    places = dict(_PLACES)
-    for i in ranked:
-        if places.get(found[i].kind, 0) > 0:
-            places[found[i].kind] -= 1
+    for i in ranked:  # the first of each kind
+        if candidates[i].kind not in [candidates[k].kind for k in chosen]:
             chosen.append(i)
-    # places that no candidate takes go to those that move most
+    # the places that are left go to those that move most
     for i in ranked:
         if len(chosen) >= _MOST:
             break
         if i not in chosen and effects[i].size > 0:
             chosen.append(i)
-    levers = (_lever(found[i], effects[i]) for i in sorted(chosen))
-    # of geometry alone an end may contradict the rest of the drawing
-    return tuple(one if one.log or not _is_drawn(one) else _that_loads(source, overrides, one) for one in levers)
+    levers = []
+    for i in sorted(chosen):
+        lever = _lever(candidates[i], effects[i])
+        # of geometry alone an end may contradict the rest of the drawing
+        if lever.path.startswith("stages") and not lever.log:
+            lever = _that_loads(source, overrides, lever)
+        levers.append(lever)
+    return tuple(levers)
 
 
-def _is_drawn(lever: ModelLever) -> bool:
-    return lever.path.startswith("stages")
-
-
-def _that_loads(source: PlainTable | Path, overrides: Mapping[str, object], lever: ModelLever) -> ModelLever:
+def _that_loads(source: PlainTable | Path, overrides: Mapping[str, object], lever: Lever) -> Lever:
     """A lever whose ends give models, drawn in where the rest of the drawing does not follow, as a rim of a module."""
     ends = []
     for end in (lever.least, lever.most):
         for _ in range(_TRIES):
-            if _loads(source, {**overrides, lever.path: f"{end:.6g} {lever.unit}" if lever.unit else end}):
+            try:
+                load(source, {**overrides, lever.path: f"{end:.6g} {lever.unit}" if lever.unit else end})
                 break
-            end = _half_way(end, lever)
+            except ModelError:  # half the way to the value, a whole step
+                steps = (lever.value - end) / 2 / lever.step
+                end = _clean(end + math.copysign(math.ceil(abs(steps) - 1e-9), steps) * lever.step)
         ends.append(end)
     return replace(lever, least=min(ends[0], lever.value), most=max(ends[1], lever.value))
 
 
-def _half_way(end: float, lever: ModelLever) -> float:
-    """Half the way from an end to the value, a whole step."""
-    if lever.log or not lever.step:
-        return lever.value
-    steps = (lever.value - end) / 2 / lever.step
-    return _clean(end + math.copysign(math.ceil(abs(steps) - 1e-9), steps) * lever.step)
-
-
-def _loads(source: PlainTable | Path, overrides: Mapping[str, object]) -> bool:
-    try:
-        load(source, overrides)
-    except ModelError:
-        return False
-    return True
-
-
 def _effects(
-    source: PlainTable | Path, overrides: Mapping[str, object], train: Train, found: list[Candidate]
+    source: PlainTable | Path, overrides: Mapping[str, object], train: Train, candidates: list[Lever]
 ) -> list[Effect]:
     """What every candidate moves; those that are not tried move nothing that is known."""
-    result = {i: _KNOWN[_known(one)] for i, one in enumerate(found) if _known(one) in _KNOWN}
+    kinds = ["damping" if candidate.path.startswith("damping") else candidate.kind for candidate in candidates]
+    effects = {i: _KNOWN[kind] for i, kind in enumerate(kinds) if kind in _KNOWN}
     now = figures_of(train)
-    nothing = Effect(words="", size=0.0)
-    for i in [i for i in _in_turn(found) if i not in result][:_TRIALS]:
-        one = replace(found[i], value=_tried(found[i]))
+    for i in [i for i in _in_turn(candidates) if i not in effects][:_TRIALS]:
+        tried = replace(candidates[i], value=_tried(candidates[i]))
         try:
-            then = figures_of(load(source, {**overrides, one.path: one.written()}))
+            then = figures_of(load(source, {**overrides, tried.path: tried.written()}))
         except (ModelError, ConvergenceError, ArithmeticError):
             continue
-        result[i] = effect_of(now, then, f"at {_short(one.value)} {one.unit}".strip())
-    return [result.get(i, nothing) for i in range(len(found))]
+        value = f"{tried.value:.0f}" if 1e3 <= abs(tried.value) < 1e6 else f"{tried.value:.3g}"
+        effects[i] = effect_of(now, then, f"at {value} {tried.unit}".strip())
+    return [effects.get(i, Effect("", 0.0)) for i in range(len(candidates))]
 
 
-def _known(one: Candidate) -> str:
-    return "damping" if one.path.startswith("damping") else one.kind
-
-
-def _in_turn(found: list[Candidate]) -> list[int]:
+def _in_turn(candidates: list[Lever]) -> list[int]:
     """Places of the candidates, one of each kind in turn, so that their number costs no kind its best."""
-    seen: dict[str, int] = {}
+    before: dict[str, int] = {}
     rounds = []
-    for i, one in enumerate(found):
-        rounds.append((seen.get(one.kind, 0), i))
-        seen[one.kind] = seen.get(one.kind, 0) + 1
+    for i, candidate in enumerate(candidates):
+        rounds.append((before.get(candidate.kind, 0), i))
+        before[candidate.kind] = before.get(candidate.kind, 0) + 1
     return [i for _, i in sorted(rounds)]
 
 
-def _tried(one: Candidate) -> float:
+def _tried(candidate: Lever) -> float:
     """Another value of a candidate: twice, of an error without a value a usual one, of design a tenth more."""
-    if one.kind in ("pin", "run_out"):
-        return 2 * one.value if one.value else one.scaled(_ERROR / 3)
-    if one.kind == "sun" and not 0 < one.value < math.inf:
-        return one.usual
-    return one.value * (1.1 if one.kind == "design" else 2.0)
+    if candidate.kind in _ERRORS:
+        return 2 * candidate.value if candidate.value else candidate.scaled(_ERROR / 3)
+    if candidate.kind == "sun" and not 0 < candidate.value < math.inf:
+        return candidate.usual
+    return candidate.value * (1.1 if candidate.kind == "design" else 2.0)
 
 
-def _lever(one: Candidate, effect: Effect) -> ModelLever:
-    value, least, most = one.value, *_range(one)
-    step = _nice((most - least) / _STEPS)
-    if not one.log:
+def _lever(candidate: Lever, effect: Effect) -> Lever:
+    value, why, step = candidate.value, effect.words, 0.0
+    least, most = _range(candidate)
+    if not candidate.log:  # ends are whole steps: 1, 2, 5, 10 .. times a power of ten
+        width = (most - least) / _STEPS
+        power = 10.0 ** math.floor(math.log10(width)) if width > 0 else 1.0
+        step = max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= width * (1 + 1e-9)) * power
         least, most = math.floor(least / step + 1e-9) * step, math.ceil(most / step - 1e-9) * step
-        least = least if least > 0 or one.kind in ("pin", "run_out") else step
-    why = effect.words
-    if one.kind == "sun" and not 0 < value < math.inf:
+        least = least if least > 0 or candidate.kind in _ERRORS else step
+    if candidate.kind == "sun" and not 0 < value < math.inf:
         why = ", ".join(filter(None, ["the sun floats now" if value == 0 else "rigid now", why]))
         value = value if value == 0 else most
-    return ModelLever(
-        path=one.path,
-        label=one.label,
-        value=_clean(value),
-        unit=one.unit,
-        least=_clean(least),
-        most=_clean(most),
-        step=0.0 if one.log else _clean(step),
-        log=one.log,
-        why=why,
-        entry=one.entry,
-        count=one.count,
-    )
+    return replace(candidate, value=_clean(value), least=_clean(least), most=_clean(most), step=_clean(step), why=why)
 
 
-def _range(one: Candidate) -> tuple[float, float]:
+def _range(candidate: Lever) -> tuple[float, float]:
     """Ends of a slider in the unit of the candidate."""
-    value = one.value
-    if one.kind in ("pin", "run_out"):
-        return 0.0, max(_MOST_TIMES * abs(value), one.scaled(_ERROR))
-    if one.log:
-        middle = value if 0 < value < math.inf else one.usual
+    value = candidate.value
+    if candidate.kind in _ERRORS:
+        return 0.0, max(_MOST_TIMES * abs(value), candidate.scaled(_ERROR))
+    if candidate.log:
+        middle = value if 0 < value < math.inf else candidate.usual
         power = 10.0 ** round(math.log10(middle))
         return power * _SOFTEST, power * _STIFFEST
-    if one.path.endswith("helix_angle"):
-        return _LEAST * value, min(_MOST_TIMES * value, one.scaled(math.radians(_HELIX)))
-    if one.path.startswith("damping"):
+    if candidate.path.endswith("helix_angle"):
+        return _LEAST * value, min(_MOST_TIMES * value, candidate.scaled(math.radians(_HELIX)))
+    if candidate.path.startswith("damping"):
         return _LEAST * value, min(_MOST_TIMES * value, max(_DAMPING, value))
-    if one.kind == "design":
+    if candidate.kind == "design":
         return 0.5 * value, 2 * value
     return _LEAST * value, _MOST_TIMES * value
 
 
-def _nice(value: float) -> float:
-    """The next of 1, 2, 5, 10 .. times a power of ten at or below a value."""
-    power = 10.0 ** math.floor(math.log10(value)) if value > 0 else 1.0
-    return max(one for one in (1.0, 2.0, 5.0) if one * power <= value * (1 + 1e-9)) * power
-
-
 def _clean(value: float) -> float:
     return float(f"{value:.9g}")
-
-
-def _short(value: float) -> str:
-    return f"{value:.3g}" if not 1e3 <= abs(value) < 1e6 else f"{value:.0f}"

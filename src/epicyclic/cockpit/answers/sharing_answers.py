@@ -20,8 +20,7 @@ from ...document.written_numbers import written
 from ...teeth.grades import FLANK_GRADES, SIZE_GRADES, run_out_width
 from ...train.bodies import Body
 from ...train.train import Train
-from .answer import Answer, Level, answer, number
-from .names import listed
+from .words import Answer, Level, listed, number
 
 # Tables whose second key may be left out where the train has one stage.
 _STAGED = ("deviations", "operation.speed", "operation.torque", "operation.power")
@@ -44,31 +43,24 @@ def in_short(train: Train, path: str, document: Mapping[str, object] | None = No
     return path
 
 
-def leaves_below(train: Train, path: str) -> dict[str, object]:
-    """Full path -> value of everything at a path or below it, which may leave out the name of the stage."""
-    document = dict(leaves(dict(train.document)))
-    for full in (path, *(_with_stage(path, stage) for stage in train.planets)):
-        found = {p: value for p, value in document.items() if p == full or p.startswith(f"{full}.")}
-        if found:
-            return found
-    return {}
-
-
-def _with_stage(path: str, stage: str) -> str:
-    table = next((one for one in _STAGED if path.startswith(f"{one}.")), "")
-    return f"{table}.{stage}.{path.removeprefix(f'{table}.')}" if table else path
-
-
 def scaled(train: Train, path: str, factor: float) -> dict[str, object]:
-    """Overrides that multiply every number at a path and below it, but for phases; empty where there is none."""
-    found: dict[str, object] = {}
+    """Overrides that multiply every number at a path and below it, but for phases; empty where there is none.
+
+    The path may leave out the name of the stage.
+    """
     document = dict(leaves(dict(train.document)))
-    for leaf, value in leaves_below(train, path).items():
-        number = written(value)
-        if number is not None and not number.whole and leaf.rpartition(".")[2] != "phase" and any(number.values):
-            short = in_short(train, leaf, document)
-            found[short] = number.text(tuple(float(f"{factor * one:.6g}") for one in number.values))
-    return found
+    table = next((table for table in _STAGED if path.startswith(f"{table}.")), "")
+    with_stage = [f"{table}.{stage}.{path.removeprefix(f'{table}.')}" for stage in train.planets] if table else []
+    overrides: dict[str, object] = {}
+    for full in (path, *with_stage):
+        for leaf, value in document.items():
+            number = written(value) if leaf == full or leaf.startswith(f"{full}.") else None
+            if number is not None and not number.whole and leaf.rpartition(".")[2] != "phase" and any(number.values):
+                values = tuple(float(f"{factor * value:.6g}") for value in number.values)
+                overrides[in_short(train, leaf, document)] = number.text(values)
+        if overrides:
+            break
+    return overrides
 
 
 _CLASS = 6  # ISO 1328-1 class of ground planetary gears
@@ -90,36 +82,29 @@ def class_six(train: Train) -> Mapping[str, object]:
         if body.gear is not None and body.frame in train.planets:
             gears.setdefault(body.member, body)
     for member, body in gears.items():
-        path = f"deviations.{member if several else member.rpartition('.')[2]}"
         radius, module = (0.0, 0.0) if body.gear is None else (body.gear.reference_radius, body.gear.module)
         if not (module > 0 and math.isfinite(radius) and radius > 0):
             continue
+        path = f"deviations.{member if several else member.rpartition('.')[2]}.run_out"
         width = run_out_width(max(2 * radius, _DIAMETER), max(module, _MODULE), _CLASS)
-        _put(values, reasons, f"{path}.run_out", quantity_text(round(width / 2, 7), "length"), _run_out_reason())
+        values[path] = quantity_text(round(width / 2, 7), "length")
+        reasons[f'assumed."{path}"'] = f"half of the run-out F_rT of class {_CLASS} of ISO 1328-1:2013"
     for stage, count in train.planets.items():
         carried = next((m for m, body in gears.items() if body.frame == stage and body.carried_by is not None), None)
         if carried is None or count < 2:
             continue
         path = f"deviations.{carried if several else carried.rpartition('.')[2]}.position.y"
-        zeros = ", 0" * (count - 1)
-        reason = "one pin, that of planet 1, stands 20 um off along the circle of pins"
-        _put(values, reasons, path, f"[{_PIN * 1e6:g}{zeros}] um", reason)
+        values[path] = f"[{_PIN * 1e6:g}{', 0' * (count - 1)}] um"
+        reasons[f'assumed."{path}"'] = "one pin, that of planet 1, stands 20 um off along the circle of pins"
     return {**values, **reasons}
-
-
-def _run_out_reason() -> str:
-    return f"half of the run-out F_rT of class {_CLASS} of ISO 1328-1:2013"
-
-
-def _put(values: dict[str, object], reasons: dict[str, object], path: str, value: object, reason: str) -> None:
-    values[path] = value
-    reasons[f'assumed."{path}"'] = reason
 
 
 _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 _GRADE_OF = re.compile(r"(.*?(?:IT|:\d{4}\s+))(\d+)(\s*,.*)", re.DOTALL)
 # Grades finer that halve a tolerance: of ISO 1328-1 exactly (a step is the root of 2), of ISO 286-1 nearly.
 _FINER = 2
+# Place of the spread among the numbers of a distribution.
+_SPREAD = {"disc": 0, "rayleigh": 0, "normal": 1, "truncated": 1}
 
 
 def halved_text(text: str) -> str | None:
@@ -136,28 +121,18 @@ def halved_text(text: str) -> str | None:
         finer, known = int(grade[2]) - _FINER, SIZE_GRADES if grade[1].endswith("IT") else FLANK_GRADES
         return f"grade({grade[1]}{finer}{grade[3]})" if finer in known else None
     parts = [part.strip() for part in inside.split(",")]
-    numbers = [one for one in map(written, parts) if one is not None]
+    numbers = [number for number in map(written, parts) if number is not None]
     if not numbers or len(numbers) < len(parts):
         return None
-    if name in ("disc", "rayleigh"):
-        return f"{name}({_scaled(parts[0], 0.5)})"
-    if name == "normal":
-        return f"normal({parts[0]}, {_scaled(parts[1], 0.5)})"
     if name == "uniform" and numbers[0].unit == numbers[-1].unit:
         low, high = numbers[0].values[0], numbers[-1].values[0]
         inner = ((3 * low + high) / 4, (low + 3 * high) / 4)
         return f"uniform({', '.join(f'{end:.6g} {numbers[0].unit}'.rstrip() for end in inner)})"
-    if name == "truncated":
-        return f"truncated({parts[0]}, {_scaled(parts[1], 0.5)}, {parts[2]}, {parts[3]})"
-    return None
-
-
-def _scaled(text: str, factor: float) -> str:
-    number = written(text)
-    if number is None:
-        return text
-    value = f"{factor * number.values[0]:.6g}"
-    return f"{value} {number.unit}" if number.unit else value
+    spread = _SPREAD.get(name)
+    if spread is None:
+        return None
+    half = f"{0.5 * numbers[spread].values[0]:.6g} {numbers[spread].unit}".rstrip()
+    return f"{name}({', '.join([*parts[:spread], half, *parts[spread + 1 :]])})"
 
 
 def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
@@ -176,7 +151,7 @@ def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
         return {} if half is None else {where: half}
     if isinstance(value, Mapping):
         parts = (part,) if part else ("own", "common")
-        halves = {key: halved_text(one) for key in parts if isinstance(one := value.get(key), str)}
+        halves = {key: halved_text(text) for key in parts if isinstance(text := value.get(key), str)}
         changed = {**value, **{key: half for key, half in halves.items() if half is not None}}
         return {} if changed == dict(value) else {where: changed}
     return {}
@@ -196,6 +171,7 @@ _WORTH, _MOST = 1.0, 50.0
 # Branch in the label of a mesh: "sun, planet 2 left", "sun, star1 5".
 _BRANCH = re.compile(r"\b(\w+) (\d+)\b")
 _MANY = {"planet": "planets", "branch": "branches"}
+_LEVELS: tuple[Level, ...] = ("good", "warn", "bad")
 _HALVE = "Halve this deviation"
 _ASSUME = "Assume ISO class 6 deviations"
 
@@ -203,18 +179,16 @@ _ASSUME = "Assume ISO class 6 deviations"
 def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mapping[str, Any] | None) -> Answer:
     """The branch with the largest coefficient, by the definition mean-load; while turning where all are equal."""
     if sharing is None:
-        return answer("planet", _no_load(train))
+        return Answer("planet", _no_load(train))
     value = np.asarray(sharing["coefficient"], dtype=float)
     if not np.isfinite(value).any():
-        return answer("planet", "Not known: no mesh carries load.")
+        return Answer("planet", "Not known: no mesh carries load.")
     largest, turning = float(np.nanmax(value)), float(sharing.get("k_gamma_turning") or np.nan)
-    planets = _planets(train)
+    planets = max(train.planets.values(), default=1)
     if largest <= 1 + _ONE and not has_deviations(train):
         text = f"No deviations are given: all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
         values = class_six(train)
-        return answer(
-            "planet", text, figure="1.000", apply=values, apply_label=_ASSUME, evidence="sharing", level="none"
-        )
+        return Answer("planet", text, figure="1.000", apply=values, apply_label=_ASSUME, evidence="sharing")
     if largest <= 1 + _ONE:
         while_turning = np.asarray(sharing.get("turning", value), dtype=float)
         peak = ""
@@ -222,46 +196,44 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
             whom = carrying(sharing["rows"], while_turning, f"up to {turning:.3f}")
             peak = f"; while turning {whom[:1].lower()}{whom[1:]}"
         text = f"All planets carry the same mean load: nothing that stands still parts it{peak}."
-        return answer("planet", text, figure=f"{largest:.3f}", level=_level(turning, planets), evidence="sharing")
+        return Answer("planet", text, figure=f"{largest:.3f}", level=_level(turning, planets), evidence="sharing")
     text = carrying(sharing["rows"], value, f"{largest:.3f}") + ", mean-load K_gamma"
     if turning > largest + _NO_CHANGE:
         text += f" ({turning:.3f} while turning)"
-    mean, peak = _level(largest, planets), _level(turning - _FAR, planets)
-    worse = _worse(mean, peak)
-    return answer(
-        "planet",
-        f"{text}{_because(errors)}.",
-        # the figure that the level is of stands in the line
-        figure=f"{largest:.3f}" if worse == mean else f"{largest:.3f}, {turning:.3f} turning",
-        level=worse,
-        evidence="sharing",
-    )
-
-
-def _worse(one: Level, other: Level) -> Level:
-    """The worse of two levels of load; what turns lasts a part of each revolution, so it counts from 0.1 above."""
-    order: tuple[Level, ...] = ("good", "warn", "bad")
-    return max(one, other, key=order.index)
+    if errors is not None and errors["rows"] and float(errors["rows"][0]["share"]) > _WORTH:
+        first = errors["rows"][0]
+        much = "most" if float(first["share"]) >= _MOST else f"{float(first['share']):.0f} %"
+        text += f"; {much} of what is above 1 from {first['label']}"
+    # what turns lasts a part of each revolution, so it counts from 0.1 above
+    mean, peak_level = _level(largest, planets), _level(turning - _FAR, planets)
+    worse = max(mean, peak_level, key=_LEVELS.index)
+    # the figure that the level is of stands in the line
+    figure = f"{largest:.3f}" if worse == mean else f"{largest:.3f}, {turning:.3f} turning"
+    return Answer("planet", f"{text}.", figure=figure, level=worse, evidence="sharing")
 
 
 def carrying(rows: Sequence[Mapping[str, Any]], value: NDArray[np.float64], much: str) -> str:
     """``Planets 2, 3 carry 1.034 of their fair share at sun-planet``: the branches that carry most, and at which pair
     of gears where they have another one."""
-    tied = [row for row, one in zip(rows, value, strict=True) if one >= np.nanmax(value) - _TIED]
+    tied = [row for row, factor in zip(rows, value, strict=True) if factor >= np.nanmax(value) - _TIED]
     sides: dict[tuple[str, int, str], set[str]] = {}  # by word, branch and stage
     for row in tied:
         word, branch, side, of = _seat(str(row["label"]))
         sides.setdefault((word, branch, of), set()).add(side)
     branches: dict[tuple[str, str, str], list[int]] = {}  # a branch that carries as much on both sides needs no side
-    for (word, branch, of), own in sides.items():
-        branches.setdefault((word, "".join(own) if len(own) == 1 else "", of), []).append(branch)
-    whom = " and ".join(
-        f"{word if len(own) == 1 else _MANY.get(word, word)} {listed(own) if any(own) else ''}".rstrip() + side + of
-        for (word, side, of), own in branches.items()
-    )
+    for (word, branch, of), on_sides in sides.items():
+        branches.setdefault((word, "".join(on_sides) if len(on_sides) == 1 else "", of), []).append(branch)
+    subjects = []
+    for (word, side, of), numbers in branches.items():
+        subject = word if len(numbers) == 1 else _MANY.get(word, word)
+        if any(numbers):
+            subject += f" {listed(numbers)}"
+        subjects.append(f"{subject}{side}{of}")
+    whom = " and ".join(subjects)
     carry, their = ("carries", "its") if len(sides) == 1 else ("carry", "their")
     pairs = dict.fromkeys(str(row["pair"]) for row in tied)
-    theirs = {str(row["pair"]) for row in rows if _seat(str(row["label"]))[::3] in {key[::2] for key in sides}}
+    seats = {(word, of) for word, _, of in sides}
+    theirs = {str(row["pair"]) for row in rows if _seat(str(row["label"]))[::3] in seats}
     at = "" if set(pairs) == theirs else f" at {' and '.join(pairs)}"
     return f"{whom[:1].upper()}{whom[1:]} {carry} {much} of {their} fair share{at}"
 
@@ -282,16 +254,6 @@ def _level(factor: float, planets: int) -> Level:
     return "good" if not factor > usual else "warn" if factor <= usual + _FAR else "bad"
 
 
-def _because(errors: Mapping[str, Any] | None) -> str:
-    """The error with the largest share, where it is known."""
-    if errors is None or not errors["rows"] or not float(errors["rows"][0]["share"]) > _WORTH:
-        return ""
-    first = errors["rows"][0]
-    share = float(first["share"])
-    much = "most" if share >= _MOST else f"{share:.0f} %"
-    return f"; {much} of what is above 1 from {first['label']}"
-
-
 def has_deviations(train: Train) -> bool:
     """Whether anything deviates from the drawing: a member, a mesh or a pin that is not where or as it should be."""
     return any(np.any(item.vector) for item in train.displacements) or any(item.amplitude for item in train.mesh_errors)
@@ -300,92 +262,74 @@ def has_deviations(train: Train) -> bool:
 def float_answer(train: Train, sharing: Mapping[str, Any] | None, twin: Mapping[str, Any] | None) -> Answer:
     """K_gamma of the train beside that of the same train with a floating sun, or with a supported one."""
     if not any(body.kind == "sun" and body.gear is not None for body in train.bodies):
-        return answer("float", "The train has no sun that could float.")
+        return Answer("float", "The train has no sun that could float.")
     if sharing is None:
-        return answer("float", _no_load(train))
+        return Answer("float", _no_load(train))
     if twin is None or sharing["k_gamma"] is None:
-        return answer("float", "The sun has no radial support of its own to take away, or nothing else holds it.")
+        return Answer("float", "The sun has no radial support of its own to take away, or nothing else holds it.")
     now, then = float(sharing["k_gamma"]), float(twin["k_gamma"])
     figure = f"{now:.3f} → {then:.3f}"
     if not has_deviations(train) and now <= 1 + _ONE:
         text = "Nothing yet: without deviations the planets share equally, floating sun or not."
-        return answer("float", text, figure="0 %", evidence="sharing")
+        return Answer("float", text, figure="0 %", evidence="sharing")
     of_stage = f" of {twin['stage']}" if len(train.planets) > 1 else ""
+    level: Level = "good"
+    values: dict[str, object] = {}
     if twin["value"] != 0:
         text = f"The sun{of_stage} floats already: K_gamma {now:.3f}; with a rigid support it would be {then:.3f}."
-        return answer("float", text, figure=f"{now:.3f}", level="good", evidence="sharing")
-    if abs(now - then) < _NO_CHANGE:
+        figure = f"{now:.3f}"
+    elif abs(now - then) < _NO_CHANGE:
         text = f"Nothing: K_gamma is {now:.3f} with the support of the sun{of_stage} and without it."
-        return answer("float", text, figure="0 %", level="good", evidence="sharing")
-    if then > now:
+        figure = "0 %"
+    elif then > now:
         text = f"It costs: without its support the sun{of_stage} raises K_gamma from {now:.3f} to {then:.3f}."
-        return answer("float", text, figure=figure, level="good", evidence="sharing")
-    text = f"K_gamma falls from {now:.3f} to {then:.3f} where the sun{of_stage} floats."
-    level: Level = "warn" if now - then > 0.01 else "good"
-    return answer(
-        "float",
-        text,
-        figure=figure,
-        level=level,
-        apply={str(twin["path"]): twin["value"]},
-        apply_label="Let the sun float",
-        evidence="sharing",
-    )
+    else:
+        text = f"K_gamma falls from {now:.3f} to {then:.3f} where the sun{of_stage} floats."
+        level = "warn" if now - then > 0.01 else "good"
+        values = {str(twin["path"]): twin["value"]}
+    label = "Let the sun float"
+    return Answer("float", text, figure=figure, level=level, apply=values, apply_label=label, evidence="sharing")
 
 
 def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mapping[str, Any] | None) -> Answer:
     """The deviation without which K_gamma falls most; where the drawing has tolerances a job says their shares."""
     job = "tolerance" if train.document.get("tolerance") and sharing is not None else None
     if sharing is None:
-        return answer("error", _no_load(train))
+        return Answer("error", _no_load(train))
     if not has_deviations(train):
         text = "No deviations are given: no error costs anything; class 6 of ISO 1328-1 may be assumed."
-        return answer(
-            "error", text, figure="0 %", apply=class_six(train), apply_label=_ASSUME, evidence="errors", job=job
-        )
+        values = class_six(train)
+        return Answer("error", text, figure="0 %", apply=values, apply_label=_ASSUME, evidence="errors", job=job)
     if errors is None or not errors["rows"]:
         text = "No deviation parts the load: all of them follow the mesh frequency, which is no part of K_gamma."
-        return answer("error", text, evidence="errors", job=job)
-    first = errors["rows"][0]
+        return Answer("error", text, evidence="errors", job=job)
+    rows: Sequence[Mapping[str, Any]] = errors["rows"]
+    first, k = rows[0], float(errors["k_gamma"])
     share = float(first["share"])
     of = "while turning" if "turning" in str(errors.get("of", "")) else "mean-load"
-    if not share > _WORTH or float(errors["k_gamma"]) - 1 < _NO_CHANGE:
-        return _turning_error(train, errors, of, job)
-    without = float(first.get("without", np.nan))
-    then = f"; {without:.3f} without it" if np.isfinite(without) else ""
-    return answer(
+    level: Level = "good"
+    if share > _WORTH and not k - 1 < _NO_CHANGE:
+        without = float(first.get("without", np.nan))
+        then = f"; {without:.3f} without it" if np.isfinite(without) else ""
+        text = f"of K_gamma\u00a0-\u00a01 ({of}): {first['label']}{then}."
+        level = "warn" if share >= _MOST and _level(k, max(train.planets.values(), default=1)) != "good" else "good"
+    else:  # no deviation parts the mean load: the one that costs most while the train turns
+        first = max(rows, key=lambda row: float(row.get("turning", 0.0)))
+        share = float(first.get("turning", 0.0))
+        text = f"No single deviation changes K_gamma ({of}) by {number(_WORTH)} % of what it is above 1"
+        if not share > _WORTH:
+            return Answer("error", f"{text}.", figure="0 %", level="good", evidence="errors", job=job)
+        text += f"; while turning the largest part has the {first['label']}, {share:.0f} %."
+    return Answer(
         "error",
-        f"of K_gamma\u00a0-\u00a01 ({of}): {first['label']}{then}.",
+        text,
         figure=f"{share:.0f} %",
-        level="warn" if share >= _MOST and _level(float(errors["k_gamma"]), _planets(train)) != "good" else "good",
+        level=level,
         apply=scaled(train, str(first["path"]), 0.5),
         apply_label=_HALVE,
         evidence="errors",
         job=job,
     )
-
-
-def _turning_error(train: Train, errors: Mapping[str, Any], of: str, job: str | None) -> Answer:
-    """The answer where no deviation parts the mean load: the one that costs most while the train turns."""
-    first = max(errors["rows"], key=lambda row: float(row.get("turning", 0.0)))
-    turning = float(first.get("turning", 0.0))
-    text = f"No single deviation changes K_gamma ({of}) by {number(_WORTH)} % of what it is above 1"
-    if not turning > _WORTH:
-        return answer("error", f"{text}.", figure="0 %", level="good", evidence="errors", job=job)
-    return answer(
-        "error",
-        f"{text}; while turning the largest part has the {first['label']}, {turning:.0f} %.",
-        figure=f"{turning:.0f} %",
-        level="good",
-        apply=scaled(train, str(first["path"]), 0.5),
-        apply_label=_HALVE,
-        evidence="errors",
-        job=job,
-    )
-
-
-def _planets(train: Train) -> int:
-    return max(train.planets.values(), default=1)
 
 
 def _no_load(train: Train) -> str:

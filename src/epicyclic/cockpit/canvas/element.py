@@ -34,7 +34,10 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
 
     def frame(self, packed: bytes) -> None:
         """Show a packed frame in every pane of the page; parts with an older revision than shown are dropped there."""
-        self._sent[_kind(packed)] = packed
+        size = int.from_bytes(packed[:4], "little")
+        frame = json.loads(packed[4 : 4 + size])
+        job = frame["head"].get("job", {}).get("name", "") if frame["kind"] == "job" else ""
+        self._sent[f"{frame['kind']}:{job}"] = packed
         if self._ready:
             self.run_method("frame", _text(packed))
 
@@ -51,10 +54,6 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
     def stale(self, is_stale: bool) -> None:
         """Draw at 40 %, as older than the state; a part older than the newest frame is drawn so anyhow."""
         self._tell("stale", is_stale)
-
-    def play(self, is_playing: bool) -> None:
-        """Let the train turn and the mode shape swing, or stand."""
-        self._tell("play", is_playing)
 
     def evidence(self, name: str) -> None:
         """What an evidence pane shows: ``"sharing"``, ``"errors"`` or the name of a job."""
@@ -130,22 +129,11 @@ def send(where: Client | Board, packed: bytes) -> None:
     where : any pane of the page, or its client; a client without a pane is left alone.
     packed : frame as `pack` gives it.
     """
-    board = where if isinstance(where, Board) else _first_board(where)
+    elements = [where] if isinstance(where, Board) else where.elements.values()
+    board = next((element for element in elements if isinstance(element, Board)), None)
     if board is not None:
         board.frame(packed)
 
 
-def _first_board(client: Client) -> Board | None:
-    return next((element for element in client.elements.values() if isinstance(element, Board)), None)
-
-
 def _text(packed: bytes) -> str:
     return base64.b64encode(packed).decode("ascii")
-
-
-def _kind(packed: bytes) -> str:
-    """Kind of a packed frame, and the job's name for one of a job."""
-    size = int.from_bytes(packed[:4], "little")
-    written = json.loads(packed[4 : 4 + size])
-    name = written["head"].get("job", {}).get("name", "") if written["kind"] == "job" else ""
-    return f"{written['kind']}:{name}"

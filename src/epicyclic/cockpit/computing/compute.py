@@ -14,6 +14,7 @@ import time
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -29,9 +30,9 @@ from ...system.assembly import assemble
 from ...system.system import System
 from ...train.resolution import load
 from ...train.train import Train
-from ..answers import answers, checks
-from ..answers.names import SpeedAxis, body_labels, mesh_labels, override_at, speed_axis
-from .frames import PageFrame, Request, failed_frame
+from ..answers import answers
+from ..answers.words import SpeedAxis, body_labels, mesh_labels, override_at, speed_axis
+from ..state.frames import PageFrame, Request, failed_frame
 from .sharing_view import (
     ErrorView,
     SharingView,
@@ -108,18 +109,12 @@ class _Model:
     axis: SpeedAxis | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Missing:
+class _Missing(NamedTuple):
     """What is not computed: for which pane, why, and the path in the model file that it is about."""
 
     pane: str
     text: str
     path: str
-
-    @property
-    def check(self) -> dict[str, str]:
-        """An entry of ``head["checks"]``."""
-        return {"level": "warn", "code": "not-computed", "text": self.text, "path": self.path}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -145,9 +140,8 @@ class _Shown(NamedTuple):
     head: Any
     values: Mapping[str, NDArray[Any]]
 
-    def arrays(self, name: str) -> Arrays:
-        """Arrays by their names in a frame."""
-        return {f"{name}/{key}": values for key, values in self.values.items()}
+
+_NOT_COMPUTED = (ModelError, ConvergenceError, ArithmeticError, np.linalg.LinAlgError)
 
 
 class _Stopped(Exception):
@@ -168,26 +162,21 @@ def compute(request: Request, *, stop: Callable[[], bool] | None = None) -> Iter
         true, the frame at work is given up and no other follows.
     """
     start = time.perf_counter()
-    try:
-        model, parts = _live_set(request)
-        yield _live_frame(model, parts, start)
-        if request.kind == "full":
-            yield from _further_frames(model, parts, _pause_of(stop))
-    except _Stopped:
-        return
-    except (ModelError, ConvergenceError, ArithmeticError, np.linalg.LinAlgError) as error:
-        frame = failed_frame(request.rev, error)
-        yield replace(frame, head={**frame.head, "path": override_at(frame.head["path"], request.overrides)})
-
-
-def _pause_of(stop: Callable[[], bool] | None) -> Callable[[], None]:
-    """What is called between two pieces of work: raises _Stopped where somebody waits."""
 
     def pause() -> None:
         if stop is not None and stop():
             raise _Stopped
 
-    return pause
+    try:
+        model, parts = _live_set(request)
+        yield _live_frame(model, parts, start)
+        if request.kind == "full":
+            yield from _further_frames(model, parts, pause)
+    except _Stopped:
+        return
+    except _NOT_COMPUTED as error:
+        frame = failed_frame(request.rev, error)
+        yield replace(frame, head={**frame.head, "path": override_at(frame.head["path"], request.overrides)})
 
 
 def warm_up() -> None:
@@ -208,29 +197,21 @@ def _run_all(*, compiled: bool) -> None:
 
 
 def _live_set(request: Request) -> tuple[_Model, _Parts]:
-    """Train and live set of a request; those of the request before where a lever is only let go."""
+    """Train and live set of a request; those of the request before where a lever is only let go.
+
+    Raises
+    ------
+    ModelError : the model is wrong, or cannot be assembled, or the speed is not above zero.
+    """
     global _newest
     compiled = compiler_ready() if request.compiled is None else request.compiled
     same = replace(request, rev=0, kind="live", compiled=compiled)
     # a file may have changed meanwhile
     if _newest is not None and _newest[0] == same and not isinstance(request.source, Path):
         return replace(_newest[1], request=request), _newest[2]
-    model = _model(request)
-    parts = _live_parts(model, compiled=compiled)
-    _newest = same, model, parts
-    return model, parts
-
-
-def _model(request: Request) -> _Model:
-    """The train of a request, assembled.
-
-    Raises
-    ------
-    ModelError : the model is wrong, or cannot be assembled, or the speed is not above zero.
-    """
     require_speed(request.relative_speed)
     train = load(request.source, dict(request.overrides))
-    return _Model(
+    model = _Model(
         request=request,
         train=train,
         system=assemble(train),
@@ -238,18 +219,21 @@ def _model(request: Request) -> _Model:
         meshes=mesh_labels(train),
         axis=speed_axis(train),
     )
+    parts = _live_parts(model, compiled=compiled)
+    _newest = same, model, parts
+    return model, parts
 
 
 def _attempt(pane: str, what: str, compute_it: Callable[[], Found], missing: list[_Missing]) -> Found | None:
     """A result, or None and why it is missing: what cannot be computed leaves the rest of the page alone."""
     try:
         return compute_it()
-    except (ModelError, ConvergenceError, ArithmeticError, np.linalg.LinAlgError) as error:
-        problem = error.problem if isinstance(error, ModelError) else str(error)
-        path = error.path if isinstance(error, ModelError) else ""
-        allowed = f"; allowed: {error.allowed}" if isinstance(error, ModelError) and error.allowed else ""
-        missing.append(_Missing(pane=pane, text=f"no {what}: {problem}{allowed}", path=path))
-        return None
+    except ModelError as error:
+        allowed = f"; allowed: {error.allowed}" if error.allowed else ""
+        missing.append(_Missing(pane, f"no {what}: {error.problem}{allowed}", error.path))
+    except _NOT_COMPUTED as error:
+        missing.append(_Missing(pane, f"no {what}: {error}", ""))
+    return None
 
 
 def _live_parts(model: _Model, *, compiled: bool) -> _Parts:
@@ -263,16 +247,13 @@ def _live_parts(model: _Model, *, compiled: bool) -> _Parts:
         missing,
     )
     shared = _attempt("sharing", "load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
-    twin = None if shared is None else twin_of(train, shared)
-    errors = (
-        None
-        if shared is None
-        else _attempt("errors", "share of the errors", lambda: error_view(train, system), missing)
-    )
+    twin = errors = curves = None
+    if shared is not None:
+        twin = twin_of(train, shared)
+        errors = _attempt("errors", "share of the errors", lambda: error_view(train, system), missing)
     ready = _attempt("sweep", "forces over speed", lambda: speed_model(system, compiled=compiled), missing)
-    curves = None
     if ready is not None:
-        effort = efforts(ready).live
+        effort = efforts(ready)[0]
         curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, effort), missing)
     return _Parts(
         modes=modes, sharing=shared, twin=twin, errors=errors, ready=ready, curves=curves, missing=tuple(missing)
@@ -291,7 +272,7 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
         arrays["meshes/load"] = parts.sharing.load
     for name, part in shown.items():
         head[name] = part.head
-        arrays |= part.arrays(name)
+        arrays |= {f"{name}/{key}": values for key, values in part.values.items()}
     head["missing"] = {one.pane: one.text for one in parts.missing}
     head["state"] = {
         **operation_head(model.train, relative_speed=relative_speed),
@@ -303,40 +284,35 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
 def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> Iterator[PageFrame]:
     """The frames of a state at rest, after the live one."""
     system, missing = model.system, list[_Missing]()
-    ready = parts.ready
-    if ready is not None and parts.curves is not None:
-        wanted = efforts(ready)
-        curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, wanted.full, pause=pause), missing)
-        if curves is not None:
-            parts = replace(parts, curves=curves)
-            yield _part_frame(model, parts, "sweep")
-        if wanted.shafts is not None:
-            shafts = wanted.shafts
-            curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, shafts, pause=pause), missing)
+    if parts.ready is not None and parts.curves is not None:
+        ready = parts.ready
+        for effort in efforts(ready)[1:]:
+            work = partial(force_curves, ready, effort, pause=pause)
+            curves = _attempt("sweep", "forces over speed", work, missing)
             if curves is not None:
                 parts = replace(parts, curves=curves)
                 yield _part_frame(model, parts, "sweep")
     if parts.errors is not None:
         yield _part_frame(model, parts, "errors")
     if parts.sharing is not None:
-        shared = parts.sharing
-        whole = _attempt("sharing", "load sharing", lambda: _whole_sharing(system, shared, pause), missing)
-        parts = replace(parts, sharing=whole or shared, missing=(*parts.missing, *missing))
+        live = parts.sharing
+
+        def whole_sharing() -> SharingView:
+            # the search over the hunting period; a longer record where that takes more than a second
+            if not live.quick:
+                return live_sharing(system, patience=_FULL_PATIENCE)
+            return full_sharing(sharing(system, method="static", progress=lambda _: pause()), live)
+
+        whole = _attempt("sharing", "load sharing", whole_sharing, missing)
+        parts = replace(parts, sharing=whole or live, missing=(*parts.missing, *missing))
         yield _part_frame(model, parts, "sharing")
-
-
-def _whole_sharing(system: System, live: SharingView, pause: Callable[[], None]) -> SharingView:
-    """Load sharing with the search over the hunting period; a longer record where that takes more than a second."""
-    if not live.quick:
-        return live_sharing(system, patience=_FULL_PATIENCE)
-    return full_sharing(sharing(system, method="static", progress=lambda _: pause()), live)
 
 
 def _part_frame(model: _Model, parts: _Parts, name: str) -> PageFrame:
     """A frame of one part, with the answers as they now are."""
     shown = _shown(model, parts)
-    part = shown[name]
-    return _frame(model, name, {name: part.head, **_answers(model, parts, shown)}, part.arrays(name))
+    arrays = {f"{name}/{key}": values for key, values in shown[name].values.items()}
+    return _frame(model, name, {name: shown[name].head, **_answers(model, parts, shown)}, arrays)
 
 
 def _frame(model: _Model, kind: str, head: Mapping[str, Any], arrays: Arrays) -> PageFrame:
@@ -348,39 +324,37 @@ def _frame(model: _Model, kind: str, head: Mapping[str, Any], arrays: Arrays) ->
 
 def _shown(model: _Model, parts: _Parts) -> dict[str, _Shown]:
     """Parts of a frame by their names; those that there are."""
-    found: dict[str, _Shown] = {}
+    shown: dict[str, _Shown] = {}
     if parts.modes is not None:
         rows = parts.modes.rows(model.axis, model.request.relative_speed, len(model.train.planets))
-        found["modes"] = _Shown(rows, {"frequency": parts.modes.frequency, "shape": parts.modes.shape})
+        shown["modes"] = _Shown(rows, {"frequency": parts.modes.frequency, "shape": parts.modes.shape})
     if parts.sharing is not None:
-        found["sharing"] = _Shown(*sharing_head(parts.sharing, parts.twin, model.train, model.meshes))
+        shown["sharing"] = _Shown(*sharing_head(parts.sharing, parts.twin, model.train, model.meshes))
     if parts.errors is not None:
-        found["errors"] = _Shown(*error_head(parts.errors, model.request.overrides))
+        shown["errors"] = _Shown(*error_head(parts.errors, model.request.overrides))
     if parts.curves is not None and model.axis is not None:
         head, arrays = speed_head(parts.curves, model.axis, parts.modes, list(model.meshes.values()))
         head["operating"] = model.axis[1] * model.request.relative_speed
-        found["sweep"] = _Shown(head, arrays)
-    return found
+        shown["sweep"] = _Shown(head, arrays)
+    return shown
 
 
 def _answers(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[str, Any]:
-    """Answers and checks of a frame."""
-    modes = shown.get("modes")
-    others = {name: {**part.head, **part.values} for name, part in shown.items() if name != "modes"}
-    found = answers.answers_of(
-        model.train,
-        model.system,
-        modes=None if modes is None or parts.modes is None else _modes_told(modes, parts.modes),
-        twin=None if parts.twin is None else {**parts.twin.head, "coefficient": parts.twin.coefficient},
-        **others,
-    )
-    stated = [_table(one) for one in checks.checks_of(model.train, model.system)]
-    return {"answers": [_table(one) for one in found], "checks": [*stated, *(one.check for one in parts.missing)]}
-
-
-def _modes_told(shown: _Shown, modes: ModeView) -> dict[str, Any]:
-    """What the answers are told of the modes: what is shown, and the mesh orders that meet them."""
-    return {"rows": shown.head, **shown.values, "crossings": modes.crossings, "at_rest": modes.at_rest}
+    """Answers and checks of a frame: of what is shown, and of the modes the mesh orders that meet them."""
+    told = {name: {**part.head, **part.values} for name, part in shown.items() if name != "modes"}
+    if parts.modes is not None:
+        rows, values = shown["modes"]
+        more = {"crossings": parts.modes.crossings, "at_rest": parts.modes.at_rest}
+        told["modes"] = {"rows": rows, **values, **more}
+    if parts.twin is not None:
+        told["twin"] = {**parts.twin.head, "coefficient": parts.twin.coefficient}
+    checks = [_table(check) for check in answers.checks_of(model.train, model.system)]
+    for missing in parts.missing:
+        checks.append({"level": "warn", "code": "not-computed", "text": missing.text, "path": missing.path})
+    return {
+        "answers": [_table(answer) for answer in answers.answers_of(model.train, model.system, **told)],
+        "checks": checks,
+    }
 
 
 def _table(value: Any) -> dict[str, Any]:

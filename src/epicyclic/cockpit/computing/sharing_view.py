@@ -7,25 +7,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...questions.sharing.definitions import DEFINITIONS
-from ...questions.sharing.sharing import SpreadSharing, spread_sharing
+from ...questions.sharing.sharing import spread_sharing
 from ...statics.load_map import law_map, load_map
 from ...statics.sample_loads import mean_loads, sample_loads
 from ...statics.tangent import linear
 from ...system.assembly import assemble
 from ...system.excitation import unit_lines
 from ...system.system import Array, System
-from ...train.bodies import Link
 from ...train.train import Displacement, MeshError, Train
-from ..answers.names import as_overridden, member_words, rounded
+from ..answers.words import as_overridden, largest_known, member_words, number
 
 # What is shown of a list that nobody reads to its end.
 _MOST = 12
@@ -67,34 +64,35 @@ class ErrorView:
 def error_view(train: Train, system: System) -> ErrorView | None:
     """K_gamma of a train and of the train without each of its deviations; None without deviations that count.
 
-    What follows the mesh frequency is no part of K_gamma.
+    What follows the mesh frequency, at a multiple of it above zero, is no part of K_gamma.
 
     Raises
     ------
     ModelError, ConvergenceError : no load, or a load without equilibrium.
     """
-    tones = set(system.tones)
-    found: dict[str, list[Displacement | MeshError]] = {}
+    groups: dict[str, list[Displacement | MeshError]] = {}
     deviations: list[Displacement | MeshError] = [*train.displacements, *train.mesh_errors]
     for item in deviations:
-        if item.cause != "contact" and not _at_mesh_order(item.frequency, tones) and _size(item) > 0:
-            found.setdefault(item.path, []).append(item)
-    if not found:
+        at_mesh_order = any((item.frequency / tone).denominator == 1 for tone in set(system.tones) if item.frequency)
+        size = abs(item.amplitude) if isinstance(item, MeshError) else np.abs(item.vector).max(initial=0.0)
+        if item.cause != "contact" and not at_mesh_order and size > 0:
+            groups.setdefault(item.path, []).append(item)
+    if not groups:
         return None
-    items = [item for group in found.values() for item in group]
+    items = [item for group in groups.values() for item in group]
     columns = unit_lines(train, items)
-    given = load_map(linear(system), columns)
+    train_map = load_map(linear(system), columns)
     laws = law_map(system, columns) if system.groups else None
-    factors = np.zeros((1 + len(found), len(items)))
+    factors = np.zeros((1 + len(groups), len(items)))
     last = 0
-    for row, group in enumerate(found.values()):
+    for row, group in enumerate(groups.values()):
         factors[1 + row, last : last + len(group)] = -1.0
         last += len(group)
-    loads = sample_loads(given, factors, laws=laws)
-    k = np.array([[_largest(one) for one in sample] for sample in loads.k])
+    loads = sample_loads(train_map, factors, laws=laws)
+    k = np.array([[largest_known(values) for values in sample] for sample in loads.k])
     return ErrorView(
-        path=tuple(found),
-        label=tuple(_label(train, group) for group in found.values()),
+        path=tuple(groups),
+        label=tuple(_label(train, group) for group in groups.values()),
         k_gamma=float(k[0, 0]),
         k_turning=float(k[0, 1]),
         without=k[1:, 0],
@@ -102,53 +100,38 @@ def error_view(train: Train, system: System) -> ErrorView | None:
     )
 
 
-def _at_mesh_order(frequency: Fraction, tones: set[Fraction]) -> bool:
-    """Whether a frequency above zero is a multiple of a mesh frequency."""
-    return frequency != 0 and any((frequency / tone).denominator == 1 for tone in tones)
-
-
-def _size(item: Displacement | MeshError) -> float:
-    """Largest amplitude of a deviation [m, rad]."""
-    return abs(item.amplitude) if isinstance(item, MeshError) else float(np.abs(item.vector).max(initial=0.0))
-
-
 def _label(train: Train, group: Sequence[Displacement | MeshError]) -> str:
     """A deviation in words with its size: ``pin position of planet 1, 20 um``."""
     first = group[0]
     word = _WORDS.get(first.cause, first.cause.replace("_", " "))
-    sizes = sorted({float(rounded(_length(item))) for item in group})
     unit = "um"
-    if isinstance(first, Displacement) and np.any(first.vector[3:]) and not np.any(first.vector[:3]):
-        unit = "urad"
-    size = " to ".join(rounded(value) for value in ([sizes[0], sizes[-1]] if len(sizes) > 1 else sizes))
-    return f"{_whose(train, group, word)}, {size} {unit}"
+    if isinstance(first, MeshError):
+        mesh = next(mesh for mesh in train.meshes if mesh.name == first.mesh)
+        stage = f"{mesh.stage} " if len(train.planets) > 1 else ""
+        whose = f"{word} of {stage}{mesh.pair.rpartition('.')[2]}"
+    else:
+        bodies = {body.name: body for body in train.bodies}
+        bearers = [bodies[item.body] for item in group if isinstance(item, Displacement)]
+        branches = sorted({body.branch for body in bearers if body.branch is not None})
+        pin = "pin " if bearers[0].kind == "planet" and first.cause == "position" else ""
+        member = member_words(train, bearers[0].member, branches)
+        # all of a member are "the planets", some of them "planets 1, 2"
+        whose = f"{pin}{word} of {'' if member[-1].isdigit() else 'the '}{member}"
+        if np.any(first.vector[3:]) and not np.any(first.vector[:3]):
+            unit = "urad"
+    sizes = sorted({float(number(_length(item))) for item in group})
+    size = " to ".join(number(value) for value in dict.fromkeys((sizes[0], sizes[-1])))
+    return f"{whose}, {size} {unit}"
 
 
 def _length(item: Displacement | MeshError) -> float:
     """Length of a deviation [um, urad]: radius of what turns, length of what stands still."""
     if isinstance(item, MeshError):
         return 1e6 * abs(item.amplitude)
-    own = item.vector[:3] if np.any(item.vector[:3]) else item.vector[3:]
+    vector = item.vector[:3] if np.any(item.vector[:3]) else item.vector[3:]
     # of a turning vector (1, -i) r the radius is that of either component
-    length = np.abs(own).max() if item.frequency != 0 else float(np.linalg.norm(own))
+    length = np.abs(vector).max() if item.frequency != 0 else float(np.linalg.norm(vector))
     return 1e6 * float(length)
-
-
-def _whose(train: Train, group: Sequence[Displacement | MeshError], word: str) -> str:
-    """The kind of deviation with the bodies or the pair that have it."""
-    first = group[0]
-    if isinstance(first, MeshError):
-        mesh = next(one for one in train.meshes if one.name == first.mesh)
-        stage = f"{mesh.stage} " if len(train.planets) > 1 else ""
-        return f"{word} of {stage}{mesh.pair.rpartition('.')[2]}"
-    bodies = {body.name: body for body in train.bodies}
-    own = [bodies[item.body] for item in group if isinstance(item, Displacement)]
-    branches = sorted({body.branch for body in own if body.branch is not None})
-    pins = own[0].kind == "planet" and first.cause == "position"
-    whose = member_words(train, own[0].member, branches)
-    # all of a member are "the planets", some of them "planets 1, 2"
-    numbered = whose[-1].isdigit()
-    return f"{'pin ' if pins else ''}{word} of {'' if numbered else 'the '}{whose}"
 
 
 def error_head(view: ErrorView, overrides: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, Array]]:
@@ -217,12 +200,12 @@ class SharingView:
     @property
     def k_gamma(self) -> float:
         """Largest coefficient of any mesh [1]; nan where unknown."""
-        return _largest(self.coefficient)
+        return largest_known(self.coefficient)
 
     @property
     def k_gamma_turning(self) -> float:
         """The same of the largest over the hunting period [1]."""
-        return _largest(self.turning)
+        return largest_known(self.turning)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -243,17 +226,11 @@ class Twin:
         """``head["sharing"]["twin"]``."""
         return {
             "label": self.label,
-            "k_gamma": _largest(self.coefficient),
+            "k_gamma": largest_known(self.coefficient),
             "stage": self.stage,
             "path": self.path,
             "value": self.value,
         }
-
-
-def _largest(values: Array) -> float:
-    """Largest of values that are known; nan where none is."""
-    known = values[np.isfinite(values)]
-    return float(known.max()) if known.size else float("nan")
 
 
 def live_sharing(system: System, *, patience: float = 0.1) -> SharingView:
@@ -263,34 +240,26 @@ def live_sharing(system: System, *, patience: float = 0.1) -> SharingView:
     ------
     ModelError : no load, or what the static method raises.  ConvergenceError : no equilibrium.
     """
-    found = spread_sharing(system, patience=patience)
-    return SharingView(
-        mesh=found.mesh,
-        coefficient=found.mean_load[0],
-        turning=found.mean_load[1],
-        cycle_peak=found.cycle_peak,
-        over_period=found.over_period(_parts(found)),
-        # the mean over the hunting period is exact, that of a few cycles stands in where it is not known
-        load=np.where(np.isnan(found.mean_load[0]), _relative_load(found.mean, found.groups), found.mean_load[0]),
-        period=found.period,
-        whole=False,
-        quick=found.quick,
-    )
-
-
-def _parts(found: SpreadSharing) -> int:
-    """Parts of the hunting period: as many as have some cycles each."""
-    return int(np.clip(min(found.ratio.shape[1] // 4, found.period), 1, _PARTS))
-
-
-def _relative_load(mean: Array, groups: Sequence[NDArray[np.int64]]) -> Array:
-    """Mean forces (w,) over the mean of their group [1]; nan of groups without load."""
-    result = np.full(len(mean), np.nan)
-    for group in groups:
-        total = float(mean[group].mean())
+    spread = spread_sharing(system, patience=patience)
+    coefficient, turning = spread.mean_load[0], spread.mean_load[1]
+    parts = int(np.clip(min(spread.ratio.shape[1] // 4, spread.period), 1, _PARTS))  # as many as have some cycles each
+    # the mean over the hunting period is exact, that of a few cycles stands in where it is not known
+    load = np.array(coefficient)
+    for group in spread.groups:
+        total = float(spread.mean[group].mean())
         if total > 0:
-            result[group] = mean[group] / total
-    return result
+            load[group] = np.where(np.isnan(coefficient[group]), spread.mean[group] / total, coefficient[group])
+    return SharingView(
+        mesh=spread.mesh,
+        coefficient=coefficient,
+        turning=turning,
+        cycle_peak=spread.cycle_peak,
+        over_period=spread.over_period(parts),
+        load=load,
+        period=spread.period,
+        whole=False,
+        quick=spread.quick,
+    )
 
 
 def full_sharing(result: xr.Dataset, live: SharingView) -> SharingView:
@@ -324,7 +293,7 @@ def sharing_head(
         ],
         "k_gamma": view.k_gamma,
         "k_gamma_turning": view.k_gamma_turning,
-        "cycle_peak": _largest(view.cycle_peak),
+        "cycle_peak": largest_known(view.cycle_peak),
         "cycles": view.period,
         "parts": view.over_period.shape[1],
         "twin": None if twin is None else twin.head,
@@ -344,13 +313,16 @@ def twin_of(train: Train, view: SharingView) -> Twin | None:
     The sun is that of the stage with the largest coefficient that has one.  None without a sun, and where the twin has
     no equilibrium, as of a sun that only its support holds.
     """
-    suns = {body.frame for body in train.bodies if body.kind == "sun" and body.gear is not None}
+    suns = {body.frame: body.member for body in reversed(train.bodies) if body.kind == "sun" and body.gear is not None}
     stage_of = {mesh.name: mesh.stage for mesh in train.meshes}
-    with_stage = [(stage_of.get(name, ""), value) for name, value in zip(view.mesh, view.coefficient, strict=True)]
-    ranked = sorted(((value, stage) for stage, value in with_stage if stage in suns and value > 0), key=lambda x: -x[0])
-    if not ranked:
+    loaded = [
+        (value, stage_of[name])
+        for name, value in zip(view.mesh, view.coefficient, strict=True)
+        if stage_of.get(name) in suns and value > 0
+    ]
+    if not loaded:
         return None
-    stage = ranked[0][1]
+    stage = max(loaded, key=lambda pair: pair[0])[1]
     changed, floats = twin_train(train, stage)
     if changed is None:
         return None
@@ -359,11 +331,10 @@ def twin_of(train: Train, view: SharingView) -> Twin | None:
     except (ModelError, ConvergenceError):
         return None
     where = f" of {stage}" if len(train.planets) > 1 else ""
-    sun = next(body.member for body in train.bodies if body.frame == stage and body.kind == "sun")
     return Twin(
         label=f"with a supported sun{where}" if floats else f"with a floating sun{where}",
         stage=stage,
-        path=f"stages.{sun}.support.radial",
+        path=f"stages.{suns[stage]}.support.radial",
         value="inf" if floats else 0,
         coefficient=np.where(np.isnan(view.coefficient), np.nan, coefficient),
     )
@@ -375,25 +346,19 @@ def twin_train(train: Train, stage: str) -> tuple[Train | None, bool]:
     None where nothing but a shaft or coupling could be taken away.
     """
     suns = {body.name for body in train.bodies if body.frame == stage and body.kind == "sun"}
-    supports = [link for link in train.links if link.kind == "support" and link.first in suns]
+    supports = {link.name: link for link in train.links if link.kind == "support" and link.first in suns}
     if not supports:
         return None, False
     stiffest = max((mesh.stiffness for mesh in train.meshes if mesh.stage == stage), default=1.0)
-    floats = all(max(link.stiffness[:2]) <= _SOFT * stiffest for link in supports)
-    names = {link.name for link in supports}
-    links = tuple(
-        _with_radial(link, float("inf") if floats else 0.0) if link.name in names else link for link in train.links
-    )
-    return replace(train, links=links), floats
-
-
-def _with_radial(link: Link, stiffness: float) -> Link:
-    """A link with that radial stiffness [N/m], free or rigid, hence without a law or a damper there."""
-    return replace(
-        link,
-        stiffness=(stiffness, stiffness, *link.stiffness[2:]),
-        damping=(0.0, 0.0, *link.damping[2:]),
-        clearance=0.0,
-        exponent=1.0,
-        curves=tuple(one for one in link.curves if one[0] > 1),
-    )
+    floats = all(max(link.stiffness[:2]) <= _SOFT * stiffest for link in supports.values())
+    radial = float("inf") if floats else 0.0
+    for name, link in supports.items():  # free or rigid, hence without a law or a damper there
+        supports[name] = replace(
+            link,
+            stiffness=(radial, radial, *link.stiffness[2:]),
+            damping=(0.0, 0.0, *link.damping[2:]),
+            clearance=0.0,
+            exponent=1.0,
+            curves=tuple(curve for curve in link.curves if curve[0] > 1),
+        )
+    return replace(train, links=tuple(supports.get(link.name, link) for link in train.links)), floats

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ from ...results.ties import largest, ranked
 from ...statics.tangent import linear
 from ...system.system import Array, System, faces
 from ...train.train import Train
-from ..answers.names import SpeedAxis, member_words, ordinal, rounded
+from ..answers.words import SpeedAxis, member_words, number, ordinal
 
 # A list of more modes is read by nobody, and their shapes would be most of the message.
 _MOST = 60
@@ -81,20 +82,19 @@ class ModeView:
 
     def _met(self, axis: SpeedAxis | None, relative_speed: float, stages: int) -> dict[int, str]:
         """Number of a mode -> the order that meets it nearest to a speed, within 20 % of that."""
-        found, nearest = self.crossings, dict[int, tuple[float, str]]()
-        tones = list(self.tones.items())
-        for mode, count, tone, order, speed in zip(
-            found.mode, found.count, found.tone, found.order, found.relative_speed, strict=True
-        ):
+        crossings, nearest = self.crossings, dict[int, tuple[float, str]]()
+        tones = list(self.tones.values())
+        for i, speed in enumerate(crossings.relative_speed):
             away = abs(speed / relative_speed - 1)
             if away > BAND or axis is None:
                 continue
-            where = f" of {' and '.join(tones[tone][1])}" if stages > 1 else ""
-            text = f"{ordinal(int(order))} mesh order{where} at {rounded(speed * axis[1])} rpm"
-            for number in range(int(mode) + 1, int(mode + count) + 1):
-                if number not in nearest or away < nearest[number][0]:
-                    nearest[number] = away, text
-        return {number: text for number, (_, text) in nearest.items()}
+            where = f" of {' and '.join(tones[crossings.tone[i]])}" if stages > 1 else ""
+            text = f"{ordinal(int(crossings.order[i]))} mesh order{where} at {number(speed * axis[1])} rpm"
+            first = int(crossings.mode[i]) + 1
+            for mode in range(first, first + int(crossings.count[i])):
+                if mode not in nearest or away < nearest[mode][0]:
+                    nearest[mode] = away, text
+        return {mode: text for mode, (_, text) in nearest.items()}
 
 
 def mode_view(
@@ -119,10 +119,9 @@ def mode_view(
     squared, vectors = mean_modes(system)
     kinds = classify_modes(system, squared, vectors)
     elastic = np.flatnonzero(squared > 0)[:_MOST]
-    own = kinds.vectors[:, elastic]
-    own = own * normalisation(own, system.dofs.radius)
-    nb = len(system.dofs.bodies)
-    full = (system.dofs.expand @ own).reshape(nb, 6, -1).transpose(2, 0, 1)
+    shapes = kinds.vectors[:, elastic]
+    shapes = shapes * normalisation(shapes, system.dofs.radius)
+    full = (system.dofs.expand @ shapes).reshape(len(system.dofs.bodies), 6, -1).transpose(2, 0, 1)
     label, body = _labels(train, system, full, labels)
     frequency = np.sqrt(squared) / (2 * np.pi)
     tones = tones_of_meshes(system)
@@ -150,36 +149,32 @@ def _crossings(
     """
     low = min(OPERATION[0], (1 - BAND) * relative_speed)
     high = max(OPERATION[1], (1 + BAND) * relative_speed)
-    found = mesh_crossings(frequency, [float(tone) for tone in tones_of_meshes(system)], low=low, high=high)
-    near = np.abs(found.relative_speed / relative_speed - 1) <= BAND
-    kept = np.ones(len(found.mode), dtype=bool)
-    kept[near] = excited_modes(system, found.chosen(near), shapes, compiled=compiled) != "no"
-    return found.chosen(kept), int((~kept).sum())
-
-
-def _pitch_radii(train: Train) -> Array:
-    """Radius of every body by which its rotation is drawn (nb,) [m]: pitch circle, of a carrier that of its pins."""
-    pins = {body.carried_by: float(np.hypot(*body.centre)) for body in train.bodies if body.carried_by}
-    own = [body.gear.reference_radius if body.gear is not None else pins.get(body.name, 0.0) for body in train.bodies]
-    some = max(own, default=0.0) or 1.0
-    return np.array([radius if np.isfinite(radius) and radius > 0 else 0.25 * some for radius in own])
+    crossings = mesh_crossings(frequency, [float(tone) for tone in tones_of_meshes(system)], low=low, high=high)
+    near = np.abs(crossings.relative_speed / relative_speed - 1) <= BAND
+    kept = np.ones(len(crossings.mode), dtype=bool)
+    kept[near] = excited_modes(system, crossings.chosen(near), shapes, compiled=compiled) != "no"
+    return crossings.chosen(kept), int((~kept).sum())
 
 
 def _drawn(train: Train, full: Array) -> Array:
     """Shapes (m, nb, 6) in the axes of the stage, rotations as lengths, largest component 1.
 
-    full : (m, nb, 6) in each body's own axes [m, rad].
+    A rotation is drawn by the pitch circle, of a carrier by that of its pins.  full : (m, nb, 6) in each body's own
+    axes [m, rad].
     """
     angle = np.array([body.angle for body in train.bodies])
     cosine, sine = np.cos(angle), np.sin(angle)
-    shape = np.empty_like(full)
+    shape = np.array(full)
     for x, y in ((0, 1), (3, 4)):
         shape[..., x] = cosine * full[..., x] - sine * full[..., y]
         shape[..., y] = sine * full[..., x] + cosine * full[..., y]
-    shape[..., 2], shape[..., 5] = full[..., 2], full[..., 5]
-    shape[..., 3:] *= _pitch_radii(train)[:, None]
-    largest = np.abs(shape).max(axis=(1, 2), initial=0.0)
-    result: Array = shape / np.where(largest > 0, largest, 1.0)[:, None, None]
+    pins = {body.carried_by: float(np.hypot(*body.centre)) for body in train.bodies if body.carried_by}
+    pitch = [body.gear.reference_radius if body.gear is not None else pins.get(body.name, 0.0) for body in train.bodies]
+    usual = 0.25 * (max(pitch, default=0.0) or 1.0)
+    radius = np.array([r if np.isfinite(r) and r > 0 else usual for r in pitch])
+    shape[..., 3:] *= radius[:, None]
+    most = np.abs(shape).max(axis=(1, 2), initial=0.0)
+    result: Array = shape / np.where(most > 0, most, 1.0)[:, None, None]
     return result
 
 
@@ -191,8 +186,8 @@ def _labels(
     total = energy.sum(axis=(1, 2), keepdims=True)
     energy = energy / np.where(total > 0, total, 1.0)
     members = list(dict.fromkeys(body.member for body in train.bodies))
-    place = np.array([members.index(body.member) for body in train.bodies])
-    member_sum = (place == np.arange(len(members))[:, None]).astype(float)
+    member_of_body = np.array([members.index(body.member) for body in train.bodies])
+    member_sum = (member_of_body == np.arange(len(members))[:, None]).astype(float)
     by_member = np.einsum("kb,mbd->mkd", member_sum, energy)
     motions = np.stack(
         [by_member[..., 0], by_member[..., 1], by_member[..., 2], by_member[..., 3:5].sum(axis=2), by_member[..., 5]],
@@ -202,20 +197,15 @@ def _labels(
     central = np.array([all(b.branch is None for b in train.bodies if b.member == member) for member in members])
     motions[:, central, 0] += motions[:, central, 1]
     motions[:, central, 1] = 0.0
-    pairs, of_body = _member_pairs(train), energy.sum(axis=2)
-    words = [_sentence(_Movement(train, members, central, motions[i], of_body[i]), pairs) for i in range(len(full))]
-    names = [labels[body.name] for body in train.bodies]
-    return tuple(words), tuple(names[largest(one)] for one in of_body)
-
-
-def _member_pairs(train: Train) -> set[frozenset[str]]:
-    """Members that mesh."""
+    of_body = energy.sum(axis=2)
     member = {body.name: body.member for body in train.bodies}
-    return {frozenset((member[mesh.a], member[mesh.b])) for mesh in train.meshes}
+    meshing = {frozenset((member[mesh.a], member[mesh.b])) for mesh in train.meshes}
+    words = [_Movement(train, members, central, motions[i], of_body[i]).sentence(meshing) for i in range(len(full))]
+    names = [labels[body.name] for body in train.bodies]
+    return tuple(words), tuple(names[largest(shares)] for shares in of_body)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Movement:
+class _Movement(NamedTuple):
     """Shares of the kinetic energy of one mode.
 
     central : (members,) which turn about the axis.  shares : (members, motions).  of_body : (nb,).
@@ -226,15 +216,6 @@ class _Movement:
     central: NDArray[np.bool_]
     shares: Array
     of_body: Array
-
-    def motion(self, member: int) -> int:
-        """The motion with most of the energy of a member."""
-        return largest(self.shares[member])
-
-    def verb(self, member: int) -> str:
-        """That motion in words."""
-        one, many = (_CENTRAL if self.central[member] else _CARRIED)[self.motion(member)]
-        return many if self.subject(member)[1] else one
 
     def subject(self, member: int) -> tuple[str, bool]:
         """A member in words, its branches numbered where not all take part; and whether it is several bodies."""
@@ -248,23 +229,26 @@ class _Movement:
         moving = sorted(branch for branch, value in branches.items() if value >= least)
         return member_words(self.train, name, moving), len(moving) > 1
 
+    def clause(self, member: int) -> str:
+        """A member and the motion with most of its energy: ``planets 1, 3 move radially``."""
+        subject, many = self.subject(member)
+        verbs = _CENTRAL if self.central[member] else _CARRIED
+        return f"{subject} {verbs[largest(self.shares[member])][many]}"
 
-def _sentence(moved: _Movement, meshing: set[frozenset[str]]) -> str:
-    """What moves in one mode: the member with most kinetic energy, and one beside it with a quarter or more."""
-    shares = moved.shares.sum(axis=1)
-    first, *others = (int(i) for i in ranked(shares)[:2])
-    text = f"{moved.subject(first)[0]} {moved.verb(first)}"
-    for other in others:
-        if shares[other] < _NAMED:
-            continue
-        subject = moved.subject(other)[0]
-        if moved.motion(other) != moved.motion(first):
-            text += f", {subject} {moved.verb(other)}"
-        else:
-            turning = moved.motion(first) == _ROTATES
-            against = turning and frozenset((moved.members[first], moved.members[other])) in meshing
-            text += f" {'against' if against else 'with'} the {subject}"
-    return text
+    def sentence(self, meshing: set[frozenset[str]]) -> str:
+        """What moves: the member with most kinetic energy, and one beside it with a quarter or more."""
+        shares = self.shares.sum(axis=1)
+        first, *others = (int(i) for i in ranked(shares)[:2])
+        text, motion = self.clause(first), largest(self.shares[first])
+        for other in others:
+            if shares[other] < _NAMED:
+                continue
+            if largest(self.shares[other]) != motion:
+                text += f", {self.clause(other)}"
+            else:
+                against = motion == _ROTATES and frozenset((self.members[first], self.members[other])) in meshing
+                text += f" {'against' if against else 'with'} the {self.subject(other)[0]}"
+        return text
 
 
 # Residual per tolerance that is accepted, as of the verb `sweep`.
@@ -284,22 +268,12 @@ _PROMINENCE, _PEAKS = 0.03, 8
 _NEAR, _PER_ORDER = 0.03, 0.002
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Effort:
+class Effort(NamedTuple):
     """How a curve is computed.  points : speeds.  shaft_orders : whether they count.  tolerance : residual [1]."""
 
     points: int
     shaft_orders: bool
     tolerance: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Efforts:
-    """How the curves of a train are computed: while a lever moves, at rest, and with shaft orders (None: not)."""
-
-    live: Effort
-    full: Effort
-    shafts: Effort | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -316,8 +290,7 @@ class ForceCurves:
     alone: bool
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SpeedModel:
+class SpeedModel(NamedTuple):
     """A train ready for its curves.
 
     whole : all mesh frequencies together, which gives the speeds.  solved : what is solved, `whole` itself or, with
@@ -326,11 +299,6 @@ class SpeedModel:
 
     whole: Response
     solved: tuple[Response, ...]
-
-    @property
-    def alone(self) -> bool:
-        """Whether the mesh orders of one stage at a time are solved."""
-        return self.solved[0] is not self.whole
 
 
 def speed_model(system: System, *, compiled: bool) -> SpeedModel:
@@ -343,25 +311,26 @@ def speed_model(system: System, *, compiled: bool) -> SpeedModel:
     whole = response(system, compiled=compiled)
     tones = whole.lines.tones
     if len(tones) <= _TOGETHER or not whole.system.meshes.variation.any():
-        return SpeedModel(whole=whole, solved=(whole,))
-    own = [np.array([system.tones[i] == tone for i in system.meshes.tone]) for tone in tones]
-    alone = (of_one_tone(system, tone, rows) for tone, rows in zip(tones, own, strict=True))
-    return SpeedModel(whole=whole, solved=tuple(response(one, compiled=compiled) for one in alone))
+        return SpeedModel(whole, (whole,))
+    alone = []
+    for tone in tones:
+        rows = np.array([system.tones[i] == tone for i in system.meshes.tone])
+        alone.append(response(of_one_tone(system, tone, rows), compiled=compiled))
+    return SpeedModel(whole, tuple(alone))
 
 
-def efforts(model: SpeedModel) -> Efforts:
-    """How the curves of a train are computed, by its number of mesh frequencies.
+def efforts(model: SpeedModel) -> list[Effort]:
+    """How the curves of a train are computed: while a lever moves, at rest, and, where it has any, with shaft orders.
 
     A tolerance of 1e-4 moves no force by more than 0.4 % (ready drives), what a pixel is; at rest, with 4e-5, it is
     0.04 %.
     """
     combined = len(model.whole.lines.tones) if model.whole.system.meshes.variation.any() else 1
     live, full, shafts = _POINTS[min(combined, _TOGETHER + 1)]
-    return Efforts(
-        live=Effort(points=live, shaft_orders=False, tolerance=1e-4),
-        full=Effort(points=full, shaft_orders=False, tolerance=4e-5),
-        shafts=Effort(points=shafts, shaft_orders=True, tolerance=4e-5) if shafts and model.whole.lines.shaft else None,
-    )
+    steps = [Effort(live, False, 1e-4), Effort(full, False, 4e-5)]
+    if shafts and model.whole.lines.shaft:
+        steps.append(Effort(shafts, True, 4e-5))
+    return steps
 
 
 def force_curves(model: SpeedModel, effort: Effort, *, pause: Callable[[], None] = lambda: None) -> ForceCurves:
@@ -378,10 +347,10 @@ def force_curves(model: SpeedModel, effort: Effort, *, pause: Callable[[], None]
     speed = speeds_of(whole, SpeedOptions(points=effort.points))
     stable = np.flatnonzero(~unstable_speeds(whole, speed))
     force = np.full((len(faces(whole.system.meshes).name), speed.size), np.nan)
-    for number, ready in enumerate(model.solved):
+    for tone, ready in enumerate(model.solved):
         largest, average = _solved(ready, speed[stable], effort, pause)
-        force[:, stable] = largest if number == 0 else force[:, stable] + largest - average
-    return ForceCurves(speed=speed, force=force, shaft_orders=effort.shaft_orders, alone=model.alone)
+        force[:, stable] = largest if tone == 0 else force[:, stable] + largest - average
+    return ForceCurves(speed=speed, force=force, shaft_orders=effort.shaft_orders, alone=len(model.solved) > 1)
 
 
 def _solved(ready: Response, speed: Array, effort: Effort, pause: Callable[[], None]) -> tuple[Array, Array]:
@@ -413,8 +382,7 @@ def speed_head(
     label, operating = axis
     most = float(np.nanmax(curves.force, initial=0.0))
     unit, scale = ("kN", 1e-3) if most >= 1e3 else ("N", 1.0)
-    strong = _strong(curves.force)
-    alike = {row: sum(one == row for one in strong.values()) - 1 for row in set(strong.values())}
+    alike = Counter(_strong(curves.force).values())
     head = {
         "x_label": label,
         "y_label": f"largest mesh force [{unit}]",
@@ -423,7 +391,7 @@ def speed_head(
         "note": "mesh orders of one stage at a time" if curves.alone else "",
         "curves": [
             {
-                "label": name + (f" and {alike[row]} alike" if alike.get(row) else ""),
+                "label": name + (f" and {alike[row] - 1} alike" if alike[row] > 1 else ""),
                 "mesh": row,
                 "strong": row in alike,
             }
@@ -442,25 +410,21 @@ def _strong(force: Array) -> dict[int, int]:
         most = np.nanmax(np.where(np.isnan(force), -np.inf, force), axis=1, initial=-np.inf)
     # rounding does not choose among equal branches: those that are one to the eye come in their own order
     step = _ALIKE * max(float(np.max(np.abs(most[np.isfinite(most)]), initial=0.0)), 1e-300)
-    result: dict[int, int] = {}
+    standing: dict[int, int] = {}
     chosen: list[int] = []
     for row in np.lexsort((np.arange(len(most)), -np.round(most / step))) if len(most) else []:
         if not np.isfinite(most[row]):
             continue
-        same = next((one for one in chosen if _one_to_the_eye(force[one], force[row], step)), None)
-        if same is None and len(chosen) < _STRONG:
+        apart = np.abs(force[chosen] - force[row])  # curves are alike that lie on each other where both are known
+        with np.errstate(all="ignore"):
+            distance = np.nanmax(np.where(np.isfinite(apart), apart, -np.inf), axis=1, initial=-np.inf)
+        alike = np.flatnonzero(np.isfinite(distance) & (distance <= step))
+        if alike.size:
+            standing[int(row)] = chosen[alike[0]]
+        elif len(chosen) < _STRONG:
             chosen.append(int(row))
-            same = int(row)
-        if same is not None:
-            result[int(row)] = same
-    return result
-
-
-def _one_to_the_eye(one: Array, other: Array, step: float) -> bool:
-    """Whether two curves (P,) [N] lie on each other."""
-    apart = np.abs(one - other)
-    known = np.isfinite(apart)
-    return bool(known.any() and apart[known].max() <= step)
+            standing[int(row)] = int(row)
+    return standing
 
 
 def _peaks(curves: ForceCurves, operating: float, scale: float, modes: ModeView | None) -> list[dict[str, Any]]:
@@ -471,8 +435,8 @@ def _peaks(curves: ForceCurves, operating: float, scale: float, modes: ModeView 
         return []
     most = np.nanmax(curves.force[:, known], axis=0)
     least = _PROMINENCE * max(float(np.ptp(most)), 1e-9 * float(np.abs(most).max()))
-    places, found = find_peaks(most, prominence=max(least, 1e-300))
-    highest = places[np.argsort(-found["prominences"], kind="stable")[:_PEAKS]]
+    places, properties = find_peaks(most, prominence=max(least, 1e-300))
+    highest = places[np.argsort(-properties["prominences"], kind="stable")[:_PEAKS]]
     return [
         {"x": float(speed[i] * operating), "y": float(most[i] * scale), **_met(float(speed[i]), modes)}
         for i in sorted(highest.tolist())
@@ -481,17 +445,18 @@ def _peaks(curves: ForceCurves, operating: float, scale: float, modes: ModeView 
 
 def _met(speed: float, modes: ModeView | None) -> dict[str, Any]:
     """Label and number of the mode that a mesh order meets nearest to a speed per operating speed [1]."""
+    nothing = {"label": "", "mode": None, "text": ""}
     if modes is None or not modes.crossings.relative_speed.size:
-        return {"label": "", "mode": None, "text": ""}
-    found = modes.crossings
-    away = np.abs(found.relative_speed / speed - 1)
-    cost = np.where(away <= _NEAR, away + _PER_ORDER * found.order, np.inf)
+        return nothing
+    crossings = modes.crossings
+    away = np.abs(crossings.relative_speed / speed - 1)
+    cost = np.where(away <= _NEAR, away + _PER_ORDER * crossings.order, np.inf)
     best = int(cost.argmin())
     if not np.isfinite(cost[best]):
-        return {"label": "", "mode": None, "text": ""}
-    number = int(found.mode[best]) + 1
-    place = modes.of_number.get(number)
-    hertz = f"{rounded(float(modes.frequency[place]), 4)} Hz" if place is not None else ""
-    order = f"{ordinal(int(found.order[best]))} order"
-    text = f"{order} meets mode {number}" + (f": {modes.label[place]}" if place is not None else "")
-    return {"label": ", ".join(filter(None, [hertz, order])), "mode": number, "text": text}
+        return nothing
+    mode, order = int(crossings.mode[best]) + 1, f"{ordinal(int(crossings.order[best]))} order"
+    text, place = f"{order} meets mode {mode}", modes.of_number.get(mode)
+    if place is None:
+        return {"label": order, "mode": mode, "text": text}
+    label = f"{number(float(modes.frequency[place]), 4)} Hz, {order}"
+    return {"label": label, "mode": mode, "text": f"{text}: {modes.label[place]}"}

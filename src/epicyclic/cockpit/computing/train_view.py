@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...questions.check.check import drawing
 from ...show.drawing.bodies import Part, faces, parts, turns
@@ -55,8 +54,7 @@ _KEPT = 8
 _FLOATS = 1.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Drawing:
+class _Drawing(NamedTuple):
     """Places of the bodies of a train, of the figures of the report."""
 
     part: Mapping[str, Part]
@@ -78,18 +76,23 @@ def train_head(
     labels : of the bodies.  mesh_labels : of the meshes.  relative_speed : speed per operating speed [1].
     """
     drawn = _drawing(train)
-    place = {body.name: i for i, body in enumerate(train.bodies)}
+    rate = train.kinematics.mesh_frequency or {}
+    stages = []
+    for stage in train.planets:
+        x = next((_mm(part.offset) for part in drawn.part.values() if part.stage == stage), 0.0)
+        frequency = None if rate.get(stage) is None else relative_speed * float(rate[stage])
+        stages.append({"name": stage, "x": x, "mesh_frequency": frequency})
+    number = {body.name: i for i, body in enumerate(train.bodies)}
     return {
         "title": train.title,
-        "stages": _stages(train, drawn, relative_speed),
+        "stages": stages,
         "bodies": [_body(train, body, drawn, labels[body.name], relative_speed) for body in train.bodies],
         "meshes": [
             {
                 "name": mesh.name,
                 "label": mesh_labels[mesh.name],
-                "bodies": [place[mesh.a], place[mesh.b]],
-                **_contact(drawn, mesh.a, mesh.direction, mesh.radius_a),
-                "z": _mesh_width(drawn, mesh),
+                "bodies": [number[mesh.a], number[mesh.b]],
+                **_contact(drawn, mesh),
                 "pair": mesh.pair.rpartition(".")[2],
                 "branch": (mesh.branch or 1) - 1,
                 "side": mesh.side or "",
@@ -116,18 +119,17 @@ def _drawing(train: Train) -> _Drawing:
         _drawings.move_to_end(key)
         return _drawings[key]
     table = drawing(train)
-    found, layout = parts(table), layout_of(table)
+    shapes, layout = parts(table), layout_of(table)
     column = {column.place: column.shift for column in layout.columns}
-    made = _Drawing(
-        part={part.name: part for part in found},
-        turn=turns(table, found),
+    _drawings[key] = _Drawing(
+        part={part.name: part for part in shapes},
+        turn=turns(table, shapes),
         layout=layout,
-        shift={part.name: column[part.place] for part in found},
+        shift={part.name: column[part.place] for part in shapes},
     )
-    _drawings[key] = made
     while len(_drawings) > _KEPT:
         _drawings.popitem(last=False)
-    return made
+    return _drawings[key]
 
 
 def _geometry(train: Train) -> str:
@@ -166,25 +168,15 @@ def _mm(value: float) -> float:
     return round(1e3 * value, 4)
 
 
-def _stages(train: Train, drawn: _Drawing, relative_speed: float) -> list[dict[str, Any]]:
-    """Axis of every stage in the front view [mm] and its mesh frequency [Hz]."""
-    rate = train.kinematics.mesh_frequency or {}
-    return [
-        {
-            "name": stage,
-            "x": next((_mm(part.offset) for part in drawn.part.values() if part.stage == stage), 0.0),
-            "mesh_frequency": None if rate.get(stage) is None else relative_speed * float(rate[stage]),
-        }
-        for stage in train.planets
-    ]
-
-
 def _body(train: Train, body: Body, drawn: _Drawing, label: str, relative_speed: float) -> dict[str, Any]:
     """One body of the drawing."""
     part, kinematics = drawn.part[body.name], train.kinematics
     form = part.form
     shown = _faces(drawn, part)
     rpm = (kinematics.speed or {}).get(body.member)
+    carrier_rpm = (kinematics.frame_speed or {}).get(body.frame) if body.carried_by else None
+    supports = [link for link in train.links if link.kind == "support" and link.first == body.name]
+    central = body.gear is not None and body.branch is None
     return {
         "name": body.name,
         "label": label,
@@ -195,7 +187,7 @@ def _body(train: Train, body: Body, drawn: _Drawing, label: str, relative_speed:
         "teeth": form.teeth if form else None,
         "x": _mm(part.x + part.offset),
         "y": _mm(part.y),
-        "z": [min(one[0] for one in shown), max(one[1] for one in shown)],
+        "z": [min(low for low, _, _ in shown), max(high for _, high, _ in shown)],
         "faces": shown,
         "pitch": None if form is None else _mm(_pitch(train, body.name, form.reference_radius)),
         "tip": None if form is None else _mm(form.tip_radius),
@@ -205,8 +197,10 @@ def _body(train: Train, body: Body, drawn: _Drawing, label: str, relative_speed:
         "hand": {1: "right", -1: "left"}.get(part.hand, "") if form else "",
         "turn": round(drawn.turn.get(body.name, 0.0), 6),
         "speed": 0.0 if rpm is None else relative_speed * float(rpm) * math.pi / 30,
-        "orbit": relative_speed * _orbit(train, body),
-        "floating": _floats(train, body),
+        # of the centre of a carried body about the axis of its stage
+        "orbit": 0.0 if carrier_rpm is None else relative_speed * (float(carrier_rpm) * math.pi / 30),
+        # nothing but meshes holds it radially
+        "floating": central and bool(supports) and all(max(link.stiffness[:2]) <= _FLOATS for link in supports),
         "held": body.member in kinematics.held,
         "pins": [other.name for other in train.bodies if other.carried_by == body.name],
     }
@@ -232,19 +226,6 @@ def _pitch(train: Train, name: str, otherwise: float) -> float:
     return otherwise
 
 
-def _orbit(train: Train, body: Body) -> float:
-    """Angular speed of the centre of a carried body about the axis of its stage [rad/s]."""
-    rate = (train.kinematics.frame_speed or {}).get(body.frame)
-    return float(rate) * math.pi / 30 if rate is not None and body.carried_by else 0.0
-
-
-def _floats(train: Train, body: Body) -> bool:
-    """Whether nothing but meshes holds a central gear radially."""
-    supports = [link for link in train.links if link.kind == "support" and link.first == body.name]
-    free = all(max(link.stiffness[:2]) <= _FLOATS for link in supports)
-    return body.gear is not None and body.branch is None and bool(supports) and free
-
-
 def _faces(drawn: _Drawing, part: Part) -> list[list[Any]]:
     """Axial extent of each helix and its hand; of a carrier from cheek to cheek, of a plain body its disc [mm]."""
     shift = drawn.shift[part.name]
@@ -263,18 +244,14 @@ def _faces(drawn: _Drawing, part: Part) -> list[list[Any]]:
     return [[_mm(left + shift), _mm(right + shift), ""]]
 
 
-def _contact(drawn: _Drawing, gear: str, direction: float, radius: float) -> dict[str, float]:
-    """Pitch point of a mesh [mm]; radius : working pitch radius of the first gear [m]."""
-    part = drawn.part[gear]
-    own = radius if math.isfinite(radius) else part.form.reference_radius if part.form else 0.0
-    return {
-        "x": _mm(part.x + part.offset + own * math.cos(direction)),
-        "y": _mm(part.y + own * math.sin(direction)),
-    }
-
-
-def _mesh_width(drawn: _Drawing, mesh: Mesh) -> list[float]:
-    """Axial extent of a mesh [mm]: the common face, where none is known the narrower one drawn."""
-    drawn_width = min(drawn.part[mesh.a].width, drawn.part[mesh.b].width)
+def _contact(drawn: _Drawing, mesh: Mesh) -> dict[str, Any]:
+    """Pitch point of a mesh and its axial extent [mm]: the common face, where none is known the narrower one drawn."""
+    part = drawn.part[mesh.a]
+    radius = mesh.radius_a if math.isfinite(mesh.radius_a) else part.form.reference_radius if part.form else 0.0
+    drawn_width = min(part.width, drawn.part[mesh.b].width)
     half, shift = (mesh.width if math.isfinite(mesh.width) else drawn_width) / 2, drawn.shift[mesh.a]
-    return [_mm(mesh.station - half + shift), _mm(mesh.station + half + shift)]
+    return {
+        "x": _mm(part.x + part.offset + radius * math.cos(mesh.direction)),
+        "y": _mm(part.y + radius * math.sin(mesh.direction)),
+        "z": [_mm(mesh.station - half + shift), _mm(mesh.station + half + shift)],
+    }

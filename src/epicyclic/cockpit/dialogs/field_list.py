@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import Any
 
 from ...document.json_schema import json_schema
 from ...document.overrides import layer_of, parse_setting, replace_alternatives, stepwise
-from ...document.tables import PlainTable, merge, split_path, union, value_text
+from ...document.tables import PlainTable, merge, split_path, union, value_at, value_text
 from ...errors import ModelError
 from ...terms.file_paths import Explanation, explained_paths
 from ..state.state import PageState, tables_of
@@ -59,28 +60,26 @@ def current_tables(state: PageState) -> PlainTable:
     An override that the file does not take is left out: the failed state says so.
     """
     tables = _unfolded(tables_of(state.base, state.name))
-    for part in stepwise(state.overrides):
-        for path, value in part.items():
-            try:
+    for step in stepwise(state.overrides):
+        for path, value in step.items():
+            with suppress(ModelError):
                 layer = layer_of({path: value}, tables)
                 tables = merge(replace_alternatives(tables, layer), layer)
-            except ModelError:
-                continue
     return tables
 
 
 def _unfolded(table: Mapping[str, Any]) -> PlainTable:
     """Tables in which a key `a.b`, in quotes, is a table `a` with `b`."""
-    found: PlainTable = {}
+    tables: PlainTable = {}
     for key, value in table.items():
         inner: Any = _unfolded(value) if isinstance(value, Mapping) else value
-        for part in reversed(key.split(".")):
-            inner = {part: inner}
+        for word in reversed(key.split(".")):
+            inner = {word: inner}
         try:
-            found = union(found, inner, "")
+            tables = union(tables, inner, "")
         except ModelError:
-            found |= inner
-    return found
+            tables |= inner
+    return tables
 
 
 # the schema -----------------------------------------------------------------------------------------------------------
@@ -107,10 +106,8 @@ def _children(node: Schema) -> dict[str, Schema]:
 
 def _named(node: Schema) -> Schema | None:
     """What stands behind a name of the user's; None where there is none."""
-    found = (
-        form["additionalProperties"] for form in _forms(node) if isinstance(form.get("additionalProperties"), dict)
-    )
-    return next(found, None)
+    inner = (form.get("additionalProperties") for form in _forms(node))
+    return next((schema for schema in inner if isinstance(schema, dict)), None)
 
 
 def _is_leaf(node: Schema) -> bool:
@@ -122,7 +119,7 @@ def _is_leaf(node: Schema) -> bool:
 
 
 def _is_table(node: Schema) -> bool:
-    return any("properties" in form or isinstance(form.get("additionalProperties"), dict) for form in _forms(node))
+    return _named(node) is not None or any("properties" in form for form in _forms(node))
 
 
 def _choices(node: Schema) -> tuple[str, ...]:
@@ -143,10 +140,7 @@ def _choices(node: Schema) -> tuple[str, ...]:
 def _node(path: tuple[str, ...]) -> Schema | None:
     node: Schema | None = _schema()
     for key in path:
-        assert node is not None
-        node = _children(node).get(key) or _named(node)
-        if node is None:
-            return None
+        node = None if node is None else _children(node).get(key) or _named(node)
     return node
 
 
@@ -160,13 +154,13 @@ def group_at(tables: Mapping[str, Any], path: str = "") -> FieldGroup:
     """
     words = tuple(path.split(".")) if path else ()
     node = _node(words)
-    table = _at(tables, words)
+    table = value_at(tables, words)
     if node is None:
         return FieldGroup(path=path, fields=(), tables=(), stated=frozenset())
-    own = table if isinstance(table, Mapping) else {}
+    values = table if isinstance(table, Mapping) else {}
     entries = _children(node)
     if (named := _named(node)) is not None:
-        names = dict.fromkeys([*own, *_names_of(tables, words)])
+        names = dict.fromkeys([*values, *_names_of(tables, words)])
         entries = entries | {name: named for name in names if name not in entries}
     fields, inner = [], []
     for key, entry in entries.items():
@@ -174,31 +168,31 @@ def group_at(tables: Mapping[str, Any], path: str = "") -> FieldGroup:
         if where in _LEFT_OUT or (key in _SIDES and set(words) & set(_SIDES)):
             continue
         # a member that the stage does not have is a topology of another kind: the text, not a field
-        if len(words) == 2 and words[0] == "stages" and _is_member(entry) and key not in own:
+        if len(words) == 2 and words[0] == "stages" and _is_member(entry) and key not in values:
             continue
-        value = own.get(key)
+        value = values.get(key)
         if _is_table(entry) and (isinstance(value, Mapping) or not _is_leaf(entry)):
             inner.append(key)
         elif _is_leaf(entry):
             text = "" if value is None else typed_text(where, value)
             fields.append(Field(path=where, key=key, text=text, choices=_choices(entry)))
-    stated = frozenset(key for key in inner if key in own)
-    order = {key: place for place, key in enumerate(own)}
+    order = {key: number for number, key in enumerate(values)}
     inner.sort(key=lambda key: order.get(key, len(order)))
     fields.sort(key=lambda field: not field.text)
+    stated = frozenset(key for key in inner if key in values)
     return FieldGroup(path=path, fields=tuple(fields), tables=tuple(inner), stated=stated)
 
 
 def field_at(tables: Mapping[str, Any], path: str) -> Field:
     """One field by its path, as the model has it now."""
-    value = _at(tables, tuple(path.split(".")))
+    value = value_at(tables, path.split("."))
     text = "" if value is None or isinstance(value, Mapping) else typed_text(path, value)
     return Field(path=path, key=path.rpartition(".")[2], text=text)
 
 
 def file_value(state: PageState, path: str) -> object:
     """What the file itself states at a path; None where it states nothing."""
-    return _at(_unfolded(tables_of(state.base, state.name)), tuple(path.split(".")))
+    return value_at(_unfolded(tables_of(state.base, state.name)), path.split("."))
 
 
 def _is_member(node: Schema) -> bool:
@@ -210,15 +204,10 @@ def _names_of(tables: Mapping[str, Any], words: tuple[str, ...]) -> tuple[str, .
     stages = tables.get("stages")
     if not isinstance(stages, Mapping):
         return ()
-    if (len(words) == 1 and words[0] in ("deviations",)) or words in (
-        ("operation", "speed"),
-        ("operation", "torque"),
-        ("operation", "power"),
-    ):
+    if words in _BY_MEMBER:
         return _members(next(iter(stages.values()))) if len(stages) == 1 else tuple(stages)
-    stage = stages.get(words[-1]) if words and len(stages) > 1 else None
-    if stage is not None and words[0] in ("deviations", "operation"):
-        return _members(stage)
+    if len(stages) > 1 and words and words[0] in ("deviations", "operation"):
+        return _members(stages.get(words[-1]))
     return ()
 
 
@@ -242,20 +231,13 @@ def all_fields(tables: Mapping[str, Any], path: str = "", deep: int = 0) -> Iter
 @lru_cache(maxsize=4096)
 def explanation_of(path: str) -> Explanation | None:
     """Meaning, unit, default and what is allowed of a field; None where the schema says nothing of it."""
+    words = path.split(".")
     found = explained_paths(path)
-    if not found and path.startswith("tolerance."):
-        found = explained_paths(path.partition(".")[2])
+    if not found and words[0] == "tolerance":
+        found = explained_paths(".".join(words[1:]))
     if not found:  # of a side the same holds as of the whole
-        found = explained_paths(".".join(word for word in path.split(".") if word not in _SIDES))
+        found = explained_paths(".".join(word for word in words if word not in _SIDES))
     return found[0] if found else None
-
-
-def _at(tables: Any, words: tuple[str, ...]) -> Any:
-    for word in words:
-        if not isinstance(tables, Mapping):
-            return None
-        tables = tables.get(word)
-    return tables
 
 
 # values ---------------------------------------------------------------------------------------------------------------

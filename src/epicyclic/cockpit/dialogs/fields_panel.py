@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping, Sequence
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from nicegui import background_tasks, events, ui
-from nicegui.element import Element
+from nicegui import background_tasks, ui
 
 from ...document.tables import PlainTable
 from ...document.units import KINDS
 from ...errors import ModelError
 from ...terms.file_paths import Explanation
 from ...train.resolution import load
+from ..processes.session import Session
 from ..state.state import PageState, request_of
+from .controls import enlarge_button, fold, heard, icon_button, sentence
 from .field_list import (
     Field,
     FieldGroup,
@@ -27,10 +27,6 @@ from .field_list import (
     group_at,
     typed_value,
 )
-from .parts import enlarge_button, heard, icon_button, present
-
-if TYPE_CHECKING:
-    from ..processes.session import Session
 
 # Fields that a search shows: more nobody reads, and every one is a control.
 _MOST = 40
@@ -49,13 +45,8 @@ _LOOK = """
 """
 
 
-def fields_panel(session: Session) -> None:
+class FieldsPanel:
     """The fields of the model by table, with a search over all of them and a message beside each that is refused."""
-    _FieldsPanel(session)
-
-
-class _FieldsPanel:
-    """The tables and the rows of those that have been opened."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -78,14 +69,14 @@ class _FieldsPanel:
     # in step with the state -------------------------------------------------------------------------------------------
 
     def _changed(self, _: object = None) -> None:
-        if not self.waiting and present(self.session) is not None:
+        if not self.waiting and self.session.state is not None:
             self.waiting = True
             background_tasks.create(self._follow())
 
     async def _follow(self) -> None:
         await asyncio.sleep(_FOLLOWS if self.base is not None else 0)
         self.waiting = False
-        state = present(self.session)
+        state = self.session.state
         if state is None or self.root.is_deleted:
             return
         self.tables = current_tables(state)
@@ -114,22 +105,17 @@ class _FieldsPanel:
     def _failed(self, head: Mapping[str, Any] | None) -> None:
         """Say beside its field why the state does not compute; nothing where it does again."""
         path = str(head.get("path", "")) if head else ""
-        words = ""
-        if head:
-            words = f"{head.get('message', '')}{'; allowed: ' if head.get('allowed') else ''}{head.get('allowed', '')}"
-        for own, rows in self.rows.items():
+        words = sentence(str(head.get("message", "")), str(head.get("allowed", ""))) if head else ""
+        for field, rows in self.rows.items():
             for row in rows:
-                row.tell(words if path and _is_of(path, own) else "")
+                row.tell(words if path and _is_of(path, field) else "")
 
     # tables -----------------------------------------------------------------------------------------------------------
 
     async def _fill(self, group: FieldGroup) -> None:
         """Build what the model states of one table into the present slot; the rest folded behind it."""
         await self._build([field for field in group.fields if field.text])
-        prefix = f"{group.path}." if group.path else ""
-        for key in group.tables:
-            if key in group.stated:
-                self._fold(key, f"table-{prefix}{key}", partial(self._open, f"{prefix}{key}"))
+        self._fold_tables(group, [key for key in group.tables if key in group.stated])
         rest = [field for field in group.fields if not field.text]
         tables = [key for key in group.tables if key not in group.stated]
         if not rest and not tables:
@@ -137,42 +123,37 @@ class _FieldsPanel:
 
         async def more() -> None:
             await self._build(rest)
-            for key in tables:
-                self._fold(key, f"table-{prefix}{key}", partial(self._open, f"{prefix}{key}"))
+            self._fold_tables(group, tables)
 
-        counted = ((rest, "field", "fields"), (tables, "table", "tables"))
-        words = [f"{len(some)} {one if len(some) == 1 else several}" for some, one, several in counted if some]
+        words = [f"{len(rest)} field{'s' * (len(rest) != 1)}"] if rest else []
+        words += [f"{len(tables)} table{'s' * (len(tables) != 1)}"] if tables else []
         self._fold(f"Not stated: {' and '.join(words)}", f"more-{group.path}", more)
 
-    async def _open(self, path: str) -> None:
-        await self._fill(group_at(self.tables, path))
+    def _fold_tables(self, group: FieldGroup, keys: Sequence[str]) -> None:
+        """Tables within a table, each built when it is opened."""
+        for key in keys:
+            path = f"{group.path}.{key}" if group.path else key
+
+            async def build(path: str = path) -> None:
+                await self._fill(group_at(self.tables, path))
+
+            self._fold(key, f"table-{path}", build)
+
+    def _fold(self, title: str, marker: str, build: Callable[[], Awaitable[None]]) -> None:
+        fold(title, build).props("expand-separator").classes("w-full").mark(marker)
 
     async def _build(self, fields: Sequence[Field]) -> None:
-        explained = await asyncio.to_thread(_explained, [field.path for field in fields])
+        explained = await asyncio.to_thread(_explained, fields)
         self._build_rows(fields, explained)
 
     def _build_rows(
         self, fields: Sequence[Field], explained: Mapping[str, Explanation], *, whole: bool = False
     ) -> None:
-        state = present(self.session)
+        state = self.session.state
         overrides = state.overrides if state is not None else {}
         for field in fields:
             row = _Row(self, field, explained.get(field.path), whole=whole, is_set=field.path in overrides)
             self.rows.setdefault(field.path, []).append(row)
-
-    def _fold(self, title: str, marker: str, build: Callable[[], Awaitable[None]]) -> None:
-        """Something folded, which is built when it is opened first."""
-        built = False
-
-        async def opened(event: events.ValueChangeEventArguments[bool]) -> None:
-            nonlocal built
-            if event.value and not built:
-                built = True
-                with expansion:
-                    await build()
-
-        expansion = ui.expansion(title, on_value_change=opened)
-        expansion.props("dense dense-toggle expand-separator").classes("w-full").mark(marker)
 
     # search -----------------------------------------------------------------------------------------------------------
 
@@ -187,7 +168,7 @@ class _FieldsPanel:
         words = str(self.search.value or "").lower().split()
         fields = await asyncio.to_thread(_matching, self.tables, words) if words else []
         shown = fields[:_MOST]
-        explained = await asyncio.to_thread(_explained, [field.path for field in shown])
+        explained = await asyncio.to_thread(_explained, shown)
         if number != self.searches or self.root.is_deleted:
             return
         for rows in self.rows.values():
@@ -205,7 +186,7 @@ class _FieldsPanel:
 
     async def commit(self, path: str, text: str) -> str:
         """Set what was typed; the message where it is refused. What is wrong elsewhere because of it is no refusal."""
-        state = present(self.session)
+        state = self.session.state
         if state is None:
             return ""
         try:
@@ -213,12 +194,12 @@ class _FieldsPanel:
             await asyncio.to_thread(_checked, state, path, value)
             self.session.set(path, value, released=True)
         except ModelError as error:
-            return f"{error.problem}; allowed: {error.allowed}" if error.allowed else error.problem
+            return sentence(error.problem, error.allowed)
         return ""
 
     def reset(self, path: str) -> None:
         """Take the value of the file again, which may be none."""
-        state = present(self.session)
+        state = self.session.state
         if state is not None:
             self.session.set(path, file_value(state, path), released=True)
 
@@ -230,14 +211,13 @@ class _Row:
     """
 
     def __init__(
-        self, panel: _FieldsPanel, field: Field, explained: Explanation | None, *, whole: bool, is_set: bool
+        self, panel: FieldsPanel, field: Field, explained: Explanation | None, *, whole: bool, is_set: bool
     ) -> None:
         self.panel, self.path, self.whole, self.shown = panel, field.path, whole, field.text
-        name = "" if whole else field.key
         if whole:  # beside each other whole paths do not fit into a column
             ui.label(field.path).classes("text-caption w-full").style("overflow-wrap: anywhere; line-height: 1.1")
         with ui.row().classes("w-full items-start no-wrap cockpit-field"):
-            self.control: ui.select | ui.input = self._control(field, name, explained)
+            self.control = self._control(field, "" if whole else field.key, explained)
             self.undo = icon_button("settings_backup_restore", f"{field.path}: back to the file's value", self._reset)
         self.undo.set_visibility(is_set)
 
@@ -257,25 +237,26 @@ class _Row:
         control.mark(f"field-{field.path}")
         control.props["aria-label"] = field.path
         if explained:
-            _explain(control, field.path, explained)
+            rows = explained.rows()
+            with control, ui.tooltip().props("max-width=420px delay=400"):  # labels, never markup
+                ui.label(field.path).classes("text-weight-bold")
+                for label in ("meaning", "unit", "default", "allowed", "example"):
+                    if label in rows:
+                        ui.label(rows[label] if label == "meaning" else f"{label}: {rows[label]}")
         return control
 
     @property
     def text(self) -> str:
         return str(self.control.value or "").strip()
 
-    def follow(self, field: Field | None, *, is_set: bool) -> None:
+    def follow(self, field: Field, *, is_set: bool) -> None:
         """Show what the model says now, unless something else is being typed here."""
-        text = field.text if field is not None else ""
         if self.undo.visible != is_set:
             self.undo.set_visibility(is_set)
-        if text == self.shown:
-            return
-        if self.text == self.shown:
-            self.shown = text
-            self._write(text)
-        else:
-            self.shown = text
+        if field.text != self.shown:
+            typed, self.shown = self.text != self.shown, field.text
+            if not typed:
+                self._write(field.text)
 
     def tell(self, words: str) -> None:
         if self.control.error != (words or None):
@@ -315,37 +296,29 @@ class _Row:
         self.panel.reset(self.path)
 
 
-def _explain(control: Element, path: str, explained: Explanation) -> None:
-    """What the field means, as a text beside the pointer; never markup."""
-    rows = explained.rows()
-    with control, ui.tooltip().props("max-width=420px delay=400"):
-        ui.label(path).classes("text-weight-bold")
-        for label in ("meaning", "unit", "default", "allowed", "example"):
-            if label in rows:
-                ui.label(rows[label] if label == "meaning" else f"{label}: {rows[label]}")
-
-
 def _units(unit: str) -> str:
     """Units that a person may type for the first of some SI units."""
     first = unit.partition(", ")[0]
     return next((kind.spellings for kind in KINDS.values() if kind.unit == first), first)
 
 
-def _explained(paths: Sequence[str]) -> dict[str, Explanation]:
-    return {path: found for path in paths if (found := explanation_of(path)) is not None}
+def _explained(fields: Sequence[Field]) -> dict[str, Explanation]:
+    explained = {field.path: explanation_of(field.path) for field in fields}
+    return {path: explanation for path, explanation in explained.items() if explanation is not None}
 
 
 def _matching(tables: PlainTable, words: Sequence[str]) -> list[Field]:
     """Fields with all the words in their path, then those with them in path and meaning; stated ones first."""
     fields = list(all_fields(tables))
-    by_path = [field for field in fields if all(word in field.path.lower() for word in words)]
-    if len(by_path) < _MOST:
-        known = {field.path for field in by_path}
+    matches = [field for field in fields if all(word in field.path.lower() for word in words)]
+    if len(matches) < _MOST:
+        known = {field.path for field in matches}
         for field in fields:
-            if field.path not in known and (found := explanation_of(field.path)) is not None:
-                text = f"{field.path} {found.meaning}".lower()
-                by_path += [field] if all(word in text for word in words) else []
-    return sorted(by_path, key=lambda field: not field.text)
+            explanation = explanation_of(field.path) if field.path not in known else None
+            if explanation is not None:
+                text = f"{field.path} {explanation.meaning}".lower()
+                matches += [field] if all(word in text for word in words) else []
+    return sorted(matches, key=lambda field: not field.text)
 
 
 def _checked(state: PageState, path: str, value: object) -> None:
@@ -358,8 +331,8 @@ def _checked(state: PageState, path: str, value: object) -> None:
             raise
 
 
-def _is_of(path: str, own: str) -> bool:
-    """Whether a message at `path` is of the field `own`: its own, one within it, or of what it is a shorthand for."""
-    table = own.rpartition(".")[0]
-    shorthand = own.rpartition(".")[2] in ("radial", "tilt") and path.rpartition(".")[0] == table
-    return path == own or path.startswith(f"{own}.") or shorthand
+def _is_of(path: str, field: str) -> bool:
+    """Whether a message at `path` is of a field: its own, one within it, or of what it is a shorthand for."""
+    table, _, key = field.rpartition(".")
+    shorthand = key in ("radial", "tilt") and path.rpartition(".")[0] == table
+    return path == field or path.startswith(f"{field}.") or shorthand

@@ -6,10 +6,8 @@ Files that were opened or saved last are kept in the browser: paths as a person 
 from __future__ import annotations
 
 import asyncio
-import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nicegui import events, ui
 
@@ -17,13 +15,10 @@ from ...document.document import MAX_BYTES
 from ...document.drives import drive_titles
 from ...errors import ModelError
 from ...rexs.file import is_rexs_name
+from ..processes.session import Session
 from ..state.history import file_name_of
-from ..state.state import opened, uploaded
-from .parts import heard, icon_button, on_key, plain_button, present, refused, rename, show_model, window
-
-if TYPE_CHECKING:
-    from ..processes.session import Session
-    from ..state.state import PageState
+from ..state.state import PageState, opened, uploaded
+from .controls import heard, icon_button, literal, on_key, plain_button, refused, rename, show_model, window
 
 _KEY = "epicyclic-recent"
 # Files that are listed: those of a week.
@@ -34,10 +29,11 @@ _ANSWER = 3.0
 
 def remember(path: Path) -> None:
     """Put a file ahead of the list."""
+    text = literal(str(path))
     ui.run_javascript(
         f"""try {{
-            const old = JSON.parse(localStorage.getItem("{_KEY}") || "[]").filter((one) => one !== {_text(path)});
-            localStorage.setItem("{_KEY}", JSON.stringify([{_text(path)}, ...old].slice(0, {_MOST_RECENT})));
+            const old = JSON.parse(localStorage.getItem("{_KEY}") || "[]").filter((one) => one !== {text});
+            localStorage.setItem("{_KEY}", JSON.stringify([{text}, ...old].slice(0, {_MOST_RECENT})));
         }} catch {{}}"""
     )
 
@@ -45,17 +41,13 @@ def remember(path: Path) -> None:
 async def recent_files() -> list[str]:
     """Paths of the list, the newest first; what is no text is left out."""
     try:
-        found = await ui.run_javascript(
+        paths = await ui.run_javascript(
             f"try {{ return JSON.parse(localStorage.getItem('{_KEY}') || '[]') }} catch {{ return [] }}",
             timeout=_ANSWER,
         )
     except TimeoutError:
         return []
-    return [one for one in found if isinstance(one, str)][:_MOST_RECENT] if isinstance(found, list) else []
-
-
-def _text(path: Path) -> str:
-    return json.dumps(str(path)).replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    return [path for path in paths if isinstance(path, str)][:_MOST_RECENT] if isinstance(paths, list) else []
 
 
 _HEADINGS = {
@@ -63,6 +55,10 @@ _HEADINGS = {
     "dropped": "Dropped, as the model has no place for it",
     "read": "Read from the file",
 }
+_COLUMNS = [
+    {"name": "what", "label": "in the file", "field": "what", "align": "left"},
+    {"name": "became", "label": "in the model", "field": "became", "align": "left"},
+]
 # Lines of one list in the window; a file of hundreds of components says the same of many.
 _MOST_LINES = 400
 
@@ -76,12 +72,12 @@ def rexs_entries(content: bytes) -> Mapping[str, Sequence[tuple[str, str]]]:
     """
     from ...rexs.import_train import read_rexs
 
-    found = read_rexs(content)
-    types = {component.id: component.type for component in found.file.components}
+    reading = read_rexs(content)
+    types = {component.id: component.type for component in reading.file.components}
     lists = {}
     for kind in _HEADINGS:
         lines = []
-        for entry in getattr(found, kind):
+        for entry in getattr(reading, kind):
             who = "" if entry.component is None else f"{types.get(entry.component, '')} {entry.component}: "
             where = f"{entry.path} = {entry.text}" if entry.path and entry.text else entry.path or entry.text
             lines.append((f"{who}{entry.attribute}", where))
@@ -98,52 +94,37 @@ async def show_rexs(name: str, content: bytes) -> None:
             for kind, heading in _HEADINGS.items():
                 lines = lists[kind]
                 with ui.expansion(f"{heading} ({len(lines)})", value=kind == "assumed").classes("w-full"):
-                    _table(lines[:_MOST_LINES])
+                    rows = [{"id": i, "what": what, "became": to} for i, (what, to) in enumerate(lines[:_MOST_LINES])]
+                    table = ui.table(columns=_COLUMNS, rows=rows, row_key="id").classes("w-full")
+                    table.props("dense flat wrap-cells hide-pagination")
                     if len(lines) > _MOST_LINES:
                         ui.label(f"{len(lines) - _MOST_LINES} more: `epicyclic import` lists them all.")
         with ui.row().classes("w-full justify-end"):
             plain_button("Close", dialog.close, main=True)
-    dialog.on("hide", dialog.delete)
-    dialog.open()
-
-
-def _table(lines: Sequence[tuple[str, str]]) -> None:
-    columns = [
-        {"name": "what", "label": "in the file", "field": "what", "align": "left"},
-        {"name": "became", "label": "in the model", "field": "became", "align": "left"},
-    ]
-    rows = [{"id": i, "what": what, "became": became} for i, (what, became) in enumerate(lines)]
-    ui.table(columns=columns, rows=rows, row_key="id").props("dense flat wrap-cells hide-pagination").classes("w-full")
 
 
 _SUFFIXES = ".toml,.rexs,.rexsj,.rexsz"
 
-# What takes the files of a page: one, so that a drop opens a model once.
-_RECEIVERS: dict[Session, ui.upload] = {}
 
+def open_button(session: Session) -> Callable[[], Awaitable[None]]:
+    """A button with all ways to open a model, and what opens its window from another place of the page.
 
-def open_button(session: Session) -> None:
-    """A button with all ways to open a model; a file may be dropped anywhere on the page."""
-    picker = _receiver_of(session)
-    plain_button("Open", lambda: _show(session, picker), icon="folder_open").props('aria-label="Open a model"')
+    A file may be dropped anywhere on the page.
+    """
+    picker = _receiver(session)
 
+    async def show() -> None:
+        with window("Open a model", width=760) as dialog:
+            _from_file(session, dialog, picker)
+            recent = ui.column().classes("w-full q-gutter-none")
+            _ready_drives(session, dialog)
+        paths = await recent_files()
+        if not dialog.is_deleted and paths:
+            with recent:
+                _recent(session, dialog, paths)
 
-async def open_window(session: Session) -> None:
-    """Open the window of `open_button` from another place of the page."""
-    await _show(session, _receiver_of(session))
-
-
-async def _show(session: Session, picker: ui.upload) -> None:
-    with window("Open a model", width=760) as dialog:
-        _from_file(session, dialog, picker)
-        recent = ui.column().classes("w-full q-gutter-none")
-        _ready_drives(session, dialog)
-    dialog.on("hide", dialog.delete)
-    dialog.open()
-    paths = await recent_files()
-    if not dialog.is_deleted and paths:
-        with recent:
-            _recent(session, dialog, paths)
+    plain_button("Open", show, icon="folder_open").props('aria-label="Open a model"')
+    return show
 
 
 async def _open(session: Session, make: Callable[[], PageState], what: str) -> ModelError | None:
@@ -152,7 +133,7 @@ async def _open(session: Session, make: Callable[[], PageState], what: str) -> M
         state = await asyncio.to_thread(make)
     except ModelError as error:
         return error
-    before = present(session)
+    before = session.state
     show_model(session, state, ui.context.client.layout)
     if state.path is not None:
         remember(state.path)
@@ -175,7 +156,16 @@ def _ready_drives(session: Session, dialog: ui.dialog) -> None:
         ui.list().props("dense separator").classes("w-full"),
     ):
         for name, title in titles.items():
-            rows[name] = _drive(session, dialog, name, title)
+
+            async def take(name: str = name) -> None:
+                error = await _open(session, lambda: opened(name), f"{name} is open")
+                if error is not None:
+                    return refused(error)
+                dialog.close()
+
+            with ui.item(on_click=take).mark(f"drive-{name}") as rows[name], ui.item_section():
+                ui.item_label(name)
+                ui.item_label(title).props("caption")
 
     def narrow() -> None:
         words = str(search.value or "").lower().split()
@@ -183,19 +173,6 @@ def _ready_drives(session: Session, dialog: ui.dialog) -> None:
             row.set_visibility(all(word in f"{name} {titles[name]}".lower() for word in words))
 
     search.on_value_change(narrow)
-
-
-def _drive(session: Session, dialog: ui.dialog, name: str, title: str) -> ui.item:
-    async def take() -> None:
-        error = await _open(session, lambda: opened(name), f"{name} is open")
-        if error is not None:
-            return refused(error)
-        dialog.close()
-
-    with ui.item(on_click=take).mark(f"drive-{name}") as row, ui.item_section():
-        ui.item_label(name)
-        ui.item_label(title).props("caption")
-    return row
 
 
 # files of this machine ------------------------------------------------------------------------------------------------
@@ -211,8 +188,11 @@ def _from_file(session: Session, dialog: ui.dialog, picker: ui.upload) -> None:
             if not text:
                 return
             field.error = None
-            if await _open_path(session, text, field):
+            error = await _open(session, lambda: _at_path(text), f"{text} is open")
+            if error is None:
                 dialog.close()
+            else:
+                field.error = str(error)
 
         field.on("keydown.enter", take)
         plain_button("Open file", take, main=True)
@@ -226,19 +206,8 @@ def _from_file(session: Session, dialog: ui.dialog, picker: ui.upload) -> None:
         )
 
 
-async def _open_path(session: Session, text: str, field: ui.input | None = None) -> bool:
-    """Open a file at a path as it was typed; whether it is open. A message stands beside the field, if there is one."""
-    error = await _open(session, lambda: opened(_expanded(text)), f"{text} is open")
-    if error is None:
-        return True
-    if field is None:
-        refused(error)
-    else:
-        field.error = str(error)
-    return False
-
-
-def _expanded(text: str) -> str:
+def _at_path(text: str) -> PageState:
+    """The state of the file at a path as it was typed. Raises ModelError."""
     path = Path(text)
     try:
         path = path.expanduser()
@@ -246,7 +215,7 @@ def _expanded(text: str) -> str:
         raise ModelError("no such user", path=text, allowed="a whole path") from None
     if not path.is_absolute():
         raise ModelError("is no whole path", path=text, allowed="a path from the root on, or from ~")
-    return str(path)
+    return opened(path)
 
 
 def _recent(session: Session, dialog: ui.dialog, paths: list[str]) -> None:
@@ -255,8 +224,10 @@ def _recent(session: Session, dialog: ui.dialog, paths: list[str]) -> None:
         for path in paths:
 
             async def take(path: str = path) -> None:
-                if await _open_path(session, path):
-                    dialog.close()
+                error = await _open(session, lambda: _at_path(path), f"{path} is open")
+                if error is not None:
+                    return refused(error)
+                dialog.close()
 
             with ui.item(on_click=take), ui.item_section():
                 ui.item_label(path)
@@ -265,24 +236,18 @@ def _recent(session: Session, dialog: ui.dialog, paths: list[str]) -> None:
 # files of the browser -------------------------------------------------------------------------------------------------
 
 
-def _receiver_of(session: Session) -> ui.upload:
-    if session not in _RECEIVERS:
-        _RECEIVERS[session] = _receiver(session)
-        ui.context.client.on_delete(lambda: _RECEIVERS.pop(session, None))
-    return _RECEIVERS[session]
-
-
 def _receiver(session: Session) -> ui.upload:
     """What takes a file that was picked or dropped on the page; not seen itself."""
 
     async def take(event: events.UploadEventArguments) -> None:
         name, content = event.file.name, await event.file.read()
+        short = name.replace("\\", "/").rsplit("/", 1)[-1][:80]  # without folders, for a message
         picker.reset()
-        error = await _open(session, lambda: uploaded(name, content), f"{_last(name)} is open")
+        error = await _open(session, lambda: uploaded(name, content), f"{short} is open")
         if error is not None:
-            return refused(error, f"{_last(name)} cannot be opened. ")
+            return refused(error, f"{short} cannot be opened. ")
         if is_rexs_name(name):
-            await show_rexs(_last(name), content)
+            await show_rexs(short, content)
 
     def too_large() -> None:
         ui.notify(f"Not opened: one file of .toml or REXS with at most {MAX_BYTES // 10**6} MB", type="negative")
@@ -316,35 +281,30 @@ _DROP = """<style>body.cockpit-drop::after { content: "Drop a model file: .toml 
 })();</script>"""
 
 
-def _last(name: str) -> str:
-    """The name of a file without folders, short enough for a message."""
-    return name.replace("\\", "/").rsplit("/", 1)[-1][:80]
-
-
 # [s] between two looks at the file: reading and hashing it takes a millisecond, beside the event loop
 _LOOKS = 4.0
 
 
 def save_buttons(session: Session) -> None:
     """Buttons that save to the file that is open, or to another one. Ctrl+S saves."""
-    save_as = _save_as(session)
 
     async def save() -> None:
-        state = present(session)
+        state = session.state
         if state is None:
             return
         if state.path is None:
-            return save_as()
-        if await asyncio.to_thread(session.changed_on_disk):
-            return _changed(session, state.path, save_as)
-        await _write(session, state.path, force=True)
+            _save_as(session)
+        elif await asyncio.to_thread(session.changed_on_disk):
+            _changed(session, state.path)
+        else:
+            await _overwrite(session, state.path)
 
     with ui.row().classes("items-center no-wrap q-gutter-none"):
         button = icon_button("save", "Save", save)
-        icon_button("save_as", "Save as", save_as)
+        icon_button("save_as", "Save as", lambda: _save_as(session))
 
     def show(_: object = None) -> None:
-        state = present(session)
+        state = session.state
         where = "Save as a file" if state is None or state.path is None else f"Save to {state.path}"
         unsaved = session.unsaved
         rename(button, "Save", f"{where}; there are unsaved changes" if unsaved else where)
@@ -355,8 +315,7 @@ def save_buttons(session: Session) -> None:
     async def look() -> None:
         """Warn once when another program writes the file; saving then asks what becomes of it."""
         nonlocal told
-        state = present(session)
-        path = None if state is None else state.path
+        path = None if session.state is None else session.state.path
         if path is None or not await asyncio.to_thread(session.changed_on_disk):
             told = None
         elif told != path:
@@ -370,120 +329,106 @@ def save_buttons(session: Session) -> None:
     show()
 
 
-async def _write(session: Session, path: Path, *, force: bool) -> bool:
-    """Write the model; whether it is written. Says what went wrong otherwise."""
+async def _overwrite(session: Session, path: Path) -> None:
+    """Write the model to its file, or say why it cannot be."""
     try:
-        await session.save(path, force=force)
+        await session.save(path, force=True)
     except ModelError as error:
-        refused(error, "Not saved. ")
-        return False
+        return refused(error, "Not saved. ")
+    _saved(path)
+
+
+def _saved(path: Path) -> None:
     remember(path)
     ui.notify(f"Saved: {path}", type="positive")
-    return True
 
 
-def _changed(session: Session, path: Path, save_as: Callable[[], None]) -> None:
+def _changed(session: Session, path: Path) -> None:
     """Ask what becomes of a file that somebody else has changed since it was opened."""
     with window("The file has changed on disk", width=560) as dialog:
         ui.label(f"{path} is not as it was opened or saved here: another program has written it.")
 
         async def over() -> None:
             dialog.close()
-            await _write(session, path, force=True)
+            await _overwrite(session, path)
 
         async def again() -> None:
             dialog.close()
-            await _reopen(session, path)
+            try:
+                state = await asyncio.to_thread(opened, path)
+            except ModelError as error:
+                return refused(error)
+            show_model(session, state, ui.context.client.layout)
+            ui.notify("The file is read again; undo brings your model back.")
 
         def other() -> None:
             dialog.close()
-            save_as()
+            _save_as(session)
 
         with ui.row().classes("w-full justify-end"):
             plain_button("Save as another file", other)
             plain_button("Read the file again", again).tooltip("Undo brings your model back")
             plain_button("Overwrite the file", over, main=True)
-    dialog.on("hide", dialog.delete)
-    dialog.open()
 
 
-async def _reopen(session: Session, path: Path) -> None:
-    try:
-        state: PageState = await asyncio.to_thread(opened, path)
-    except ModelError as error:
-        return refused(error)
-    show_model(session, state, ui.context.client.layout)
-    ui.notify("The file is read again; undo brings your model back.")
+def _save_as(session: Session) -> None:
+    """The window of save as."""
+    state = session.state
+    if state is None:
+        return
+    with window("Save as", width=560) as dialog:
+        proposed = state.path or Path.cwd() / file_name_of(state)
+        field = ui.input("File on this machine", value=str(proposed)).classes("w-full")
+        field.props("autofocus spellcheck=false")
+        over = ui.checkbox("Overwrite the file that is there").classes("hidden")
+
+        async def save() -> None:
+            try:
+                path = _target(field.value or "")
+            except ValueError as problem:
+                field.error = str(problem)
+                return
+            try:
+                await session.save(path, force=bool(over.value))
+            except ModelError as error:
+                field.error = f"{error.problem}; {error.allowed}" if error.allowed else error.problem
+                if path.exists():
+                    over.classes(remove="hidden")
+                return
+            dialog.close()
+            _saved(path)
+
+        def typed() -> None:
+            field.error = None
+            over.classes(add="hidden").set_value(False)
+
+        field.on_value_change(typed)
+        field.on("keydown.enter", save)
+        with ui.row().classes("w-full justify-end"):
+            plain_button("Cancel", dialog.close)
+            plain_button("Save", save, main=True)
 
 
-def _save_as(session: Session) -> Callable[[], None]:
-    """The window of save as; it is built when it is first asked for, and keeps what was typed."""
+def _target(text: str) -> Path:
+    """A path to write as it was typed; `~` is the folder of the user.
 
-    def open_window() -> None:
-        state = present(session)
-        if state is None:
-            return
-        with window("Save as", width=560) as dialog:
-            proposed = state.path or Path.cwd() / file_name_of(state)
-            field = (
-                ui.input("File on this machine", value=str(proposed))
-                .classes("w-full")
-                .props("autofocus spellcheck=false")
-            )
-            over = ui.checkbox("Overwrite the file that is there").classes("hidden")
-
-            async def save() -> None:
-                problem = _target_problem(field.value or "")
-                if problem:
-                    field.error = problem
-                    return
-                path = _path_of(field.value)
-                try:
-                    await session.save(path, force=bool(over.value))
-                except ModelError as error:
-                    field.error = f"{error.problem}{f'; {error.allowed}' if error.allowed else ''}"
-                    if path.exists():
-                        over.classes(remove="hidden")
-                    return
-                dialog.close()
-                remember(path)
-                ui.notify(f"Saved: {path}", type="positive")
-
-            def typed() -> None:
-                field.error = None
-                over.classes(add="hidden").set_value(False)
-
-            field.on_value_change(typed)
-            field.on("keydown.enter", save)
-            with ui.row().classes("w-full justify-end"):
-                plain_button("Cancel", dialog.close)
-                plain_button("Save", save, main=True)
-        dialog.on("hide", dialog.delete)
-        dialog.open()
-
-    return open_window
-
-
-def _path_of(text: str) -> Path:
-    """A path as it was typed; `~` is the folder of the user."""
-    path = Path(text.strip()).expanduser()
-    return path if path.suffix else path.with_suffix(".toml")
-
-
-def _target_problem(text: str) -> str:
-    """What is wrong with a path to write; empty where nothing is."""
+    Raises
+    ------
+    ValueError : what is wrong with it.
+    """
     if not text.strip():
-        return "a path is missing"
-    if "\0" in text:
-        return "no path"
+        raise ValueError("a path is missing")
     try:
-        path = _path_of(text)
+        path = Path(text.strip()).expanduser()
+        path = path if path.suffix else path.with_suffix(".toml")
     except (RuntimeError, ValueError):
-        return "no path"
+        raise ValueError("no path") from None
+    if "\0" in text:
+        raise ValueError("no path")
     if path.suffix.lower() != ".toml":
-        return f"no model file: a name that ends in .toml, not {path.suffix}"
+        raise ValueError(f"no model file: a name that ends in .toml, not {path.suffix}")
     if not path.is_absolute():
-        return "the whole path, from the root on"
+        raise ValueError("the whole path, from the root on")
     if not path.parent.is_dir():
-        return f"no folder {path.parent}"
-    return ""
+        raise ValueError(f"no folder {path.parent}")
+    return path

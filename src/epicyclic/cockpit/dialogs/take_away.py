@@ -5,22 +5,22 @@ from __future__ import annotations
 import asyncio
 import base64
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote_to_bytes
 
 from nicegui import background_tasks, ui
 from nicegui.element import Element
 
 from ...errors import ConvergenceError, ModelError
+from ...show.plot import figure_names
+from ..processes.jobs import Job, jobs_done
+from ..processes.session import Session
+from ..processes.tasks import figure_of, job_file
 from ..state.history import command_line, file_name_of, script
-from ..state.state import request_of
+from ..state.state import PageState, request_of
 from ..state.written_text import text_of
-from .parts import copy, give, heard, icon_button, plain_button, present, refused, safe_name, window
-from .worker_calls import VERBS, figure_of, figures, job_file, jobs_done
-
-if TYPE_CHECKING:
-    from ..processes.jobs import Job
-    from ..processes.session import Session
-    from ..state.state import PageState
+from .controls import copy, give, heard, icon_button, plain_button, refused, safe_name, window
 
 _BEFORE = "all that the model allows, in one file; some ten seconds"
 
@@ -34,7 +34,7 @@ def line(heading: str) -> ui.row:
 
 
 class ReportJob:
-    """The newest report of a page.
+    """The newest report of a page, and its controls in the window that shows it.
 
     anchor : element of the page that stays while windows come and go.
     """
@@ -44,20 +44,25 @@ class ReportJob:
         self.job: Job | None = None
         self.name = "report.html"
         self.words = _BEFORE
-        self._shown: _Line | None = None
+        self.row: ui.row | None = None
         heard(session, anchor, jobs=self._changed)
 
     def line(self) -> None:
         """The controls, in the present slot."""
-        self._shown = _Line(self)
-        self._shown.show()
+        with line("Report") as self.row:
+            self.start = plain_button("HTML report", self.begin, icon="article")
+            self.bar = ui.linear_progress(0, show_value=False, size="8px").classes("col")
+            self.bar.props('aria-label="Progress of the report"')
+            self.label = ui.label(self.words).classes("text-caption").props('role="status"')
+            self.stop = plain_button("Cancel", self.cancel)
+        self._show(0.0)
 
     @property
     def busy(self) -> bool:
         return self.job is not None and self.job.status in ("waits", "runs")
 
     def begin(self) -> None:
-        state = present(self.session)
+        state = self.session.state
         if state is None or self.busy:
             return
         self.name = safe_name(file_name_of(state, ""), "-report.html")
@@ -82,41 +87,36 @@ class ReportJob:
             self.job = None
             self.words = f"failed: {job.message}" if job.status == "failed" else job.status
             if job.status == "done" and job.dataset_path is not None:
-                background_tasks.create(self._give(job))
+                background_tasks.create(self._give(job.dataset_path))
             elif job.status == "failed":
                 ui.notify(f"The report {self.words}", type="negative", close_button="Close")
-        if self._shown is not None and not self._shown.row.is_deleted:
-            self._shown.show(0.0 if job is None else job.progress)
+        if self.row is not None and not self.row.is_deleted:
+            self._show(job.progress)
 
-    async def _give(self, job: Job) -> None:
-        assert job.dataset_path is not None
-        content = await asyncio.to_thread(job.dataset_path.read_bytes)
+    def _show(self, progress: float) -> None:
+        busy = self.busy
+        self.start.set_visibility(not busy)
+        self.bar.set_visibility(busy)
+        self.stop.set_visibility(busy)
+        if busy:
+            self.bar.set_value(progress)
+        if self.label.text != self.words:
+            self.label.set_text(self.words)
+
+    async def _give(self, path: Path) -> None:
+        content = await asyncio.to_thread(path.read_bytes)
         if not self.anchor.is_deleted:
             with self.anchor:
                 give(content, self.name, "text/html")
 
 
-class _Line:
-    """Controls of the report in a window."""
+VERBS: tuple[str, ...] = ("check", "modes", "sharing", "static", "steady", "sweep", "stiffness", "efficiency")
+"""Verbs of a train alone that take seconds; longer ones are jobs, and stand in the report."""
 
-    def __init__(self, report: ReportJob) -> None:
-        self.report = report
-        with line("Report") as self.row:
-            self.start = plain_button("HTML report", report.begin, icon="article")
-            self.bar = ui.linear_progress(0, show_value=False, size="8px").classes("col")
-            self.bar.props('aria-label="Progress of the report"')
-            self.words = ui.label(report.words).classes("text-caption").props('role="status"')
-            self.cancel = plain_button("Cancel", report.cancel)
 
-    def show(self, progress: float = 0.0) -> None:
-        busy = self.report.busy
-        self.start.set_visibility(not busy)
-        self.bar.set_visibility(busy)
-        self.cancel.set_visibility(busy)
-        if busy:
-            self.bar.set_value(progress)
-        if self.words.text != self.report.words:
-            self.words.set_text(self.report.words)
+def figures() -> dict[str, tuple[str, ...]]:
+    """Verb -> names of its figures, of `VERBS`."""
+    return {verb: names for verb in VERBS if (names := figure_names(verb))}
 
 
 _TYPES = {
@@ -135,20 +135,18 @@ def take_away_button(session: Session) -> None:
     """A button with all that leaves the page; nothing is written on the machine of the server."""
 
     def show() -> None:
-        state = present(session)
+        state = session.state
         if state is None:
             return
-        with window("Take away", width=720) as dialog:
+        with window("Take away", width=720):
             _model(state)
             _results(session, state)
             _figures(session, state)
             report.line()
-            _words("Command line", "verb", command_line(state), state)
+            _command(state)
             _script(state)
             if state.relative_speed != 1:
                 ui.label(f"At the speed of the model: the page shows {100 * state.relative_speed:.4g} % of it.")
-        dialog.on("hide", dialog.delete)
-        dialog.open()
 
     report = ReportJob(session, plain_button("Take away", show, icon="download"))
 
@@ -168,21 +166,20 @@ def _model(state: PageState) -> None:
 
 def _results(session: Session, state: PageState) -> None:
     """Dataset of a verb, or of a job that was run of this state, in three formats."""
-    done = jobs_done(session.jobs.visible(), session.rev)
-    options = {verb: verb for verb in VERBS} | {f"job {name}": f"{job.label} (job)" for name, job in done.items()}
+    done = {f"job {name}": job for name, job in jobs_done(session.jobs.visible(), session.rev).items()}
+    options = {verb: verb for verb in VERBS} | {name: f"{job.label} (job)" for name, job in done.items()}
     with line("Results"):
-        verb = ui.select(options, value="sharing", label="of").props("dense options-dense").style("width: 9rem")
+        choice = ui.select(options, value="sharing", label="of").props("dense options-dense").style("width: 9rem")
         for kind in _TYPES:
 
             async def save(kind: str = kind) -> None:
-                name = str(verb.value).removeprefix("job ")
-                job = done.get(name) if str(verb.value).startswith("job ") else None
-                if job is None:
-                    content = await _computed(session.take(kind, name))
-                else:
-                    content = await _computed(session.call(job_file, job.dataset_path, kind))
+                name = str(choice.value)
+                job = done.get(name)
+                work = session.take(kind, name) if job is None else session.call(job_file, job.dataset_path, kind)
+                content = await _computed(work)
                 if content is not None:
-                    give(content, safe_name(f"{_stem(state)}-{name}", f".{kind}"), _TYPES[kind])
+                    stem = f"{file_name_of(state, '')}-{name.removeprefix('job ')}"
+                    give(content, safe_name(stem, f".{kind}"), _TYPES[kind])
 
             _busy(f".{kind}", save)
         ui.label("with units and the whole model; of a job once it has run").classes("text-caption")
@@ -193,24 +190,16 @@ def _figures(session: Session, state: PageState) -> None:
     options = {f"{verb}/{name}": f"{verb}: {name}" for verb, names in figures().items() for name in names}
     media = {"svg": "image/svg+xml", "png": "image/png"}
     with line("Figure"):
-        chosen = (
-            ui.select(options, value="sweep/sweep")
-            .props('dense options-dense aria-label="Figure"')
-            .style("width: 14rem")
-        )
+        choice = ui.select(options, value="sweep/sweep").style("width: 14rem")
+        choice.props('dense options-dense aria-label="Figure"')
         for kind in media:
 
             async def save(kind: str = kind) -> None:
-                verb, _, name = str(chosen.value).partition("/")
+                verb, _, name = str(choice.value).partition("/")
                 figure = await _computed(session.call(figure_of, request_of(state), verb, name))
-                if figure is not None:
-                    content = await _drawn(figure, kind)
-                    if content is not None:
-                        give(
-                            content,
-                            safe_name(f"{_stem(state)}-{name}", f".{kind}"),
-                            media[kind],
-                        )
+                content = None if figure is None else await _drawn(figure, kind)
+                if content is not None:
+                    give(content, safe_name(f"{file_name_of(state, '')}-{name}", f".{kind}"), media[kind])
 
             _busy(kind.upper(), save)
 
@@ -239,8 +228,6 @@ async def _drawn(figure: dict[str, Any], kind: str) -> bytes | None:
 
 def bytes_of_picture(uri: str) -> bytes | None:
     """Content of a data URI of a picture; None where it is none."""
-    from urllib.parse import unquote_to_bytes
-
     head, comma, body = uri.partition(",")
     if not comma or not head.startswith("data:image/"):
         ui.notify("The browser gave no picture", type="negative")
@@ -248,39 +235,28 @@ def bytes_of_picture(uri: str) -> bytes | None:
     return base64.b64decode(body) if head.endswith(";base64") else unquote_to_bytes(body)
 
 
-def _words(heading: str, label: str, text: str, state: PageState) -> None:
+def _command(state: PageState) -> None:
     """The command line of a verb, with a button that copies it."""
-    with line(heading):
-        verb = ui.select(["report", *VERBS], value="report").props(f'dense options-dense aria-label="{label}"')
+    with line("Command line"):
+        verb = ui.select(["report", *VERBS], value="report").props('dense options-dense aria-label="verb"')
         verb.style("width: 8rem")
         # a label, since what shows code with colours goes through Markdown, and a model may hold anything
-        shown = ui.label(text).classes("col cockpit-command").style(_CODE)
-
-        def change() -> None:
-            shown.set_text(command_line(state, verb=str(verb.value)))
-
-        verb.on_value_change(change)
+        shown = ui.label(command_line(state)).classes("col cockpit-command").style(_CODE)
+        verb.on_value_change(lambda: shown.set_text(command_line(state, verb=str(verb.value))))
         icon_button("content_copy", "Copy the command line", lambda: copy(shown.text, "Command line"))
     if state.drive is None and state.path is None:
-        ui.label("The command and the script read the model file: download it into their folder.").classes(
-            "text-caption"
-        )
+        words = "The command and the script read the model file: download it into their folder."
+        ui.label(words).classes("text-caption")
 
 
 def _script(state: PageState) -> None:
     """The Python script that gives the same numbers."""
-    text = script(state)
+    text, name = script(state), safe_name(file_name_of(state, ""), ".py")
     with line("Python"):
         with ui.expansion("Script").classes("col").props("dense"):
             ui.label(text).classes("w-full").style(f"{_CODE}; max-height: 16rem")
         icon_button("content_copy", "Copy the script", lambda: copy(text, "Script"))
-        icon_button(
-            "download", "Download the script", lambda: give(text, safe_name(_stem(state), ".py"), "text/x-python")
-        )
-
-
-def _stem(state: PageState) -> str:
-    return file_name_of(state, "")
+        icon_button("download", "Download the script", lambda: give(text, name, "text/x-python"))
 
 
 async def _computed(work: Awaitable[Any]) -> Any:

@@ -7,19 +7,16 @@ from __future__ import annotations
 
 import asyncio
 import re
-from typing import TYPE_CHECKING
+from itertools import takewhile
 
 from nicegui import background_tasks, ui
 
 from ...errors import ModelError
 from ...train.resolution import load
-from ..state.state import request_of, with_text
+from ..processes.session import Session
+from ..state.state import PageState, request_of, with_text
 from ..state.written_text import text_of
-from .parts import enlarge_button, heard, plain_button, present
-
-if TYPE_CHECKING:
-    from ..processes.session import Session
-    from ..state.state import PageState
+from .controls import enlarge_button, heard, plain_button
 
 _HEADING = re.compile(r"\s*\[{1,2}([^\]]+)\]{1,2}\s*(?:#.*)?$")
 _KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
@@ -29,35 +26,31 @@ _SAID = re.compile(r"\bline (\d+)")
 def line_of(text: str, path: str) -> int | None:
     """Number of the line, from 1, that states a path, or else the table that would hold it; None where neither does."""
     wanted = _words(path)
-    best: tuple[int, int] | None = None
+    best, line_of_best = 0, None
     heading: tuple[str, ...] = ()
     for number, line in enumerate(text.splitlines(), start=1):
-        if found := _HEADING.match(line):
-            own = heading = _words(found[1])
-        elif found := _KEY.match(line):
-            own = (*heading, *_words(found[1]))
+        if title := _HEADING.match(line):
+            keys = heading = _words(title[1])
+        elif entry := _KEY.match(line):
+            keys = (*heading, *_words(entry[1]))
         else:
             continue
-        shared = _shared(own, wanted)
-        if shared and (best is None or shared > best[0]):
-            best = (shared, number)
-    return best[1] if best else None
+        # words in common with the path, from the beginning on
+        alike = (key == word for key, word in zip(keys, wanted, strict=False))
+        shared = sum(1 for _ in takewhile(bool, alike))
+        if shared > best:
+            best, line_of_best = shared, number
+    return line_of_best
 
 
 def line_of_error(text: str, message: str, path: str) -> int | None:
     """Line of an error: the one that its message names, else that of its path."""
-    if found := _SAID.search(message):
-        return int(found[1])
-    return line_of(text, path)
+    stated = _SAID.search(message)
+    return int(stated[1]) if stated else line_of(text, path)
 
 
 def _words(path: str) -> tuple[str, ...]:
     return tuple(word for part in path.split(".") if (word := part.strip().strip("\"'").strip()))
-
-
-def _shared(own: tuple[str, ...], wanted: tuple[str, ...]) -> int:
-    """Words that a line has in common with a path, from the beginning on."""
-    return next((i for i, (a, b) in enumerate(zip(own, wanted, strict=False)) if a != b), min(len(own), len(wanted)))
 
 
 # [s] after a change elsewhere until the text follows: a drag writes it once, not at every move.
@@ -84,13 +77,8 @@ _WATCH = """(() => {
 })()"""
 
 
-def text_panel(session: Session) -> None:
-    """An editor of the model text, with apply (Ctrl+Enter), the line of an error, and both texts where both changed."""
-    _TextPanel(session)
-
-
-class _TextPanel:
-    """One editor and what it knows.
+class TextPanel:
+    """An editor of the model text, with apply (Ctrl+Enter), the line of an error, and both texts where both changed.
 
     shown : the text that the editor was given last.  kept : a text of the user's that gave way to that of the model.
     """
@@ -136,41 +124,34 @@ class _TextPanel:
 
     def _changed(self, _: object = None) -> None:
         """The state is another one: its text follows a moment later."""
-        if not self.waiting and present(self.session) is not None:
+        if not self.waiting and self.session.state is not None:
             self.waiting = True
             background_tasks.create(self._follow())
 
     async def _follow(self) -> None:
         await asyncio.sleep(_FOLLOWS if self.shown else 0)
         self.waiting = False
-        state = present(self.session)
+        state = self.session.state
         if state is None or state is self.newest or self.root.is_deleted:
             return
         try:
             text = await asyncio.to_thread(text_of, state)
         except ModelError as error:
-            text = None
-            problem = str(error)
+            if not self.root.is_deleted:
+                self.message.set_text(str(error))
+            return
         if self.root.is_deleted:
             return
         with self.root:
-            if text is None:
-                self.message.set_text(problem)
-                return
             self.newest = state
-            self._theirs(text)
-
-    def _theirs(self, text: str) -> None:
-        """The model says `text` now."""
-        mine = self.editor.value or ""
-        if text == self.shown:
-            return
-        if mine in (self.shown, text):
-            self._show(text)
-        else:
-            self.shown = text
-            self.conflict.set_visibility(True)
-            self._marks()
+            if text == self.shown:
+                return
+            if (self.editor.value or "") in (self.shown, text):
+                self._show(text)
+            else:
+                self.shown = text
+                self.conflict.set_visibility(True)
+                self._marks()
 
     def _show(self, text: str) -> None:
         self.shown = text
@@ -193,13 +174,12 @@ class _TextPanel:
 
     def _marks(self) -> None:
         """Say whether the editor shows the model, and what can be done."""
-        state = present(self.session)
+        state = self.session.state
+        words = "" if state is None else state.name
+        if state is not None and state.overrides:
+            words += ", with what was set on the page"
         if self.edited:
             words = "Changed here, not applied"
-        else:
-            words = (
-                "" if state is None else f"{state.name}{', with what was set on the page' if state.overrides else ''}"
-            )
         if self.status.text != words:
             self.status.set_text(words)
         self.apply.set_enabled(self.edited)
@@ -220,27 +200,18 @@ class _TextPanel:
             self._marks()
 
     async def _apply(self) -> None:
-        state, text = present(self.session), self.editor.value or ""
+        state, text = self.session.state, self.editor.value or ""
         if state is None or not self.edited:
             return
         try:
-            await asyncio.to_thread(_checked, state, text)
+            await asyncio.to_thread(lambda: load(*request_of(with_text(state, text))))  # a train can be made of it
             self.session.set_text(text)
         except ModelError as error:
-            self._tell(error, text)
+            line = line_of_error(text, error.problem, error.path)
+            self.message.set_text(f"line {line}: {error}" if line and "line" not in error.problem else str(error))
+            if line:
+                self.editor.reveal_line(line)
+                self.editor.decorations[:] = [{"kind": "line", "line": line, "class": "cockpit-wrong"}]
             return
         self.kept = None
         self._show(text)
-
-    def _tell(self, error: ModelError, text: str) -> None:
-        line = line_of_error(text, error.problem, error.path)
-        self.message.set_text(f"line {line}: {error}" if line and "line" not in error.problem else str(error))
-        if line:
-            self.editor.reveal_line(line)
-            self.editor.decorations[:] = [{"kind": "line", "line": line, "class": "cockpit-wrong"}]
-
-
-def _checked(state: PageState, text: str) -> None:
-    """Raise ModelError for a text that no train can be made of; the state is left as it is."""
-    tables, overrides = request_of(with_text(state, text))
-    load(tables, overrides=overrides)

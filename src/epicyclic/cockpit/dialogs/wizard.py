@@ -4,51 +4,52 @@ from __future__ import annotations
 
 import asyncio
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import background_tasks, ui
 
-from ...document.tables import PlainTable
+from ...document.tables import PlainTable, value_at
 from ...document.writer import commented_text
 from ...errors import ModelError
 from ...train.new_train import new_train
 from ...train.resolution import load
 from ...train.wishes import HELD, KINDS, MEMBERS
+from ..processes.session import Session
 from ..state.state import from_text
-from .parts import plain_button, refused, safe_name, show_model, window
+from .controls import plain_button, refused, safe_name, sentence, show_model, window
 
-if TYPE_CHECKING:
-    from ..processes.session import Session
-
-UNITS: Mapping[str, str] = {
-    "module": "mm",
-    "face_width": "mm",
-    "helix_angle": "deg",
-    "pressure_angle": "deg",
-    "speed": "rpm",
-    "torque": "N m",
-    "power": "kW",
-    "stages.main.carrier.mass": "kg",
-    "stages.main.carrier.inertia": "kg m^2",
-    "stages.main.planet.bearing.radial": "N/m",
-    "stages.main.sun.support.radial": "N/m",
-    "stages.main.ring.support.radial": "N/m",
-    "stages.main.carrier.support.radial": "N/m",
+# Field -> label and unit of a bare number; a text with its unit is taken as it is.
+_FIELDS: Mapping[str, tuple[str, str]] = {
+    "kind": ("Kind", ""),
+    "planets": ("Planets", ""),
+    "by": ("Gears", ""),
+    "teeth": ("Teeth sun/planet/ring", ""),
+    "ratio": ("Ratio, input to output", ""),
+    "module": ("Normal module", "mm"),
+    "helix_angle": ("Helix angle", "deg"),
+    "face_width": ("Face width", "mm"),
+    "pressure_angle": ("Normal pressure angle", "deg"),
+    "held": ("Held member", ""),
+    "driver": ("Driving member", ""),
+    "speed": ("Speed", "rpm"),
+    **{f"speed.{member}": (f"Speed of the {member}", "rpm") for member in MEMBERS},
+    "load": ("Load", ""),
+    "power": ("Power", "kW"),
+    "torque": ("Torque", "N m"),
+    "load_member": ("Load of the", ""),
+    "title": ("Title", ""),
+    "damping.modal": ("Damping ratio of every mode", ""),
+    "stages.main.planet.bearing.radial": ("Planet bearing, radial", "N/m"),
+    "stages.main.sun.support.radial": ("Sun support, radial (0 floats, inf is rigid)", "N/m"),
+    "stages.main.ring.support.radial": ("Ring support, radial", "N/m"),
+    "stages.main.carrier.support.radial": ("Carrier bearing, radial", "N/m"),
+    "stages.main.carrier.mass": ("Carrier mass, without planets", "kg"),
+    "stages.main.carrier.inertia": ("Carrier inertia", "kg m^2"),
 }
-"""Field -> unit of a bare number typed there; a text with its unit is taken as it is."""
-
-BESIDE: Mapping[str, str] = {
-    "damping.modal": "Damping ratio of every mode",
-    "stages.main.planet.bearing.radial": "Planet bearing, radial",
-    "stages.main.sun.support.radial": "Sun support, radial (0 floats, inf is rigid)",
-    "stages.main.ring.support.radial": "Ring support, radial",
-    "stages.main.carrier.support.radial": "Carrier bearing, radial",
-    "stages.main.carrier.mass": "Carrier mass, without planets",
-    "stages.main.carrier.inertia": "Carrier inertia",
-}
-"""Path -> label of what a running model needs beside teeth and load; empty, it follows a rule."""
+BESIDE = tuple(path for path in _FIELDS if path.startswith(("damping.", "stages.")))
+"""Paths of what a running model needs beside teeth and load; empty, it follows a rule."""
 
 # one decimal comma; of three digits behind it nobody knows whether they are thousands
 _COMMA = re.compile(r"^([+-]?\d+),(\d{1,2}|\d{4,})(?!\d)")
@@ -74,20 +75,20 @@ def drivers_of(kind: str, held: str) -> tuple[str, ...]:
     """Members that may drive; none of a differential, whose speeds are stated by member."""
     if kind == "differential":
         return ()
-    fixed = (
-        held if held in HELD.get("planetary", ()) and kind == "planetary" else "carrier" if kind == "star" else "ring"
-    )
+    fixed = "carrier" if kind == "star" else "ring"
+    if kind == "planetary" and held in HELD["planetary"]:
+        fixed = held
     return tuple(member for member in MEMBERS if member != fixed)
 
 
 def needed(fields: Mapping[str, Any]) -> tuple[str, ...]:
     """Fields that nothing stands in for, and that are empty."""
-    names = [str(fields.get("by", "teeth")), str(fields.get("load", "power"))]
+    names = [str(fields.get("by", "teeth")), str(fields.get("load", "power")), "speed"]
     if fields.get("kind") == "differential":
-        speeds = sum(bool(_typed(fields, f"speed.{member}")) for member in MEMBERS)
         names[0] = "teeth"
-        return (*(name for name in names if not _typed(fields, name)), *(("speed",) if speeds < 2 else ()))
-    return tuple(name for name in (*names, "speed") if not _typed(fields, name))
+        speeds = [member for member in MEMBERS if _typed(fields, f"speed.{member}")]
+        return (*(name for name in names[:2] if not _typed(fields, name)), *(names[2:] if len(speeds) < 2 else ()))
+    return tuple(name for name in names if not _typed(fields, name))
 
 
 def preview_of(fields: Mapping[str, Any]) -> Preview:
@@ -109,16 +110,21 @@ def preview_of(fields: Mapping[str, Any]) -> Preview:
         model = load(document)
     except ModelError as error:
         raise error.at(next((path for path in beside if error.path.startswith(path)), error.path)) from None
-    stage = document["stages"]["main"]
-    facts = [train.comments["stages.main"], *_gears(train.comments), *train.remarks]
-    operation = [text for path, text in train.comments.items() if path.startswith("operation.")]
-    facts[1:1] = [f"module {stage['module']}, face width {stage['face_width']}"]
+    stage, comments = document["stages"]["main"], train.comments
+    facts = [comments["stages.main"], f"module {stage['module']}, face width {stage['face_width']}"]
+    for gear in ("sun", "planet", "ring"):
+        if teeth := comments.get(f"stages.main.{gear}"):
+            facts.append(f"{gear}: {teeth}")
+    facts += [*train.remarks, *(text for path, text in comments.items() if path.startswith("operation."))]
+    rules = {path: value_at(train.document, path.split(".")) for path in BESIDE}
+    by_rule = {path: str(value) for path, value in rules.items() if value is not None}
     head = ("Made by the wizard of a new train. Values under [assumed] are chosen, not given.", *train.remarks)
     return Preview(
-        text=commented_text(document, head=head, comments=train.comments),
+        text=commented_text(document, head=head, comments=comments),
         title=model.title,
-        facts=tuple(_sentence(fact) for fact in (*facts, *operation)),
-        by_rule=_by_rule(train.document),
+        # a symbol, as z_1, stays small
+        facts=tuple(fact if fact[1:2] in ("_", "") else fact[0].upper() + fact[1:] for fact in facts),
+        by_rule=by_rule | {key: str(train.document["stages"]["main"][key]) for key in ("module", "face_width")},
     )
 
 
@@ -138,57 +144,46 @@ def _pointed(text: str) -> str:
 
 def _with_unit(name: str, text: str) -> str | float:
     """A text as the model file has it: a bare number with the unit of its field, a ratio as a number."""
-    unit, text = UNITS.get(name), _pointed(text)
+    unit, text = _FIELDS[name][1], _pointed(text)
     if not _BARE.fullmatch(text):
         return text
-    if unit is None:
+    if not unit:
         return float(text)
     return text if unit == "N/m" and float(text) == 0 else f"{text} {unit}"
 
 
-def _number(name: str, text: str) -> float:
-    try:
-        return float(_pointed(text))
-    except ValueError:
-        raise ModelError("not a number", path=name, given=text, allowed="a number, 5.7") from None
-
-
 def _keywords(fields: Mapping[str, Any]) -> dict[str, Any]:
     """Keywords of `new_train`. Raises ModelError."""
-    kind = str(fields.get("kind", "planetary"))
-    said: dict[str, Any] = {"kind": kind}
-    if kind != "differential" and fields.get("by") == "ratio":
-        if text := _typed(fields, "ratio"):
-            said["ratio"] = _number("ratio", text)
-    elif text := _typed(fields, "teeth"):
-        said["teeth"] = text
-    if text := _typed(fields, "planets"):
-        said["planets"] = int(text) if text.isdecimal() else text
-    for name in ("module", "face_width", "helix_angle", "pressure_angle"):
-        if text := _typed(fields, name):
-            said[name] = _with_unit(name, text)
-    if text := _typed(fields, "title"):
-        said["title"] = text
+    kind, held = str(fields.get("kind", "planetary")), _typed(fields, "held")
+    differential = kind == "differential"
     load_ = "torque" if fields.get("load") == "torque" else "power"
-    text = _typed(fields, load_)
-    if kind == "differential":
-        speeds = {m: _with_unit("speed", one) for m in MEMBERS if (one := _typed(fields, f"speed.{m}"))}
-        if speeds:
-            said["speed"] = speeds
-        if text:
-            said[load_] = {str(fields.get("load_member") or "sun"): _with_unit(load_, text)}
-        return said
-    if text:
-        said[load_] = _with_unit(load_, text)
-    if text := _typed(fields, "speed"):
-        said["speed"] = _with_unit("speed", text)
-    held = _typed(fields, "held")
+    keywords: dict[str, Any] = {"kind": kind}
+    if not differential and fields.get("by") == "ratio":
+        if text := _typed(fields, "ratio"):
+            try:
+                keywords["ratio"] = float(_pointed(text))
+            except ValueError:
+                raise ModelError("not a number", path="ratio", given=text, allowed="a number, 5.7") from None
+    elif text := _typed(fields, "teeth"):
+        keywords["teeth"] = text
+    if text := _typed(fields, "planets"):
+        keywords["planets"] = int(text) if text.isdecimal() else text
+    for name in ("module", "face_width", "helix_angle", "pressure_angle", "title", load_, "speed"):
+        if text := _typed(fields, name):
+            keywords[name] = text if name == "title" else _with_unit(name, text)
+    if differential:
+        speeds = {m: _with_unit("speed", text) for m in MEMBERS if (text := _typed(fields, f"speed.{m}"))}
+        keywords.pop("speed", None)
+        keywords |= {"speed": speeds} if speeds else {}
+        if load_ in keywords:
+            keywords[load_] = {str(fields.get("load_member") or "sun"): keywords[load_]}
+        return keywords
     if kind == "planetary" and held:
-        said["held"] = held
+        keywords["held"] = held
     driver = _typed(fields, "driver")
     if driver in drivers_of(kind, held):
-        said["driver"] = driver
-    return said
+        keywords["driver"] = driver
+    return keywords
 
 
 def _with_values(document: Mapping[str, Any], values: Mapping[str, object]) -> PlainTable:
@@ -204,48 +199,8 @@ def _with_values(document: Mapping[str, Any], values: Mapping[str, object]) -> P
     return changed
 
 
-def _by_rule(document: Mapping[str, Any]) -> dict[str, str]:
-    found = {}
-    for path in BESIDE:
-        value: Any = document
-        for key in path.split("."):
-            value = value.get(key, {})
-        if value != {}:
-            found[path] = str(value)
-    stage = document["stages"]["main"]
-    return found | {"module": str(stage["module"]), "face_width": str(stage["face_width"])}
-
-
-def _gears(comments: Mapping[str, str]) -> Sequence[str]:
-    names = ("sun", "planet", "ring")
-    return [f"{name}: {text}" for name in names if (text := comments.get(f"stages.main.{name}"))]
-
-
-def _sentence(text: str) -> str:
-    return text if text[1:2] in ("_", "") else text[0].upper() + text[1:]
-
-
 # [s] after the last key until what comes out is worked out anew
 _PAUSE = 0.25
-_LABELS = {
-    "kind": "Kind",
-    "planets": "Planets",
-    "by": "Gears",
-    "teeth": "Teeth sun/planet/ring",
-    "ratio": "Ratio, input to output",
-    "module": "Normal module",
-    "helix_angle": "Helix angle",
-    "face_width": "Face width",
-    "pressure_angle": "Normal pressure angle",
-    "held": "Held member",
-    "driver": "Driving member",
-    "speed": "Speed",
-    "load": "Load",
-    "power": "Power",
-    "torque": "Torque",
-    "load_member": "Load of the",
-    "title": "Title",
-}
 # examples are marked as such, beside what a field holds that stays empty
 _PLACEHOLDERS = {
     "teeth": "e.g. 21/39/99",
@@ -262,25 +217,14 @@ _PLACEHOLDERS = {
 _SHOWN_AT = {"stages.main.planets": "planets", "stages.main.module": "module", "stages.main.face_width": "face_width"}
 
 
-# The wizard of a page: one, so that what was typed is there from wherever it is opened.
-_WIZARDS: dict[Session, _Wizard] = {}
+def new_button(session: Session) -> Callable[[], None]:
+    """A button that opens the wizard, and what opens it from another place of the page.
 
-
-def new_button(session: Session) -> None:
-    """A button that opens the wizard; what was typed stays there until a train is made of it."""
-    plain_button("New", _wizard_of(session).open, icon="add").props('aria-label="New train"')
-
-
-def new_window(session: Session) -> None:
-    """Open the wizard of `new_button` from another place of the page."""
-    _wizard_of(session).open()
-
-
-def _wizard_of(session: Session) -> _Wizard:
-    if session not in _WIZARDS:
-        _WIZARDS[session] = _Wizard(session)
-        ui.context.client.on_delete(lambda: _WIZARDS.pop(session, None))
-    return _WIZARDS[session]
+    What was typed stays there until a train is made of it.
+    """
+    wizard = _Wizard(session)
+    plain_button("New", wizard.open, icon="add").props('aria-label="New train"')
+    return wizard.open
 
 
 class _Wizard:
@@ -291,6 +235,7 @@ class _Wizard:
         self.slot = ui.element("div").classes("hidden")
         self.window: ui.dialog | None = None
         self.fields: dict[str, Any] = {}
+        self.built = False
         self.asked = 0
         self.insists = False  # create was pressed: what is missing is an error now
         self.ready: Preview | None = None
@@ -305,7 +250,7 @@ class _Wizard:
     # fields -----------------------------------------------------------------------------------------------------------
 
     def _build(self) -> None:
-        with window("New train", width=1000) as self.window:
+        with window("New train", width=1000, stays=True) as self.window:
             with ui.row().classes("w-full no-wrap items-start q-col-gutter-md"):
                 with ui.column().classes("q-gutter-none").style("flex: 3; min-width: 0"):
                     self._train_fields()
@@ -317,8 +262,8 @@ class _Wizard:
                 self.status = ui.label("").classes("col text-caption").props('role="status" aria-live="polite"')
                 plain_button("Start over", self._clear)
                 self.create = plain_button("Create", self._create, main=True)
-        self._arrange()
-        self._ask()
+        self.built = True
+        self._rearrange()
 
     def _train_fields(self) -> None:
         with ui.row().classes("w-full items-start"):
@@ -339,7 +284,7 @@ class _Wizard:
         with ui.row().classes("w-full items-start"):
             self._text("speed")
             for member in MEMBERS:
-                self._text(f"speed.{member}", label=f"Speed of the {member}")
+                self._text(f"speed.{member}")
             self._choice("load", {"power": "power", "torque": "torque"}, "power")
             self._choice("load_member", {member: member for member in MEMBERS}, "sun")
             self._text("power")
@@ -349,8 +294,8 @@ class _Wizard:
     def _beside_fields(self) -> None:
         words = "Damping, bearings, carrier: by rules unless said here"
         with ui.expansion(words).classes("w-full").props("dense"), ui.grid(columns=2).classes("w-full"):
-            for path, label in BESIDE.items():
-                self._text(path, label=label)
+            for path in BESIDE:
+                self._text(path)
 
     def _outcome(self) -> None:
         ui.label("What comes out").classes("text-subtitle2")
@@ -358,10 +303,10 @@ class _Wizard:
         self.message = ui.label("").classes("text-negative").props('role="alert"')
         ui.label("A preselection to begin with: no strength rating.").classes("text-caption")
 
-    def _text(self, name: str, value: str = "", *, label: str = "") -> ui.input:
-        unit = UNITS.get("speed" if name.startswith("speed.") else name, "")
+    def _text(self, name: str, value: str = "") -> ui.input:
+        label, unit = _FIELDS[name]
         field = ui.input(
-            f"{label or _LABELS[name]}{f' [{unit}]' if unit else ''}",
+            f"{label} [{unit}]" if unit else label,
             value=value,
             placeholder=_PLACEHOLDERS.get(name, ""),
             on_change=self._ask,
@@ -373,22 +318,19 @@ class _Wizard:
         return field
 
     def _choice(self, name: str, options: dict[str, str], value: str | None) -> None:
-        field = ui.select(options, value=value, label=_LABELS[name], on_change=self._rearrange)
+        field = ui.select(options, value=value, label=_FIELDS[name][0], on_change=self._rearrange)
         field.props("dense options-dense stack-label hide-bottom-space").style("min-width: 8rem").mark(f"new-{name}")
         self.fields[name] = field
 
-    def values(self) -> dict[str, Any]:
+    def _values(self) -> dict[str, Any]:
         """What stands in the fields."""
         return {name: field.value for name, field in self.fields.items()}
 
     def _rearrange(self) -> None:
-        if self.window is not None and "title" in self.fields:
-            self._arrange()
-            self._ask()
-
-    def _arrange(self) -> None:
         """Show the fields that the kind and the choices ask for; those hidden keep what was typed."""
-        values = self.values()
+        if not self.built:
+            return
+        values = self._values()
         kind = str(values["kind"])
         sides = HELD["planetary"] if kind == "planetary" else ()
         self._offer("held", sides)
@@ -411,7 +353,9 @@ class _Wizard:
             self.fields[name].set_visibility(visible)
         member = values["load_member"] if several else self.fields["driver"].value
         for name in ("speed", "power", "torque"):
-            self.fields[name].props["label"] = f"{_LABELS[name]} of the {member} [{UNITS[name]}]"
+            label, unit = _FIELDS[name]
+            self.fields[name].props["label"] = f"{label} of the {member} [{unit}]"
+        self._ask()
 
     def _offer(self, name: str, members: tuple[str, ...]) -> None:
         """Options of a choice of members; what was chosen stays where it may."""
@@ -426,7 +370,7 @@ class _Wizard:
         """Work out what comes out, a moment after the last key."""
         self.asked += 1
         self.ready = None
-        if self.window is not None and "title" in self.fields and hasattr(self, "facts"):
+        if self.built:
             background_tasks.create(self._work_out(self.asked))
 
     async def _work_out(self, number: int) -> None:
@@ -437,70 +381,66 @@ class _Wizard:
 
     async def _show(self, number: int) -> bool:
         """Show what comes out of the fields; whether a train does."""
-        fields = self.values()
+        fields = self._values()
         missing = needed(fields)
         if missing and not self.insists:
             self._mark(None)
-            self.status.set_text(f"Still needed: {', '.join(self._label(name) for name in missing)}")
+            self.status.set_text(f"Still needed: {', '.join(missing)}")
             return False
-        found: Preview | ModelError
+        preview: Preview | None = None
+        problem: ModelError | None = None
         try:
-            found = await asyncio.to_thread(preview_of, fields)
+            preview = await asyncio.to_thread(preview_of, fields)
         except ModelError as error:
-            found = error
+            problem = error
         if number != self.asked or self.slot.is_deleted:
             return False
-        if isinstance(found, ModelError):
-            self._mark(found)
+        self._mark(problem)
+        if preview is None:
             self.status.set_text("")
             return False
-        self.ready = found
-        self._mark(None)
+        self.ready = preview
         self.status.set_text("Ready: a model that runs")
-        self._tell(found)
-        return True
-
-    def _label(self, name: str) -> str:
-        return {"speed": "speed", "teeth": "teeth", "ratio": "ratio"}.get(name, _LABELS.get(name, name).lower())
-
-    def _tell(self, found: Preview) -> None:
         self.facts.clear()
         with self.facts:
-            for fact in found.facts:
+            for fact in preview.facts:
                 ui.label(fact)
-        self._propose(sets_in(" ".join(found.facts)))
-        for name, value in found.by_rule.items():
+        self._propose(sets_in(" ".join(preview.facts)))
+        for name, value in preview.by_rule.items():
             self.fields[name].props["placeholder"] = value
             self.fields[name].update()
+        return True
 
     def _mark(self, error: ModelError | None) -> None:
         """Put the message beside the field that it is of, and take it from all others."""
-        place = None if error is None else self._place(error.path)
+        field_of_error = None if error is None else self._field_of(error.path)
         for name, field in self.fields.items():
             if isinstance(field, ui.input):
-                field.error = _message(error) if error is not None and name == place else None
+                of_field = error is not None and name == field_of_error
+                field.error = sentence(error.problem, error.allowed) if error is not None and of_field else None
         self.facts.style("opacity: 0.4" if error is not None else "opacity: 1")  # of the fields as they were
-        self.message.set_text("" if error is None or isinstance(self.fields.get(place or ""), ui.input) else str(error))
+        beside = isinstance(self.fields.get(field_of_error or ""), ui.input)
+        self.message.set_text("" if error is None or beside else str(error))
         if error is not None:
             self._propose(sets_in(error.allowed))
 
-    def _place(self, path: str) -> str | None:
+    def _field_of(self, path: str) -> str | None:
         """The field of a path: its own, or that of the table that the path is in."""
-        known = _SHOWN_AT.get(path, path)
-        if known == "speed" and self.fields["kind"].value == "differential":
+        name = _SHOWN_AT.get(path, path)
+        if name == "speed" and self.fields["kind"].value == "differential":
             return "speed.sun"
-        if known in self.fields:
-            return known
-        table = known.rpartition(".")[0]
-        return next((name for name in BESIDE if table and name.rpartition(".")[0] == table), None)
+        if name in self.fields:
+            return name
+        table = name.rpartition(".")[0]
+        return next((path for path in BESIDE if table and path.rpartition(".")[0] == table), None)
 
     def _propose(self, sets: tuple[str, ...]) -> None:
         """Buttons that take other tooth counts."""
-        own = str(self.fields["teeth"].value or "").strip()
+        typed = str(self.fields["teeth"].value or "").strip()
         self.proposals.clear()
         with self.proposals:
             for teeth in sets:
-                if teeth == own:
+                if teeth == typed:
                     continue
 
                 def take(teeth: str = teeth) -> None:
@@ -536,20 +476,10 @@ class _Wizard:
 
     def _clear(self) -> None:
         """Empty fields again."""
-        first: Mapping[str, str] = {
-            "kind": "planetary",
-            "planets": "3",
-            "by": "teeth",
-            "load": "power",
-            "load_member": "sun",
-        }
+        first = {"kind": "planetary", "planets": "3", "by": "teeth", "load": "power", "load_member": "sun"}
         self.insists = False
         for name, field in self.fields.items():
             if name not in ("held", "driver"):
                 field.set_value(first.get(name, ""))
         self.facts.clear()
         self.proposals.clear()
-
-
-def _message(error: ModelError) -> str:
-    return f"{error.problem}; allowed: {error.allowed}" if error.allowed else error.problem

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from nicegui.element import Element
-
 from ...errors import ModelError
-from ..answers.answer import QUESTIONS
-from ..dialogs.parts import refused
+from ..answers.words import QUESTIONS
+from ..dialogs.controls import Words, box, button, hide, prop, refused
 from ..processes.jobs import Job
 from ..processes.session import Session
-from .controls import Words, box, button, hide, prop
-from .job_bar import progress_text
+from .evidence import progress_text
 
 _MARKS = {"good": ("✓", "passes"), "warn": ("!", "look at"), "bad": ("✗", "fails"), "none": ("·", "note")}
 # Failing checks above the answers; the header has all of them.
@@ -35,22 +32,18 @@ class AnswersPane:
         run: Callable[[str], None],
         cancel: Callable[[str], None],
     ) -> None:
-        self._session, self._told = session, None
-        with box("ck-box ck-answers", "section") as self._root:
-            self._root.props["aria-label"] = "Answers"
+        self._session = session
+        self._told: list[str] | None = None
+        self.show, self.run, self.cancel = show, run, cancel
+        with box("ck-box ck-answers", "section") as root:
+            root.props["aria-label"] = "Answers"
             with box("ck-title"):
                 Words("h2", "Answers")
                 Words(text="No strength rating: nothing here says that the teeth are strong enough.", classes="ck-pale")
-            with box("ck-answer-list") as list_of_lines:
-                list_of_lines.props["aria-live"] = "polite"
-                self._list = list_of_lines
+            with box("ck-answer-list") as self._list:
+                self._list.props["aria-live"] = "polite"
                 self._checks = box("ck-checks")
-                self._lines = {
-                    key: _Line(key, words, apply=self._apply, show=show, run=run, cancel=cancel)
-                    for key, words in QUESTIONS.items()
-                }
-
-    _told: list[str] | None
+                self._lines = {key: _Line(key, question, self) for key, question in QUESTIONS.items()}
 
     def follow(self, head: Mapping[str, Any], *, moving: bool) -> None:
         """Show the answers and checks of a frame that brings some.  moving : a lever is held, nothing is read out."""
@@ -67,7 +60,7 @@ class AnswersPane:
             line.follow_jobs(newest, self._session.rev)
 
     def _follow_checks(self, checks: Sequence[Mapping[str, Any]]) -> None:
-        bad = [str(one["text"]) for one in checks if one.get("level") == "bad"]
+        bad = [str(check["text"]) for check in checks if check.get("level") == "bad"]
         if bad == self._told:
             return
         self._told = bad
@@ -78,7 +71,7 @@ class AnswersPane:
             if len(bad) > _MOST_CHECKS:
                 _check(f"{len(bad) - _MOST_CHECKS} more checks fail: see the warnings above")
 
-    def _apply(self, values: Mapping[str, Any], label: str) -> None:
+    def apply(self, values: Mapping[str, Any], label: str) -> None:
         try:
             self._session.apply(values, label)
         except ModelError as error:
@@ -95,20 +88,11 @@ def _check(text: str) -> None:
 class _Line:
     """One answer: what a frame says, or what its job has found of the same state."""
 
-    def __init__(
-        self,
-        key: str,
-        question: str,
-        *,
-        apply: Callable[[Mapping[str, Any], str], None],
-        show: Callable[[str, int | None], None],
-        run: Callable[[str], None],
-        cancel: Callable[[str], None],
-    ) -> None:
+    def __init__(self, key: str, question: str, pane: AnswersPane) -> None:
         self._answer: Mapping[str, Any] = {"key": key}  # shown
         self._of_frame: Mapping[str, Any] = self._answer
         self._jobs: Mapping[str, Job] = {}
-        self._send = apply
+        self._pane = pane
         with box("ck-answer") as self._row:
             self._row.props["data-answer"] = key
             self._mark = Words(text="·", classes="ck-mark none")
@@ -117,11 +101,11 @@ class _Line:
                 self._figure = Words("b", classes="ck-figure")
                 self._text = Words(text=question, classes="ck-pale")
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
-            self._job = button("Compute", lambda: run(str(self._answer["job"])))
-            self._cancel = button("Cancel", lambda: cancel(str(self._answer["job"])))
-            self._evidence = button("Show", lambda: show(str(self._answer["evidence"]), self._answer.get("mode")))
-        for part in (self._apply, self._job, self._cancel, self._evidence):
-            hide(part, True)
+            self._job = button("Compute", lambda: pane.run(str(self._answer["job"])))
+            self._cancel = button("Cancel", lambda: pane.cancel(str(self._answer["job"])))
+            self._evidence = button("Show", lambda: pane.show(str(self._answer["evidence"]), self._answer.get("mode")))
+        for control in (self._apply, self._job, self._cancel, self._evidence):
+            hide(control, True)
 
     def follow(self, answer: Mapping[str, Any], rev: int) -> None:
         """Show the answer of a frame, where the present state has the number `rev`."""
@@ -138,23 +122,28 @@ class _Line:
         if "text" not in self._of_frame:
             return  # the question stands there
         job = self._jobs.get(str(self._of_frame.get("job") or ""))
-        answer = _answer_of(job, rev, self._of_frame)
+        runs = job is not None and not job.ended
+        done = job is not None and job.status == "done"
+        answer, by_job = self._of_frame, False
+        if job is not None and job.frame is not None and done and job.rev == rev:
+            for of_job in job.frame.head.get("answers") or ():
+                if of_job["key"] == self._of_frame["key"]:
+                    answer, by_job = of_job, True
+                    break
         if answer != self._answer:
             self._answer = answer
             self._show_answer()
-        runs = job is not None and not job.ended
-        done = job is not None and job.status == "done"
-        found = answer is not self._of_frame  # by the job, of this state
-        hide(self._job, not answer.get("job") or runs or found)
+        hide(self._job, not answer.get("job") or runs or by_job)
         hide(self._cancel, not runs)
         hide(self._evidence, not answer.get("evidence") or (bool(answer.get("job")) and not done))
         text = str(answer.get("text") or "")
-        if job is None or found:
-            self._say(text)
-        elif done:
-            self._say(text if job.rev != rev else progress_text(job, rev))  # the text is of this state, the job is not
-        else:
-            self._say(f"{text} ({progress_text(job, rev)})")
+        if job is not None and not by_job:
+            if not done:
+                text = f"{text} ({progress_text(job, rev)})"
+            elif job.rev == rev:  # else the text is of this state, the job is not
+                text = progress_text(job, rev)
+        self._text.say(text)
+        prop(self._words, "title", f"{self._answer.get('question') or ''} {text}".strip())
 
     def _show_answer(self) -> None:
         answer = self._answer
@@ -162,35 +151,19 @@ class _Line:
         mark, words = _MARKS.get(level, _MARKS["none"])
         self._mark.say(mark)
         prop(self._mark, "aria-label", words)
-        _level(self._mark, level)
+        others = [mark for mark in _MARKS if mark != level and mark in self._mark.classes]
+        if others or level not in self._mark.classes:
+            self._mark.classes(add=level, remove=" ".join(others))
         self._figure.say(str(answer.get("figure") or ""))
         self._text.classes(remove="ck-pale")
         self._apply.say(str(answer.get("apply_label") or "Apply"))
         hide(self._apply, not answer.get("apply"))
-        prop(self._job, "aria-label", f"Compute {answer.get('job') or ''}")
-        prop(self._job, "title", f"Compute {answer.get('job') or ''}")
+        for name in ("aria-label", "title"):
+            prop(self._job, name, f"Compute {answer.get('job') or ''}")
         prop(self._evidence, "aria-label", f"Show {answer.get('evidence') or ''}")
         prop(self._row, "data-stale", "true" if answer.get("stale") else None)
-
-    def _say(self, text: str) -> None:
-        self._text.say(text)
-        prop(self._words, "title", f"{self._answer.get('question') or ''} {text}".strip())
 
     def _on_apply(self) -> None:
         values = self._answer.get("apply")
         if isinstance(values, Mapping):
-            self._send(values, str(self._answer.get("apply_label") or "apply an answer"))
-
-
-def _answer_of(job: Job | None, rev: int, of_frame: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The answer that a job found of the present state; without one what a frame said."""
-    if job is None or job.frame is None or job.status != "done" or job.rev != rev:
-        return of_frame
-    found: Iterable[Mapping[str, Any]] = job.frame.head.get("answers") or ()
-    return next((one for one in found if one["key"] == of_frame["key"]), of_frame)
-
-
-def _level(mark: Element, level: str) -> None:
-    others = [one for one in _MARKS if one != level and one in mark.classes]
-    if others or level not in mark.classes:
-        mark.classes(add=level, remove=" ".join(others))
+            self._pane.apply(values, str(self._answer.get("apply_label") or "apply an answer"))

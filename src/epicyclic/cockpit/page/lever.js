@@ -10,7 +10,7 @@ const POSITIONS = 400;
 export default {
   props: {
     path: String, label: String, unit: String, why: String, message: String, changed: Boolean,
-    least: Number, most: Number, step: Number, log: Boolean, integer: Boolean,
+    least: Number, most: Number, step: Number, log: Boolean,
     // [count, value]: a new count shows the value, even one that was shown before
     shown: Array,
   },
@@ -77,7 +77,7 @@ export default {
       const part = position / this.last;
       if (this.log) return Number((this.least * (this.most / this.least) ** part).toPrecision(3));
       const value = this.least + (this.most - this.least) * part;
-      return this.integer ? Math.round(value) : Number((Math.round(value / this.step) * this.step).toPrecision(8));
+      return Number((Math.round(value / this.step) * this.step).toPrecision(8));
     },
     moved(event) {
       this.value = this.at(Number(event.target.value));

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from typing import Any
 
-from nicegui import ui
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from ...document.units import factor
 from ...document.written_numbers import Written, written
 from ...errors import ModelError
+from ..dialogs.controls import Words, box, fold, prop, sentence
 from ..dialogs.field_list import file_value
-from ..dialogs.fields_panel import fields_panel
-from ..dialogs.text_panel import text_panel
+from ..dialogs.fields_panel import FieldsPanel
+from ..dialogs.text_panel import TextPanel
 from ..processes.session import Session
 from ..state.state import PageState
 from ..state.written_text import written_value
-from .controls import Words, box, prop
 
 
 def entry_of(value: object, unit: str, entry: int) -> float | None:
@@ -30,22 +28,28 @@ def entry_of(value: object, unit: str, entry: int) -> float | None:
     """
     if value is None:
         return 0.0
-    found = written(value)
-    if found is None or (found.many and entry >= len(found.values)):
+    numbers = written(value)
+    if numbers is None or (numbers.many and entry >= len(numbers.values)):
         return None
-    number = found.values[entry if found.many else 0]
-    scale = 1.0 if found.unit == unit or not number else factor(found.unit, unit) if found.unit and unit else None
+    number = numbers.values[entry if numbers.many else 0]
+    if numbers.unit == unit or not number:
+        return _in_unit(number, "", unit)
+    return _in_unit(number, numbers.unit, unit) if numbers.unit and unit else None
+
+
+def _in_unit(number: float, written_in: str, unit: str) -> float | None:
+    """A number in the unit of a lever; None where it has another dimension or is not finite."""
+    scale = 1.0 if written_in in ("", unit) else factor(written_in, unit)
     return None if scale is None or not math.isfinite(number * scale) else number * scale
 
 
 def with_entry(value: object, unit: str, entry: int, count: int, number: float) -> object:
     """Override of a list of `count` entries, with one of them, from 0, another number in the unit."""
-    values = [entry_of(value, unit, place) or 0.0 for place in range(count)]
+    values = [entry_of(value, unit, i) or 0.0 for i in range(count)]
     values[entry] = number
-    return Written(values=tuple(values), unit=unit, many=True).text(tuple(float(f"{one:.9g}") for one in values))
+    return Written(values=tuple(values), unit=unit, many=True).text(tuple(float(f"{value:.9g}") for value in values))
 
 
-_QUANTITY = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*)")
 # Positions of a slider whose lever states no step.
 _POSITIONS = 200
 # Digits with which a value is written into the model: as many as the box shows.
@@ -55,13 +59,13 @@ _DIGITS = 6
 class LeverControl(Element, component="lever.js"):
     """A lever of a session.
 
-    lever : as the session gives it: path, label, value, unit, least, most, step, integer, log, why, entry, count.
+    lever : as the session gives it: path, label, value, unit, least, most, step, log, why, entry, count.
     """
 
     def __init__(self, session: Session, lever: Mapping[str, Any]) -> None:
         super().__init__()
         self._session, self.path = session, str(lever["path"])
-        self._unit, self._integer = str(lever.get("unit") or ""), bool(lever.get("integer"))
+        self._unit = str(lever.get("unit") or "")
         self._value, self._drags, self._shows = float(lever["value"]), 0, 0
         self._asked: PageState | None = None  # the state that this lever has made last
         self._entry, self._count = lever.get("entry"), int(lever.get("count") or 0)
@@ -78,9 +82,8 @@ class LeverControl(Element, component="lever.js"):
             why=f"{lever.get('why') or lever['label']} ({self.path})",
             least=least,
             most=most,
-            step=1.0 if self._integer else float(lever.get("step") or 0.0) or (most - least) / _POSITIONS,
+            step=float(lever.get("step") or 0.0) or (most - least) / _POSITIONS,
             log=bool(lever.get("log")) and least > 0,
-            integer=self._integer,
             changed=False,
             message="",
             shown=[0, self._value],
@@ -109,7 +112,7 @@ class LeverControl(Element, component="lever.js"):
         if failed is None or str(failed.get("path")) != self.path:
             self._tell("")
             return False
-        self._tell(_sentence(str(failed.get("message") or ""), str(failed.get("allowed") or "")))
+        self._tell(sentence(str(failed.get("message") or ""), str(failed.get("allowed") or "")))
         return True
 
     def _moved(self, event: GenericEventArguments, *, released: bool) -> None:
@@ -136,12 +139,13 @@ class LeverControl(Element, component="lever.js"):
 
     def _read(self, stated: object) -> float | None:
         """The number of this lever in a value of the model, of a list its own entry."""
-        return _number(stated, self._unit) if self._entry is None else entry_of(stated, self._unit, self._entry)
+        if self._entry is not None:
+            return entry_of(stated, self._unit, self._entry)
+        number = written(stated)
+        return None if number is None or number.many else _in_unit(number.values[0], number.unit, self._unit)
 
     def _written(self, value: float) -> object:
         """A value as the model file writes it."""
-        if self._integer and value == round(value):
-            return round(value)
         text = f"{value:.{_DIGITS}g}"
         if self._entry is not None and (state := self._session.state) is not None:
             return with_entry(written_value(state, self.path), self._unit, self._entry, self._count, float(text))
@@ -151,7 +155,7 @@ class LeverControl(Element, component="lever.js"):
         try:
             self._session.set(self.path, value, released=released, key=f"{self.path} {self._drags}")
         except ModelError as error:
-            self._tell(_sentence(error.problem, error.allowed))
+            self._tell(sentence(error.problem, error.allowed))
         else:
             self._asked = self._session.state
             if self._session.failed is None:
@@ -178,27 +182,6 @@ class LeverControl(Element, component="lever.js"):
         prop(self, "message", text)
 
 
-def _sentence(problem: str, allowed: str) -> str:
-    return f"{problem}; allowed: {allowed}" if allowed else problem
-
-
-def _number(value: object, unit: str) -> float | None:
-    """A value as written in the unit of a lever; None where it is no single number."""
-    if isinstance(value, bool) or value is None:
-        return None
-    if isinstance(value, int | float):
-        return float(value)
-    match = _QUANTITY.fullmatch(str(value))
-    if match is None:
-        return None
-    try:
-        number = float(match[1])
-        scale = 1.0 if match[2].strip() in ("", unit) else factor(match[2].strip(), unit)
-    except (ValueError, ModelError):
-        return None
-    return None if scale is None or not math.isfinite(number * scale) else number * scale
-
-
 class LeversColumn:
     """The levers of a session; built anew when another model brings other levers."""
 
@@ -211,50 +194,26 @@ class LeversColumn:
             with box("ck-title"):
                 Words("h2", "Levers")
             self._list = box("ck-lever-list")
-            with ui.expansion("All fields").classes("ck-fold").props("dense dense-toggle") as fields:
-                pass
-            with ui.expansion("Model text (TOML)").classes("ck-fold").props("dense dense-toggle") as text:
-                pass
-        self._fold(fields, fields_panel)
-        self._fold(text, text_panel)
-
-    def _fold(self, fold: ui.expansion, panel: Any) -> None:
-        """Build a panel when it is first unfolded: its widgets cost a second."""
-        built = False
-
-        def opened(event: Any) -> None:
-            nonlocal built
-            if event.value and not built:
-                built = True
-                with fold:
-                    panel(self._session)
-
-        fold.on_value_change(opened)
+            fold("All fields", lambda: FieldsPanel(session)).classes("ck-fold")
+            fold("Model text (TOML)", lambda: TextPanel(session)).classes("ck-fold")
 
     def follow(self) -> None:
         """Show the values of the present state, and the levers of the present model."""
         session = self._session
-        wanted = (session.levers, _instead(session))
-        if wanted != self._shown:
-            self._shown = wanted
+        instead = ""  # what stands in the place of levers that are not there
+        if session.state is not None and not session.levers:
+            fails = session.failed is not None
+            instead = "Levers come as soon as the model computes." if fails else "Choosing levers ..."
+        if (session.levers, instead) != self._shown:
+            self._shown = session.levers, instead
             self._list.clear()
             with self._list:
-                self._levers = [LeverControl(session, one) for one in session.levers]
-                if wanted[1]:
-                    Words("div", wanted[1], classes="ck-lever ck-pale")
+                self._levers = [LeverControl(session, lever) for lever in session.levers]
+                if instead:
+                    Words("div", instead, classes="ck-lever ck-pale")
         for lever in self._levers:
             lever.follow()
 
     def refuse(self, failed: Mapping[str, Any] | None) -> bool:
         """Show a message beside the lever it is about; whether there is one."""
-        found = [lever.refuse(failed) for lever in self._levers]
-        return any(found)
-
-
-def _instead(session: Session) -> str:
-    """What stands in the place of levers that are not there."""
-    if session.levers or session.state is None:
-        return ""
-    if session.failed is not None:
-        return "Levers come as soon as the model computes."
-    return "Choosing levers ..."
+        return any([lever.refuse(failed) for lever in self._levers])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,52 +13,40 @@ from nicegui.element import Element
 
 from ...document.drives import drive_titles
 from ..canvas.element import SweepPane, TrainPane, send
-from ..computing.frames import PageFrame
-from ..dialogs.open_model import open_window
-from ..dialogs.parts import heard, show_model
-from ..dialogs.wizard import new_window
+from ..dialogs.controls import Words, box, button, heard, hide, prop, sentence, show_model
 from ..processes.session import Session
+from ..state.frames import PageFrame
 from ..state.state import opened
 from .answers_pane import AnswersPane
-from .controls import Words, box, button, hide, prop
-from .evidence_tabs import EvidenceTabs, ModesList
+from .evidence import EvidenceTabs, ModesList
 from .header import Header
 from .levers_column import LeversColumn
 
 
-def empty_page(session: Session) -> Element:
+def empty_page(session: Session, header: Header) -> Element:
     """Open a file, begin a train, or take a ready drive."""
     with box("ck-box ck-empty-page", "section") as root:
         root.props["aria-label"] = "No model is open"
         Words("h2", "Which gear train?", classes="ck-large")
         with box("ck-ways"):
-            _way("New train", "from teeth or a ratio, power and speed; one page", lambda: new_window(session))
-            _way("Open a model", "a .toml or REXS file; dropping it on the page does as well", _open(session))
+            with button("", header.new_train, classes="ck-drive ck-way"):
+                Words("b", "New train")
+                Words(text="from teeth or a ratio, power and speed; one page")
+            with button("", header.open_model, classes="ck-drive ck-way"):
+                Words("b", "Open a model")
+                Words(text="a .toml or REXS file; dropping it on the page does as well")
         Words("div", "A ready drive, to look at and to change", classes="ck-pale")
         with box("ck-drives") as drives:
             drives.props["data-keys"] = "go"
             for name, title in drive_titles().items():
-                with button("", _drive(session, name, root), classes="ck-drive"):
+
+                async def show(name: str = name) -> None:
+                    show_model(session, await asyncio.to_thread(opened, name), root)
+
+                with button("", show, classes="ck-drive"):
                     Words("b", name)
                     Words(text=title)
     return root
-
-
-def _way(name: str, words: str, go: Callable[[], object]) -> None:
-    with button("", go, classes="ck-drive ck-way"):
-        Words("b", name)
-        Words(text=words)
-
-
-def _open(session: Session) -> Callable[[], Awaitable[None]]:
-    return lambda: open_window(session)
-
-
-def _drive(session: Session, name: str, root: Element) -> Callable[[], Awaitable[None]]:
-    async def show() -> None:
-        show_model(session, await asyncio.to_thread(opened, name), root)
-
-    return show
 
 
 # [s] after which curves of the state before are drawn as such; a newer one is there sooner with nearly every train.
@@ -198,8 +186,7 @@ class _Page:
         hide(self._undo, not self._session.history.undo_label)
         if failed is not None:
             words = [str(failed.get("path") or ""), str(failed.get("message") or "")]
-            text = ": ".join(word for word in words if word)
-            self._message.say(f"{text}; allowed: {failed['allowed']}" if failed.get("allowed") else text)
+            self._message.say(sentence(": ".join(filter(None, words)), str(failed.get("allowed") or "")))
         self._levers.follow()
 
     def jobs(self, _: Session) -> None:
@@ -228,7 +215,7 @@ class _Page:
         is_empty = begun and self._session.state is None
         if is_empty and self._empty is None:
             with self._root:
-                self._empty = empty_page(self._session)
+                self._empty = empty_page(self._session, self._header)
         if self._empty is not None:
             hide(self._empty, not is_empty)
         prop(self._root, "data-empty", "true" if is_empty else None)

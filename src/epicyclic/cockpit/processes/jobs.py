@@ -17,119 +17,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ...errors import ModelError
-from ..computing.frames import PageFrame, pack, unpack
+from ..state.frames import PageFrame, pack, unpack
 from ..state.state import Origin
 from .spawned import Channel, Spare, kill_group, spawned, waiting
-
-FILES = ("nc", "json", "csv", "xlsx", "html")
-"""Kinds of files of a result; html is the report of everything."""
-
-Progress = Callable[..., None]
-Result = tuple[PageFrame | None, Path | None, Any]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Task:
-    """Picklable work.  run(progress) -> (frame, file, value)."""
-
-    name: str
-    label: str
-    function: Callable[..., Result]
-    arguments: tuple[Any, ...] = ()
-    keywords: Mapping[str, Any] = field(default_factory=dict)
-
-    def run(self, progress: Progress) -> Result:
-        return self.function(*self.arguments, progress=progress, **self.keywords)
-
-
-def task_of(name: str, options: dict[str, Any], source: Any, overrides: dict[str, Any], rev: int, place: Path) -> Task:
-    """The task of a name: a job of the answers, "html", or "call" with a function and its arguments.
-
-    place : path without suffix of the file that it may write.
-
-    Raises
-    ------
-    ModelError : no such job.
-    """
-    if name == "call":
-        return Task(name=name, label="", function=called, arguments=(options["function"], options["arguments"]))
-    if name in FILES:
-        target, verb = place.with_suffix(f".{name}"), options.get("verb", "")
-        label = "report" if name == "html" else f"{verb} as .{name}"
-        return Task(name=name, label=label, function=_file, arguments=(name, verb, source, overrides, target))
-    from ..answers.jobs import JOBS
-
-    if name not in JOBS:
-        raise ModelError("no such job", path="job", given=name, allowed=", ".join([*JOBS, *FILES]))
-    arguments = (name, source, overrides, options, rev, place.with_suffix(".nc"))
-    return Task(name=name, label=JOBS[name].label, function=_job, arguments=arguments)
-
-
-def called(function: Callable[..., Any], arguments: tuple[Any, ...], *, progress: Progress) -> Result:
-    """A function of a module with its arguments; it tells no progress."""
-    return None, None, function(*arguments)
-
-
-def _job(
-    name: str,
-    source: Any,
-    overrides: Mapping[str, Any],
-    options: Mapping[str, Any],
-    rev: int,
-    target: Path,
-    *,
-    progress: Progress,
-) -> Result:
-    from ...results.dataset import save_result
-    from ..answers.jobs import JOBS
-
-    frame, dataset = JOBS[name].run(source, overrides, options, progress)
-    save_result(dataset, target)
-    return PageFrame(rev=rev, kind=frame.kind, head=frame.head, arrays=frame.arrays), target, None
-
-
-def _file(
-    kind: str, verb: str, source: Any, overrides: Mapping[str, Any], target: Path, *, progress: Progress
-) -> Result:
-    """A result of a verb as a file, or the report of all of them."""
-    if kind == "html":
-        _report(source, overrides, target, progress)
-        return None, target, None
-    from inspect import signature
-
-    from ...results.dataset import save_result, to_json
-    from ...results.files import write_text
-    from ...results.tables_out import save_csv, save_xlsx
-    from ...verbs.record import verbs
-
-    known = verbs()
-    if verb.replace("-", "_") not in known:
-        raise ModelError("no such verb", path="verb", given=verb, allowed=", ".join(known))
-    run = known[verb.replace("-", "_")].run
-    more = {"progress": progress} if "progress" in signature(run).parameters else {}
-    result = run(source, overrides=dict(overrides), **more)
-    if kind == "json":
-        write_text(target, to_json(result))
-    else:
-        {"nc": save_result, "csv": save_csv, "xlsx": save_xlsx}[kind](result, target)
-    return None, target, None
-
-
-def _report(source: Any, overrides: Mapping[str, Any], target: Path, progress: Progress) -> None:
-    from ...show.report import write_report
-    from ...verbs.report import report_sections, run_report, side_by_side
-
-    steps, done = len(report_sections()) + 2, 0
-
-    def tell(_: str) -> None:
-        nonlocal done
-        done += 1
-        progress(done, steps)
-
-    results = run_report(source, overrides=dict(overrides), progress=tell)
-    tell("figures")
-    write_report(target, results, each=side_by_side)
-
+from .tasks import Loadable, Task, task_of
 
 # Jobs that run at once: the machine has live work too.
 _MOST_AT_ONCE = 2
@@ -145,7 +36,6 @@ _POLITE = 1.0
 _TELLING = 0.02
 
 Status = Literal["waits", "runs", "done", "cancelled", "failed"]
-ENDED = ("done", "cancelled", "failed")
 
 
 @dataclass(slots=True, eq=False)
@@ -183,18 +73,23 @@ class Job:
 
     @property
     def ended(self) -> bool:
-        return self.status in ENDED
+        return self.status in ("done", "cancelled", "failed")
 
     async def wait(self) -> None:
         """Wait until it has ended."""
         await self._over.wait()
 
 
+def jobs_done(jobs: Sequence[Job], rev: int) -> dict[str, Job]:
+    """Name -> the newest job of the state with this number whose Dataset is there."""
+    return {job.name: job for job in jobs if job.rev == rev and job.status == "done" and job.dataset_path is not None}
+
+
 def newest_of(jobs: Sequence[Job], rev: int, origin: object) -> dict[str, Job]:
     """Name -> the job that says most of the state with this number: one that runs or has ended for it; else one of
     another state of the same model file that runs, or the newest that was done.  What was refused or cancelled of
     another state says nothing of this one."""
-    found: dict[str, Job] = {}
+    newest: dict[str, Job] = {}
 
     def says(job: Job) -> tuple[bool, bool]:
         return not job.ended, job.rev == rev
@@ -202,9 +97,9 @@ def newest_of(jobs: Sequence[Job], rev: int, origin: object) -> dict[str, Job]:
     for job in jobs:
         if job.rev != rev and (job.origin != origin or job.status in ("failed", "cancelled")):
             continue
-        if job.name not in found or says(job) >= says(found[job.name]):
-            found[job.name] = job
-    return found
+        if job.name not in newest or says(job) >= says(newest[job.name]):
+            newest[job.name] = job
+    return newest
 
 
 class Jobs:
@@ -239,10 +134,9 @@ class Jobs:
         name: str,
         options: Mapping[str, Any],
         *,
-        source: Any,
-        overrides: Mapping[str, Any],
+        model: Loadable,
         rev: int,
-        label: str = "",
+        origin: Origin | None = None,
         hidden: bool = False,
     ) -> Job:
         """Start a job of that name, or have it wait for its turn.
@@ -254,10 +148,12 @@ class Jobs:
         if self._closed:
             raise ModelError("the page is closed", path="job", given=name)
         number = next(self._numbers)
-        task = task_of(name, dict(options), source, dict(overrides), rev, self.folder / f"job-{number}")
-        job = Job(id=number, name=name, label=label or task.label, rev=rev, hidden=hidden, _task=task)
+        task = task_of(name, dict(options), model, rev, self.folder / f"job-{number}")
+        job = Job(
+            id=number, name=name, label=task.label, rev=rev, hidden=hidden, model=model, origin=origin, _task=task
+        )
         self.all.append(job)
-        ended = [one for one in self.all if one.ended]
+        ended = [job for job in self.all if job.ended]
         for old in ended[: max(0, len(self.all) - _MOST_KEPT)]:
             self.forget(old)
         self._changed(job)
@@ -273,13 +169,11 @@ class Jobs:
 
     def cancel(self, job: Job) -> None:
         """Ask a job to end; its process is killed where it does not."""
-        if job.status == "waits":
-            self._end(job, "cancelled")
-        elif job.status == "runs" and job._channel is None:
-            self._end(job, "cancelled")
-        elif job.status == "runs" and job._channel is not None:
+        if job._channel is not None:
             job._channel.send("cancel")
             asyncio.get_running_loop().call_later(_POLITE, self._kill, job)
+        elif not job.ended:
+            self._end(job, "cancelled")
 
     async def close(self) -> None:
         """Kill all, and remove their files."""
@@ -301,15 +195,12 @@ class Jobs:
         for hidden, most in ((False, _MOST_AT_ONCE), (True, _MOST_HIDDEN)):
             alike = [job for job in self.all if job.hidden is hidden]
             running = sum(job.status == "runs" for job in alike)
-            for job in [one for one in alike if one.status == "waits"][: max(0, most - running)]:
-                self._start(job)
-
-    def _start(self, job: Job) -> None:
-        job.status, job._begun = "runs", time.monotonic()
-        starting = asyncio.get_running_loop().create_task(self._launch(job))
-        self._starting.add(starting)
-        starting.add_done_callback(self._starting.discard)
-        self._changed(job)
+            for job in [job for job in alike if job.status == "waits"][: max(0, most - running)]:
+                job.status, job._begun = "runs", time.monotonic()
+                starting = asyncio.get_running_loop().create_task(self._launch(job))
+                self._starting.add(starting)
+                starting.add_done_callback(self._starting.discard)
+                self._changed(job)
 
     async def _launch(self, job: Job) -> None:
         try:
@@ -426,7 +317,7 @@ def work(connection: Connection, task: Task, nice: int = 0) -> None:
 
     try:
         progress(0.0)
-        frame, path, value = task.run(progress)
+        frame, path, value = task.function(*task.arguments, progress=progress)
         connection.send(("done", (None if frame is None else pack(frame), path, value)))
     except _Stopped:
         connection.send(("cancelled", None))

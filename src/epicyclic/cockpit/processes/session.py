@@ -6,47 +6,21 @@ import asyncio
 import hashlib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 from ...errors import ModelError
 from ...results.files import write_text
-from ..computing.frames import PageFrame, Request, failed_frame, unpack
-from ..state.history import StateHistory, Step, command_line, from_fragment, script, snapshot_text
+from ..state.frames import PageFrame, Request, failed_frame, unpack
+from ..state.history import StateHistory, Step, file_of, from_fragment, seal_of, snapshot_text
 from ..state.state import Origin, PageState, at_speed, request_of, with_text, with_value, with_values
 from ..state.written_text import text_of
 from .jobs import Job, Jobs
-from .seals import file_of, seal_of
+from .tasks import levers_at, verb_file
 from .worker import Client, Worker, start_worker
 
-
-def levers_at(source: Any, overrides: Mapping[str, object]) -> tuple[Mapping[str, Any], ...]:
-    """Levers of `answers.levers.levers_of` of a model file, whatever overrides move: a page that is opened again has
-    the same ones.  Where the file alone is no model, those of the file with its overrides.
-
-    Raises
-    ------
-    ModelError : the model cannot be read.
-    """
-    from ..answers.levers import levers_of
-
-    try:
-        found = levers_of(source, {})
-    except ModelError:
-        found = levers_of(source, overrides)
-    return tuple(asdict(one) for one in found)
-
-
 Levers = tuple[Mapping[str, Any], ...]
-
-
-@dataclass(slots=True, eq=False)
-class _Listeners:
-    frame: list[Callable[[bytes, PageFrame], None]] = field(default_factory=list)
-    state: list[Callable[[Session], None]] = field(default_factory=list)
-    failed: list[Callable[[Mapping[str, Any] | None], None]] = field(default_factory=list)
-    jobs: list[Callable[[Session], None]] = field(default_factory=list)
 
 
 class Session:
@@ -75,30 +49,28 @@ class Session:
         self._worker = worker
         self._client = Client(deliver=self._deliver, idle=self._idle)
         self._client_of_a = Client(deliver=self._deliver_a, idle=self._tell_state)
-        self._listeners = _Listeners()
+        self._listeners: dict[str, list[Callable[..., None]]] = {
+            name: [] for name in ("frame", "state", "failed", "jobs")
+        }
         self._kept: dict[Origin, PageState | None] = {}
         self._digests: dict[Path, str] = {}
         self._tasks: set[asyncio.Task[None]] = set()
 
     # listeners --------------------------------------------------------------------------------------------------------
 
-    def listen(
-        self,
-        *,
-        frame: Callable[[bytes, PageFrame], None] | None = None,
-        state: Callable[[Session], None] | None = None,
-        failed: Callable[[Mapping[str, Any] | None], None] | None = None,
-        jobs: Callable[[Session], None] | None = None,
-    ) -> None:
-        """Be called in the event loop: with each frame, packed and not; after each change of the state; with the head
-        of a failed frame, None once the state computes again; after each change of a job."""
-        for name, function in {"frame": frame, "state": state, "failed": failed, "jobs": jobs}.items():
-            if function is not None:
-                getattr(self._listeners, name).append(function)
+    def listen(self, **callbacks: Callable[..., None]) -> None:
+        """Be called in the event loop: ``frame`` with each frame, packed and not; ``state`` with the session after each
+        change of the state; ``failed`` with the head of a failed frame, None once the state computes again; ``jobs``
+        with the session after each change of a job."""
+        for name, function in callbacks.items():
+            self._listeners[name].append(function)
 
-    def tell_jobs(self) -> None:
-        for function in self._listeners.jobs:
-            function(self)
+    def _tell(self, name: str, *arguments: Any) -> None:
+        for function in self._listeners[name]:
+            function(*arguments)
+
+    def _tell_state(self) -> None:
+        self._tell("state", self)
 
     # the state --------------------------------------------------------------------------------------------------------
 
@@ -154,7 +126,9 @@ class Session:
         if self.state is not None and self.state.base in self._levers_of:
             self.levers = self._levers_of[self.state.base]
         else:
-            self._spawn(self.renew_levers())
+            task = asyncio.get_running_loop().create_task(self.renew_levers())
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
 
     async def renew_levers(self) -> None:
         """Choose the levers anew from the present model."""
@@ -178,20 +152,22 @@ class Session:
         ------
         ModelError : no model is open; a value that no model file holds.
         """
-        self._push(with_value(self._present(), path, value), _label(path, value), key or f"drag {path}")
+        self.history = self.history.push(
+            with_value(self._present(), path, value), _label(path, value), key or f"drag {path}"
+        )
         if released:
             self.history = self.history.closed()
         self._changed(released=released)
 
     def apply(self, values: Mapping[str, object], label: str) -> None:
         """Set several values as one step. Raises ModelError as `set`."""
-        self._push(with_values(self._present(), values), label)
+        self.history = self.history.push(with_values(self._present(), values), label)
         self._changed(released=True)
 
     def set_text(self, text: str) -> None:
         """Take another model text. Raises ModelError where it is no TOML or names a file that it may not."""
         before = self._present()
-        self._push(with_text(before, text), "edit the text")
+        self.history = self.history.push(with_text(before, text), "edit the text")
         self._show_levers()
         self._changed(released=True)
 
@@ -204,7 +180,7 @@ class Session:
     def operate_at(self, relative_speed: float) -> None:
         """Show the train at another speed, per operating speed; the model stays as it is."""
         state = at_speed(self._present(), relative_speed)
-        self._push(state, f"operate at {state.relative_speed:.4g} times the speed")
+        self.history = self.history.push(state, f"operate at {state.relative_speed:.4g} times the speed")
         self._changed(released=True)
 
     def _moved(self, history: StateHistory) -> None:
@@ -220,35 +196,24 @@ class Session:
             raise ModelError("no model is open", path="model", allowed="open one, or make a new one")
         return self.state
 
-    def _push(self, state: PageState, label: str, key: str | None = None) -> None:
-        self.history = self.history.push(state, label, key)
-
     def _changed(self, *, released: bool) -> None:
-        """Number the state anew and have it computed."""
+        """Number the state anew and have it computed; what cannot be asked for fails."""
         self.rev += 1
-        failed = self._ask(released=released)
+        failed: Mapping[str, Any] | None = None
+        if self.state is not None and self._worker is not None and not self.closed:
+            if released:
+                self.released_rev = self.rev
+            try:
+                request = _request(self.state, self.rev, "full" if released else "live")
+            except ModelError as error:
+                failed = failed_frame(self.rev, error).head
+            else:
+                self.jobs.follow((request.source, request.overrides), self.rev)
+                self.busy = True
+                self._worker.ask(self._client, request)
         self._tell_state()  # while the process computes
         if failed is not None:
             self._fail(failed)
-
-    def _ask(self, *, released: bool) -> Mapping[str, Any] | None:
-        """Have the present state computed; the head of a failed frame where it cannot be asked for."""
-        if self.state is None or self._worker is None or self.closed:
-            return None
-        if released:
-            self.released_rev = self.rev
-        try:
-            request = _request(self.state, self.rev, "full" if released else "live")
-        except ModelError as error:
-            return failed_frame(self.rev, error).head
-        self.jobs.follow((request.source, request.overrides), self.rev)
-        self.busy = True
-        self._worker.ask(self._client, request)
-        return None
-
-    def _tell_state(self) -> None:
-        for function in self._listeners.state:
-            function(self)
 
     # what is computed -------------------------------------------------------------------------------------------------
 
@@ -263,13 +228,11 @@ class Session:
         if self.failed is not None and frame.rev == self.rev:
             self._fail(None)
         self.frames[frame.kind], self.packed[frame.kind] = frame, packed
-        for function in self._listeners.frame:
-            function(packed, frame)
+        self._tell("frame", packed, frame)
 
     def _fail(self, head: Mapping[str, Any] | None) -> None:
         self.failed = head
-        for function in self._listeners.failed:
-            function(head)
+        self._tell("failed", head)
 
     def _idle(self) -> None:
         self.busy = False
@@ -280,8 +243,8 @@ class Session:
     def pin(self) -> None:
         """Keep the present state as A, with its frames, to compare with. Raises ModelError where no model is open."""
         self._pin(self._present())
-        own = {kind: frame for kind, frame in self.frames.items() if frame.rev == self.rev}
-        self.pinned_frames, self.pinned_packed = own, {kind: self.packed[kind] for kind in own}
+        frames = {kind: frame for kind, frame in self.frames.items() if frame.rev == self.rev}
+        self.pinned_frames, self.pinned_packed = frames, {kind: self.packed[kind] for kind in frames}
         self._tell_state()
         if self.busy or self.released_rev != self.rev:
             self._ask_a()  # some of its frames are not there yet
@@ -306,29 +269,15 @@ class Session:
 
     # taking away ------------------------------------------------------------------------------------------------------
 
-    async def take(self, kind: str, verb: str = "") -> bytes | str:
-        """The present state: "toml", "command" and "script" as text; "nc", "json", "csv", "xlsx" of a verb and "html",
-        the report, as bytes.
+    async def take(self, kind: str, verb: str) -> bytes:
+        """Result of a verb of the present state as the content of a file: "nc", "csv" or "xlsx".
 
         Raises
         ------
-        ModelError : what the verb raises; no such kind.
+        ModelError : what the verb raises.
         """
-        state = self._present()
-        if kind == "toml":
-            return await asyncio.to_thread(text_of, state)
-        if kind == "command":
-            return command_line(state, verb or "report")
-        if kind == "script":
-            return script(state)
-        job = self.jobs.start(kind, {"verb": verb}, hidden=True)
-        try:
-            path = (await self._result(job)).dataset_path
-            if path is None:
-                raise ModelError("no file of that kind", path="kind", given=kind, allowed="nc, json, csv, xlsx, html")
-            return await asyncio.to_thread(path.read_bytes)
-        finally:
-            self.jobs.forget(job)
+        content: bytes = await self.call(verb_file, request_of(self._present()), verb, kind, self.jobs.folder)
+        return content
 
     async def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """function(*arguments) in a process of this page, which is killed with it.
@@ -338,17 +287,14 @@ class Session:
         """
         job = self.jobs.start("call", {"function": function, "arguments": arguments}, hidden=True)
         try:
-            return (await self._result(job)).value
+            await job.wait()
+            if job.error is not None:
+                raise job.error
+            if job.status != "done":
+                raise ModelError(job.message or "was cancelled", path=job.name)
+            return job.value
         finally:
             self.jobs.forget(job)
-
-    async def _result(self, job: Job) -> Job:
-        await job.wait()
-        if job.error is not None:
-            raise job.error
-        if job.status != "done":
-            raise ModelError(job.message or "was cancelled", path=job.name)
-        return job
 
     # file -------------------------------------------------------------------------------------------------------------
 
@@ -400,7 +346,7 @@ class Session:
         if state is None:
             return {"state": None}
         kept = self._kept.get(state.origin)
-        found: dict[str, object] = {
+        snapshot: dict[str, object] = {
             "state": snapshot_text(state),
             "pinned": None if pinned is None else snapshot_text(pinned),
             "unsaved": self.unsaved,
@@ -408,8 +354,8 @@ class Session:
         }
         if state.path is not None:
             file = {"file": str(state.path), "trusted": state.trusted, "digest": self._digests.get(state.path, "")}
-            found |= file | {"seal": seal_of(str(found["state"]), file)}
-        return found
+            snapshot |= file | {"seal": seal_of(str(snapshot["state"]), file)}
+        return snapshot
 
     async def restore(self, snapshot: Mapping[str, object]) -> None:
         """Begin with what a browser kept; without a valid seal it has no file.
@@ -450,34 +396,27 @@ class Session:
             task.cancel()
         await self.jobs.close()
 
-    def _spawn(self, work: Any) -> None:
-        task = asyncio.get_running_loop().create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-
 
 class _PageJobs(Jobs):
     """Jobs of the present state of a page."""
 
     def __init__(self, session: Session) -> None:
-        super().__init__(lambda _: session.tell_jobs())
+        super().__init__(lambda _: session._tell("jobs", session))
         self._session = session
 
     def start(self, name: str, options: Mapping[str, Any] | None = None, *, hidden: bool = False) -> Job:
-        """Start a job of the present state: one of the answers, or a kind of file.
+        """Start a job of the present state: one of the answers, or the report.
 
         Raises
         ------
         ModelError : no such job; no model is open; the model names a file that it may not.
         """
-        state = self._session.state
-        source, overrides = request_of(state) if state is not None else ({}, {})
-        if state is None and name != "call":
+        state, rev = self._session.state, self._session.rev
+        if state is not None:
+            return self.begin(name, options or {}, model=request_of(state), rev=rev, origin=state.origin, hidden=hidden)
+        if name != "call":
             raise ModelError("no model is open", path="model", allowed="open one, or make a new one")
-        job = self.begin(name, options or {}, source=source, overrides=overrides, rev=self._session.rev, hidden=hidden)
-        job.model = (source, overrides)
-        job.origin = None if state is None else state.origin
-        return job
+        return self.begin(name, options or {}, model=({}, {}), rev=rev, hidden=hidden)
 
 
 def _request(state: PageState, rev: int, kind: Literal["live", "full"]) -> Request:
@@ -486,8 +425,8 @@ def _request(state: PageState, rev: int, kind: Literal["live", "full"]) -> Reque
 
 
 def _label(path: str, value: object) -> str:
-    words = path.split(".")
-    return f"{'.'.join(words[-2:])} = {value}" if value is not None else f"{'.'.join(words[-2:])} removed"
+    name = ".".join(path.split(".")[-2:])
+    return f"{name} = {value}" if value is not None else f"{name} removed"
 
 
 def _digest(path: Path) -> str:

@@ -196,11 +196,11 @@ class Spare:
 
     async def take(self) -> Started:
         """The process that waits, or a new one; its work is still to be sent. Raises OSError where none can start."""
-        found, self._process = self._process, None
+        started, self._process = self._process, None
         if self._timer is None and not self._stopped:
             self._timer = asyncio.get_running_loop().call_later(_REFILL, self.fill)
-        if found is not None and found[0].is_alive():
-            return found
+        if started is not None and started[0].is_alive():
+            return started
         return await asyncio.to_thread(spawned, waiting)
 
     async def stop(self) -> None:
@@ -210,9 +210,9 @@ class Spare:
             self._timer.cancel()
         if self._filling is not None:
             await asyncio.wait({self._filling})
-        found, self._process = self._process, None
-        if found is not None:
-            await _end(found)
+        started, self._process = self._process, None
+        if started is not None:
+            await _end(started)
 
 
 async def _end(started: Started) -> None:

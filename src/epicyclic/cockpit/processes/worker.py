@@ -12,7 +12,7 @@ from multiprocessing.context import SpawnProcess
 from typing import Any
 
 from ...errors import ModelError
-from ..computing.frames import PageFrame, Request, failed_frame, pack
+from ..state.frames import PageFrame, Request, failed_frame, pack
 from .spawned import Channel, Spare, kill_group, spawned
 
 # [s] that one frame may take: the slowest, a sweep with shaft orders of a train of several stages, takes some 20 s on a
@@ -156,7 +156,9 @@ class Worker:
             return
         if self._frames_since and self._next_call():
             return
-        client = next((one for one in self.clients if one.waiting is not None or one.task is not None), None)
+        client = next(
+            (client for client in self.clients if client.waiting is not None or client.task is not None), None
+        )
         if client is None:
             self._next_call()
             return

@@ -1,21 +1,127 @@
-"""What stands before the server: an ASGI application that lets nothing of another site or machine through.
+"""Who may talk to the server: an ASGI application that lets nothing of another site or machine through.
 
-A page of another site can make a browser send requests to this machine, and by a name that it lets point to 127.0.0.1
-it can read the answers too.  So the host, the origin and the kind of fetch are asked, of every request and websocket,
-before anything reads them, and then the cookie.
+A token in the address that is printed lets a browser in, a cookie from then on.  A page of another site can make a
+browser send requests to this machine, and by a name that it lets point to 127.0.0.1 it can read the answers too.  So
+the host, the origin and the kind of fetch are asked, of every request and websocket, before anything reads them, and
+then the cookie.
 """
 
 from __future__ import annotations
 
 import base64
 import hashlib
+import hmac
 import html
+import os
 import re
-from collections.abc import Awaitable, Callable, Iterable, MutableMapping
+import secrets
+import stat
+import sys
+from collections.abc import Awaitable, Callable, Iterable, Mapping, MutableMapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs
 
-from .passes import Passes
+_KEY_BYTES = 32  # of SHA-256, which signs the cookie
+_TOKEN_BYTES = 24  # 192 bits: not to be guessed, and short enough for a line of a terminal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Passes:
+    """What lets a browser in.
+
+    Parameters
+    ----------
+    token : of this run, in the address that is printed.
+    cookie : name and value of the cookie; another run on the same port and by the same user gives the same, so that a
+        tab which stayed open goes on after a restart.
+    seal : key of what a browser keeps of a file, the same in every run.
+    """
+
+    token: str
+    cookie: tuple[str, str]
+    seal: bytes = b""
+
+    def admits_token(self, given: str) -> bool:
+        """Whether this is the token of the run."""
+        return hmac.compare_digest(given.encode(), self.token.encode())
+
+    def admits_cookies(self, header: str) -> bool:
+        """Whether a header ``Cookie`` holds the cookie, whatever other servers of this host have set beside it."""
+        name, value = self.cookie
+        pairs = (part.strip().partition("=") for part in header.split(";"))
+        return any(key == name and hmac.compare_digest(given.encode(), value.encode()) for key, _, given in pairs)
+
+    def set_cookie(self) -> str:
+        """The header ``Set-Cookie``: sent back by pages of this site alone, and out of reach of scripts."""
+        name, value = self.cookie
+        return f"{name}={value}; Path=/; HttpOnly; SameSite=Strict"
+
+
+def issue(port: int, folder: Path | None) -> Passes:
+    """Passes of a server.
+
+    Parameters
+    ----------
+    port : it listens on; cookies know hosts but no ports, so the name says it.
+    folder : of the user, where the key lies; None, or one that cannot be used, gives a key of this run alone.
+    """
+    key = _kept_key(folder) if folder is not None else secrets.token_bytes(_KEY_BYTES)
+    cookie, seal = (hmac.new(key, use.encode(), hashlib.sha256) for use in (f"cockpit on port {port}", "kept state"))
+    return Passes(
+        token=secrets.token_urlsafe(_TOKEN_BYTES),
+        cookie=(f"epicyclic-{port}", cookie.hexdigest()),
+        seal=seal.digest(),
+    )
+
+
+def state_folder(environment: Mapping[str, str] = os.environ, platform: str = sys.platform) -> Path | None:
+    """Folder of the user for what outlives a run; None where there is no home."""
+    if named := environment.get("XDG_STATE_HOME"):
+        return Path(named) / "epicyclic"
+    if platform == "win32":
+        local = environment.get("LOCALAPPDATA")
+        return Path(local) / "epicyclic" if local else None
+    try:
+        home = Path.home()
+    except RuntimeError:
+        return None
+    return home / ("Library/Application Support" if platform == "darwin" else ".local/state") / "epicyclic"
+
+
+def _kept_key(folder: Path) -> bytes:
+    """The key of the user, made at the first run; a fresh one where it cannot be kept in private."""
+    file = folder / "cockpit.key"
+    fresh = secrets.token_bytes(_KEY_BYTES)
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if (kept := _private_key(file)) is not None:
+            return kept
+        with suppress(FileNotFoundError):
+            file.unlink()  # somebody else could read or has cut it
+        with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as opened:
+            opened.write(fresh)
+    except FileExistsError:  # another server of the user was quicker
+        with suppress(OSError):
+            return _private_key(file) or fresh
+    except OSError:
+        pass
+    return fresh
+
+
+def _private_key(file: Path) -> bytes | None:
+    """Key of a regular file that its owner alone can read, whole."""
+    try:
+        status = file.lstat()
+    except FileNotFoundError:
+        return None
+    open_to_others = os.name == "posix" and (status.st_mode & 0o077 or status.st_uid != os.getuid())
+    if not stat.S_ISREG(status.st_mode) or open_to_others or status.st_size != _KEY_BYTES:
+        return None
+    return file.read_bytes()
+
 
 # query of a page that the shell has asked for: if it is refused too there is no cookie, and no further reload helps
 MARK = "here"
@@ -123,7 +229,7 @@ class Guard:
 
     async def _without_cookie(self, scope: Message, send: Send) -> None:
         if scope["path"] == _PAGE and scope["method"] == "GET":
-            if MARK in _query(scope) or _header(scope, b"sec-fetch-site"):
+            if MARK in _query(scope) or any(_all(scope, b"sec-fetch-site")[:1]):
                 words = "Open the address that `epicyclic app` has printed: it lets this browser in."
                 await _page(send, 403, refusal("This browser is not known here", words))
             else:  # a browser that does not say who asked may have held its cookie back
@@ -153,9 +259,9 @@ class Guard:
 
         async def sender(message: Message) -> None:
             if message["type"] == "http.response.start":
-                own = list(message.get("headers", []))
-                named = {name.lower() for name, _ in own}
-                message = {**message, "headers": own + [pair for pair in self._headers if pair[0] not in named]}
+                headers = list(message.get("headers", []))
+                named = {name.lower() for name, _ in headers}
+                message = {**message, "headers": headers + [pair for pair in self._headers if pair[0] not in named]}
             await send(message)
 
         return sender
@@ -225,10 +331,6 @@ def _query(scope: Message) -> dict[str, list[str]]:
 def _all(scope: Message, name: bytes) -> list[str]:
     """Values of a header, in latin-1 as HTTP has them."""
     return [value.decode("latin-1").strip() for key, value in scope["headers"] if key.lower() == name]
-
-
-def _header(scope: Message, name: bytes) -> str:
-    return next(iter(_all(scope, name)), "")
 
 
 async def _page(send: Send, status: int, body: bytes) -> None:

@@ -13,9 +13,9 @@ from pathlib import Path
 from types import FrameType
 
 from ...errors import ModelError
-from ..processes.seals import set_seal_key
-from ..state.state import PageState, opened
-from .passes import Passes, issue, state_folder
+from ..state.history import set_seal_key
+from ..state.state import PageState, opened, request_of
+from .guard import Passes, issue, state_folder
 
 PORT = 8765  # 8080 and 8000 are what other development servers take first
 _MORE_PORTS = 20  # tried where the port is taken: as many cockpits at once
@@ -44,23 +44,28 @@ def serve(source: str | Path | None, *, port: int | None, browser: bool, tell: C
     ModelError : the model is wrong, or the port cannot be had.
     KeyboardInterrupt : it was stopped.
     """
-    state = _checked(source)
-    listening = _bound(port)
-    with listening:
-        _run(state, listening, browser=browser, tell=tell)
+    state = None
+    if source is not None:  # read through once, so that a wrong model is told before there is a page
+        from ...train.resolution import load
 
+        state = opened(source)
+        load(*request_of(state))
+    with _bound(port) as listening:
+        number = int(listening.getsockname()[1])
+        folder = state_folder()
+        # read when the framework is imported: else it looks for its storage in the folder one happens to be in
+        os.environ["NICEGUI_STORAGE_PATH"] = str((folder or Path.home()) / "framework")
+        passes = issue(number, folder)
+        set_seal_key(passes.seal)
+        address = f"http://{_HOST}:{number}/?token={passes.token}"
 
-def _checked(source: str | Path | None) -> PageState | None:
-    """The state to begin with; read through once, so that a wrong model is told before there is a page."""
-    if source is None:
-        return None
-    from ...train.resolution import load
-    from ..state.state import request_of
+        def ready() -> None:
+            tell(address)
+            if browser:
+                # some browsers keep the call until they are closed
+                threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
 
-    state = opened(source)
-    document, overrides = request_of(state)
-    load(document, overrides=overrides)
-    return state
+        _serve_application(state, listening, passes, ready)
 
 
 def _bound(port: int | None) -> socket.socket:
@@ -68,37 +73,19 @@ def _bound(port: int | None) -> socket.socket:
     wanted = range(PORT, PORT + _MORE_PORTS) if port is None else (port,)
     problem = ""
     for number in wanted:
-        made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         if os.name == "posix":  # elsewhere it would share the port of another program
-            made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            made.bind((_HOST, number))
-            made.listen(_WAITING)
+            listening.bind((_HOST, number))
+            listening.listen(_WAITING)
         except (OSError, OverflowError) as error:
-            made.close()
+            listening.close()
             problem = getattr(error, "strerror", None) or str(error)
         else:
-            return made
+            return listening
     given = f"{wanted[0]}" if len(wanted) == 1 else f"{wanted[0]} .. {wanted[-1]}"
     raise ModelError(f"cannot be listened on: {problem}", path="--port", given=given, allowed="a port that is free")
-
-
-def _run(state: PageState | None, listening: socket.socket, *, browser: bool, tell: Callable[[str], None]) -> None:
-    port = int(listening.getsockname()[1])
-    folder = state_folder()
-    # read when the framework is imported: else it looks for its storage in the folder one happens to be in
-    os.environ["NICEGUI_STORAGE_PATH"] = str((folder or Path.home()) / "framework")
-    passes = issue(port, folder)
-    set_seal_key(passes.seal)
-    address = f"http://{_HOST}:{port}/?token={passes.token}"
-
-    def ready() -> None:
-        tell(address)
-        if browser:
-            # some browsers keep the call until they are closed
-            threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
-
-    _serve_application(state, listening, passes, ready)
 
 
 def _serve_application(

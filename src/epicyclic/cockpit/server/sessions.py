@@ -16,6 +16,7 @@ from typing import Any
 from nicegui import Client, background_tasks, ui
 
 from ...errors import ModelError
+from ..dialogs.controls import literal
 from ..page.page import cockpit_page
 from ..processes.session import Session
 from ..processes.worker import start_worker, stop_worker
@@ -26,11 +27,6 @@ from ..state.state import PageState
 KEEP_SECONDS = 0.4
 # [byte] of an entry: browsers give a site about 5 MB, of UTF-16
 MOST_KEPT = 1_000_000
-
-
-def recovery_script() -> str:
-    """``window.cockpitRecovery`` as an element of the page: begin, keep, take, drop."""
-    return f"<script>{Path(__file__).with_name('recovery.js').read_text(encoding='utf-8')}</script>"
 
 
 _BUILT = 10.0  # [s] a page may take to be built, on a machine that computes besides
@@ -50,12 +46,12 @@ def mount(state: PageState | None) -> Callable[[Any], AbstractAsyncContextManage
     lifespan : of the application: at its end every session is closed.
     """
     live: dict[str, Session] = {}
-    script = recovery_script()
+    recovery = Path(__file__).with_name("recovery.js").read_text(encoding="utf-8")  # window.cockpitRecovery
 
     @ui.page("/", response_timeout=_BUILT)
     async def cockpit() -> None:
         client = ui.context.client
-        ui.add_head_html(script)
+        ui.add_head_html(f"<script>{recovery}</script>")
         session = live[client.id] = Session()
         client.on_delete(lambda: _end(live, client.id))
         client.on_exception(_tell)
@@ -85,15 +81,15 @@ async def _end(live: dict[str, Session], name: str) -> None:
 async def _begin(session: Session, state: PageState | None) -> None:
     """Open what a link brings, as a step after what the tab had; else that, else what the command line named."""
     kept = await ui.run_javascript("return await cockpitRecovery.begin()", timeout=_ANSWERED)
-    found = kept if isinstance(kept, Mapping) else {}
+    brought = kept if isinstance(kept, Mapping) else {}
     begun = False
-    if snapshot := found.get("snapshot"):
+    if snapshot := brought.get("snapshot"):
         try:
             await session.restore(_read(snapshot))
             begun = True
         except ModelError as error:
             ui.notify(f"What this tab had cannot be restored: {error}", type="warning", close_button="Close")
-    if link := found.get("link"):
+    if link := brought.get("link"):
         try:
             linked = from_fragment(str(link))
             # what the tab had is one undo away
@@ -104,7 +100,7 @@ async def _begin(session: Session, state: PageState | None) -> None:
     if begun:
         return
     await session.start(state)
-    for entry in found.get("left") or []:
+    for entry in brought.get("left") or []:
         _offer(session, entry)
 
 
@@ -154,31 +150,23 @@ def _keep(session: Session, client: Client) -> None:
     """Have the browser keep the state a moment after it has changed."""
     waiting = False
 
-    def write() -> None:
+    async def write() -> None:
         nonlocal waiting
+        await asyncio.sleep(KEEP_SECONDS)
         waiting = False
         text = json.dumps(session.snapshot())
         if client.is_deleted or len(text) > MOST_KEPT:
             return
         title = session.state.name if session.state is not None else ""
-        client.run_javascript(f"cockpitRecovery.keep({_literal(text)}, {_literal(title)}, {_literal(session.unsaved)})")
-
-    async def soon() -> None:
-        await asyncio.sleep(KEEP_SECONDS)
-        write()
+        client.run_javascript(f"cockpitRecovery.keep({literal(text)}, {literal(title)}, {literal(session.unsaved)})")
 
     def changed(_: Session) -> None:
         nonlocal waiting
         if not waiting:
             waiting = True
-            background_tasks.create(soon())
+            background_tasks.create(write())
 
     session.listen(state=changed)
-
-
-def _literal(value: object) -> str:
-    """A value as JavaScript that runs in the page, whatever it holds."""
-    return json.dumps(value).replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
 def _tell(error: Exception) -> None:

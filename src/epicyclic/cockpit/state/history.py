@@ -1,16 +1,23 @@
-"""Undo and redo over states, a drag being one step; a state as a command line, a script, or the fragment of a link."""
+"""Undo and redo over states, a drag being one step; a state as a command line, a script, the fragment of a link.
+
+Seals: what a browser gives back of a file of this machine counts only as this server has written it.
+"""
 
 from __future__ import annotations
 
 import base64
 import binascii
+import hashlib
+import hmac
 import json
+import secrets
 import shlex
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from pprint import pformat
+from typing import NamedTuple
 
 from ...document.document import file_text, ready_drives
 from ...document.overrides import parse_setting
@@ -78,16 +85,14 @@ class StateHistory:
 
     def with_file(self, before: PageState, saved: PageState) -> StateHistory:
         """The history after a state was written to a file: that is the file of all steps of the same model."""
-        name = (before.path, before.drive, before.name)
 
-        def step(one: Step) -> Step:
-            if one.state is None or one.state == saved or (one.state.path, one.state.drive, one.state.name) != name:
-                return one
-            if one.state == before:
-                return replace(one, state=saved)
-            return replace(
-                one, state=replace(one.state, path=saved.path, name=saved.name, drive=None, trusted=saved.trusted)
-            )
+        def step(past: Step) -> Step:
+            if past.state is None or past.state == saved or past.state.origin != before.origin:
+                return past
+            if past.state == before:
+                return replace(past, state=saved)
+            file = replace(past.state, path=saved.path, name=saved.name, drive=None, trusted=saved.trusted)
+            return replace(past, state=file)
 
         return StateHistory(
             now=step(self.now), behind=tuple(map(step, self.behind)), ahead=tuple(map(step, self.ahead))
@@ -103,15 +108,9 @@ def setting(path: str, value: object) -> str:
     return f"{path}={value_text(value)}"
 
 
-def command_line(state: PageState, verb: str = "report", options: Mapping[str, object] | None = None) -> str:
-    """The command that computes the same from the ready drive, the file, or a download of it.
-
-    verb : a command.  options : further ones by their names without dashes; None is left out.
-    """
+def command_line(state: PageState, verb: str = "report") -> str:
+    """The command that computes the same from the ready drive, the file, or a download of it."""
     words = ["epicyclic", verb.replace("_", "-"), _source(state)]
-    for name, value in (options or {}).items():
-        if value is not None and value is not False:
-            words += [f"--{name}"] if value is True else [f"--{name}", str(value)]
     for path, value in state.overrides.items():
         words += ["--set", setting(path, value)]
     return shlex.join(words)
@@ -253,3 +252,41 @@ def _unpacked(text: str, most: int) -> Mapping[str, object]:
 
 def _damaged(how: str) -> ModelError:
     return ModelError(f"no link of this page ({how})", path="link", allowed="a link copied from this page, whole")
+
+
+# The key; the server gives the one of the user's state folder, which holds after a restart.
+_key = [secrets.token_bytes(32)]
+_SEALED = ("file", "trusted", "digest")
+
+
+class SealedFile(NamedTuple):
+    """The file of a state that a browser kept.  digest : of its content when it was read or written."""
+
+    path: Path
+    trusted: bool
+    digest: str
+
+
+def set_seal_key(key: bytes) -> None:
+    """Seal by this key from now on."""
+    _key[0] = key
+
+
+def seal_of(state: str, file: Mapping[str, object]) -> str:
+    """The seal of a state's text with its file: neither counts beside another one."""
+    content = json.dumps([state, *(file.get(name) for name in _SEALED)], ensure_ascii=True)
+    return hmac.new(_key[0], content.encode(), hashlib.sha256).hexdigest()
+
+
+def file_of(state: str, snapshot: Mapping[str, object]) -> SealedFile | None:
+    """The file of a snapshot with that state; None where its seal is not valid, or there is none."""
+    seal, name, trusted, digest = (snapshot.get(key) for key in ("seal", *_SEALED))
+    if not (isinstance(seal, str) and isinstance(name, str) and isinstance(trusted, bool) and isinstance(digest, str)):
+        return None
+    try:
+        expected = seal_of(state, snapshot)
+    except (UnicodeEncodeError, ValueError):
+        return None
+    if not hmac.compare_digest(seal.encode("utf-8", "replace"), expected.encode()):
+        return None
+    return SealedFile(path=Path(name), trusted=trusted, digest=digest)

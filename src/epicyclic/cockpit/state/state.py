@@ -40,8 +40,8 @@ class Spelling:
     def same(self, keys: Keys, value: object) -> Keys | None:
         """The key of the text that gives exactly the places of this one; None where there is none."""
         places = self.places_of(keys, value)
-        found = {self.key_of.get(place) for place in places}
-        key = next(iter(found)) if len(found) == 1 else None
+        keys_of_places = {self.key_of.get(place) for place in places}
+        key = next(iter(keys_of_places)) if len(keys_of_places) == 1 else None
         return key if key is not None and self.places[key] == places else None
 
 
@@ -123,13 +123,17 @@ def opened(source: str | Path) -> PageState:
         return PageState(name=source, base=drive_text(source), drive=source)
     path = Path(source)
     if is_rexs_name(path):
-        from ...rexs.import_train import read_rexs
-        from ...rexs_export.model_text import rexs_model_text
-
-        return PageState(name=_short(path.stem), base=rexs_model_text(read_rexs(path), path.name))
+        return PageState(name=_short(path.stem), base=_rexs_text(path, path.name))
     text = file_text(path)
     parse_text(text, str(path))
     return PageState(name=_short(path.name), base=text, path=path.absolute(), trusted=True)
+
+
+def _rexs_text(source: Path | bytes, name: str) -> str:
+    from ...rexs.import_train import read_rexs
+    from ...rexs_export.model_text import rexs_model_text
+
+    return rexs_model_text(read_rexs(source), name)
 
 
 def uploaded(name: str, content: bytes) -> PageState:
@@ -143,10 +147,7 @@ def uploaded(name: str, content: bytes) -> PageState:
     if len(content) > MAX_BYTES:
         raise ModelError("too large", path=short, given=f"{len(content)} bytes", allowed=f"at most {MAX_BYTES} bytes")
     if is_rexs_name(name):
-        from ...rexs.import_train import read_rexs
-        from ...rexs_export.model_text import rexs_model_text
-
-        return PageState(name=short, base=rexs_model_text(read_rexs(content), short))
+        return PageState(name=short, base=_rexs_text(content, short))
     return from_text(short, decoded(content, short))
 
 
@@ -190,18 +191,19 @@ def _set(overrides: dict[str, object], path: str, keys: Keys, value: object, spe
     """Lay one value over others: it takes the place of what stood there, above it and below it."""
     places, removed_above = spelling.places_of(keys, value), False
     for other, given in list(overrides.items()):
-        own = split_path(other, path=other)
-        if own == keys[: len(own)] and own != keys and value is not None and isinstance(given, Mapping):
-            overrides[other] = _with(given, keys[len(own) :], value)
+        others = split_path(other, path=other)
+        above = others == keys[: len(others)] and others != keys
+        if above and value is not None and isinstance(given, Mapping):
+            overrides[other] = _with(given, keys[len(others) :], value)
             return
-        removed_above |= own == keys[: len(own)] and own != keys and given is None
-        below = own[: len(keys)] == keys and not (
-            isinstance(value, Mapping) and value_at(value, own[len(keys) :]) is None
+        removed_above |= above and given is None
+        below = others[: len(keys)] == keys and not (
+            isinstance(value, Mapping) and value_at(value, others[len(keys) :]) is None
         )
-        if own == keys or below or spelling.places_of(own, given) == places:
+        if others == keys or below or spelling.places_of(others, given) == places:
             del overrides[other]
     key = spelling.same(keys, value)
-    in_file = key is not None or any(found[: len(keys)] == keys for found in spelling.written)
+    in_file = key is not None or any(stated[: len(keys)] == keys for stated in spelling.written)
     if removed_above:
         if value is not None:
             overrides[path] = value
@@ -258,10 +260,6 @@ def request_of(state: PageState) -> tuple[PlainTable, dict[str, object]]:
 
 
 @lru_cache(maxsize=64)
-def _parsed(text: str, name: str) -> PlainTable:
-    return parse_text(text, name)
-
-
 def tables_of(text: str, name: str = "model") -> PlainTable:
     """The tables of a model text; they are shared, so nobody changes them.
 
@@ -269,7 +267,7 @@ def tables_of(text: str, name: str = "model") -> PlainTable:
     ------
     ModelError : no TOML.
     """
-    return _parsed(text, name)
+    return parse_text(text, name)
 
 
 def _placed(tables: PlainTable, folder: Path | None) -> PlainTable:
@@ -288,27 +286,27 @@ def _placed(tables: PlainTable, folder: Path | None) -> PlainTable:
 def _forces(value: Any, path: str, folder: Path | None) -> Any:
     if not isinstance(value, Mapping):
         return value
-    return {
-        key: _file(one, f"{path}.{key}", folder)
-        if key == "file" and isinstance(one, str)
-        else _forces(one, f"{path}.{key}", folder)
-        for key, one in value.items()
-    }
+    placed = {}
+    for key, entry in value.items():
+        where = f"{path}.{key}"
+        named = key == "file" and isinstance(entry, str)
+        placed[key] = _file(entry, where, folder) if named else _forces(entry, where, folder)
+    return placed
 
 
 def _pitches(value: Any, path: str, folder: Path | None) -> Any:
     if not isinstance(value, Mapping):
         return value
-    found: PlainTable = {}
-    for key, one in value.items():
+    placed: PlainTable = {}
+    for key, entry in value.items():
         where = f"{path}.{key}"
-        if key == "pitch" and isinstance(one, list):
-            found[key] = [_file(name, where, folder) if is_file_name(name) else name for name in one]
-        elif key == "pitch" and is_file_name(one):
-            found[key] = _file(one, where, folder)
+        if key == "pitch" and isinstance(entry, list):
+            placed[key] = [_file(name, where, folder) if is_file_name(name) else name for name in entry]
+        elif key == "pitch" and is_file_name(entry):
+            placed[key] = _file(entry, where, folder)
         else:
-            found[key] = _pitches(one, where, folder)
-    return found
+            placed[key] = _pitches(entry, where, folder)
+    return placed
 
 
 def _file(name: str, path: str, folder: Path | None) -> str:

@@ -62,11 +62,11 @@ def written_value(state: PageState, path: str) -> object:
     for other, value in reversed(list(state.overrides.items())):
         above = split_path(other, path=other)
         if keys[: len(above)] == above:
-            found = value if above == keys else value_at(value, keys[len(above) :])
-            if found is not None or value is None:
-                return found
-    found = value_at(tables_of(state.base, state.name), keys)
-    return found if found is not None else value_at(_plain_document(state.base, state.name), keys)
+            stated = value if above == keys else value_at(value, keys[len(above) :])
+            if stated is not None or value is None:
+                return stated
+    stated = value_at(tables_of(state.base, state.name), keys)
+    return stated if stated is not None else value_at(_plain_document(state.base, state.name), keys)
 
 
 @lru_cache(maxsize=16)
@@ -108,10 +108,10 @@ def _edited(state: PageState, aim: PlainTable) -> str | None:
         _add_new(document, state)
         for _ in range(_ROUNDS):
             written = tomlkit.dumps(document)
-            found = _document(replace(state, base=written, overrides={}))
-            if found == aim:
+            reading = _document(replace(state, base=written, overrides={}))
+            if reading == aim:
                 return written
-            _approach(document, tables_of(written), found, aim)
+            _approach(document, tables_of(written), reading, aim)
     except _WRONG:
         pass  # what an editor cannot do: the document is written anew
     return None
@@ -126,9 +126,9 @@ def _add_new(document: Any, state: PageState) -> None:
             _put(document, _shortened(document, keys), value)
 
 
-def _approach(document: Any, tables: PlainTable, found: PlainTable, aim: PlainTable) -> None:
+def _approach(document: Any, tables: PlainTable, reading: PlainTable, aim: PlainTable) -> None:
     """Change what differs from the aim, each key where the text has it."""
-    spelling, now, wanted = spelling_of(tables), dict(keyed(found)), dict(keyed(aim))
+    spelling, now, wanted = spelling_of(tables), dict(keyed(reading)), dict(keyed(aim))
     differing = [place for place in (now | wanted) if now.get(place, _ABSENT) != wanted.get(place, _ABSENT)]
     keys_done: set[Keys] = set()
     removed: list[Keys] = []
@@ -141,7 +141,7 @@ def _approach(document: Any, tables: PlainTable, found: PlainTable, aim: PlainTa
         if keys in keys_done:
             continue
         keys_done.add(keys)
-        values = {one: wanted.get(one, _ABSENT) for one in sorted(spelling.places[keys])}
+        values = {place: wanted.get(place, _ABSENT) for place in sorted(spelling.places[keys])}
         first, *others = values.values()
         if first is _ABSENT and all(other is _ABSENT for other in others):
             removed.append(keys)
@@ -149,9 +149,9 @@ def _approach(document: Any, tables: PlainTable, found: PlainTable, aim: PlainTa
             _put(document, keys, first)
         else:  # a shorthand of which a part changes: its parts, each with its value
             _put(document, keys, None)
-            for one, value in values.items():
+            for place, value in values.items():
                 if value is not _ABSENT:
-                    _put(document, (*keys[:-1], one[-1]), value)
+                    _put(document, (*keys[:-1], place[-1]), value)
     for keys in removed:
         _put(document, keys, None)
 
@@ -160,8 +160,8 @@ def _moved(state: PageState, folder: Path | None) -> PageState:
     """The state with its text for another folder: the names of files whole."""
     if folder is None or not state.trusted or state.path is None or folder == state.path.parent:
         return state
-    own, placed = dict(keyed(tables_of(state.base, state.name))), dict(keyed(request_of(state)[0]))
-    changed = [(keys, value) for keys, value in placed.items() if own.get(keys) != value]
+    stated, placed = dict(keyed(tables_of(state.base, state.name))), dict(keyed(request_of(state)[0]))
+    changed = [(keys, value) for keys, value in placed.items() if stated.get(keys) != value]
     if not changed:
         return state
     document = tomlkit.parse(state.base)

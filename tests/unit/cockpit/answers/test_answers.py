@@ -13,12 +13,11 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from epicyclic.cockpit.answers import answers, checks, sharing_answers
-from epicyclic.cockpit.answers.answers import answers_of, relief_answer
-from epicyclic.cockpit.answers.checks import checks_of
+from epicyclic.cockpit.answers import answers, sharing_answers
+from epicyclic.cockpit.answers.answers import answers_of, checks_of, relief_answer
 from epicyclic.cockpit.answers.sharing_answers import class_six, float_answer
 from epicyclic.cockpit.computing.compute import compute
-from epicyclic.cockpit.computing.frames import PageFrame, Request
+from epicyclic.cockpit.state.frames import PageFrame, Request
 from epicyclic.document.drives import drive_text
 from epicyclic.questions.check.verbs import check
 from epicyclic.questions.modes.verbs import modes
@@ -344,7 +343,7 @@ def test_checks_are_the_warnings_of_check(train: str) -> None:
 
 
 def test_codes_that_fail_are_known() -> None:
-    assert set(WARNING_CODES) >= checks._FAILS
+    assert set(WARNING_CODES) >= answers._FAILS
 
 
 def test_answers_take_less_than_three_milliseconds(monkeypatch: pytest.MonkeyPatch, slowness: float) -> None:

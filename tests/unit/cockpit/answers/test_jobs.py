@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.cockpit.answers.job_results import JobFrame, tolerance_shares
-from epicyclic.cockpit.answers.jobs import JOBS
+from epicyclic.cockpit.answers.jobs import JOBS, tolerance_shares
 from epicyclic.cockpit.answers.sharing_answers import halved_text, halved_tolerance
-from epicyclic.cockpit.computing.frames import pack, unpack
+from epicyclic.cockpit.state.frames import PageFrame, pack, unpack
 from epicyclic.document.drives import drive_text
 from epicyclic.errors import ModelError
 from epicyclic.questions.check.verbs import check
@@ -41,7 +40,7 @@ class Stopped(BaseException):
 
 
 @lru_cache
-def done(name: str) -> tuple[JobFrame, Any, tuple[float, ...]]:
+def done(name: str) -> tuple[PageFrame, Any, tuple[float, ...]]:
     told: list[float] = []
     source = tomllib.loads(drive_text("ren2021"))
     frame, dataset = JOBS[name].run(source, {}, SMALL[name], lambda *d: told.append(d[0] / (d[1:] or (1,))[0]))
@@ -59,7 +58,7 @@ def test_a_job_gives_a_frame_a_dataset_and_its_progress(name: str) -> None:
     assert told
     assert all(0 <= share <= 1 for share in told)
     assert list(told) == sorted(told)
-    came = unpack(pack(frame))  # type: ignore[arg-type]
+    came = unpack(pack(frame))
     if "lines" in job:
         curves = came.head["job"]["lines"]["curves"]
         assert came.arrays["job/y"].shape == (len(curves), came.arrays["job/x"].size)

@@ -17,7 +17,7 @@ PATH = "deviations.planet.position.y"
 def pin_lever(state: Any, *, entry: int) -> Any:
     """The part of a lever that reads and writes, without its element."""
     lever: Any = LeverControl.__new__(LeverControl)
-    lever.path, lever._unit, lever._integer = PATH, "um", False
+    lever.path, lever._unit = PATH, "um"
     lever._entry, lever._count, lever._session = entry, 3, SimpleNamespace(state=state)
     return lever
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from epicyclic.cockpit.answers import levers
-from epicyclic.cockpit.answers.levers import Candidate, ModelLever, levers_of
+from epicyclic.cockpit.answers.levers import Lever, levers_of
 from epicyclic.cockpit.page.levers_column import entry_of, with_entry
 from epicyclic.cockpit.state.state import opened, request_of, with_value
 from epicyclic.document.document import ready_drives
@@ -29,7 +29,7 @@ def tables_of(drive: str) -> dict[str, Any]:
     return tomllib.loads(drive_text(drive))
 
 
-def written(lever: ModelLever, value: float, others: tuple[float, ...] = ()) -> object:
+def written(lever: Lever, value: float, others: tuple[float, ...] = ()) -> object:
     """The override that the page writes for a value of a lever."""
     if lever.entry is not None and lever.count is not None:
         values = [*(others or (0.0,) * lever.count)]
@@ -137,7 +137,7 @@ def test_steps_are_round_numbers() -> None:
 
 
 def test_a_candidate_writes_its_entry() -> None:
-    one = Candidate(kind="pin", path="p", label="", value=3.0, unit="um", entry=1, count=3, others=(1.0, 2.0, 4.0))
+    one = Lever(kind="pin", path="p", label="", value=3.0, unit="um", entry=1, count=3, others=(1.0, 2.0, 4.0))
     assert one.written() == "[1.0, 3.0, 4.0] um"
     assert one.scaled(1e-6) == pytest.approx(1 / (factor("um", "m") or 0) * 1e-6)
 

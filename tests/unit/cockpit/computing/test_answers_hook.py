@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.cockpit.answers import answers, checks
+from epicyclic.cockpit.answers import answers
 from epicyclic.cockpit.computing.compute import compute
-from epicyclic.cockpit.computing.frames import Request
+from epicyclic.cockpit.state.frames import Request
 from epicyclic.document.drives import drive_text
 
 
@@ -32,7 +32,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
 
     monkeypatch.setattr(answers, "answers_of", record)
     told = [{"level": "bad", "code": "x", "text": "y", "path": "z"}]
-    monkeypatch.setattr(checks, "checks_of", lambda train, system: told)
+    monkeypatch.setattr(answers, "checks_of", lambda train, system: told)
     return calls
 
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from epicyclic.cockpit.computing.frames import PageFrame, failed_frame, pack, unpack
+from epicyclic.cockpit.state.frames import PageFrame, failed_frame, pack, unpack
 from epicyclic.errors import ConvergenceError, ModelError
 
 _TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)

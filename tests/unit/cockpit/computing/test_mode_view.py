@@ -7,7 +7,7 @@ import pytest
 
 import epicyclic
 from epicyclic import assemble, load
-from epicyclic.cockpit.answers.names import body_labels, listed, ordinal, rounded, speed_axis
+from epicyclic.cockpit.answers.words import body_labels, listed, number, ordinal, speed_axis
 from epicyclic.cockpit.computing.speed_view import ModeView, mode_view
 from epicyclic.document.document import ready_drives
 from epicyclic.train.train import Train
@@ -99,4 +99,4 @@ def test_numbers_in_words() -> None:
     assert listed([1, 2, 3, 5]) == "1-3, 5"
     assert listed([1, 2]) == "1, 2"
     assert listed([]) == ""
-    assert [rounded(x) for x in (1234.5, 0.0123456, 12.0, 1.5e-7)] == ["1230", "0.0123", "12", "1.5e-07"]
+    assert [number(x) for x in (1234.5, 0.0123456, 12.0, 1.5e-7)] == ["1230", "0.0123", "12", "1.5e-07"]

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from epicyclic import load
-from epicyclic.cockpit.answers.names import body_labels, mesh_labels
+from epicyclic.cockpit.answers.words import body_labels, mesh_labels
 from epicyclic.cockpit.computing.train_view import train_head
 from epicyclic.document.document import ready_drives
 

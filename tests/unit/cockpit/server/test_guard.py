@@ -15,8 +15,13 @@ import pytest
 
 httpx = pytest.importorskip("httpx", reason="the extra dev has httpx")
 
-from epicyclic.cockpit.server.guard import MARK, MOST_BODY, SHELL, Guard  # noqa: E402  # noqa: E402
-from epicyclic.cockpit.server.passes import Passes  # noqa: E402
+from epicyclic.cockpit.server.guard import (  # noqa: E402  # noqa: E402
+    MARK,
+    MOST_BODY,
+    SHELL,
+    Guard,
+    Passes,
+)
 
 PORT = 18701
 HOST = f"127.0.0.1:{PORT}"

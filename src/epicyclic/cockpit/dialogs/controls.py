@@ -1,19 +1,68 @@
-"""What all dialogs share: windows with a title, small buttons with a name, downloads, callbacks of a session."""
+"""Controls of the page and of its windows: native elements, which browsers make reachable by keyboard, texts sent on
+change, windows with a title, buttons with a name, downloads, keys, callbacks of a session.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from inspect import isawaitable
+from typing import Any
 
-from nicegui import background_tasks, ui
+from nicegui import background_tasks, events, ui
 from nicegui.element import Element
+from nicegui.elements.mixins.text_element import TextElement
 
 from ...errors import ModelError
+from ..processes.session import Session
+from ..state.state import PageState
 
-if TYPE_CHECKING:
-    from ..processes.session import Session
-    from ..state.state import PageState
+
+class Words(TextElement):
+    """An element with a text; an equal one is not sent again."""
+
+    def __init__(self, tag: str = "span", text: str = "", *, classes: str = "") -> None:
+        super().__init__(tag=tag, text=text)
+        self.classes(classes)
+
+    def say(self, text: str) -> None:
+        if self.text != text:
+            self.set_text(text)
+
+
+def box(classes: str, tag: str = "div") -> Element:
+    """A container."""
+    return Element(tag).classes(classes)
+
+
+def button(text: str, on_click: Callable[..., Any], *, classes: str = "ck-small", label: str = "") -> Words:
+    """A native button; label : its name where the text is none."""
+    control = Words("button", text, classes=classes)
+    control.props["type"] = "button"
+    if label:
+        control.props["aria-label"] = label
+        control.props["title"] = label
+    control.on("click", lambda _: on_click())
+    return control
+
+
+def prop(element: Element, name: str, value: object) -> None:
+    """Set a property and send it, where it is another one."""
+    if element.props.get(name) != value:
+        element.props[name] = value
+        element.update()
+
+
+def hide(element: Element, hidden: bool) -> None:
+    """Take an element away from the page and its readers, or show it."""
+    if bool(element.props.get("hidden")) != hidden:
+        if hidden:
+            element.props["hidden"] = True
+        else:
+            del element.props["hidden"]
+        element.update()
+
 
 # Characters of a file name: file systems take 255 bytes, and a suffix and a number of the browser's come behind.
 _MOST_NAME = 100
@@ -32,16 +81,11 @@ _LARGE = """
 """
 
 
-def present(session: Session) -> PageState | None:
-    """The state that a session shows; None before a model is open."""
-    return session.history.present
-
-
 @contextmanager
-def window(title: str, *, width: int = 640) -> Iterator[ui.dialog]:
-    """A dialog with a title and a button that closes it; what is built inside stands below.
+def window(title: str, *, width: int = 640, stays: bool = False) -> Iterator[ui.dialog]:
+    """A dialog with a title and a button that closes it; what is built inside stands below, then it opens.
 
-    width : [px] where the page has room.
+    width : [px] where the page has room.  stays : whether it is neither opened here nor deleted where it is closed.
     """
     dialog = ui.dialog().props(f'aria-label="{title}"')
     with dialog, ui.card().classes("cockpit-window").style(f"width: {width}px; max-width: 96vw; max-height: 92vh"):
@@ -49,6 +93,25 @@ def window(title: str, *, width: int = 640) -> Iterator[ui.dialog]:
             ui.label(title).classes("text-h6 col").props('role="heading" aria-level="2"')
             icon_button("close", "Close", dialog.close)
         yield dialog
+    if not stays:
+        dialog.on("hide", dialog.delete)
+        dialog.open()
+
+
+def fold(title: str, build: Callable[[], Any]) -> ui.expansion:
+    """Something folded, which is built when it is first opened: widgets cost time."""
+    built = False
+
+    async def opened(event: events.ValueChangeEventArguments[bool]) -> None:
+        nonlocal built
+        if event.value and not built:
+            built = True
+            with expansion:
+                if isawaitable(building := build()):
+                    await building
+
+    expansion = ui.expansion(title, on_value_change=opened).props("dense dense-toggle")
+    return expansion
 
 
 def icon_button(icon: str, label: str, on_click: Callable[..., Any]) -> ui.button:
@@ -65,9 +128,9 @@ def rename(button: ui.button, label: str, tip: str = "") -> None:
     if button.props.get("aria-label") != label:
         button.props["aria-label"] = label
         button.update()
-    for one in button:
-        if isinstance(one, ui.tooltip) and one.text != (tip or label):
-            one.set_text(tip or label)
+    for tooltip in button:
+        if isinstance(tooltip, ui.tooltip) and tooltip.text != (tip or label):
+            tooltip.set_text(tip or label)
 
 
 def enlarge_button(panel: Element, name: str) -> None:
@@ -82,10 +145,10 @@ def enlarge_button(panel: Element, name: str) -> None:
         nonlocal large
         large = not large
         panel.classes(add="cockpit-large" if large else "", remove="" if large else "cockpit-large")
-        button.props(f"icon={'close_fullscreen' if large else 'open_in_full'}")
-        rename(button, f"{name}: {'back into the column' if large else 'enlarge'}")
+        control.props(f"icon={'close_fullscreen' if large else 'open_in_full'}")
+        rename(control, f"{name}: {'back into the column' if large else 'enlarge'}")
 
-    button = icon_button("open_in_full", f"{name}: enlarge", change)
+    control = icon_button("open_in_full", f"{name}: enlarge", change)
 
 
 def show_model(session: Session, state: PageState, where: Element, *, unsaved: bool = False) -> None:
@@ -128,6 +191,16 @@ def plain_button(text: str, on_click: Callable[..., Any], *, icon: str | None = 
 def refused(error: Exception, what: str = "") -> None:
     """Tell of an error where no field shows it."""
     ui.notify(f"{what}{error}", type="negative", multi_line=True, timeout=_SHOWN, close_button="Close")
+
+
+def sentence(problem: str, allowed: str) -> str:
+    """What is wrong, and what is allowed where that is known."""
+    return f"{problem}; allowed: {allowed}" if allowed else problem
+
+
+def literal(value: object) -> str:
+    """A value as JavaScript that runs in the page, whatever it holds."""
+    return json.dumps(value).replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
 def safe_name(name: str, suffix: str) -> str:
