@@ -272,7 +272,7 @@ def sample_loads(
     rows, stiffness : (V,) mesh rows and links whose stiffness varies, and that (S, V) [N/m].
     method : ``auto`` solves those samples anew whose contact opens, ``static`` all of them, ``linear`` none.
     count : samples, from the first on, that are wanted, and returned; the rest only fill a piece up.
-    laws : of a train with laws, which all samples ask then except with ``linear``; `train` has tangents for them.
+    laws : of a train with laws, which all samples ask then except with ``linear``; `loads` has tangents for them.
     dense : open contact at four times as many slow phases, before the largest share is searched for.
 
     Raises
