@@ -31,6 +31,7 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w]*[a-zA
 PLACE = "\N{CURRENCY SIGN}"  # stands for a number among the words
 # files that the repository holds: of the drives named, what commands print and axes of figures
 KEPT_FILES = ("ren2021/*.txt", "encased-differential/*.txt", "desk/*.txt")
+KEPT_WHOLE = 1_000_000  # bytes of all that the repository holds
 KEPT_LARGEST = 30_000  # bytes of one file: no tables of many thousand numbers
 
 
@@ -120,8 +121,8 @@ def compare(old: Path, new: Path, renames: list[tuple[str, str]]) -> int:
 
 
 def keep(folder: Path) -> None:
-    """The part that the repository holds: ``tests/golden/DRIVE.words`` and ``DRIVE.numbers``."""
-    KEPT.mkdir(exist_ok=True)
+    """The part that the repository holds: ``tests/golden/DRIVE.words`` and ``DRIVE.numbers`` of what is collected."""
+    texts: dict[str, str] = {}
     for pattern in KEPT_FILES:
         drive = pattern.partition("/")[0]
         if not (folder / drive).is_dir():
@@ -133,8 +134,14 @@ def keep(folder: Path) -> None:
             text, found = split(file.read_text(encoding="utf-8"))
             words.append(f"==== {file.name}\n{text}")
             numbers.append(" ".join([f"{file.name}:", *found]))
-        (KEPT / f"{drive}.words").write_text("".join(words), encoding="utf-8")
-        (KEPT / f"{drive}.numbers").write_text("\n".join(numbers) + "\n", encoding="utf-8")
+        texts |= {f"{drive}.words": "".join(words), f"{drive}.numbers": "\n".join(numbers) + "\n"}
+    others = (path.stat().st_size for path in KEPT.glob("*") if path.name not in texts)
+    size = sum(len(text.encode()) for text in texts.values()) + sum(others)
+    if size > KEPT_WHOLE:
+        raise SystemExit(f"{size} bytes, of {KEPT_WHOLE}: collect fewer commands with --only")
+    KEPT.mkdir(exist_ok=True)
+    for name, text in texts.items():
+        (KEPT / name).write_text(text, encoding="utf-8")
 
 
 def kept(drive: str) -> dict[str, str]:

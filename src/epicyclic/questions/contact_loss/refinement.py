@@ -123,7 +123,7 @@ class PeriodicMotion:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Solution(PeriodicMotion):
-    """A periodic motion that solves a balance, the given one."""
+    """A periodic motion with the balance that it solves."""
 
     balance: Problem
 
