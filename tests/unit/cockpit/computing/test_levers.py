@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from epicyclic.cockpit.answers import levers
-from epicyclic.cockpit.answers.levers import Lever, levers_of
-from epicyclic.cockpit.page.levers_column import entry_of, with_entry
+from epicyclic.cockpit.computing import levers
+from epicyclic.cockpit.computing.levers import Lever, levers_of
+from epicyclic.cockpit.page.page import entry_of, with_entry
 from epicyclic.cockpit.state.state import opened, request_of, with_value
 from epicyclic.document.document import ready_drives
 from epicyclic.document.drives import drive_text

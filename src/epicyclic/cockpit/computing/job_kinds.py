@@ -20,10 +20,8 @@ from ...show.series import label
 from ...show.tolerance_labels import scattering_pair
 from ...train.resolution import load
 from ...train.train import Train
-from ..state.frames import PageFrame
-from .answers import estimates_of
-from .sharing_answers import halved_tolerance
-from .words import Answer, number, per_cent
+from ..state.frames import Answer, PageFrame, number, per_cent
+from .answers import estimates_of, halved_tolerance
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -28,8 +28,8 @@ from ...statics.tangent import linear
 from ...system.assembly import assemble
 from ...train.resolution import load
 from ...train.train import Train
-from .sharing_answers import in_short
-from .words import largest_known, per_cent
+from ..state.frames import largest_known, per_cent
+from .answers import in_short
 
 # A soft support that is still felt, per mesh stiffness: where a floating sun is first held.
 _SOFT = 0.03

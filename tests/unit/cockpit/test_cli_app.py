@@ -15,7 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from epicyclic.cli.main import app
-from epicyclic.cockpit.server.run import PORT, _bound
+from epicyclic.cockpit.server import PORT, _bound
 from epicyclic.errors import ModelError
 
 

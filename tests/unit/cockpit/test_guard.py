@@ -15,13 +15,7 @@ import pytest
 
 httpx = pytest.importorskip("httpx", reason="the extra dev has httpx")
 
-from epicyclic.cockpit.server.guard import (  # noqa: E402  # noqa: E402
-    MARK,
-    MOST_BODY,
-    SHELL,
-    Guard,
-    Passes,
-)
+from epicyclic.cockpit.server import MARK, MOST_BODY, SHELL, Guard, Passes  # noqa: E402
 
 PORT = 18701
 HOST = f"127.0.0.1:{PORT}"

@@ -16,8 +16,7 @@ from ...document.drives import drive_titles
 from ...errors import ModelError
 from ...rexs.file import is_rexs_name
 from ..processes.session import Session
-from ..state.history import file_name_of
-from ..state.state import PageState, opened, uploaded
+from ..state.state import PageState, file_name_of, opened, uploaded
 from .controls import heard, icon_button, literal, on_key, plain_button, refused, rename, show_model, window
 
 _KEY = "epicyclic-recent"

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from epicyclic.cockpit.page.levers_column import LeverControl
+from epicyclic.cockpit.page.page import LeverControl
 from epicyclic.cockpit.state.state import opened, request_of, with_value
 from epicyclic.questions.sharing.verbs import sharing
 

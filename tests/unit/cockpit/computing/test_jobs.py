@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.cockpit.answers.jobs import JOBS, tolerance_shares
-from epicyclic.cockpit.answers.sharing_answers import halved_text, halved_tolerance
+from epicyclic.cockpit.computing.answers import halved_text, halved_tolerance
+from epicyclic.cockpit.computing.job_kinds import JOBS, tolerance_shares
 from epicyclic.cockpit.state.frames import PageFrame, pack, unpack
 from epicyclic.document.drives import drive_text
 from epicyclic.errors import ModelError

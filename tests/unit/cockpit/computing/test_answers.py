@@ -13,9 +13,8 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from epicyclic.cockpit.answers import answers, sharing_answers
-from epicyclic.cockpit.answers.answers import answers_of, checks_of, relief_answer
-from epicyclic.cockpit.answers.sharing_answers import class_six, float_answer
+from epicyclic.cockpit.computing import answers
+from epicyclic.cockpit.computing.answers import answers_of, checks_of, class_six, float_answer, relief_answer
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.state.frames import PageFrame, Request
 from epicyclic.document.drives import drive_text
@@ -125,7 +124,7 @@ def row(label: str, pair: str) -> dict[str, str]:
     ],
 )
 def test_every_branch_that_carries_most_is_named(rows: list[dict[str, str]], value: list[float], said: str) -> None:
-    text = sharing_answers.carrying(rows, np.array(value), "x")
+    text = answers.carrying(rows, np.array(value), "x")
     assert text.startswith(said) if said.endswith(("carry", "carries")) else text == said
 
 

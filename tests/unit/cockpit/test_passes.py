@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from epicyclic.cockpit.server.guard import issue, state_folder
+from epicyclic.cockpit.server import issue, state_folder
 
 
 def test_the_key_is_private_and_outlives_a_run(tmp_path: Path) -> None:
