@@ -144,8 +144,8 @@ def opened(source: str | Path) -> PageState:
 
 
 def _rexs_text(source: Path | bytes, name: str) -> str:
+    from ...rexs.export import rexs_model_text
     from ...rexs.import_train import read_rexs
-    from ...rexs_export.model_text import rexs_model_text
 
     return rexs_model_text(read_rexs(source), name)
 

@@ -15,10 +15,10 @@ from typer.testing import CliRunner
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
+from epicyclic.rexs.encodings import read_rexs_file
+from epicyclic.rexs.export import rexs_of, write_rexs
 from epicyclic.rexs.file import Component, RexsFile
 from epicyclic.rexs.import_train import import_file, read_rexs
-from epicyclic.rexs.reading import read_rexs_file
-from epicyclic.rexs_export.export import rexs_of, write_rexs
 from epicyclic.train.train import Train
 
 STIFFNESS = "mean_mesh_stiffness_for_transverse_load_iso_6336_2019"

@@ -1,4 +1,5 @@
-"""A train as a REXS file of version 1.7, with the list of what the format does not carry.
+"""A train as a REXS file of version 1.7, with the list of what the format does not carry; a file that was read as the
+text of a commented model file.
 
 The keys of a model that the file carries are listed; every other one of a document is named, with the reason.
 """
@@ -12,18 +13,33 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..arguments import checked
 from ..document.tables import leaves
+from ..document.writer import commented_text
 from ..engine.source import Overrides, Source, train_of
 from ..errors import ModelError
 from ..input_files import as_output, outputs_apart
 from ..results.files import package_version, whole_file
-from ..rexs.file import RexsFile
-from ..rexs.writing import encoding_of, rexs_bytes
 from ..train.train import Train
-from .components import add_carriers, add_joints, add_loads, add_meshes, add_shafts, gravity_of
-from .draft import Attributes, Draft, Dropped, place
+from .encodings import encoding_of, rexs_bytes
+from .export_components import (
+    Attributes,
+    Draft,
+    Dropped,
+    add_carriers,
+    add_joints,
+    add_loads,
+    add_meshes,
+    add_shafts,
+    gravity_of,
+    place,
+)
+from .file import RexsFile
+
+if TYPE_CHECKING:
+    from .import_train import RexsImport
 
 VERSION = "1.7"
 _NO_DATE = datetime(1970, 1, 1, tzinfo=UTC)
@@ -194,3 +210,18 @@ def left_out(document: Mapping[str, object]) -> Iterator[Dropped]:
             seen.add(entry)
             reasons = (text for pattern, text in _REASONS if re.fullmatch(pattern, path))
             yield Dropped(entry, next(reasons, "no place in the format"))
+
+
+def rexs_model_text(model: RexsImport, file: str) -> str:
+    """A model file with the ids of the components it comes from.
+
+    file : name of the REXS file, told in the head.
+    """
+    date = f", of {model.file.date}" if model.file.date else ""
+    head = (
+        f"From the REXS file {Path(file).name}{date}.",
+        f"{len(model.read)} values read, {len(model.assumed)} assumed, {len(model.dropped)} dropped: the numbers in",
+        "brackets are ids of components of that file; [assumed] at the end has what it does not say.",
+        *model.warnings,
+    )
+    return commented_text(model.document, head=head, comments=model.comments)
