@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..document.deviations import DisplacementTable, ProfileErrorTable, TiltTable, TurningErrorTable, UnbalanceTable
 from ..document.schema import SIDES, ModelFile
 from ..errors import ModelError
-from ..teeth.grades import pitch_lines, profile_amplitude, random_phases, tooth_phase
+from ..teeth.geometry import pitch_lines, profile_amplitude, random_phases, tooth_phase
 from ..warning_codes import coded
 from .bodies import DIRECTIONS, Body, Link, Mesh
 from .kinematics import Kinematics

@@ -102,7 +102,7 @@ def tooth_law(
     ModelError : teeth that cannot be, that interfere, that part between pairs.
     """
     from ..teeth.compliance import tooth_compliance
-    from ..teeth.energy_stiffness import MeshedTeeth, energy_series, interference_warnings, ishikawa_series
+    from ..teeth.gear_pair import MeshedTeeth, energy_series, interference_warnings, ishikawa_series
 
     meshing = shape.meshes[p.name]
     width = meshing.width[side]

@@ -19,7 +19,7 @@ from ..document.schema import SIDES, collect
 from ..document.tables import value_at
 from ..document.tolerances import Grade, Tolerance, Width, costs, tolerances, tolerances_and_costs
 from ..errors import ModelError
-from ..teeth.grades import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
+from ..teeth.geometry import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
 from ..warning_codes import coded
 from .bodies import Body, GearData, Mesh
 from .train import ResolutionLog, Train, stage_axis

@@ -27,7 +27,7 @@ from ...statics.equilibrium import compliance_of
 from ...statics.unheld import unheld_warnings
 from ...system.system import System
 from ...system.tooth_pairs import mean_force, pair_of, tooth_warnings
-from ...teeth.grades import FLANK_GRADES, SIZE_GRADES, run_out_width
+from ...teeth.geometry import FLANK_GRADES, SIZE_GRADES, run_out_width
 from ...train.bodies import Body
 from ...train.train import Train
 from ...warning_codes import WARNING_CODES, CodedText, code_of, coded
