@@ -118,9 +118,8 @@ class _Gathered:
             return
         for role, part in parts:
             if part not in self.components:
-                raise ModelError(
-                    "no such component", path=f"{where}, {role}", given=part, allowed="an id of a component"
-                )
+                allowed = "an id of a component"
+                raise ModelError("no such component", path=f"{where}, {role}", given=part, allowed=allowed)
         place = None if order is None or order == "" else _checked_id(order, f"{where}, order")
         self.relations.append(Relation(number, kind, place, tuple(parts)))
 
@@ -287,16 +286,11 @@ def _xml_components(element: Element, gathered: _Gathered) -> Iterator[Component
     for component in _all(element, "component"):
         number = _checked_id(component.get("id"), "component")
         attributes = (
-            (
-                plain_text(attribute.get("id", "")),
-                plain_text(attribute.get("unit", "none")),
-                partial(_xml_value, attribute),
-            )
-            for attribute in _all(component, "attribute")
+            (plain_text(entry.get("id", "")), plain_text(entry.get("unit", "none")), partial(_xml_value, entry))
+            for entry in _all(component, "attribute")
         )
-        yield gathered.component(
-            number, plain_text(component.get("type", "")), plain_text(component.get("name", "")), attributes
-        )
+        kind, name = (plain_text(component.get(key, "")) for key in ("type", "name"))
+        yield gathered.component(number, kind, name, attributes)
 
 
 def _xml_value(element: Element, where: str, name: str) -> Value:
@@ -328,6 +322,8 @@ _VERSIONS = ("1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "1.7", "2.0", "2.0.0")
 _ALLOWED = "a REXS file in XML (.rexs), JSON (.rexsj) or a zip of one of them (.rexsz)"
 _BOM = b"\xef\xbb\xbf"
 _WIDE = (b"\xff\xfe", b"\xfe\xff")  # UTF-16
+# what reading a zip raises
+_DAMAGED = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, ValueError, RuntimeError, OverflowError)
 
 
 def read_rexs_file(source: str | Path | bytes) -> RexsFile:
@@ -394,19 +390,10 @@ def _unzipped(raw: bytes, name: str) -> bytes:
             _check_member(members[0], name, allowed)
             with archive.open(members[0]) as opened:
                 content = opened.read(MAX_BYTES + 1)
-    except (
-        zipfile.BadZipFile,
-        zlib.error,
-        struct.error,
-        EOFError,
-        OSError,
-        ValueError,
-        RuntimeError,
-        OverflowError,
-    ) as e:
-        if isinstance(e, ModelError):
-            raise
-        raise ModelError(f"a damaged zip ({e})", path=name, allowed=allowed) from None
+    except ModelError:
+        raise
+    except _DAMAGED as error:
+        raise ModelError(f"a damaged zip ({error})", path=name, allowed=allowed) from None
     if len(content) > MAX_BYTES:
         raise ModelError("unpacked too large", path=name, allowed=f"at most {MAX_BYTES} bytes")
     return content

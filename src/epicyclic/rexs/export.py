@@ -10,6 +10,7 @@ import math
 import os
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -87,13 +88,10 @@ def write_rexs(source: Source, path: str | Path, *, overrides: Overrides | None 
 
 def _date(source: Source) -> str:
     """Date of a model file; that of no file where there is none: no clock is read."""
-    when = _NO_DATE
-    try:
+    with suppress(OSError, ValueError, OverflowError):
         if isinstance(source, (str, Path)) and Path(source).is_file():
-            when = datetime.fromtimestamp(int(os.stat(source).st_mtime), tz=UTC)
-    except (OSError, ValueError, OverflowError):
-        when = _NO_DATE
-    return when.isoformat()
+            return datetime.fromtimestamp(int(os.stat(source).st_mtime), tz=UTC).isoformat()
+    return _NO_DATE.isoformat()
 
 
 def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
@@ -112,17 +110,15 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
     draft = Draft(train)
     shifts: Attributes = {"number_of_gears": (1, "none"), "gear_shift_index": (1, "none")}
     draft.unit = draft.add("gear_unit", train.title, {**place(0.0), **shifts, **gravity_of(train)})
-    draft.casing = draft.add("gear_casing", "casing")
-    draft.relate("assembly", assembly=draft.unit, part=draft.casing)
+    draft.casing = draft.add("gear_casing", "casing", within=draft.unit)
     # gears on parallel axes mesh in a cylindrical_stage of no planetary stage
     epicyclic = {body.member.split(".")[0] for body in train.bodies if body.kind == "planet"}
-    draft.stages = {name: draft.add("planetary_stage", name) for name in train.planets if name in epicyclic}
     for name in train.planets:
-        if name not in epicyclic:
+        if name in epicyclic:
+            draft.stages[name] = draft.add("planetary_stage", name, within=draft.unit)
+        else:
             reason = "written as cylindrical_stage; `epicyclic import` reads planetary stages alone"
             draft.drop(f"stages.{name}", reason)
-    for number in draft.stages.values():
-        draft.relate("assembly", assembly=draft.unit, part=number)
     add_carriers(draft)
     add_shafts(draft)
     add_joints(draft)

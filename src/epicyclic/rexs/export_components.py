@@ -117,13 +117,14 @@ class Draft:
         """The shafts that are in no branch, each once, in their order."""
         return [shaft for body, shaft in self.shafts.items() if shaft.first.branch is None and shaft.first.name == body]
 
-    def add(self, kind: str, name: str, attributes: Attributes | None = None) -> int:
-        """Add a component, attributes without value left out; its id."""
+    def add(self, kind: str, name: str, attributes: Attributes | None = None, *, within: int | None = None) -> int:
+        """Add a component, attributes without value left out; its id.  within : assembly that it is a part of."""
         number = len(self.components) + 1
-        stated = {
-            key: Attribute(key, value, unit) for key, (value, unit) in (attributes or {}).items() if value is not None
-        }
+        given = (attributes or {}).items()
+        stated = {key: Attribute(key, value, unit) for key, (value, unit) in given if value is not None}
         self.components.append(Component(number, kind, name, stated))
+        if within is not None:
+            self.relate("assembly", assembly=within, part=number)
         return number
 
     def relate(self, kind: str, *, order: int | None = None, **roles: int) -> None:
@@ -257,8 +258,8 @@ def _gears(body: Body, hands: Mapping[Key, int]) -> list[GearPart]:
 def _added_shaft(draft: Draft, shaft: ShaftPart) -> ShaftPart:
     """The shaft with its id, added with its place, speed, material, rim and what the rim leaves of its mass."""
     material = _material(draft, shaft.first)
-    number = draft.add("shaft", shaft.name, {**place(shaft.start, *shaft.first.centre), **_speed(draft.train, shaft)})
-    draft.relate("assembly", assembly=draft.unit, part=number)
+    placed = {**place(shaft.start, *shaft.first.centre), **_speed(draft.train, shaft)}
+    number = draft.add("shaft", shaft.name, placed, within=draft.unit)
     draft.relate("reference", origin=number, referenced=material)
     for body in shaft.bodies:
         if not (math.isfinite(body.mass) and math.isfinite(body.inertia)):
@@ -274,7 +275,7 @@ def _added_shaft(draft: Draft, shaft: ShaftPart) -> ShaftPart:
             "moment_of_inertia_v_axis": (tilt, "kg m^2"),
             "moment_of_inertia_w_axis": (tilt, "kg m^2"),
         }
-        draft.relate("assembly", assembly=number, part=draft.add("additional_mass", f"{shaft.name} mass", mass))
+        draft.add("additional_mass", f"{shaft.name} mass", mass, within=number)
     return replace(shaft, number=number)
 
 
@@ -293,9 +294,8 @@ def _beside_rim(draft: Draft, shaft: ShaftPart, number: int, material: int) -> I
     rim = SolidSection(shaft.start - shaft.station, length, (outside, outside), (inside, inside), 1e3 * density)
     solid = inertia_of([rim])
     pairs = ((whole.mass, solid.mass), (whole.polar, solid.polar), (whole.tilt, solid.tilt))
-    rest = [
-        0.0 if abs(stated - of_rim) <= 1e-9 * stated else stated - of_rim for stated, of_rim in pairs
-    ]  # beside rounding
+    # beside rounding
+    rest = [0.0 if abs(stated - of_rim) <= 1e-9 * stated else stated - of_rim for stated, of_rim in pairs]
     if not all(value >= 0 for value in rest):
         reason = "more than the mass and inertias stated: these alone are written"
         draft.drop(f"stages.{shaft.first.member}.rim", reason)
@@ -308,7 +308,7 @@ def _beside_rim(draft: Draft, shaft: ShaftPart, number: int, material: int) -> I
         "inner_diameter_begin": in_unit(inside, "mm"),
         "inner_diameter_end": in_unit(inside, "mm"),
     }
-    draft.relate("assembly", assembly=number, part=draft.add("shaft_section", f"{shaft.name} rim", section))
+    draft.add("shaft_section", f"{shaft.name} rim", section, within=number)
     return Inertia(*rest)
 
 
@@ -317,9 +317,7 @@ def add_carriers(draft: Draft) -> None:
     for body in draft.train.bodies:
         stage = draft.stages.get(body.member.split(".")[0])
         if body.kind == "carrier" and body.member not in draft.carriers and stage is not None:
-            number = draft.add("planet_carrier", body.member)
-            draft.relate("assembly", assembly=stage, part=number)
-            draft.carriers[body.member] = number
+            draft.carriers[body.member] = draft.add("planet_carrier", body.member, within=stage)
 
 
 def _relate_to_stage(draft: Draft, shaft: ShaftPart) -> None:
@@ -468,8 +466,7 @@ def add_loads(draft: Draft) -> None:
             "defines_torque": (member in kinematics.stated, "none"),
             "u_coordinate_on_shaft": in_unit(shaft.station - shaft.start, "mm"),
         }
-        load = draft.add("external_load", f"{member} torque", attributes)
-        draft.relate("assembly", assembly=shaft.number, part=load)
+        draft.add("external_load", f"{member} torque", attributes, within=shaft.number)
 
 
 def gravity_of(train: Train) -> Attributes:
@@ -505,8 +502,8 @@ def _added_gear(draft: Draft, shaft: ShaftPart, part: GearPart, flank: Flank) ->
         "tip_diameter": in_unit(2 * gear.tip_radius, "mm"),
         "root_diameter": in_unit(2 * gear.root_radius, "mm"),
     }
-    number = draft.add("ring_gear" if gear.internal else "cylindrical_gear", name, attributes)
-    draft.relate("assembly", assembly=shaft.number, part=number)
+    kind = "ring_gear" if gear.internal else "cylindrical_gear"
+    number = draft.add(kind, name, attributes, within=shaft.number)
     draft.relate("reference", origin=number, referenced=_material(draft, body))
     _check_form(draft, gear, path)
     profile: Attributes = {

@@ -149,9 +149,8 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     if common:
         document["material"] = common
     document["damping"] = {"modal": _DAMPING}
-    view.assume(
-        None, "damping", "damping.modal", "the format has no damping: a usual value, for modes and response only"
-    )
+    reason = "the format has no damping: a usual value, for modes and response only"
+    view.assume(None, "damping", "damping.modal", reason)
     stages = {stage.name: stage_table(unit, stage, unit.members[0].centre) for stage in unit.stages}
     document["stages"] = stages
     for member, (number, material) in materials.items() if not common else ():

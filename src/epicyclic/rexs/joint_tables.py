@@ -90,11 +90,7 @@ def support_table(unit: GearUnit, member: StageMember) -> Table | None:
         return _links(unit, member, housing)
     if inside and carrier is not None:
         return {"to": carrier.full_name, **_links(unit, member, inside)}
-    return _unsupported(unit, member)
-
-
-def _unsupported(unit: GearUnit, member: StageMember) -> Table | None:
-    """Support of a member without a bearing: it floats where others of its file have bearings."""
+    # without a bearing it floats where others of its file have bearings
     path = f"{member.path}.support"
     if len(unit.sharing(member)) > 1:
         unit.view.assume(member.parts[0], "bearings", "", f"{path}: on a shaft with another member: held rigidly")
@@ -109,9 +105,7 @@ def _unsupported(unit: GearUnit, member: StageMember) -> Table | None:
 def _links(unit: GearUnit, member: StageMember, joints: Sequence[Joint]) -> Table:
     """One joint as a table, several as named tables, each at its place."""
     tables = {_name(joint): _link(unit, joint, member, f"{member.path}.support") for joint in joints}
-    if len(tables) == 1:
-        return next(iter(tables.values()))
-    return dict(tables)
+    return next(iter(tables.values())) if len(tables) == 1 else dict(tables)
 
 
 def _name(joint: Joint) -> str:
@@ -250,11 +244,8 @@ def operation_table(unit: GearUnit) -> Table:
 
 def held_members(unit: GearUnit) -> list[StageMember]:
     """Central members that do not turn: rigid in the casing, or joined to it by a coupling that holds their turn."""
-    held = []
-    for member in unit.members:
-        if member.kind != "planet" and (unit.held(member) or any(j.holds_turn for j in _to_housing(unit, member))):
-            held.append(member)
-    return held
+    central = (member for member in unit.members if member.kind != "planet")
+    return [m for m in central if unit.held(m) or any(joint.holds_turn for joint in _to_housing(unit, m))]
 
 
 def _short(unit: GearUnit, member: StageMember) -> str:
@@ -330,19 +321,15 @@ def _loads(unit: GearUnit, held: list[StageMember], end_at: EndAt, speeds: dict[
         if torque is not None:
             signed = _signed(unit, torque, shaft)
             if power is not None and end in speeds:
-                _check_power(unit, load, signed, power, speeds[end].si)
+                turned = signed.si * speeds[end].si
+                if abs(power.si - turned) > _BALANCE * max(abs(power.si), abs(turned)):
+                    unit.view.assume(load, "power", "", f"{power.text} is not torque times speed: the torque counts")
+                else:
+                    unit.view.read(load, "power", "", f"{power.text}, torque times speed")
             loads.append(_Load(defines, load, "torque", end, signed))
         elif power is not None:
             loads.append(_Load(defines, load, "power", end, power))
     return _balanced(unit, held, loads, ports)
-
-
-def _check_power(unit: GearUnit, load: int, torque: Number, power: Number, speed: float) -> None:
-    """Tell a power that is not torque times speed."""
-    if abs(power.si - torque.si * speed) > _BALANCE * max(abs(power.si), abs(torque.si * speed)):
-        unit.view.assume(load, "power", "", f"{power.text} is not torque times speed: the torque counts")
-    else:
-        unit.view.read(load, "power", "", f"{power.text}, torque times speed")
 
 
 def _balanced(unit: GearUnit, held: list[StageMember], loads: list[_Load], ports: set[str]) -> Table:

@@ -157,9 +157,8 @@ def _free_bodies(unit: GearUnit) -> dict[int, str]:
         for joint in unit.beside.get(here, ()):
             ends = unit.rigid.root(joint.inner), unit.rigid.root(joint.outer)
             root = ends[1] if ends[0] == here else ends[0]
-            if not joint.holds_turn or joint.rigid or root in free or root in unit.turning or root in unit.still:
-                continue
-            if root not in unit.loose:
+            known = root in free or root in unit.turning or root in unit.still
+            if not joint.holds_turn or joint.rigid or known or root not in unit.loose:
                 continue
             name = unit.view.components[unit.loose[root][0]].name
             if not BODY_NAME.fullmatch(name) or name in taken:
@@ -357,10 +356,9 @@ def is_lumped(unit: GearUnit, shaft: int) -> bool:
 
 def _bodies(unit: GearUnit, member: StageMember) -> list[int]:
     """Parts that belong to a member: its own, and what is rigidly joined and no member's own."""
-    joined: dict[int, None] = {}
-    if not unit.held(member) and unit.sharing(member)[:1] == (member,):
-        for part in member.parts:
-            joined |= dict.fromkeys(unit.loose.get(unit.rigid.root(part), ()))
+    if unit.held(member) or unit.sharing(member)[0] != member:
+        return list(member.parts)
+    joined = dict.fromkeys(other for part in member.parts for other in unit.loose.get(unit.rigid.root(part), ()))
     return [*member.parts, *joined]
 
 
@@ -507,9 +505,8 @@ def _stated(sections: Sequence[SolidSection], extra: Sequence[Inertia]) -> tuple
     )
     write = (lambda value: f"{value:.9g}") if sections else shown
     table: Table = {"mass": f"{write(mass)} kg", "inertia": f"{write(polar)} kg m^2"}
-    if sections or any(
-        additional.tilt for additional in extra
-    ):  # not stated: the model asks for it where a member tilts
+    # not stated: the model asks for it where a member tilts
+    if sections or any(additional.tilt for additional in extra):
         table["tilt_inertia"] = f"{write(tilt)} kg m^2"
     return mass, table
 
@@ -551,7 +548,7 @@ def inertia_of(sections: Iterable[SolidSection]) -> Inertia:
     for section in sections:
         for share, weight in _POINTS:
             z = section.start + share * section.length
-            outer, inner = (_at(pair, share) / 2 for pair in (section.outer, section.inner))
+            outer, inner = ((a + (b - a) * share) / 2 for a, b in (section.outer, section.inner))
             slab = section.density * section.length * weight * math.pi
             area, second = outer**2 - inner**2, (outer**4 - inner**4) / 2
             mass += slab * area
@@ -559,7 +556,3 @@ def inertia_of(sections: Iterable[SolidSection]) -> Inertia:
             # evenly around the axis, each stands on average for half of its distance squared
             tilt += slab * (second / 2 + area * (z**2 + section.off_axis**2 / 2))
     return Inertia(mass, polar, tilt)
-
-
-def _at(pair: tuple[float, float], share: float) -> float:
-    return pair[0] + (pair[1] - pair[0]) * share

@@ -154,14 +154,33 @@ class View:
         """``53 (cylindrical_gear)``."""
         return f"{component} ({self.components[component].type})"
 
-    def frame(self, component: int) -> PartFrame | None:
-        """Frame of a component; None where the file gives no place.
+    def frame(self, component: int, *, depth: int = 0) -> PartFrame | None:
+        """Frame of a component; None where the file gives no place.  depth : of references up to it.
 
         Raises
         ------
         ModelError : no vector of three numbers, axes without direction, references in a circle.
         """
-        return self._frame(component, 0)
+        if component in self.frames:
+            return self.frames[component]
+        if depth > _MOST_FRAMES:
+            raise ModelError("references of position in a circle", path=f"component {self.label(component)}")
+        place = self._vector(component, "support_vector")
+        base = _UNIT
+        reference = self.value(component, "reference_component_for_position")
+        if isinstance(reference, (int, float)) and not isinstance(reference, bool) and int(reference) != component:
+            if int(reference) in self.components:
+                base = self.frame(int(reference), depth=depth + 1) or _UNIT
+        frame = None
+        if place is not None:
+            u = self._axis(component, "u_axis_vector", (1.0, 0.0, 0.0))
+            w = self._axis(component, "w_axis_vector", (0.0, 0.0, 1.0))
+            origin, absolute = base.place, base.turned(place)
+            axis, third = base.turned(u), base.turned(w)
+            centre = (origin[0] + absolute[0], origin[1] + absolute[1], origin[2] + absolute[2])
+            frame = PartFrame(centre, axis, cross(third, axis), third)
+        self.frames[component] = frame
+        return frame
 
     def on_shaft(self, component: int, shaft: int, coordinate: str) -> Vector | None:
         """Place of what sits on a shaft: its own, else its coordinate along the shaft."""
@@ -180,28 +199,6 @@ class View:
             return self.on_shaft(gear, shaft, "u_coordinate_on_shaft")
         frame = self.frame(gear)
         return None if frame is None else frame.place
-
-    def _frame(self, component: int, depth: int) -> PartFrame | None:
-        if component in self.frames:
-            return self.frames[component]
-        if depth > _MOST_FRAMES:
-            raise ModelError("references of position in a circle", path=f"component {self.label(component)}")
-        place = self._vector(component, "support_vector")
-        base = _UNIT
-        reference = self.value(component, "reference_component_for_position")
-        if isinstance(reference, (int, float)) and not isinstance(reference, bool) and int(reference) != component:
-            if int(reference) in self.components:
-                base = self._frame(int(reference), depth + 1) or _UNIT
-        frame = None
-        if place is not None:
-            u = self._axis(component, "u_axis_vector", (1.0, 0.0, 0.0))
-            w = self._axis(component, "w_axis_vector", (0.0, 0.0, 1.0))
-            origin, absolute = base.place, base.turned(place)
-            axis, third = base.turned(u), base.turned(w)
-            centre = (origin[0] + absolute[0], origin[1] + absolute[1], origin[2] + absolute[2])
-            frame = PartFrame(centre, axis, cross(third, axis), third)
-        self.frames[component] = frame
-        return frame
 
     def _vector(self, component: int, name: str) -> Vector | None:
         """A vector attribute as lengths in SI; None where it is not given."""
@@ -319,9 +316,8 @@ class Joint:
     @property
     def rigid(self) -> bool:
         """Whether it lets nothing move."""
-        return not self.bearing and all(
-            n is None or n.si >= RIGID for n in (self.radial, self.axial, self.tilt, self.turn)
-        )
+        stiffnesses = (self.radial, self.axial, self.tilt, self.turn)
+        return not self.bearing and all(number is None or number.si >= RIGID for number in stiffnesses)
 
     @property
     def holds_turn(self) -> bool:
@@ -337,9 +333,10 @@ def joints_of(view: View) -> list[Joint]:
         if joint is None or inner is None or outer is None:
             sides = [part for role, part in relation.refs if role not in ("assembly", "coupling", "connection")]
             joint = joint if joint is not None else relation.part("coupling") or relation.part("connection")
-            if joint is None or len(sides) != 2:
-                for part in [joint] if joint is not None else []:
-                    view.lose(part, "side", "not between two parts")
+            if joint is None:
+                continue
+            if len(sides) != 2:
+                view.lose(joint, "side", "not between two parts")
                 continue
             inner, outer = sides
         if _engaged(view, view.components[joint]):
@@ -384,9 +381,8 @@ def _joint(view: View, component: Component, inner: int, outer: int) -> Joint:
 
 def _at_operating_point(view: View, component: Component) -> Number | None:
     """Radial stiffness of a bearing from that at its operating point: the mean of both directions."""
-    both = [
-        view.number(component.id, f"operating_point_stiffness_f_{axis}_d_{axis}", "stiffness") for axis in ("v", "w")
-    ]
+    names = [f"operating_point_stiffness_f_{axis}_d_{axis}" for axis in ("v", "w")]
+    both = [view.number(component.id, name, "stiffness") for name in names]
     stiffnesses = [number.si for number in both if number is not None]
     if not stiffnesses:
         return None
