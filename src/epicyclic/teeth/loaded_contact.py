@@ -236,11 +236,9 @@ def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:
         force, approach = principal_pivoting_batch(segments.compliance, segments.gap, count, loads[order])
     except ImportError:
         raise ModelError("needs numba", path="compiled", allowed='pip install "epicyclic[fast]"') from None
-    back = np.argsort(order, kind="stable")
+    back, model = np.argsort(order, kind="stable"), (segments.compliance, segments.gap, segments.valid)
     return [
-        with_residuals(
-            segments.compliance, segments.gap, segments.valid, np.full(len(segments.sigma), load), force[i], approach[i]
-        )
+        with_residuals(*model, np.full(len(segments.sigma), load), force[i], approach[i])
         for load, i in zip(loads, back, strict=True)
     ]
 
@@ -254,27 +252,23 @@ def _own_approach(segments: ContactSegments, solution: ContactSolution) -> Array
 def _result(segments: ContactSegments, solutions: list[ContactSolution], tangents: bool) -> LoadedContact:
     force = np.array([solution.force for solution in solutions])
     approach = np.array([solution.approach for solution in solutions])
+    tangent = np.full(approach.shape, np.nan)  # dF/dd [N/m]
+    for i, solution in enumerate(solutions if tangents else ()):
+        slope = None
+        if segments.line is not None:
+            slope = segments.law(_own_approach(segments, solution), np.arange(len(solution.force)))[1]
+        tangent[i] = tangent_stiffness(segments.compliance, solution.active, slope)
     return LoadedContact(
         segments=segments,
         load=force.sum(axis=2),
         force=segments.spread(force),
         approach=approach,
         no_load=segments.no_load,
-        tangent=np.array([_tangent(segments, solution) for solution in solutions])
-        if tangents
-        else np.full(approach.shape, np.nan),
+        tangent=tangent,
         residual=np.array([solution.residual for solution in solutions]),
         status=np.array([solution.status for solution in solutions]),
         corner=_corner(segments, approach),
     )
-
-
-def _tangent(segments: ContactSegments, solution: ContactSolution) -> Array:
-    """Tangent stiffness dF/dd, (T,) [N/m]."""
-    if segments.line is None:
-        return tangent_stiffness(segments.compliance, solution.active)
-    slope = segments.law(_own_approach(segments, solution), np.arange(len(solution.force)))[1]
-    return tangent_stiffness(segments.compliance, solution.active, slope)
 
 
 def _corner(segments: ContactSegments, approach: Array) -> Array:

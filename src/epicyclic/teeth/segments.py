@@ -196,6 +196,11 @@ class ContactSegments:
         return flat[..., :-1].reshape(*values.shape[:-1], shape[1], shape[2])
 
 
+def _at_segments(index: Index, values: Array) -> Array:
+    """Values (T, J, K) on all lines at the segments of an index (T, n), (T, n)."""
+    return np.take_along_axis(values.reshape(len(index), -1), index, axis=1)
+
+
 def contact_segments(pair: ContactPair, sigma: ArrayLike) -> ContactSegments:
     """Segments of a pair at places (T,) of one pair of teeth at mid-face [base pitches].
 
@@ -212,11 +217,8 @@ def contact_segments(pair: ContactPair, sigma: ArrayLike) -> ContactSegments:
     index = np.argsort(~touched, axis=1, kind="stable")[:, :most]
     valid = np.take_along_axis(touched, index, axis=1)
 
-    def take(values: Array) -> Array:
-        return np.take_along_axis(values.reshape(len(index), -1), index, axis=1)
-
-    place, zeta = take(lines.sigma), take(lines.zeta)
-    length = np.where(valid, take(lines.length), 1.0)
+    place, zeta = _at_segments(index, lines.sigma), _at_segments(index, lines.zeta)
+    length = np.where(valid, _at_segments(index, lines.length), 1.0)
     contact = _contact(pair, place)
     compliance = _shared_compliance(pair, lines, index, place)
     if pair.linear_at is not None:
@@ -231,7 +233,7 @@ def contact_segments(pair: ContactPair, sigma: ArrayLike) -> ContactSegments:
         valid=valid,
         zeta=zeta,
         length=length,
-        gap=np.where(valid, take(initial_gap(pair, lines)), 0.0),
+        gap=np.where(valid, _at_segments(index, initial_gap(pair, lines)), 0.0),
         compliance=compliance,
         line=contact if pair.linear_at is None else None,
         contact=contact,
@@ -255,13 +257,10 @@ def microgeometry_gaps(segments: ContactSegments, pairs: Sequence[ContactPair]) 
     ------
     ModelError : as of `check_pair`.
     """
-    lines, count = segments.lines, segments.lines.length.shape[2]
-
-    def take(values: Array) -> Array:
-        return np.take_along_axis(values.reshape(len(segments.index), -1), segments.index, axis=1)
-
-    number = np.take_along_axis(lines.pair, segments.index // count, axis=1)
-    places = _places(segments.pair.plane, take(lines.sigma), take(lines.zeta), number)
+    lines, index = segments.lines, segments.index
+    number = np.take_along_axis(lines.pair, index // lines.length.shape[2], axis=1)
+    sigma, zeta = _at_segments(index, lines.sigma), _at_segments(index, lines.zeta)
+    places = _places(segments.pair.plane, sigma, zeta, number)
     gaps = np.empty((len(pairs), *segments.gap.shape))
     for i, pair in enumerate(pairs):
         check_pair(pair)
@@ -291,8 +290,7 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
     # parts of the slices that are on the path, in cells of the face
     cell = lines.span / CELLS
     centre = lines.centre[0] - 0.5 * lines.span + cell * (np.arange(count * CELLS) + 0.5)
-    zeta = np.take_along_axis(lines.zeta.reshape(len(index), -1), index, axis=1)
-    length = np.take_along_axis(lines.length.reshape(len(index), -1), index, axis=1) * slant
+    zeta, length = _at_segments(index, lines.zeta), _at_segments(index, lines.length) * slant
     parts = face_parts(count, index % count, (zeta - lines.centre[0] + 0.5 * lines.span) / cell, length / cell)
     whole = np.zeros((*index.shape, index.shape[1]))
     for gear, face, radius, sense in (
@@ -435,7 +433,7 @@ class RowResponse:
 
 def row_weights(segments: ContactSegments, at: RowStations) -> Array:
     """Weights c of the rows for every segment, (T, n, 3) [1]; the sum over the rows is 1."""
-    along = np.take_along_axis(segments.lines.sigma.reshape(len(segments.index), -1), segments.index, axis=1)
+    along = _at_segments(segments.index, segments.lines.sigma)
     third = along * segments.pair.plane.base_pitch / at.along
     right = (segments.zeta - at.left - third * (0.0 - at.left)) / (at.right - at.left)
     return np.stack([1.0 - right - third, right, third], axis=-1)
