@@ -13,7 +13,7 @@ from nicegui import Client, ui
 from nicegui.events import GenericEventArguments
 from nicegui.page import page as nicegui_page
 
-from epicyclic.cockpit.page.controls import Board, EvidencePane, SweepPane, TrainPane, send
+from epicyclic.cockpit.page.controls import Board, send
 
 from .canvas_frames import job, live
 
@@ -49,7 +49,7 @@ def text(packed: bytes) -> str:
 
 def test_a_browser_that_comes_late_is_told_the_newest_of_every_kind(told: list[Any], client: Client) -> None:
     with client:
-        pane, evidence = TrainPane(), EvidencePane()
+        pane, evidence = Board("train"), Board("evidence")
     for frame in (live(1), live(2), job(2, "relief"), job(2, "contact")):
         send(client, frame)
     pane.show_mode(4)
@@ -63,7 +63,7 @@ def test_a_browser_that_comes_late_is_told_the_newest_of_every_kind(told: list[A
 
 def test_a_frame_goes_to_the_page_once(told: list[Any], client: Client) -> None:
     with client:
-        panes = [TrainPane(), SweepPane(), EvidencePane()]
+        panes = [Board("train"), Board("sweep"), Board("evidence")]
     for pane in panes:
         hear(pane, "ready")
     send(client, live(1))
@@ -73,7 +73,7 @@ def test_a_frame_goes_to_the_page_once(told: list[Any], client: Client) -> None:
 
 def test_the_ghost_gathers_frames_and_goes(told: list[Any], client: Client) -> None:
     with client:
-        pane = SweepPane()
+        pane = Board("sweep")
     pane.ghost(live(1))
     pane.ghost(None)
     pane.ghost(live(3))
@@ -92,7 +92,7 @@ def test_a_client_without_panes_is_left_alone(told: list[Any], client: Client) -
 @pytest.mark.parametrize("given", [0, -1, 1e9, float("nan"), float("inf"), "1.0", None, [1], True])
 def test_speeds_that_no_pane_sends_are_not_believed(client: Client, given: object) -> None:
     with client:
-        pane = SweepPane()
+        pane = Board("sweep")
     speeds: list[float] = []
     pane.on_speed(speeds.append)
     hear(pane, "speed", 0.75)
@@ -103,7 +103,7 @@ def test_speeds_that_no_pane_sends_are_not_believed(client: Client, given: objec
 @pytest.mark.parametrize("given", [-1, 2.5, True, "3", [3]])
 def test_modes_that_no_pane_sends_are_not_believed(client: Client, given: object) -> None:
     with client:
-        pane = TrainPane()
+        pane = Board("train")
     modes: list[int | None] = []
     pane.on_mode(modes.append)
     for index in (3, given, None):

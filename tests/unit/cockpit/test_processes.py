@@ -319,7 +319,7 @@ def test_a_snapshot_restores_the_state_and_its_file_by_a_seal(tmp_path: Path) ->
             assert (other.state, other.unsaved, other.relative_speed) == (session.state, True, 1.5)
             assert other.pinned is not None
             assert dict(other.pinned.overrides) == {"damping.modal": 0.25}
-            await until(lambda: "sharing" in other.pinned_frames)
+            await until(lambda: "sharing" in other.pinned_packed)
             other.set("damping.modal", 0.25, released=True)
             assert not other.unsaved  # as it lies in the file
             (tmp_path / "a.toml").write_text("# another\n")

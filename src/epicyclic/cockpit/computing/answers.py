@@ -386,21 +386,14 @@ def checks_of(train: Train, system: System) -> tuple[ModelCheck, ...]:
             if error.path != "operation.torque":
                 teeth.append(coded("no-tooth-contact", str(error)))
     warnings = [*train.warnings, *teeth, *unheld_warnings(system, compliance_of(system).free)]
-    checks = [_check(text) for text in dict.fromkeys(warnings)]
+    checks = []
+    for text in dict.fromkeys(warnings):
+        code = code_of(text) or ""
+        plain = text.removesuffix(f" [{code}]") if code else str(text)
+        path, cure = _PATH.search(plain), WARNING_CODES[code].cure if code else ""
+        level: Literal["bad", "warn"] = "bad" if code in _FAILS else "warn"
+        checks.append(ModelCheck(level=level, code=code, text=plain, path=path[0] if path else "", cure=cure))
     return tuple(sorted(checks, key=lambda check: check.level != "bad"))
-
-
-def _check(text: CodedText) -> ModelCheck:
-    code = code_of(text) or ""
-    plain = text.removesuffix(f" [{code}]") if code else str(text)
-    path = _PATH.search(plain)
-    return ModelCheck(
-        level="bad" if code in _FAILS else "warn",
-        code=code,
-        text=plain,
-        path=path[0] if path else "",
-        cure=WARNING_CODES[code].cure if code else "",
-    )
 
 
 # A peak above the quietest speed by less than a twentieth is less than loads of a train are known to; from one on the

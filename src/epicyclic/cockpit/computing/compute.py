@@ -143,12 +143,8 @@ class _Parts:
 _newest: tuple[Request, _Model, _Parts] | None = None
 
 
-class _Shown(NamedTuple):
-    """One part as the page takes it: a table, of the modes rows; and arrays by their names within the part."""
-
-    head: Any
-    values: Mapping[str, NDArray[Any]]
-
+_Shown = tuple[Any, Mapping[str, NDArray[Any]]]
+"""One part as the page takes it: a table, of the modes rows; and arrays by their names within the part."""
 
 _NOT_COMPUTED = (ModelError, ConvergenceError, ArithmeticError, np.linalg.LinAlgError)
 
@@ -279,9 +275,9 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
     arrays: Arrays = {}
     if parts.sharing is not None:
         arrays["meshes/load"] = parts.sharing.load
-    for name, part in shown.items():
-        head[name] = part.head
-        arrays |= {f"{name}/{key}": values for key, values in part.values.items()}
+    for name, (table, values) in shown.items():
+        head[name] = table
+        arrays |= {f"{name}/{key}": array for key, array in values.items()}
     head["missing"] = {one.pane: one.text for one in parts.missing}
     head["state"] = {
         **operation_head(model.train, relative_speed=relative_speed),
@@ -320,8 +316,9 @@ def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> 
 def _part_frame(model: _Model, parts: _Parts, name: str) -> PageFrame:
     """A frame of one part, with the answers as they now are."""
     shown = _shown(model, parts)
-    arrays = {f"{name}/{key}": values for key, values in shown[name].values.items()}
-    return _frame(model, name, {name: shown[name].head, **_answers(model, parts, shown)}, arrays)
+    table, values = shown[name]
+    arrays = {f"{name}/{key}": array for key, array in values.items()}
+    return _frame(model, name, {name: table, **_answers(model, parts, shown)}, arrays)
 
 
 def _frame(model: _Model, kind: str, head: Mapping[str, Any], arrays: Arrays) -> PageFrame:
@@ -336,21 +333,21 @@ def _shown(model: _Model, parts: _Parts) -> dict[str, _Shown]:
     shown: dict[str, _Shown] = {}
     if parts.modes is not None:
         rows = parts.modes.rows(model.axis, model.request.relative_speed, len(model.train.planets))
-        shown["modes"] = _Shown(rows, {"frequency": parts.modes.frequency, "shape": parts.modes.shape})
+        shown["modes"] = rows, {"frequency": parts.modes.frequency, "shape": parts.modes.shape}
     if parts.sharing is not None:
-        shown["sharing"] = _Shown(*sharing_head(parts.sharing, parts.twin, model.train, model.meshes))
+        shown["sharing"] = sharing_head(parts.sharing, parts.twin, model.train, model.meshes)
     if parts.errors is not None:
-        shown["errors"] = _Shown(*error_head(parts.errors, model.request.overrides))
+        shown["errors"] = error_head(parts.errors, model.request.overrides)
     if parts.curves is not None and model.axis is not None:
         head, arrays = speed_head(parts.curves, model.axis, parts.modes, list(model.meshes.values()))
         head["operating"] = model.axis[1] * model.request.relative_speed
-        shown["sweep"] = _Shown(head, arrays)
+        shown["sweep"] = head, arrays
     return shown
 
 
 def _answers(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[str, Any]:
     """Answers and checks of a frame: of what is shown, and of the modes the mesh orders that meet them."""
-    told = {name: {**part.head, **part.values} for name, part in shown.items() if name != "modes"}
+    told = {name: {**table, **values} for name, (table, values) in shown.items() if name != "modes"}
     if parts.modes is not None:
         rows, values = shown["modes"]
         more = {"crossings": parts.modes.crossings, "at_rest": parts.modes.at_rest}

@@ -20,7 +20,7 @@ from ...show.series import label
 from ...show.tolerance_labels import scattering_pair
 from ...train.resolution import load
 from ...train.train import Train
-from ..state.frames import Answer, PageFrame, number, per_cent
+from ..state.frames import Answer, PageFrame, force_unit, number, per_cent
 from .answers import estimates_of, halved_tolerance
 
 if TYPE_CHECKING:
@@ -102,9 +102,8 @@ def relief_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -
     mean = result["relieved_error"].transpose("state", "relieved_mesh", "load_factor", "mesh_phase")
     load = int(np.abs(result["load_factor"].values - 1).argmin())
     error = 1e6 * mean.values[:, 0, load]
-    x = np.asarray(result["mesh_phase"].values, dtype=float)
     curves = {"after": error[1] - error[1].mean(), "before": error[0] - error[0].mean()}
-    drawn = lines("mesh cycle [1]", "error about its mean [µm]", x, curves)
+    drawn = lines("mesh cycle [1]", "error about its mean [µm]", result["mesh_phase"].values, curves)
     picked = int(result.attrs["picked"])
     values = [_rounded(str(text)) for text in result["solution_text"].values[picked]]
     names = [_NAMES.get(str(name), str(name)) for name in result["variable"].values]
@@ -154,7 +153,7 @@ def contact_loss_frame(result: xr.Dataset) -> PageFrame:
     peak = result["mesh_force_peak"].transpose("direction", "mesh", "speed").values
     least = result["mesh_force_minimum"].transpose("direction", "mesh", "speed").values
     parted = result["contact_open"].transpose("direction", "mesh", "speed").values.max(axis=1) > 0
-    unit, scale = _force_unit(peak)
+    unit, scale = force_unit(float(np.nanmax(np.abs(peak), initial=0.0)))
     with np.errstate(all="ignore"):
         up, down, low = np.nanmax(peak[0], axis=0), np.nanmax(peak[-1], axis=0), np.nanmin(least[0], axis=0)
     curves = {
@@ -181,20 +180,14 @@ def contact_loss_frame(result: xr.Dataset) -> PageFrame:
     return job_frame("contact_loss", "Teeth that part", text, drawn)
 
 
-def _force_unit(force: Array) -> tuple[str, float]:
-    most = float(np.nanmax(np.abs(force), initial=0.0))
-    return ("kN", 1e-3) if most >= 1e3 else ("N", 1.0)
-
-
 def transient_frame(result: xr.Dataset) -> PageFrame:
     """Forces of all meshes over time."""
-    names = [str(name) for name in result["mesh"].values]
-    words = mesh_words(names)
+    words = mesh_words([str(name) for name in result["mesh"].values])
     force = result["mesh_force"].transpose("mesh", "time").values
-    unit, scale = _force_unit(force)
+    unit, scale = force_unit(float(np.nanmax(np.abs(force), initial=0.0)))
     time = np.asarray(result["time"].values, dtype=float)
     ms, word = (1e3, "ms") if time[-1] < 1 else (1.0, "s")
-    curves = {words[row]: scale * force[row] for row in range(len(names))}
+    curves = dict(zip(words, scale * force, strict=True))
     drawn = lines(f"time [{word}]", f"mesh force [{unit}]", ms * time, curves)
     peak = result["mesh_force_peak"].values
     at = largest(peak)
@@ -202,7 +195,7 @@ def transient_frame(result: xr.Dataset) -> PageFrame:
     text = (
         f"Largest force {number(float(peak[at]) * scale, 4)} {unit} in {words[at]} after "
         f"{number(ms * float(result['mesh_force_peak_time'].values[at]))} {word}; "
-        + (f"{lost} of {len(names)} meshes lose contact." if lost else "no mesh loses contact.")
+        + (f"{lost} of {len(words)} meshes lose contact." if lost else "no mesh loses contact.")
     )
     return job_frame("transient", "Motion over time", text, drawn)
 
@@ -217,14 +210,12 @@ def contact_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) 
     if options.get("show") == "load":
         length = result["load_per_length"].transpose("side", "width", "mesh_phase").values.max(axis=2) / 1e3
         curves = {str(side): length[row] for row, side in enumerate(result["side"].values)}
-        x = np.asarray(result["width"].values, dtype=float)
-        drawn = lines("place along the face [1]", "largest load [N/mm]", x, curves)
+        drawn = lines("place along the face [1]", "largest load [N/mm]", result["width"].values, curves)
     else:
         error = 1e6 * result["loaded_transmission_error"].transpose("mesh_load", "mesh_phase").values
         share = loads / float(result.attrs["force"])
         curves = {f"{100 * share[row]:.0f} % load": error[row] - error[row].mean() for row in range(len(loads))}
-        x = np.asarray(result["mesh_phase"].values, dtype=float)
-        drawn = lines("mesh cycle [1]", "error about its mean [µm]", x, curves)
+        drawn = lines("mesh cycle [1]", "error about its mean [µm]", result["mesh_phase"].values, curves)
     mesh = label(str(result.attrs["mesh"]), stage=len(train.planets) > 1)
     text = (
         f"{mesh} at {number(float(loads[operating]) / 1e3, 4)} kN: "
@@ -236,12 +227,10 @@ def contact_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) 
 
 def stiffness_frame(result: xr.Dataset) -> PageFrame:
     """Mesh stiffness over one mesh cycle, each mesh at its phase."""
-    names = [str(name) for name in result["mesh"].values]
-    words = mesh_words(names)
+    words = mesh_words([str(name) for name in result["mesh"].values])
     history = 1e-9 * result["mesh_stiffness"].transpose("mesh", "mesh_phase").values
-    curves = {words[row]: history[row] for row in range(len(names))}
-    x = np.asarray(result["mesh_phase"].values, dtype=float)
-    drawn = lines("mesh cycle [1]", "mesh stiffness [N/nm]", x, curves)
+    curves = dict(zip(words, history, strict=True))
+    drawn = lines("mesh cycle [1]", "mesh stiffness [N/nm]", result["mesh_phase"].values, curves)
     swing = np.ptp(history, axis=1) / history.mean(axis=1)
     most = largest(swing)
     leads = sorted({f"{float(lead):.3g}" for lead in result["phase_lead"].values}, key=float)
@@ -263,13 +252,10 @@ def sensitivity_frame(result: xr.Dataset) -> PageFrame:
     order = ranked(np.abs(value))[:_MOST]
     paths = [str(path) for path in result["path"].values]
     drawn = bars("per cent per per cent", [_short_path(paths[i]) for i in order], value[order])
-    subject = str(result.attrs.get("subject", ""))
-    text = f"Of {subject}: "
+    text = "no number of the model moves it."
     if len(order):
-        text += f"{_short_path(paths[order[0]])} moves it most, {number(float(value[order[0]]))} % per per cent."
-    else:
-        text += "no number of the model moves it."
-    return job_frame("sensitivity", "Sensitivity", text, drawn)
+        text = f"{_short_path(paths[order[0]])} moves it most, {number(float(value[order[0]]))} % per per cent."
+    return job_frame("sensitivity", "Sensitivity", f"Of {result.attrs.get('subject', '')}: {text}", drawn)
 
 
 def _short_path(path: str) -> str:
@@ -357,8 +343,8 @@ class JobKind:
 
     name, label : of the page.  about : what it does by default, in a sentence.  seconds : on ren2021, about; a train
         of several stages or planets may take minutes.
-    options : name -> what it means; a job refuses others.  verb : that it runs.  defaults : its keywords unless chosen
-        otherwise.  search : those that follow from the train.
+    options : keywords of its verb that may be chosen, and ``show`` of contact (error, load); a job refuses others.
+    verb : that it runs.  defaults : its keywords unless chosen otherwise.  search : those that follow from the train.
     frame : (result, train, chosen options) -> what the page shows.
     """
 
@@ -366,7 +352,7 @@ class JobKind:
     label: str
     about: str
     seconds: float
-    options: Mapping[str, str]
+    options: tuple[str, ...]
     verb: str
     defaults: Mapping[str, Any] = field(default_factory=dict)
     search: Callable[[Train], Mapping[str, Any]] | None = None
@@ -426,13 +412,7 @@ _KINDS = (
         label="Contact and LTE",
         about="Loaded teeth of the first mesh at 50, 100 and 125 % of the operating load.",
         seconds=0.5,
-        options={
-            "mesh": "a mesh or a pair",
-            "loads": "relative to the operating one",
-            "samples": "phases of a mesh cycle",
-            "slices": "along the face",
-            "show": "error: over the mesh cycle; load: along the face",
-        },
+        options=("mesh", "loads", "samples", "slices", "show"),
         verb="contact",
         defaults={"loads": (0.5, 1.0, 1.25)},
         frame=contact_frame,
@@ -442,14 +422,7 @@ _KINDS = (
         label="Relief",
         about="Tip relief with the least transmission error at 75 and 100 % load, 12 candidates, 8 generations.",
         seconds=3,
-        options={
-            "mesh": "a mesh or a pair",
-            "vary": "bounds by key",
-            "objectives": "lte, load, force_rms, force_peak",
-            "loads": "relative to the operating one",
-            "population": "candidates of a generation",
-            "generations": "number of them",
-        },
+        options=("mesh", "vary", "objectives", "loads", "population", "generations"),
         verb="relief",
         defaults={"loads": _LOADS, "population": _POPULATION, "generations": _GENERATIONS},
         search=_relief_search,
@@ -460,7 +433,7 @@ _KINDS = (
         label="Stiffness and phases",
         about="Mesh stiffness of every mesh over one mesh cycle, each with its phase.",
         seconds=0.1,
-        options={"samples": "phases of a mesh cycle"},
+        options=("samples",),
         verb="stiffness",
         frame=lambda result, train, options: stiffness_frame(result),
     ),
@@ -469,7 +442,7 @@ _KINDS = (
         label="Tolerance",
         about="K_gamma of 16384 trains drawn from the tolerances, and the share of each tolerance in its variance.",
         seconds=1,
-        options={"samples": "number of trains", "limit": "K_gamma whose exceedance is counted", "seed": "of the draws"},
+        options=("samples", "limit", "seed"),
         verb="tolerance",
         defaults={"samples": 16_384, "effects": "shares"},
         frame=lambda result, train, options: tolerance_frame(result, train),
@@ -479,12 +452,7 @@ _KINDS = (
         label="Contact loss",
         about="Run-up and coast-down over 60 speeds and the resonances, teeth part and touch again, no shaft orders.",
         seconds=2,
-        options={
-            "points": "number of speeds",
-            "shaft_orders": "whether they count",
-            "start": "lowest speed",
-            "stop": "highest speed",
-        },
+        options=("points", "shaft_orders", "start", "stop"),
         verb="sweep",
         defaults={"contact_loss": True, "points": 60, "shaft_orders": False},
         frame=lambda result, train, options: contact_loss_frame(result),
@@ -494,13 +462,7 @@ _KINDS = (
         label="Transient",
         about="50 mesh cycles from the equilibrium at the operating speed, teeth that part.",
         seconds=1,
-        options={
-            "cycles": "mesh cycles",
-            "start": "mesh frequency at the beginning",
-            "stop": "and at the end",
-            "torque_step": "FACTOR@TIME",
-            "torque_ramp": "time in which the torques grow",
-        },
+        options=("cycles", "start", "stop", "torque_step", "torque_ramp"),
         verb="transient",
         defaults={"cycles": 50.0},
         frame=lambda result, train, options: transient_frame(result),
@@ -510,7 +472,7 @@ _KINDS = (
         label="Sensitivity",
         about="Per cent of the lowest natural frequency per per cent of each number of the model.",
         seconds=2,
-        options={"of": "frequency or force", "mode": "number of the mode", "mesh": "name of the mesh"},
+        options=("of", "mode", "mesh"),
         verb="sensitivity",
         frame=lambda result, train, options: sensitivity_frame(result),
     ),

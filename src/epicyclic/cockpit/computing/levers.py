@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -281,26 +282,19 @@ def figures_of(train: Train) -> Figures:
     """
     system = assemble(train)
     k_gamma = k_turning = float("nan")
-    try:
+    with suppress(ModelError, ConvergenceError):
         k_gamma, k_turning = (largest_known(np.asarray(k)) for k in mean_loads(system)[:2])
-    except (ModelError, ConvergenceError):
-        pass
     frequency = np.zeros(0)
-    try:
+    with suppress(ModelError, np.linalg.LinAlgError):
         squared, _ = mean_modes(linear(system))
         frequency = np.sqrt(squared[squared > 0])[:_MODES] / (2 * np.pi)
-    except (ModelError, np.linalg.LinAlgError):
-        pass
     return Figures(k_gamma, k_turning, frequency)
 
 
 def effect_of(now: Figures, then: Figures, where: str) -> Effect:
     """What a change does; where : the changed value in words."""
     words, size = [], 0.0
-    for name, before, after in (
-        ("K_gamma", now.k_gamma, then.k_gamma),
-        ("K_gamma while turning", now.k_turning, then.k_turning),
-    ):
+    for name, before, after in zip(("K_gamma", "K_gamma while turning"), now[:2], then[:2], strict=True):
         change = after - before
         if np.isfinite(change) and abs(change) > _NONE:
             words.append(f"{name} {before:.3f} → {after:.3f}")

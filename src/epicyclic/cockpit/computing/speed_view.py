@@ -24,7 +24,7 @@ from ...results.ties import largest, ranked
 from ...statics.tangent import linear
 from ...system.system import Array, System, faces
 from ...train.train import Train
-from ..state.frames import SpeedAxis, member_words, number, ordinal
+from ..state.frames import SpeedAxis, force_unit, member_words, number, ordinal
 
 # A list of more modes is read by nobody, and their shapes would be most of the message.
 _MOST = 60
@@ -380,8 +380,7 @@ def speed_head(
     labels : (w,) of the meshes.
     """
     label, operating = axis
-    most = float(np.nanmax(curves.force, initial=0.0))
-    unit, scale = ("kN", 1e-3) if most >= 1e3 else ("N", 1.0)
+    unit, scale = force_unit(float(np.nanmax(curves.force, initial=0.0)))
     alike = Counter(_strong(curves.force).values())
     head = {
         "x_label": label,

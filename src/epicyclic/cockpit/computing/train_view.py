@@ -279,16 +279,8 @@ def _contact(drawn: _Drawing, mesh: Mesh) -> dict[str, Any]:
 _MOST = 12
 # Above 1 a K_gamma this close to it is 1; a share below the second is rounding of it.
 _NONE, _ROUNDING = 1e-9, 1e-6
-_WORDS = {
-    "run_out": "run-out",
-    "position": "position",
-    "bearing_run_out": "bearing run-out",
-    "tilt": "tilt",
-    "profile": "profile",
-    "gap": "gap",
-    "pitch": "pitch",
-    "errors": "turning error",
-}
+# Causes of deviations in words, where these are others.
+_WORDS = {"run_out": "run-out", "bearing_run_out": "bearing run-out", "errors": "turning error"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

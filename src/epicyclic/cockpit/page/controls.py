@@ -243,7 +243,8 @@ def heard(session: Session, element: Element, **callbacks: Callable[..., Any]) -
     session.listen(**{name: within(callback) for name, callback in callbacks.items()})
 
 
-Kind = Literal["train", "sweep", "evidence"]
+# Names of the panes for screen readers; a pane adds what it shows.
+_NAMES = {"train": "Drawing of the train", "sweep": "Mesh forces over speed", "evidence": "Evidence"}
 
 
 class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
@@ -251,13 +252,15 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
 
     Parameters
     ----------
-    kind : which pane.  label : its name for screen readers; a pane adds what it shows.
+    kind : train: its front view and axial section, turning, meshes coloured by load, or a mode shape; sweep: largest
+        mesh forces over speed, peaks named after their modes; evidence: load sharing, what each error costs, or the
+        lines and bars of a job.
     """
 
-    def __init__(self, kind: Kind, *, label: str) -> None:
+    def __init__(self, kind: Literal["train", "sweep", "evidence"]) -> None:
         super().__init__()
         self._props["kind"] = kind
-        self._props["label"] = label
+        self._props["label"] = _NAMES[kind]
         self._sent: dict[str, bytes] = {}
         self._told: dict[str, tuple[Any, ...]] = {}
         self._pinned: list[bytes] = []
@@ -326,27 +329,6 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
             self.run_method("ghost", _text(packed))
         for method, arguments in self._told.items():
             self.run_method(method, *arguments)
-
-
-class TrainPane(Board):
-    """Front view and axial section of the train, turning, its meshes coloured by load, or a mode shape."""
-
-    def __init__(self) -> None:
-        super().__init__("train", label="Drawing of the train")
-
-
-class SweepPane(Board):
-    """Largest mesh forces over speed, peaks named after their modes."""
-
-    def __init__(self) -> None:
-        super().__init__("sweep", label="Mesh forces over speed")
-
-
-class EvidencePane(Board):
-    """Load sharing, what each error costs, or the lines and bars of a job."""
-
-    def __init__(self) -> None:
-        super().__init__("evidence", label="Evidence")
 
 
 # Beyond a hundred times the operating speed nothing is computed: such a number did not come from the pane.

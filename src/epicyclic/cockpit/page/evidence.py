@@ -15,7 +15,7 @@ from ..computing.job_kinds import JOBS
 from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
 from ..state.frames import QUESTIONS
-from .controls import EvidencePane, Words, box, button, hide, prop, refused, send
+from .controls import Board, Words, box, button, hide, prop, refused, send
 
 OPTIONS: Mapping[str, tuple[str, Mapping[str, Mapping[str, int | float | str]]]] = {
     "contact": ("Show", {"transmission error": {}, "load along the face": {"show": "load"}}),
@@ -163,7 +163,7 @@ class JobsList:
         for row, job in zip(self._rows, jobs, strict=False):
             row.follow(job, self._session.rev, shown=newest.get(job.name) is job)
         for row in self._rows[len(jobs) :]:
-            row.end()
+            hide(row.root, True)
 
 
 class _JobRow:
@@ -172,7 +172,7 @@ class _JobRow:
     def __init__(self, session: Session, show: Callable[[str], None]) -> None:
         self._session = session
         self._job: Job | None = None
-        with box("ck-job-row") as self._row:
+        with box("ck-job-row") as self.root:
             self._name = Words("b")
             self._state = Words(classes="ck-pale")
             self._text = Words(classes="ck-answer-text")
@@ -189,10 +189,7 @@ class _JobRow:
         prop(self._text, "title", self._text.text)
         hide(self._cancel, job.ended)
         hide(self._open, job.frame is None or not shown)
-        hide(self._row, False)
-
-    def end(self) -> None:
-        hide(self._row, True)
+        hide(self.root, False)
 
 
 class ModesList:
@@ -222,7 +219,7 @@ class ModesList:
         for row, mode in zip(self._rows, modes, strict=False):
             row.follow(mode, self._chosen_index)
         for row in self._rows[len(modes) :]:
-            row.end()
+            hide(row.root, True)
 
     def chosen(self, index: int | None) -> None:
         """Mark the mode that another pane has chosen."""
@@ -239,28 +236,25 @@ class ModesList:
 class _ModeRow:
     def __init__(self, click: Callable[[int], None]) -> None:
         self._index = -1
-        self._row = box("ck-mode", "button").on("click", lambda _: click(self._index))
-        self._row.props["type"] = "button"
-        with self._row:
+        self.root = box("ck-mode", "button").on("click", lambda _: click(self._index))
+        self.root.props["type"] = "button"
+        with self.root:
             self._number = Words("small")
             self._frequency, self._label, self._met = Words("b"), Words(), Words("i")
 
     def follow(self, mode: Mapping[str, Any], chosen: int | None) -> None:
         self._index = int(mode["index"])
-        prop(self._row, "data-mode", str(self._index))
+        prop(self.root, "data-mode", str(self._index))
         self._number.say(str(self._index))
         self._frequency.say(f"{float(mode['frequency']):.4g}")
         self._label.say(str(mode["label"]))
-        prop(self._row, "title", f"{mode['label']}{': met by ' + str(mode['met_by']) if mode.get('met_by') else ''}")
+        prop(self.root, "title", f"{mode['label']}{': met by ' + str(mode['met_by']) if mode.get('met_by') else ''}")
         self._met.say(str(mode.get("met_by") or "").replace(" mesh order", " order"))
         self.press(chosen)
-        hide(self._row, False)
+        hide(self.root, False)
 
     def press(self, chosen: int | None) -> None:
-        prop(self._row, "aria-pressed", "true" if chosen == self._index else "false")
-
-    def end(self) -> None:
-        hide(self._row, True)
+        prop(self.root, "aria-pressed", "true" if chosen == self._index else "false")
 
 
 # Words of the tabs before those of jobs, and of jobs in the order in which they are asked for; what each is for, beside
@@ -301,7 +295,7 @@ class EvidenceTabs:
             for name, (words, _) in _JOBS.items():
                 self._bars[name] = JobBar(session, name, words, run=self.run, cancel=self.cancel)
             with box("ck-grow") as self._drawn:
-                self.pane = EvidencePane()
+                self.pane = Board("evidence")
             self._list = JobsList(session, show=self.show)
         self.show("sharing")
 
@@ -402,25 +396,22 @@ class AnswersPane:
         if bad == self._told:
             return
         self._told = bad
+        texts, others = bad[:_MOST_CHECKS], len(bad) - _MOST_CHECKS
+        if others > 0:
+            texts.append(f"{others} more checks fail: see the warnings above")
         self._checks.clear()
         with self._checks:
-            for text in bad[:_MOST_CHECKS]:
-                _check(text)
-            if len(bad) > _MOST_CHECKS:
-                _check(f"{len(bad) - _MOST_CHECKS} more checks fail: see the warnings above")
+            for text in texts:
+                with box("ck-answer ck-check") as line:
+                    line.props.update({"data-check": "", "title": text})
+                    Words(text="✗", classes="ck-mark bad").props.update({"aria-label": "fails", "role": "img"})
+                    Words(text=text, classes="ck-answer-text")
 
     def apply(self, values: Mapping[str, Any], label: str) -> None:
         try:
             self._session.apply(values, label)
         except ModelError as error:
             refused(error, "It cannot be applied: ")
-
-
-def _check(text: str) -> None:
-    with box("ck-answer ck-check") as line:
-        line.props.update({"data-check": "", "title": text})
-        Words(text="✗", classes="ck-mark bad").props.update({"aria-label": "fails", "role": "img"})
-        Words(text=text, classes="ck-answer-text")
 
 
 class _Line:

@@ -121,7 +121,9 @@ class TextPanel:
             with ui.row().classes("w-full items-center cockpit-conflict") as self.conflict:
                 ui.label("The model has changed elsewhere since you began to type here.").classes("col")
                 plain_button("Show the model's text", self._take_theirs).tooltip("Yours can be brought back")
-                plain_button("Keep mine", self._keep_mine).tooltip("Apply then replaces the model by your text")
+                plain_button("Keep mine", lambda: self.conflict.set_visibility(False)).tooltip(
+                    "Apply then replaces the model by your text"
+                )
             self.message = ui.label("").classes("w-full text-negative").props('role="alert"')
             self.editor = ui.codemirror(
                 language="TOML", on_change=self._typed, keymap={"Mod-Enter": self._apply}, line_wrapping=False
@@ -206,9 +208,6 @@ class TextPanel:
     def _take_theirs(self) -> None:
         self.kept = self.editor.value
         self._show(self.shown)
-
-    def _keep_mine(self) -> None:
-        self.conflict.set_visibility(False)
 
     def _bring_back(self) -> None:
         if self.kept is not None:
@@ -348,8 +347,7 @@ class FieldsPanel:
         fold(title, build).props("expand-separator").classes("w-full").mark(marker)
 
     async def _build(self, fields: Sequence[Field]) -> None:
-        explained = await asyncio.to_thread(_explained, fields)
-        self._build_rows(fields, explained)
+        self._build_rows(fields, await asyncio.to_thread(_explained, fields))
 
     def _build_rows(
         self, fields: Sequence[Field], explained: Mapping[str, Explanation], *, whole: bool = False
@@ -436,7 +434,10 @@ class _Row:
             control = ui.input(name or None, value=field.text, placeholder=default[:_SHORT])
             control.on("blur", self._left).on("keydown.enter", self._left).on("keydown.esc", self._escape)
             if explained and explained.unit:
-                control.props["suffix"] = "" if field.text or default else _units(explained.unit)
+                # units that a person may type for the first of some SI units
+                first = explained.unit.partition(", ")[0]
+                units = next((kind.spellings for kind in KINDS.values() if kind.unit == first), first)
+                control.props["suffix"] = "" if field.text or default else units
         look = "dense options-dense hide-bottom-space spellcheck=false"
         control.props(f"{look} stack-label" if name else look).classes("col")
         control.mark(f"field-{field.path}")
@@ -499,12 +500,6 @@ class _Row:
         self.tell("")
         self._write(self.shown)
         self.panel.reset(self.path)
-
-
-def _units(unit: str) -> str:
-    """Units that a person may type for the first of some SI units."""
-    first = unit.partition(", ")[0]
-    return next((kind.spellings for kind in KINDS.values() if kind.unit == first), first)
 
 
 def _explained(fields: Sequence[Field]) -> dict[str, Explanation]:

@@ -349,9 +349,8 @@ async def _show(session: Session) -> None:
             plain_button("Pin the present state instead", renew)
             plain_button("Close", dialog.close, main=True)
     try:
-        difference = await session.call(
-            compared_states, request_of(first), request_of(second), (first.name, second.name)
-        )
+        names = first.name, second.name
+        difference = await session.call(compared_states, request_of(first), request_of(second), names)
     except (ModelError, ConvergenceError) as error:
         difference = error
     if outcome.is_deleted:

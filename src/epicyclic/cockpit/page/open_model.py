@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from nicegui import events, ui
@@ -141,6 +142,14 @@ async def _open(session: Session, make: Callable[[], PageState], what: str) -> M
     return None
 
 
+async def _take(session: Session, dialog: ui.dialog, make: Callable[[], PageState], name: str) -> None:
+    """Open a model of a list and close the window, or say why it cannot be."""
+    error = await _open(session, make, f"{name} is open")
+    if error is not None:
+        return refused(error)
+    dialog.close()
+
+
 # ready drives ---------------------------------------------------------------------------------------------------------
 
 
@@ -155,13 +164,7 @@ def _ready_drives(session: Session, dialog: ui.dialog) -> None:
         ui.list().props("dense separator").classes("w-full"),
     ):
         for name, title in titles.items():
-
-            async def take(name: str = name) -> None:
-                error = await _open(session, lambda: opened(name), f"{name} is open")
-                if error is not None:
-                    return refused(error)
-                dialog.close()
-
+            take = partial(_take, session, dialog, partial(opened, name), name)
             with ui.item(on_click=take).mark(f"drive-{name}") as rows[name], ui.item_section():
                 ui.item_label(name)
                 ui.item_label(title).props("caption")
@@ -221,14 +224,7 @@ def _recent(session: Session, dialog: ui.dialog, paths: list[str]) -> None:
     ui.label("Recent").classes("text-subtitle1")
     with ui.list().props("dense").classes("w-full"):
         for path in paths:
-
-            async def take(path: str = path) -> None:
-                error = await _open(session, lambda: _at_path(path), f"{path} is open")
-                if error is not None:
-                    return refused(error)
-                dialog.close()
-
-            with ui.item(on_click=take), ui.item_section():
+            with ui.item(on_click=partial(_take, session, dialog, partial(_at_path, path), path)), ui.item_section():
                 ui.item_label(path)
 
 

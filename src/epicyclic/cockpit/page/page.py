@@ -31,8 +31,7 @@ from ..state.frames import PageFrame
 from ..state.model_file import file_value, written_value
 from ..state.state import PageState, from_fragment, opened
 from .controls import (
-    SweepPane,
-    TrainPane,
+    Board,
     Words,
     box,
     button,
@@ -320,10 +319,10 @@ class _Page:
         )
         with box("ck-box ck-train", "section") as train, box("ck-grow"):
             train.props["aria-label"] = "Train"
-            self._train = TrainPane()
+            self._train = Board("train")
         with box("ck-box ck-sweep", "section") as sweep, box("ck-grow"):
             sweep.props["aria-label"] = "Sweep"
-            self._sweep = SweepPane()
+            self._sweep = Board("sweep")
         self._modes = ModesList(self._train.show_mode)
         self._evidence = EvidenceTabs(session)
         self._empty: Element | None = None

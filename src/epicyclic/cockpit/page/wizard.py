@@ -255,9 +255,15 @@ class _Wizard:
                 with ui.column().classes("q-gutter-none").style("flex: 3; min-width: 0"):
                     self._train_fields()
                     self._load_fields()
-                    self._beside_fields()
+                    words = "Damping, bearings, carrier: by rules unless said here"
+                    with ui.expansion(words).classes("w-full").props("dense"), ui.grid(columns=2).classes("w-full"):
+                        for path in BESIDE:
+                            self._text(path)
                 with ui.column().classes("q-gutter-none").style("flex: 2; min-width: 280px"):
-                    self._outcome()
+                    ui.label("What comes out").classes("text-subtitle2")
+                    self.facts = ui.column().classes("w-full q-gutter-xs").props('aria-live="polite"')
+                    self.message = ui.label("").classes("text-negative").props('role="alert"')
+                    ui.label("A preselection to begin with: no strength rating.").classes("text-caption")
             with ui.row().classes("w-full justify-end items-center"):
                 self.status = ui.label("").classes("col text-caption").props('role="status" aria-live="polite"')
                 plain_button("Start over", self._clear)
@@ -291,26 +297,10 @@ class _Wizard:
             self._text("torque")
         self._text("title").classes("w-full").style("flex: none")
 
-    def _beside_fields(self) -> None:
-        words = "Damping, bearings, carrier: by rules unless said here"
-        with ui.expansion(words).classes("w-full").props("dense"), ui.grid(columns=2).classes("w-full"):
-            for path in BESIDE:
-                self._text(path)
-
-    def _outcome(self) -> None:
-        ui.label("What comes out").classes("text-subtitle2")
-        self.facts = ui.column().classes("w-full q-gutter-xs").props('aria-live="polite"')
-        self.message = ui.label("").classes("text-negative").props('role="alert"')
-        ui.label("A preselection to begin with: no strength rating.").classes("text-caption")
-
     def _text(self, name: str, value: str = "") -> ui.input:
         label, unit = _FIELDS[name]
-        field = ui.input(
-            f"{label} [{unit}]" if unit else label,
-            value=value,
-            placeholder=_PLACEHOLDERS.get(name, ""),
-            on_change=self._ask,
-        )
+        words = f"{label} [{unit}]" if unit else label
+        field = ui.input(words, value=value, placeholder=_PLACEHOLDERS.get(name, ""), on_change=self._ask)
         field.props("dense stack-label hide-bottom-space autocomplete=off spellcheck=false").mark(f"new-{name}")
         field.style("flex: 1 1 7rem; min-width: 7rem")
         field.on("keydown.enter", self._create)
@@ -387,18 +377,18 @@ class _Wizard:
             self._mark(None)
             self.status.set_text(f"Still needed: {', '.join(missing)}")
             return False
-        preview: Preview | None = None
-        problem: ModelError | None = None
+        preview: Preview | ModelError
         try:
             preview = await asyncio.to_thread(preview_of, fields)
         except ModelError as error:
-            problem = error
+            preview = error
         if number != self.asked or self.slot.is_deleted:
             return False
-        self._mark(problem)
-        if preview is None:
+        if isinstance(preview, ModelError):
+            self._mark(preview)
             self.status.set_text("")
             return False
+        self._mark(None)
         self.ready = preview
         self.status.set_text("Ready: a model that runs")
         self.facts.clear()

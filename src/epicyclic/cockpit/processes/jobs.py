@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -385,11 +386,8 @@ class Jobs:
             self._let_end(process, 0.0)
             return
         job._process = process
-        job._channel = Channel(
-            connection,
-            arrived=lambda message: self._arrived(job, message),
-            ended=lambda: self._died(job),
-        )
+        arrived, ended = partial(self._arrived, job), partial(self._died, job)
+        job._channel = Channel(connection, arrived=arrived, ended=ended)
         job._channel.send((work, (job._task, 0 if job.hidden else _NICE)))
 
     def _arrived(self, job: Job, message: tuple[str, Any]) -> None:

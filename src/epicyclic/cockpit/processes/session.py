@@ -40,7 +40,7 @@ class Session:
 
     history : states, undo and redo.  rev : number of the present state; released_rev : of the last one asked for whole.
     frames, packed : the newest of each kind.  failed : head of the newest failed frame, None where the state computes.
-    levers : of the model opened.  pinned, pinned_frames : state A and its frames.  busy : whether something computes.
+    levers : of the model opened.  pinned, pinned_packed : state A and its frames.  busy : whether something computes.
     """
 
     def __init__(self, worker: Worker | None = None) -> None:
@@ -53,7 +53,6 @@ class Session:
         self._levers_of: dict[str, Levers] = {}  # by the text of the model, so that undo brings them back at once
         self.pinned: PageState | None = None
         self._numbers_of_a = 0
-        self.pinned_frames: dict[str, PageFrame] = {}
         self.pinned_packed: dict[str, bytes] = {}
         self.busy = False
         self.closed = False
@@ -164,9 +163,9 @@ class Session:
         ------
         ModelError : no model is open; a value that no model file holds.
         """
-        self.history = self.history.push(
-            with_value(self._present(), path, value), _label(path, value), key or f"drag {path}"
-        )
+        name = ".".join(path.split(".")[-2:])
+        label = f"{name} removed" if value is None else f"{name} = {value}"
+        self.history = self.history.push(with_value(self._present(), path, value), label, key or f"drag {path}")
         if released:
             self.history = self.history.closed()
         self._changed(released=released)
@@ -255,8 +254,8 @@ class Session:
     def pin(self) -> None:
         """Keep the present state as A, with its frames, to compare with. Raises ModelError where no model is open."""
         self._pin(self._present())
-        frames = {kind: frame for kind, frame in self.frames.items() if frame.rev == self.rev}
-        self.pinned_frames, self.pinned_packed = frames, {kind: self.packed[kind] for kind in frames}
+        of_state = [kind for kind, frame in self.frames.items() if frame.rev == self.rev]
+        self.pinned_packed = {kind: self.packed[kind] for kind in of_state}
         self._tell_state()
         if self.busy or self.released_rev != self.rev:
             self._ask_a()  # some of its frames are not there yet
@@ -266,7 +265,7 @@ class Session:
         self._tell_state()
 
     def _pin(self, state: PageState | None) -> None:
-        self.pinned, self.pinned_frames, self.pinned_packed = state, {}, {}
+        self.pinned, self.pinned_packed = state, {}
         self._numbers_of_a += 1
 
     def _ask_a(self) -> None:
@@ -277,7 +276,7 @@ class Session:
     def _deliver_a(self, packed: bytes) -> None:
         frame = unpack(packed)
         if frame.rev == -self._numbers_of_a and frame.kind != "failed" and not self.closed:
-            self.pinned_frames[frame.kind], self.pinned_packed[frame.kind] = frame, packed
+            self.pinned_packed[frame.kind] = packed
 
     # taking away ------------------------------------------------------------------------------------------------------
 
@@ -331,16 +330,13 @@ class Session:
         target = target.expanduser().absolute()
         if target.suffix.lower() != ".toml":
             raise ModelError("is no model file", path="save", given=str(target), allowed="a path that ends in .toml")
-        if not force and state.path is not None and target == state.path:
-            if self.changed_on_disk():
-                problem = "changed on disk since it was opened" if target.exists() else "changed on disk: it is gone"
-                raise ModelError(
-                    problem, path="save", given=str(target), allowed="overwrite it, or save as another one"
-                )
-        elif not force and target.exists():
-            raise ModelError(
-                "is there already", path="save", given=str(target), allowed="overwrite it, or another name"
-            )
+        problem, allowed = "", "overwrite it, or save as another one"
+        if not force and target == state.path and self.changed_on_disk():
+            problem = "changed on disk since it was opened" if target.exists() else "changed on disk: it is gone"
+        elif not force and target != state.path and target.exists():
+            problem, allowed = "is there already", "overwrite it, or another name"
+        if problem:
+            raise ModelError(problem, path="save", given=str(target), allowed=allowed)
         text = await asyncio.to_thread(text_of, state, target.parent)
         await asyncio.to_thread(write_text, target, text)
         self._digests[target] = await asyncio.to_thread(_digest, target)
@@ -434,11 +430,6 @@ class _PageJobs(Jobs):
 def _request(state: PageState, rev: int, kind: Literal["live", "full"]) -> Request:
     source, overrides = request_of(state)
     return Request(rev=rev, kind=kind, source=source, overrides=overrides, relative_speed=state.relative_speed)
-
-
-def _label(path: str, value: object) -> str:
-    name = ".".join(path.split(".")[-2:])
-    return f"{name} = {value}" if value is not None else f"{name} removed"
 
 
 def _digest(path: Path) -> str:

@@ -83,10 +83,8 @@ class Channel:
             self._call(ended)
 
     def _call(self, function: Callable[..., None], *arguments: Any) -> None:
-        try:
+        with suppress(RuntimeError):  # the loop is closed: nobody listens any more
             self._loop.call_soon_threadsafe(function, *arguments)
-        except RuntimeError:
-            pass  # the loop is closed: nobody listens any more
 
 
 _CONTEXT = multiprocessing.get_context("spawn")
@@ -381,9 +379,8 @@ class Worker:
             return
         if self._frames_since and self._next_call():
             return
-        client = next(
-            (client for client in self.clients if client.waiting is not None or client.task is not None), None
-        )
+        asking = (client for client in self.clients if client.waiting is not None or client.task is not None)
+        client = next(asking, None)
         if client is None:
             self._next_call()
             return

@@ -179,6 +179,11 @@ def number(value: float, digits: int = 3) -> str:
     return f"{float(text):.10g}" if "e" in text and 1e-4 <= abs(value) < 1e9 else text
 
 
+def force_unit(largest: float) -> tuple[str, float]:
+    """Unit in which forces up to a largest one [N] are told, and its number per newton."""
+    return ("kN", 1e-3) if largest >= 1e3 else ("N", 1.0)
+
+
 def per_cent(share: float, digits: int = 2) -> str:
     """A share [1] in per cent, to a tenth at most."""
     value = 100 * share

@@ -49,8 +49,7 @@ def text_of(state: PageState, folder: Path | None = None) -> str:
     except ModelError:
         # what is wrong is the model's; its text can be shown, mended and saved all the same
         return _laid_over(state)
-    edited = _edited(state, aim)
-    if edited is not None:
+    if (edited := _edited(state, aim)) is not None:
         return edited
     head = (f"{state.name} with {len(state.overrides)} values changed; written anew, so without its comments.",)
     return commented_text(aim, head=head)
@@ -108,27 +107,21 @@ def _laid_over(state: PageState) -> str:
 
 def _edited(state: PageState, aim: PlainTable) -> str | None:
     """The text with values changed in place until it reads as the aim; None where it does not come to that."""
-    try:
+    with suppress(*_WRONG):  # what an editor cannot do: the document is written anew
         document = tomlkit.parse(state.base)
-        _add_new(document, state)
+        # the overrides whose places the text does not give are written as they are spelled; the others follow
+        spelling = spelling_of(tables_of(state.base, state.name))
+        for path, value in state.overrides.items():
+            keys = split_path(path, path=path)
+            if value is not None and spelling.places_of(keys, value).isdisjoint(spelling.key_of):
+                _put(document, _shortened(document, keys), value)
         for _ in range(_ROUNDS):
             written = tomlkit.dumps(document)
             reading = _document(replace(state, base=written, overrides={}))
             if reading == aim:
                 return written
             _approach(document, tables_of(written), reading, aim)
-    except _WRONG:
-        pass  # what an editor cannot do: the document is written anew
     return None
-
-
-def _add_new(document: Any, state: PageState) -> None:
-    """Write the overrides whose places the text does not give, as they are spelled; the others follow."""
-    spelling = spelling_of(tables_of(state.base, state.name))
-    for path, value in state.overrides.items():
-        keys = split_path(path, path=path)
-        if value is not None and spelling.places_of(keys, value).isdisjoint(spelling.key_of):
-            _put(document, _shortened(document, keys), value)
 
 
 def _approach(document: Any, tables: PlainTable, reading: PlainTable, aim: PlainTable) -> None:

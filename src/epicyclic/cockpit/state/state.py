@@ -405,9 +405,8 @@ class StateHistory:
             file = replace(past.state, path=saved.path, name=saved.name, drive=None, trusted=saved.trusted)
             return replace(past, state=file)
 
-        return StateHistory(
-            now=step(self.now), behind=tuple(map(step, self.behind)), ahead=tuple(map(step, self.ahead))
-        )
+        behind, ahead = tuple(map(step, self.behind)), tuple(map(step, self.ahead))
+        return StateHistory(now=step(self.now), behind=behind, ahead=ahead)
 
 
 def setting(path: str, value: object) -> str:
@@ -496,10 +495,8 @@ def fragment_of(state: PageState) -> str:
 
 def snapshot_text(state: PageState) -> str:
     """The same of any length, for the browser to keep."""
-    content: dict[str, object] = {
-        "name": state.name,
-        "overrides": [[path, one] for path, one in state.overrides.items()],
-    }
+    overrides = [[path, value] for path, value in state.overrides.items()]
+    content: dict[str, object] = {"name": state.name, "overrides": overrides}
     if state.relative_speed != 1.0:
         content["speed"] = state.relative_speed
     content |= {"drive": state.drive} if state.drive is not None else {"base": state.base}
