@@ -132,6 +132,8 @@ def _private_key(file: Path) -> bytes | None:
     return file.read_bytes()
 
 
+# guard ----------------------------------------------------------------------------------------------------------------
+
 # query of a page that the shell has asked for: if it is refused too there is no cookie, and no further reload helps
 MARK = "here"
 # another address, or the browser would repeat the request of the other site; the fragment never reaches the server
@@ -358,6 +360,8 @@ async def _respond(send: Send, status: int, headers: list[tuple[bytes, bytes]], 
     await send({"type": "http.response.start", "status": status, "headers": [*headers, length, *closing]})
     await send({"type": "http.response.body", "body": body})
 
+
+# server ---------------------------------------------------------------------------------------------------------------
 
 PORT = 8765  # 8080 and 8000 are what other development servers take first
 _MORE_PORTS = 20  # tried where the port is taken: as many cockpits at once

@@ -472,6 +472,8 @@ def _check_marks(count: int, name: str) -> None:
         raise ModelError(f"more than {MAX_MARKS} elements", path=name, allowed="a file of one gear unit")
 
 
+# writing --------------------------------------------------------------------------------------------------------------
+
 _ENCODINGS = {
     ".rexs.xml": "xml",
     ".rexs.json": "json",

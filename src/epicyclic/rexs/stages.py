@@ -279,6 +279,8 @@ def _index_of(relations: Iterable[Relation], key: str, value: str) -> _Index:
     return {a: tuple(parts) for a, parts in index.items()}
 
 
+# joints ---------------------------------------------------------------------------------------------------------------
+
 # Stiffness from which on a joint is rigid: "rigid" of the programs is 1e20 N/m and more, real joints stay below 1e13.
 RIGID = 1e16
 _BEARINGS = (
@@ -426,6 +428,8 @@ def rigid_parts(view: View, joints: Iterable[Joint]) -> Parts:
             parts.join([joint.inner, joint.outer])
     return parts
 
+
+# stages ---------------------------------------------------------------------------------------------------------------
 
 _GEARS = ("cylindrical_gear", "ring_gear")
 _MOST_PLANETS = 100  # as many as a model file may have

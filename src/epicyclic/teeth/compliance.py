@@ -426,7 +426,9 @@ def tooth_compliance(gear: GearForm, *, under: Literal["ring", "fit"] = "ring", 
     psi, gamma = shape.flank_angle(radius)
     half, along = radius * np.sin(psi), radius * np.cos(psi)
     crossing = along + half * np.tan(gamma) * (1 if shape.internal else -1)  # of the load and the middle of the tooth
-    section = _critical(shape)
+    # the tooth is clamped in the critical section [iso6336]
+    lean = _LEAN_RING if shape.internal else _LEAN
+    section = int(shape.form + np.searchsorted(shape.slope[shape.form :], lean))
     # on the body of the virtual gear, whose radii have the ratios of those of the gear
     root = ToothRoot(
         circle=float(shape.radius[section]),
@@ -451,12 +453,6 @@ def tooth_compliance(gear: GearForm, *, under: Literal["ring", "fit"] = "ring", 
         thickness=root.thickness,
         warnings=messages,
     )
-
-
-def _critical(shape: Outline) -> int:
-    """Index of the critical section, in which the tooth is clamped [iso6336]."""
-    lean = _LEAN_RING if shape.internal else _LEAN
-    return int(shape.form + np.searchsorted(shape.slope[shape.form :], lean))
 
 
 def _body(

@@ -27,6 +27,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -364,10 +365,10 @@ def solve_hertzian(
     phase : (T,) places of the matrices in `compliance` (P, n, n), which several T may share; None: each its own.
     """
     load, approaches = _load_or_approach(len(gap), load, approach)
-    at_phase = np.arange(len(gap)) if phase is None else phase
-    u, d = _first_estimate(compliance, at_phase, gap, valid, load, approaches, law, start, inverse)
+    problem = _Problem(compliance, np.arange(len(gap)) if phase is None else phase, gap, valid, load, law)
+    u, d = _first_estimate(problem, approaches, start, inverse)
     todo = np.flatnonzero(valid.any(axis=1) & ~(load <= 0))
-    at = _estimate(compliance, at_phase, gap, valid, load, law, u[todo], d[todo], todo)
+    at = _estimate(problem, u[todo], d[todo], todo)
     stalled = np.zeros(len(load), dtype=int)
     for _ in range(_STEPS):
         left = (at.merit > _TOLERANCE) & (stalled[todo] < _STALLED)
@@ -375,7 +376,7 @@ def solve_hertzian(
         if not todo.size:
             break
         before = at.take(left)
-        at = _newton_step(compliance, at_phase, gap, valid, load, law, before, todo)
+        at = _newton_step(problem, before, todo)
         u[todo], d[todo] = at.u, at.d
         slow = (at.merit > _FAR) & (at.merit > _SLOW * before.merit)
         stalled[todo] = np.where(slow, stalled[todo] + 1, 0)
@@ -387,6 +388,17 @@ def solve_hertzian(
     return with_residuals(
         compliance, gap, valid, load, force, d, own=np.where(idle[:, None], 0.0, u), todo=todo, phase=phase
     )
+
+
+class _Problem(NamedTuple):
+    """What `solve_hertzian` is given, the same for all phases: loads (T,) are nan where the approach is given."""
+
+    compliance: Array
+    phase: Index
+    gap: Array
+    valid: Mask
+    load: Array
+    law: Law
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -405,42 +417,38 @@ class _Estimate:
         return _Estimate(**{name: getattr(self, name)[keep] for name in self.__dataclass_fields__})
 
 
-def _estimate(
-    compliance: Array, phase: Index, gap: Array, valid: Mask, load: Array, law: Law, u: Array, d: Array, index: Index
-) -> _Estimate:
+def _estimate(problem: _Problem, u: Array, d: Array, index: Index) -> _Estimate:
     """Residuals of an estimate u (t, n), d (t,) [m] at the phases `index` (t,)."""
-    force, slope = law(u, index)
-    on = valid[index]
+    force, slope = problem.law(u, index)
+    on, gap, wanted = problem.valid[index], problem.gap[index], problem.load[index]
     force, slope = np.where(on, force, 0.0), np.where(on, slope, 0.0)
-    shared = products(compliance, phase[index], force)
-    miss = np.where(on, u + shared + gap[index] - d[:, None], 0.0)
-    wanted = load[index]
+    shared = products(problem.compliance, problem.phase[index], force)
+    miss = np.where(on, u + shared + gap - d[:, None], 0.0)
     held = np.isnan(wanted)
     short = np.where(held, 0.0, wanted - force.sum(axis=1))
-    size = np.maximum(np.abs(d), np.abs(np.where(on, gap[index], 0.0)).max(axis=1))
+    size = np.maximum(np.abs(d), np.abs(np.where(on, gap, 0.0)).max(axis=1))
     merit = np.maximum(
         np.abs(miss).max(axis=1) / np.where(size > 0, size, 1.0), np.abs(short) / np.where(held, 1.0, wanted)
     )
     return _Estimate(u=u, d=d, slope=slope, miss=miss, short=short, merit=merit)
 
 
-def _newton_step(
-    compliance: Array, phase: Index, gap: Array, valid: Mask, load: Array, law: Law, at: _Estimate, index: Index
-) -> _Estimate:
+def _newton_step(problem: _Problem, at: _Estimate, index: Index) -> _Estimate:
     """Estimate after one Newton step, halved until the residual falls."""
+    compliance, phase = problem.compliance, problem.phase[index]
     root = np.sqrt(at.slope)
     right = np.stack([root, root * at.miss], axis=2)
-    unit, miss = np.moveaxis(scaled_solution(compliance, phase[index], root, right), 2, 0)
+    unit, miss = np.moveaxis(scaled_solution(compliance, phase, root, right), 2, 0)
     with np.errstate(invalid="ignore", divide="ignore"):
         dd = (at.short + (root * miss).sum(axis=1)) / (root * unit).sum(axis=1)
-    dd = np.where(np.isnan(load[index]), 0.0, dd)
+    dd = np.where(np.isnan(problem.load[index]), 0.0, dd)
     pressed = root * (unit * dd[:, None] - miss)
-    du = np.where(valid[index], dd[:, None] - at.miss - products(compliance, phase[index], pressed), 0.0)
+    du = np.where(problem.valid[index], dd[:, None] - at.miss - products(compliance, phase, pressed), 0.0)
     factor, waiting = np.ones(len(dd)), np.arange(len(dd))
     for _ in range(_HALVINGS):
         u = at.u[waiting] + factor[waiting, None] * du[waiting]
         d = at.d[waiting] + factor[waiting] * dd[waiting]
-        trial = _estimate(compliance, phase, gap, valid, load, law, u, d, index[waiting])
+        trial = _estimate(problem, u, d, index[waiting])
         accepted = trial.merit <= (1 - 1e-4 * factor[waiting]) * at.merit[waiting]
         if accepted.all() and len(waiting) == len(dd):
             return trial
@@ -449,21 +457,14 @@ def _newton_step(
             break
         factor[waiting] /= 2
     u, d = at.u + factor[:, None] * du, at.d + factor * dd
-    return _estimate(compliance, phase, gap, valid, load, law, u, d, index)
+    return _estimate(problem, u, d, index)
 
 
 def _first_estimate(
-    compliance: Array,
-    phase: Index,
-    gap: Array,
-    valid: Mask,
-    load: Array,
-    d: Array,
-    law: Law,
-    start: Array | None,
-    inverse: Callable[[Array], Array] | None,
+    problem: _Problem, d: Array, start: Array | None, inverse: Callable[[Array], Array] | None
 ) -> tuple[Array, Array]:
     """First estimate u (T, n), d (T,) [m]: linear contact with the secant of an evenly shared load."""
+    compliance, phase, gap, valid, load, law = problem
     held = np.isnan(load)
     # No segment bears more than the whole load.  An estimate beyond the largest approach of the law, where its force
     # no longer rises, is one that no Newton step leaves.

@@ -25,6 +25,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -184,8 +185,14 @@ def loaded_segments(
         return _result(segments, _compiled(segments, stated), tangents)
     solutions: dict[int, ContactSolution] = {}
     solved: list[tuple[Array, Array]] = []
+    model, phases = (segments.compliance, segments.gap, segments.valid), np.arange(len(segments.sigma))
     for i in np.argsort(wanted.max(axis=1), kind="stable").tolist():
-        solutions[i] = _solution(segments, wanted[i], _extrapolated(solved, wanted[i]))
+        if segments.line is None:
+            solutions[i] = solve_linear(*model, wanted[i])
+            continue
+        start = _extrapolated(solved, wanted[i])
+        inverse = partial(segments.own_approach, phases=phases)
+        solutions[i] = solve_hertzian(*model, wanted[i], segments.law, start=start, inverse=inverse)
         solved = [*solved[-1:], (wanted[i], _own_approach(segments, solutions[i]))] if (wanted[i] > 0).all() else []
     return _result(segments, [solutions[i] for i in range(len(wanted))], tangents)
 
@@ -201,17 +208,6 @@ def harmonics(values: Array, count: int) -> NDArray[np.complex128]:
     amplitudes[..., :most] = spectrum[..., :most]
     amplitudes[..., 1:] *= 2
     return amplitudes
-
-
-def _solution(segments: ContactSegments, load: Array, start: Array | None) -> ContactSolution:
-    """Contact at one load (T,) [N]; start : (T, n) own approaches of a near load [m]."""
-    model = (segments.compliance, segments.gap, segments.valid)
-    if segments.line is None:
-        return solve_linear(*model, load)
-    phases = np.arange(len(load))
-    return solve_hertzian(
-        *model, load, segments.law, start=start, inverse=lambda force: segments.own_approach(force, phases)
-    )
 
 
 def _extrapolated(solved: list[tuple[Array, Array]], load: Array) -> Array | None:

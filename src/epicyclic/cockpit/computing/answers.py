@@ -350,6 +350,8 @@ def _no_load(train: Train) -> str:
     return "Not known: the load has no equilibrium in this model."
 
 
+# checks ---------------------------------------------------------------------------------------------------------------
+
 # Codes of trains that cannot be built or do not run; all others are warnings.
 _FAILS = frozenset(
     {
@@ -395,6 +397,8 @@ def checks_of(train: Train, system: System) -> tuple[ModelCheck, ...]:
         checks.append(ModelCheck(level=level, code=code, text=plain, path=path[0] if path else "", cure=cure))
     return tuple(sorted(checks, key=lambda check: check.level != "bad"))
 
+
+# resonances and relief ------------------------------------------------------------------------------------------------
 
 # A peak above the quietest speed by less than a twentieth is less than loads of a train are known to; from one on the
 # force falls to zero once a cycle where the rise is an amplitude: teeth part.  The limits of the verb `modes`.

@@ -275,6 +275,8 @@ def _contact(drawn: _Drawing, mesh: Mesh) -> dict[str, Any]:
     }
 
 
+# load sharing ---------------------------------------------------------------------------------------------------------
+
 # What is shown of a list that nobody reads to its end.
 _MOST = 12
 # Above 1 a K_gamma this close to it is 1; a share below the second is rounding of it.

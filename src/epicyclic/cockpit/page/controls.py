@@ -243,6 +243,8 @@ def heard(session: Session, element: Element, **callbacks: Callable[..., Any]) -
     session.listen(**{name: within(callback) for name, callback in callbacks.items()})
 
 
+# panes ----------------------------------------------------------------------------------------------------------------
+
 # Names of the panes for screen readers; a pane adds what it shows.
 _NAMES = {"train": "Drawing of the train", "sweep": "Mesh forces over speed", "evidence": "Evidence"}
 

@@ -257,6 +257,8 @@ class _ModeRow:
         prop(self.root, "aria-pressed", "true" if chosen == self._index else "false")
 
 
+# tabs -----------------------------------------------------------------------------------------------------------------
+
 # Words of the tabs before those of jobs, and of jobs in the order in which they are asked for; what each is for, beside
 # the pointer.
 _TABS = {
@@ -343,6 +345,8 @@ class EvidenceTabs:
             prop(self._tabs[name], "data-busy", "true" if job is not None and not job.ended else None)
         self._list.follow(self.newest)
 
+
+# answers --------------------------------------------------------------------------------------------------------------
 
 _MARKS = {"good": ("✓", "passes"), "warn": ("!", "look at"), "bad": ("✗", "fails"), "none": ("·", "note")}
 # Failing checks above the answers; the header has all of them.

@@ -35,6 +35,8 @@ from ..state.model_file import (
 from ..state.state import PageState, request_of, with_text
 from .controls import enlarge_button, fold, heard, icon_button, plain_button, sentence
 
+# text -----------------------------------------------------------------------------------------------------------------
+
 _HEADING = re.compile(r"\s*\[{1,2}([^\]]+)\]{1,2}\s*(?:#.*)?$")
 _KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
 _SAID = re.compile(r"\bline (\d+)")
@@ -70,7 +72,7 @@ def _words(path: str) -> tuple[str, ...]:
     return tuple(word for part in path.split(".") if (word := part.strip().strip("\"'").strip()))
 
 
-# [s] after a change elsewhere until the text follows: a drag writes it once, not at every move.
+# [s] after a change elsewhere until text and fields follow, and after a key of the search: a drag writes them once.
 _FOLLOWS = 0.25
 
 
@@ -233,9 +235,10 @@ class TextPanel:
         self._show(text)
 
 
+# fields ---------------------------------------------------------------------------------------------------------------
+
 # Fields that a search shows: more nobody reads, and every one is a control.
 _MOST = 40
-# [s] after a change elsewhere until the fields follow, and after a key of the search: a drag writes them once.
 # Characters of a default beside a field: the rest stands in its explanation.
 _SHORT = 28
 

@@ -303,6 +303,9 @@ def _busy(text: str, work: Callable[[], Awaitable[None]]) -> None:
     turning = plain_button(text, run)
 
 
+# header ---------------------------------------------------------------------------------------------------------------
+
+
 def compare_controls(session: Session) -> None:
     """Buttons that pin the present state as A, unpin it, and open the comparison, where both can change places."""
     with ui.row().classes("items-center no-wrap q-gutter-xs") as root:

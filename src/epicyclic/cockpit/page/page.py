@@ -48,6 +48,8 @@ from .evidence import AnswersPane, EvidenceTabs, ModesList
 from .file_panels import FieldsPanel, TextPanel
 from .header import Header
 
+# levers ---------------------------------------------------------------------------------------------------------------
+
 
 def entry_of(value: object, unit: str, entry: int) -> float | None:
     """Entry from 0 of a value as written, in a unit; 0 of a value that is missing, None of what is no number.
@@ -245,6 +247,9 @@ class LeversColumn:
     def refuse(self, failed: Mapping[str, Any] | None) -> bool:
         """Show a message beside the lever it is about; whether there is one."""
         return any([lever.refuse(failed) for lever in self._levers])
+
+
+# page -----------------------------------------------------------------------------------------------------------------
 
 
 def empty_page(session: Session, header: Header) -> Element:
@@ -445,6 +450,8 @@ class _Page:
         prop(self._root, "data-empty", "true" if is_empty else None)
         prop(self._root, "data-starting", None if begun else "true")
 
+
+# tabs -----------------------------------------------------------------------------------------------------------------
 
 # [s] between two writings: a drag has one, not one for each move
 KEEP_SECONDS = 0.4

@@ -191,6 +191,8 @@ def compared_states(first: Loadable, second: Loadable, names: tuple[str, str]) -
     return {"headings": list(table.columns), "rows": rows, "lead": table.lead, "notes": list(table.notes)}
 
 
+# jobs -----------------------------------------------------------------------------------------------------------------
+
 # Jobs that run at once: the machine has live work too.
 _MOST_AT_ONCE = 2
 # Short work that a person waits for, beside them: levers of a model, a comparison, a file.

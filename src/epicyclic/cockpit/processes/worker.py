@@ -238,6 +238,8 @@ def _begin(function: Callable[..., None], connection: Connection, *arguments: An
     function(connection, *arguments)
 
 
+# the live process -----------------------------------------------------------------------------------------------------
+
 # [s] that one frame may take: the slowest, a sweep with shaft orders of a train of several stages, takes some 20 s on a
 # slow machine; what takes longer would keep every page waiting.
 _LONGEST = 120.0

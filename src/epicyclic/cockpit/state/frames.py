@@ -129,6 +129,8 @@ def _plain(value: object) -> Any:
     raise TypeError(f"{type(value).__name__} in the head of a frame")
 
 
+# words ----------------------------------------------------------------------------------------------------------------
+
 Level = Literal["good", "warn", "bad", "none"]
 
 QUESTIONS: Mapping[str, str] = {

@@ -215,6 +215,8 @@ def _replaced(table: Any, key: str, value: object) -> bool:
     return True
 
 
+# fields ---------------------------------------------------------------------------------------------------------------
+
 Schema = Mapping[str, Any]
 # The version of the format, which nobody sets by hand; tables that say why, not what; tables whose keys are texts of
 # distributions, which no path names.

@@ -336,6 +336,8 @@ def _short(name: str) -> str:
     return plain[:_MOST_NAME] or "model"
 
 
+# history --------------------------------------------------------------------------------------------------------------
+
 # Steps kept: more than anybody takes back, some kB each since the model text is shared.
 _MOST = 300
 
@@ -407,6 +409,9 @@ class StateHistory:
 
         behind, ahead = tuple(map(step, self.behind)), tuple(map(step, self.ahead))
         return StateHistory(now=step(self.now), behind=behind, ahead=ahead)
+
+
+# links ----------------------------------------------------------------------------------------------------------------
 
 
 def setting(path: str, value: object) -> str:
