@@ -20,8 +20,9 @@ from .csv_files import with_files
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import FORMAT, ModelFile, Names, check_names, collect, nearest
 from .shorthand import expand, expand_path
-from .tables import PlainTable, clean, dotted_line, finite_float, leaves, merge, nested, value_at
+from .tables import PlainTable, clean, dotted_line, leaves, merge, nested, value_at
 from .tolerances import check_tolerance, still_toleranced
+from .units import finite_float
 from .validation import bare_numbers, validate
 from .written_numbers import BareNumber
 

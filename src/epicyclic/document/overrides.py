@@ -20,8 +20,8 @@ from typing import Any
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from .schema import SIDES, Names, nearest
-from .tables import REMOVE, PlainTable, clean, dotted_line, finite_float, leaves, nested, split_path, union, value_at
-from .units import KINDS, Bounds, Quantity, read_quantity
+from .tables import REMOVE, PlainTable, clean, dotted_line, leaves, nested, split_path, union, value_at
+from .units import KINDS, Bounds, Quantity, finite_float, read_quantity
 from .writer import quantity_text
 from .written_numbers import is_typed, typed
 

@@ -101,14 +101,6 @@ def _most_points(line: str) -> int:
     return most
 
 
-def finite_float(text: str) -> float:
-    """Return a float of a TOML text, infinity of `inf` alone. Raises OverflowError for a number that is none."""
-    number = float(text)
-    if math.isinf(number) and "inf" not in text:
-        raise OverflowError(f"{text} is too large")
-    return number
-
-
 def split_path(text: str, *, path: str = "") -> tuple[str, ...]:
     """Return the segments of a path; quotes round a segment are dropped.
 

@@ -66,7 +66,7 @@ Width = Callable[[str, StandardGrade, bool], float]
 def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance, ...]:
     """Return the entries of `[tolerance]`.
 
-    document : a Document, or its tables (`Train.document`).  width : of the grades; `train.tolerances` knows the
+    document : a Document, or its tables (`Train.document`).  width : of the grades; `train.resolution` knows the
     sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
     """
     return tuple(_resolved(entry, width) for entry in _ToleranceTable(_tables_of(document)).entries())

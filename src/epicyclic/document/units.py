@@ -16,7 +16,6 @@ from functools import cache
 from typing import Any
 
 from ..errors import ModelError
-from .tables import finite_float
 
 # no \d: to Python it is a digit of any script, to ECMAScript, which JSON Schema follows, an ASCII one
 _BLANK = r"\s*"
@@ -103,6 +102,14 @@ def _one(kind: str, *, inf: bool) -> str:
     if kind == "ratio":
         return f"{numbers}(?:{_BLANK}{unit})?"
     return f"(?:{numbers}{_BLANK}{unit}|{_ZERO}{f'|{_INF}' if inf else ''})"
+
+
+def finite_float(text: str) -> float:
+    """Return a float of a TOML text, infinity of `inf` alone. Raises OverflowError for a number that is none."""
+    number = float(text)
+    if math.isinf(number) and "inf" not in text:
+        raise OverflowError(f"{text} is too large")
+    return number
 
 
 PerPlanet = float | tuple[float, ...]

@@ -17,6 +17,7 @@ from ..document.schema import ModelFile
 from ..errors import ModelError
 from .bodies import DIRECTIONS
 from .centres import shape_stage
+from .deviation_sizes import check_sizes
 from .deviations import deviations_of, misaligned_bodies
 from .kinematics import tones
 from .links import couplings, links_of_bodies, links_of_stage
@@ -26,7 +27,7 @@ from .power import planet_arms, power_flow
 from .stage_bodies import bodies_of_stage, coaxial, frames_of, free_bodies, tilt_groups
 from .stage_checks import body_torques, check_stage, external_loads, gearings_of, gravity_of, kinematics_of, ties_of
 from .stages import plan_stages
-from .tolerances import check_sizes, check_tolerances
+from .tolerances import check_tolerances
 from .train import Damping, Derived, ResolutionLog, Train
 
 _GEAR = (

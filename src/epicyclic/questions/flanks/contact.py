@@ -26,7 +26,7 @@ from ...teeth.path_of_contact import averaging_length, cycle_harmonics, cycle_me
 from ...teeth.root_stress import RootStress, pair_influences, root_stress
 from ...teeth.segments import ContactSegments, with_microgeometry
 from ...train.bodies import Mesh
-from ...train.tolerances import check_contact_errors
+from ...train.deviation_sizes import check_contact_errors
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from .contact_resolution import NO_ERRORS, Resolution, ToothErrors, placed_errors, resolution, sigma_at
