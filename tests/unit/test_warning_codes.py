@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.document.drives import drive_titles
+from epicyclic.document.document import drive_titles
 from epicyclic.warning_codes import WARNING_CODES, code_of, coded, placed
 
 ROOT = Path(__file__).parents[2]

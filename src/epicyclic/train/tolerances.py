@@ -6,11 +6,19 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from ..document.correlation import Correlations, read_correlations
-from ..document.distributions import Distribution, StandardGrade
+from ..document.deviations import Distribution, StandardGrade
 from ..document.document import Document
 from ..document.schema import SIDES, collect
-from ..document.tolerances import Grade, Tolerance, Width, costs, tolerances, tolerances_and_costs
+from ..document.tolerances import (
+    Correlations,
+    Grade,
+    Tolerance,
+    Width,
+    costs,
+    read_correlations,
+    tolerances,
+    tolerances_and_costs,
+)
 from ..errors import ModelError
 from ..teeth.grades import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
 from .bodies import Body, Mesh

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from ..document.schema import nearest
-from ..document.units import Bounds
+from ..document.units import Bounds, stated
 from ..document.writer import quantity_text
-from ..document.written_numbers import stated
 from ..errors import ModelError
 from .preselection import RATIO_LIMIT, Held, ToothCounts, counts_of_ratio, nearest_counts, ratio_of
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.tables import leaves
+from ...document.units import written
 from ...document.writer import quantity_text
-from ...document.written_numbers import written
 from ...teeth.grades import FLANK_GRADES, SIZE_GRADES, run_out_width
 from ...train.bodies import Body
 from ...train.train import Train

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...document.written_numbers import stated
+from ...document.units import stated
 from ...engine.source import Source, train_of
 from ...errors import ModelError
 from ...results.dataset import dataset

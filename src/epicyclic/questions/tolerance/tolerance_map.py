@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...document.correlation import Correlations
-from ...document.tolerances import Tolerance
+from ...document.tolerances import Correlations, Tolerance
 from ...errors import ModelError
 from ...statics.load_map import LawMap, LoadMap, law_map, load_map
 from ...statics.sample_loads import ContactMethod, nominal_signs, sample_loads
