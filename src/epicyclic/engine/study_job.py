@@ -27,8 +27,7 @@ from ..document.units import KINDS, BareNumber, Bounds, Probe, Quantity, bare_in
 from ..document.validation import quantity_at
 from ..errors import ModelError
 from ..input_files import read_text
-from ..train.resolution import load
-from ..train.tolerances import tolerances_of
+from ..train.resolution import load, tolerances_of
 from ..warning_codes import CodedText, coded
 from .sampling import Sampler, SamplingPlan, scramble_uniforms
 

@@ -20,8 +20,7 @@ from ..arguments import checked
 from ..errors import ModelError
 from ..teeth.geometry import HALF, Phase
 from ..teeth.mesh_stiffness import series_in_time
-from ..train.bodies import DIRECTIONS, Link, Mesh
-from ..train.train import Train
+from ..train.train import DIRECTIONS, Link, Mesh, Train
 from .elimination import eliminate
 from .excitation import FullModel, excitation_lines
 from .inertia import (

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from ..teeth.gear_pair import ContactPair
 from ..teeth.path_of_contact import averaging_length, line_windows
 from ..teeth.segments import ContactSegments, RowStations, contact_segments, row_response, row_weights
-from ..train.bodies import MeshSlice
-from ..train.train import Train
+from ..train.train import MeshSlice, Train
 from .flank_laws import ROWS, FaceForce, Index
 from .system import Array
 from .tooth_pairs import axial_offsets, pair_of

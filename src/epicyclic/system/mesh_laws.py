@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.form import PLAIN
-from ..train.bodies import DIRECTIONS, Link, Mesh
-from ..train.train import Train
+from ..train.train import DIRECTIONS, Link, Mesh, Train
 from ..warning_codes import CodedText, coded
 from .flank_laws import LawRows, TabulatedLaw
 from .group_laws import LawGroup

@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..train.bodies import Link, Mesh
-from ..train.train import Train
+from ..train.train import Link, Mesh, Train
 from .system import Array
 
 # Angles and stiffnesses of a drawing carry 1e-12 of rounding; a support anisotropic by less than this is isotropic.

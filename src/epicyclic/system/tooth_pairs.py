@@ -17,8 +17,7 @@ from ..teeth.form import GearForm
 from ..teeth.gear_pair import ContactPair, Torsion, check_pair, drawn_pair
 from ..teeth.loaded_contact import harmonics
 from ..teeth.mesh_stiffness import mesh_phasor, series_in_time, table_series
-from ..train.bodies import Mesh
-from ..train.train import Train
+from ..train.train import Mesh, Train
 from ..warning_codes import CodedText, placed
 from .system import Array, ComplexArray, Line, System
 

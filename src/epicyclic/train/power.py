@@ -37,7 +37,7 @@ from ..teeth.path_of_contact import touches_always
 from .kinematics import Gearing, Kinematics, Tie
 
 if TYPE_CHECKING:
-    from .bodies import Body, Mesh
+    from .train import Body, Mesh
 
 # Power below this share of the input power is rounding of torques that balance.
 _NONE = 1e-9

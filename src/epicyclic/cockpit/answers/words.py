@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.tables import PAIRS, leaves, value_at
-from ...train.bodies import Body
-from ...train.train import Train
+from ...train.train import Body, Train
 
 Level = Literal["good", "warn", "bad", "none"]
 

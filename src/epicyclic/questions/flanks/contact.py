@@ -25,9 +25,8 @@ from ...teeth.loaded_contact import LoadedContact, all_loaded, all_segments, fir
 from ...teeth.path_of_contact import averaging_length, cycle_harmonics, cycle_mean
 from ...teeth.root_stress import RootStress, pair_influences, root_stress
 from ...teeth.segments import ContactSegments, with_microgeometry
-from ...train.bodies import Mesh
-from ...train.deviation_sizes import check_contact_errors
-from ...train.train import Train
+from ...train.deviations import check_contact_errors
+from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
 from .contact_resolution import NO_ERRORS, Resolution, ToothErrors, placed_errors, resolution, sigma_at
 

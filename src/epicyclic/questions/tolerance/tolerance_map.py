@@ -18,8 +18,7 @@ from ...statics.tangent import linear, linear_columns
 from ...system.assembly import assemble
 from ...system.excitation import unit_lines
 from ...system.system import Array, Line, System
-from ...train.resolution import load
-from ...train.tolerances import correlations_of, tolerances_of
+from ...train.resolution import correlations_of, load, tolerances_of
 from ...train.train import Train
 from ...warning_codes import CodedText
 from .drawn_deviations import (
