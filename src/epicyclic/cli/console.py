@@ -20,8 +20,8 @@ import typer
 
 from ..engine.cost import Counted
 from ..errors import ConvergenceError, ModelError
-from ..input_files import as_output, outputs_apart
 from ..results.files import require_writable
+from ..user_input import as_output, outputs_apart
 
 
 def collect_again() -> None:

@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ..errors import ModelError
-from ..input_files import read_bytes, read_text
 from ..rexs.file import is_rexs_name
+from ..user_input import read_bytes, read_text
 from ..warning_codes import CodedText, coded
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import FORMAT, ModelFile, Names, check_names, collect, nearest

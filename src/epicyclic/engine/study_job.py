@@ -26,8 +26,8 @@ from ..document.tables import dotted_line
 from ..document.units import KINDS, BareNumber, Bounds, Probe, Quantity, bare_in, read_quantity, typed
 from ..document.validation import quantity_at
 from ..errors import ModelError
-from ..input_files import read_text
 from ..train.resolution import load, tolerances_of
+from ..user_input import read_text
 from ..warning_codes import CodedText, coded
 from .sampling import Sampler, SamplingPlan, scramble_uniforms
 

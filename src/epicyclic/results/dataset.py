@@ -24,9 +24,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..arguments import checked
 from ..errors import ModelError
-from ..input_files import read_text
+from ..user_input import checked, read_text
 from ..warning_codes import CodedText
 from .files import has_seal, package_version, require_contained, seal, sealed_file, whole_file
 from .variables import OF_KIND, VARIABLES

@@ -20,11 +20,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import checked
 from ..errors import ModelError
 from ..teeth.geometry import HALF, Phase
 from ..teeth.mesh_stiffness import series_in_time
 from ..train.train import DIRECTIONS, Link, Mesh, Train
+from ..user_input import checked
 from .excitation import FullModel, excitation_lines
 from .structure import (
     Structure,

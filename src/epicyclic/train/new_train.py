@@ -12,12 +12,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
-from ..arguments import checked
 from ..document.schema import nearest
 from ..document.units import Bounds, stated
 from ..document.writer import commented_text, quantity_text
 from ..errors import ModelError
 from ..teeth.geometry import overlap_ratio
+from ..user_input import checked
 from .preselection import (
     FEWEST,
     LOAD_FIGURE,

@@ -21,7 +21,6 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..document.deviations import Distribution, StandardGrade
 from ..document.document import Document, read
 from ..document.schema import SIDES, ModelFile, collect
@@ -38,6 +37,7 @@ from ..document.tolerances import (
 from ..errors import ModelError
 from ..teeth import geometry
 from ..teeth.grades import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
+from ..user_input import checked
 from ..warning_codes import coded
 from .centres import StageShape, shape_stage
 from .deviations import check_sizes, deviations_of, misaligned_bodies, module_of
