@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 
 from ..document.validation import words_of
 from ..errors import ModelError
-from ..input_files import read_text
+from ..user_input import read_text
 from .audit_file import Audit, Row, Run, SourceReading, Value, Verdict
 
 AUDITED = ".audit.toml"

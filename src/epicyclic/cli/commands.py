@@ -513,7 +513,7 @@ def systems(
 
 def _file_of(name: str, output: Path | None, *, force: bool, as_json: bool) -> None:
     """Print or copy the model file of a drive."""
-    from ..document.drives import drive_text
+    from ..document.document import drive_text
 
     if as_json:
         raise ModelError("prints names and titles only", path="--json", allowed=f"epicyclic systems {name}, without it")
@@ -531,7 +531,7 @@ def _file_of(name: str, output: Path | None, *, force: bool, as_json: bool) -> N
 
 def _list(*, as_json: bool) -> None:
     """Print names and titles."""
-    from ..document.drives import drive_titles
+    from ..document.document import drive_titles
 
     titles = drive_titles()
     if as_json:

@@ -20,8 +20,8 @@ import typer
 
 from ..engine.cost import Counted
 from ..errors import ConvergenceError, ModelError
-from ..input_files import as_output, outputs_apart
 from ..results.files import require_writable
+from ..user_input import as_output, outputs_apart
 
 
 def collect_again() -> None:
@@ -217,8 +217,7 @@ def write_result(result: Any, path: Path) -> None:
 
         write_report(path, {str(result.attrs["verb"]): result})
     else:
-        from ..results.dataset import save_result
-        from ..results.tables_out import cells_of
+        from ..results.dataset import cells_of, save_result
 
         if kind == ".xlsx" and (cells := cells_of(result)) > _LARGE:
             complain(f"a workbook of {cells} cells takes a while; .nc and .csv are quicker")

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..arguments import checked
 from ..errors import ModelError
+from ..user_input import checked
 from ..warning_codes import CodedText, coded
 from .file import RexsFile
 from .joint_tables import couplings_table, operation_table, tell_gravity

@@ -24,8 +24,7 @@ from ..rexs.members import MATERIAL, Inertia, SolidSection, inertia_of
 from ..system.assembly import assemble
 from ..system.system import faces
 from ..teeth.form import PLAIN, Flank
-from ..train.bodies import Body, GearData, Link, Mesh
-from ..train.train import Train
+from ..train.train import Body, GearData, Link, Mesh, Train
 from .draft import RIGID, Attributes, Draft, GearPart, Key, ShaftPart, in_unit, place
 
 # shafts ---------------------------------------------------------------------------------------------------------------

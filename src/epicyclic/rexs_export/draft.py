@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 
 from ..rexs.file import Attribute, Component, Relation, Value
 from ..rexs.members import Inertia
-from ..train.bodies import Body, GearData
-from ..train.train import Train
+from ..train.train import Body, GearData, Train
 
 Attributes = Mapping[str, tuple[Value, str]]
 # what programs write for rigid, and every reader takes for it [N/m, N mm/rad]

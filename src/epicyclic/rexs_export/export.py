@@ -13,15 +13,14 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ..arguments import checked
 from ..document.tables import leaves
 from ..engine.source import Overrides, Source, train_of
 from ..errors import ModelError
-from ..input_files import as_output, outputs_apart
 from ..results.files import package_version, whole_file
 from ..rexs.file import RexsFile
 from ..rexs.writing import encoding_of, rexs_bytes
 from ..train.train import Train
+from ..user_input import as_output, checked, outputs_apart
 from .components import add_carriers, add_joints, add_loads, add_meshes, add_shafts, gravity_of
 from .draft import Attributes, Draft, Dropped, place
 

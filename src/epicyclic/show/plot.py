@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import checked
 from ..errors import ModelError
+from ..user_input import checked
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

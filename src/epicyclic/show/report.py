@@ -16,8 +16,8 @@ from typing import Any
 import plotly.graph_objects as go
 import xarray as xr
 
-from ..arguments import checked
 from ..results.files import write_text
+from ..user_input import checked
 from .charts.operating_range import operating_range
 from .elements import Drawing, Part, Section, Table
 from .page import Page, finding_list, html_warning, packed, plotly_blob, printed, resource

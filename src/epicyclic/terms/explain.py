@@ -7,10 +7,10 @@ from difflib import get_close_matches
 from functools import cache
 from importlib import resources
 
-from ..arguments import checked
 from ..errors import ModelError
 from ..results.variables import OF_KIND, VARIABLES
 from ..show.plot import FIGURES
+from ..user_input import checked
 from ..verbs.record import help_of, keywords, verbs
 from ..warning_codes import WARNING_CODES
 from .file_paths import Explanation, explained_paths, mended_paths, path_words

@@ -12,8 +12,8 @@ from importlib import resources
 from typing import Any
 
 from ..document.document import ready_drives
-from ..document.json_schema import json_schema
 from ..document.units import KINDS
+from ..document.writer import json_schema
 
 _LABELS = {
     "meaning": "meaning",

@@ -24,8 +24,8 @@ from pkgutil import iter_modules
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, TypeVar, cast, get_args, get_origin
 
-from ..arguments import check_arguments
 from ..errors import ModelError
+from ..user_input import check_arguments
 
 if TYPE_CHECKING:
     from pathlib import Path

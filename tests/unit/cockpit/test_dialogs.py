@@ -29,7 +29,7 @@ from epicyclic.cockpit.processes.jobs import Job, jobs_done
 from epicyclic.cockpit.processes.tasks import compared_states, figure_of
 from epicyclic.cockpit.state.history import from_fragment
 from epicyclic.cockpit.state.state import PageState, from_text, opened, request_of, with_value
-from epicyclic.document.drives import drive_text
+from epicyclic.document.document import drive_text
 from epicyclic.errors import ModelError
 from epicyclic.verbs.record import verbs
 

@@ -11,8 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ...document.tables import leaves
-from ...document.units import factor
-from ...document.written_numbers import written
+from ...document.units import factor, written
 from ...errors import ModelError
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
 from ...questions.response.resonances import BAND

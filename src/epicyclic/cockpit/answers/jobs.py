@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.tables import PlainTable
-from ...document.written_numbers import written
+from ...document.units import written
 from ...errors import ModelError
 from ...results.ties import largest, ranked
 from ...show.series import label

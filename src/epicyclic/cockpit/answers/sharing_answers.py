@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.tables import leaves
+from ...document.units import written
 from ...document.writer import quantity_text
-from ...document.written_numbers import written
 from ...teeth.grades import FLANK_GRADES, SIZE_GRADES, run_out_width
-from ...train.bodies import Body
-from ...train.train import Train
+from ...train.train import Body, Train
 from .words import Answer, Level, listed, number
 
 # Tables whose second key may be left out where the train has one stage.

@@ -9,10 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.shorthand import PAIRS
-from ...document.tables import leaves, value_at
-from ...train.bodies import Body
-from ...train.train import Train
+from ...document.tables import PAIRS, leaves, value_at
+from ...train.train import Body, Train
 
 Level = Literal["good", "warn", "bad", "none"]
 

@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 from ...questions.check.check import drawing
 from ...show.drawing.bodies import Part, faces, parts, turns
 from ...show.drawing.section_layout import BODY, PLATE, SectionLayout, layout_of
-from ...train.bodies import Body, Mesh
-from ...train.train import Train
+from ...train.train import Body, Mesh, Train
 
 # Torques below this part of the largest are rounding of a member that carries none.
 _NONE = 1e-9

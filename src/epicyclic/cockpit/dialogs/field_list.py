@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import Any
 
-from ...document.json_schema import json_schema
 from ...document.overrides import layer_of, parse_setting, replace_alternatives, stepwise
 from ...document.tables import PlainTable, merge, split_path, union, value_at, value_text
+from ...document.writer import json_schema
 from ...errors import ModelError
 from ...terms.file_paths import Explanation, explained_paths
 from ..state.state import PageState, tables_of

@@ -9,8 +9,7 @@ from typing import Any
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
-from ...document.units import factor
-from ...document.written_numbers import Written, written
+from ...document.units import Written, factor, written
 from ...errors import ModelError
 from ..dialogs.controls import Words, box, fold, prop, sentence
 from ..dialogs.field_list import file_value

@@ -11,7 +11,7 @@ from typing import Any
 from nicegui import ui
 from nicegui.element import Element
 
-from ...document.drives import drive_titles
+from ...document.document import drive_titles
 from ..canvas.element import SweepPane, TrainPane, send
 from ..dialogs.controls import Words, box, button, heard, hide, prop, sentence, show_model
 from ..processes.session import Session

@@ -127,8 +127,7 @@ def job_file(path: Path, kind: str) -> bytes:
 
 
 def _content(result: xr.Dataset, kind: str, folder: Path) -> bytes:
-    from ...results.dataset import save_result
-    from ...results.tables_out import save_csv, save_xlsx
+    from ...results.dataset import save_csv, save_result, save_xlsx
 
     with tempfile.TemporaryDirectory(dir=folder) as inner:
         target = Path(inner) / f"result.{kind}"

@@ -8,12 +8,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from ...document.csv_files import is_file_name
-from ...document.document import MAX_BYTES, decoded, file_text, parse_text, ready_drives
-from ...document.drives import drive_text
+from ...document.document import MAX_BYTES, decoded, drive_text, file_text, is_file_name, parse_text, ready_drives
 from ...document.schema import Names, collect
-from ...document.shorthand import expand
-from ...document.tables import PlainTable, clean, nested, split_path, value_at
+from ...document.tables import PlainTable, clean, expand, nested, split_path, value_at
 from ...errors import ModelError
 from ...rexs.file import is_rexs_name
 
@@ -78,7 +75,7 @@ _MOST_NAME = 80
 _MOST_OVERRIDES = 2000
 # Speeds per operating speed that a page shows: no sweep of the package goes beyond.
 _SPEEDS = (1e-3, 100.0)
-# Tables whose entries may name a file of force over deflection (`document.csv_files`).
+# Tables whose entries may name a file of force over deflection (`document.document`).
 _WITH_FORCES = ("stages", "bodies", "couplings")
 
 

@@ -18,7 +18,7 @@ from epicyclic.cockpit.answers.answers import answers_of, checks_of, relief_answ
 from epicyclic.cockpit.answers.sharing_answers import class_six, float_answer
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.state.frames import PageFrame, Request
-from epicyclic.document.drives import drive_text
+from epicyclic.document.document import drive_text
 from epicyclic.questions.check.verbs import check
 from epicyclic.questions.modes.verbs import modes
 from epicyclic.questions.sharing.verbs import sharing
