@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -83,6 +82,8 @@ def _drawn(figure: go.Figure, kind: str, path: str) -> bytes:
 
     A second browser is tried where the first one fails: on a busy machine its answers come in pieces, which are lost.
     """
+    import asyncio
+
     options = {
         "format": kind,
         "width": _WIDTH,
