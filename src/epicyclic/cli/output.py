@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 FILES = (".nc", ".json", ".csv", ".xlsx", ".html")
 """Kinds of files of a result."""
 FORMATS = ".nc, .json, .csv, .xlsx or .html"
-# those of one figure; `show.figure_files`, which is imported with the first of them, has the same
+# those of one figure; `show.plot` has the same
 _FIGURES = (".svg", ".png", ".pdf", ".html")
 
 
@@ -70,7 +70,7 @@ def require_output(
             allowed = f"--figure NAME beside it, of {', '.join(names)}" if names else " or ".join(FILES)
             raise ModelError("is a file of one figure", path="--output", given=str(output), allowed=allowed)
         return target_of(output, (*FILES, *further))
-    from ..show.figure_files import require_figures
+    from ..show.plot import require_figures
 
     for target in _targets(figures, output).values():
         target_of(target, _FIGURES)
@@ -124,8 +124,7 @@ def _write(
     make: Callable[[str], xr.Dataset] | None,
 ) -> None:
     if figures:
-        from ..show.figure_files import write_figure
-        from ..show.plot import plot
+        from ..show.plot import plot, write_figure
 
         for name, target in _targets(figures, output).items():
             further = _company(name, results, make)

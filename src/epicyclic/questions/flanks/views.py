@@ -11,7 +11,7 @@ import numpy as np
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, number
 from ...show.series import by_pair_and_side, engineering, losses_of_pairs, numbers, texts
 from ...show.tables import columns_of
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

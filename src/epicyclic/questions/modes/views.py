@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...results.ties import EQUAL, ranked
 from ...show.elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table
 from ...show.series import engineering, mode_groups, numbers, stage_count, summed_shares, texts, unbroken
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...results.ties import ranked
 from ...show.elements import Company, Drawing, Section, Table, number
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

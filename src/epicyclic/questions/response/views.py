@@ -21,7 +21,7 @@ from ...show.tables import (
     speed_range_of,
     status_table,
 )
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,7 +11,7 @@ from ...results.ties import ranked
 from ...show.elements import Company, Drawing, Section, Table, number
 from ...show.series import stability_verdict
 from ...show.tables import named_columns, status_table
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
-from ...show.series import engineering, texts
-from ...show.tolerance_labels import (
+from ...show.series import (
     DRAWN,
+    engineering,
     micrometres,
     of_definition,
     pair_labels,
@@ -19,8 +19,9 @@ from ...show.tolerance_labels import (
     scattering_pair,
     short_entries,
     system_quantiles,
+    texts,
 )
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

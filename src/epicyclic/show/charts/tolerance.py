@@ -13,17 +13,21 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ..series import Array, compact, engineering, numbers, texts
-from ..tolerance_labels import (
+from ..series import (
     DRAWN,
+    Array,
+    compact,
+    engineering,
     even_bins,
     micrometres,
+    numbers,
     of_definition,
     pair_labels,
     percent,
     scattering_pair,
     short_entries,
     system_quantiles,
+    texts,
 )
 from .style import INK, PALE, PALETTE, WARNING, figure, note, panels, tint
 

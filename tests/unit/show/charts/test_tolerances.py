@@ -18,7 +18,7 @@ from epicyclic.show.charts.tolerance import (
     tolerance_shares,
 )
 from epicyclic.show.elements import Table
-from epicyclic.show.tolerance_labels import even_bins, pair_labels, percent, short_entries
+from epicyclic.show.series import even_bins, pair_labels, percent, short_entries
 from epicyclic.show.views import key_figures_of, tables_of
 
 Datasets = dict[str, xr.Dataset]
