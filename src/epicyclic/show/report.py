@@ -27,7 +27,7 @@ from plotly.offline import get_plotlyjs
 
 from ..arguments import checked
 from ..results.files import write_text
-from .charts.operating_range import operating_range
+from .charts.over_speed import operating_range
 from .charts.style import template
 from .elements import Details, Drawing, FigureText, Finding, Part, Section, Table, number, shown_columns
 from .series import engineering

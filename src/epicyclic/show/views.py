@@ -37,7 +37,7 @@ def tables_of_any(result: xr.Dataset) -> Sequence[Table]:
 
 def sections_of_any(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The first variable with one or two dims over its parameter; all general results share one section."""
-    from .charts.study import drawable, study
+    from .charts.effects import drawable, study
 
     parts = [Drawing(anchor="study", figure=study(result))] if drawable(result) else []
     return [Section(anchor="studies", title="Studies", parts=parts)]

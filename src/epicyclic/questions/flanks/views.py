@@ -239,7 +239,7 @@ def relief_tables(result: xr.Dataset) -> Sequence[Table]:
 
 def relief_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The search, and error, load and force before and after."""
-    from ...show.charts.relief import relief_effect, relief_search
+    from ...show.charts.flanks import relief_effect, relief_search
 
     parts = [
         Drawing(anchor="relief", figure=relief_search(result)),

@@ -41,7 +41,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Growth rates as found, boundaries as averaging predicts them."""
-    from ...show.charts.stability import stability_map, stability_over_speed
+    from ...show.charts.speed_maps import stability_map, stability_over_speed
 
     drawn = stability_map(result) if "value" in result.dims else stability_over_speed(result)
     return [Section(anchor="stability", title="Stability", parts=[Drawing(anchor="stability", figure=drawn)])]
