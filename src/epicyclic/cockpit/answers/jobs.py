@@ -16,8 +16,7 @@ from ...document.tables import PlainTable
 from ...document.units import written
 from ...errors import ModelError
 from ...results.ties import largest, ranked
-from ...show.series import label
-from ...show.tolerance_labels import scattering_pair
+from ...show.series import label, scattering_pair
 from ...train.resolution import load
 from ...train.train import Train
 from ..state.frames import PageFrame

@@ -12,7 +12,7 @@ from ...document.overrides import layer_of, parse_setting, replace_alternatives,
 from ...document.tables import PlainTable, merge, split_path, union, value_at, value_text
 from ...document.writer import json_schema
 from ...errors import ModelError
-from ...terms.file_paths import Explanation, explained_paths
+from ...terms import Explanation, explained_paths
 from ..state.state import PageState, tables_of
 
 Schema = Mapping[str, Any]

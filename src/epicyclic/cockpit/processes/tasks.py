@@ -75,7 +75,7 @@ def _job(
 def _report(model: Loadable, target: Path, *, progress: Progress) -> Result:
     """The report of everything as a file."""
     from ...show.report import write_report
-    from ...verbs.report import report_sections, run_report, side_by_side
+    from ...verbs.record import report_sections, run_report, side_by_side
 
     steps, done = len(report_sections()) + 2, 0
 
