@@ -169,8 +169,7 @@ def open_link(tab: Tab, link: str) -> None:
 
 def long_job(tab: Tab) -> Any:
     """A job of minutes, which runs: contact loss of a train with two mesh frequencies."""
-    from epicyclic.cockpit.state.history import fragment_of
-    from epicyclic.cockpit.state.state import opened
+    from epicyclic.cockpit.state.state import fragment_of, opened
 
     open_link(tab, fragment_of(opened("encased-differential")))
     tab.page.get_by_text("encased-differential").first.wait_for()
@@ -233,8 +232,7 @@ def another_site(link: str) -> Iterator[str]:
 
 
 def test_a_link_followed_on_another_site_reopens_the_state(tab: Tab, cockpit: Cockpit, browser: Any) -> None:
-    from epicyclic.cockpit.state.history import fragment_of
-    from epicyclic.cockpit.state.state import opened, with_value
+    from epicyclic.cockpit.state.state import fragment_of, opened, with_value
 
     state = with_value(opened("lin1999-n4"), "title", "the linked train")
     link = f"{cockpit.origin}/#{fragment_of(state)}"
@@ -256,8 +254,7 @@ def test_a_link_followed_on_another_site_reopens_the_state(tab: Tab, cockpit: Co
 
 
 def test_a_link_put_into_a_tab_loses_nothing(tab: Tab) -> None:
-    from epicyclic.cockpit.state.history import fragment_of
-    from epicyclic.cockpit.state.state import opened, with_value
+    from epicyclic.cockpit.state.state import fragment_of, opened, with_value
 
     first = box(tab).input_value()
     nudge(tab)

@@ -64,7 +64,7 @@ def app(
             raise ModelError(
                 f"needs {' and '.join(missing)}", path="epicyclic app", allowed="pip install 'epicyclic[app]'"
             )
-        from ..cockpit.server.run import serve
+        from ..cockpit.server import serve
 
         serve(model, port=port, browser=browser, tell=_tell)
 

@@ -23,9 +23,9 @@ from .command import Model, Sets, file_name
 from .output import complain, complain_of, on_stdout, parsed_overrides, reported, require_stdout, target_of
 
 if TYPE_CHECKING:
+    from ..rexs.export import RexsExport
     from ..rexs.import_train import RexsImport
-    from ..rexs.view import Entry
-    from ..rexs_export.export import RexsExport
+    from ..rexs.stages import Entry
     from ..train.new_train import NewTrain
 
 _PAIR = re.compile(r'"(\w+)": "([^"]+)"')
@@ -323,8 +323,8 @@ def _import(file: str, load_case: int | None, *, as_json: bool, output: Path | N
         target_of(output, (".toml",))
     require_stdout()
     from ..document.document import read
+    from ..rexs.export import rexs_model_text
     from ..rexs.import_train import read_rexs, traced
-    from ..rexs_export.model_text import rexs_model_text
 
     found = read_rexs(file, load_case=load_case)
     try:
@@ -396,7 +396,7 @@ def export(
 def _export(model: str, output: Path, sets: list[str] | None, *, as_json: bool) -> None:
     target_of(output, SUFFIXES)
     require_stdout()
-    from ..rexs_export.export import write_rexs
+    from ..rexs.export import write_rexs
 
     found = write_rexs(model, output, overrides=parsed_overrides(sets))
     complain(f"written: {output}")

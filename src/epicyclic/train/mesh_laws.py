@@ -122,7 +122,7 @@ def tooth_law(
     ModelError : teeth that cannot be, that interfere, that part between pairs.
     """
     from ..teeth.compliance import tooth_compliance
-    from ..teeth.energy_stiffness import MeshedTeeth, energy_series, interference_warnings, ishikawa_series
+    from ..teeth.gear_pair import MeshedTeeth, energy_series, interference_warnings, ishikawa_series
 
     meshing = shape.meshes[p.name]
     width = meshing.width[side]
@@ -635,8 +635,12 @@ def _table_of_pair(
 ) -> tuple[ContactTable, tuple[CodedText, ...]]:
     """Table of one pair around a normal force [N], and its warnings; kept, because sides and branches share it."""
     from ..teeth.compliance import ToothCompliance
-    from ..teeth.energy_stiffness import MeshedTeeth, interference_warnings  # heavy, and needed by loaded contact alone
-    from ..teeth.gear_pair import check_pair, drawn_pair
+    from ..teeth.gear_pair import (  # heavy, and needed by loaded contact alone
+        MeshedTeeth,
+        check_pair,
+        drawn_pair,
+        interference_warnings,
+    )
     from ..teeth.loaded_contact import contact_table
 
     pair = drawn_pair(teeth, internal=internal, base_helix=base_helix, lean=lean)
