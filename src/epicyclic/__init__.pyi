@@ -37,7 +37,7 @@ from .show.report import write_report as write_report
 from .statics.verbs import static as static
 from .system.assembly import assemble as assemble
 from .system.system import System as System
-from .terms.explain import explain as explain
+from .terms import explain as explain
 from .train.new_train import differential as differential
 from .train.new_train import planetary as planetary
 from .train.new_train import star as star

@@ -27,7 +27,7 @@ from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
 from ..errors import ModelError
-from ..input_files import read_bytes
+from ..user_input import read_bytes
 from .file import (
     MAX_BYTES,
     MAX_DEPTH,

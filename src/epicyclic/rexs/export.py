@@ -16,14 +16,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..arguments import checked
 from ..document.tables import leaves
 from ..document.writer import commented_text
 from ..engine.source import Overrides, Source, train_of
 from ..errors import ModelError
-from ..input_files import as_output, outputs_apart
 from ..results.files import package_version, whole_file
 from ..train.train import Train
+from ..user_input import as_output, checked, outputs_apart
 from .encodings import encoding_of, rexs_bytes
 from .export_components import (
     Attributes,

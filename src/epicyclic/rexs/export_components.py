@@ -22,8 +22,7 @@ from ..questions.sharing.definitions import known_mean_loads
 from ..system.assembly import assemble
 from ..system.system import faces
 from ..teeth.form import PLAIN, Flank
-from ..train.bodies import Body, GearData, Link, Mesh
-from ..train.train import Train
+from ..train.train import Body, GearData, Link, Mesh, Train
 from .file import Attribute, Component, Relation, Value
 from .members import MATERIAL, Inertia, SolidSection, inertia_of
 

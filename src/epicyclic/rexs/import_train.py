@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..arguments import checked
 from ..errors import ModelError
+from ..user_input import checked
 from ..warning_codes import CodedText, coded
 from .encodings import read_rexs_file
 from .file import RexsFile

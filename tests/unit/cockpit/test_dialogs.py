@@ -33,7 +33,7 @@ from epicyclic.cockpit.page.header import (
 from epicyclic.cockpit.page.open_model import open_button, rexs_entries, save_buttons
 from epicyclic.cockpit.processes.jobs import Job, compared_states, figure_of, jobs_done
 from epicyclic.cockpit.state.state import PageState, from_fragment, from_text, opened, request_of, with_value
-from epicyclic.document.drives import drive_text
+from epicyclic.document.document import drive_text
 from epicyclic.errors import ModelError
 from epicyclic.verbs.record import verbs
 

@@ -13,7 +13,7 @@ from tests.unit.cockpit.visit import seen, until, visit
 
 from epicyclic.cockpit.page.file_panels import TextPanel, line_of, line_of_error
 from epicyclic.cockpit.state.state import from_text, opened
-from epicyclic.document.drives import drive_text
+from epicyclic.document.document import drive_text
 
 TEXT = """format = 2
 [stages.main]  # with a comment

@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.tables import leaves
-from ...document.units import factor
+from ...document.units import factor, written
 from ...document.writer import quantity_text
-from ...document.written_numbers import written
 from ...errors import ModelError
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
 from ...questions.response.resonances import BAND
@@ -28,8 +27,7 @@ from ...statics.unheld import unheld_warnings
 from ...system.system import System
 from ...system.tooth_pairs import mean_force, pair_of, tooth_warnings
 from ...teeth.geometry import FLANK_GRADES, SIZE_GRADES, run_out_width
-from ...train.bodies import Body
-from ...train.train import Train
+from ...train.train import Body, Train
 from ...warning_codes import WARNING_CODES, CodedText, code_of, coded
 from ..state.frames import Answer, Level, listed, number, per_cent
 

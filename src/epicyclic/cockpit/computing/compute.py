@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.drives import drive_text
+from ...document.document import drive_text
 from ...errors import ConvergenceError, ModelError
 from ...machine_code import numba_available
 from ...questions.sharing.definitions import require_speed

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.tables import PlainTable
-from ...document.written_numbers import written
+from ...document.units import written
 from ...errors import ModelError
 from ...results.ties import largest, ranked
-from ...show.series import label
-from ...show.tolerance_labels import scattering_pair
+from ...show.series import label, scattering_pair
 from ...train.resolution import load
 from ...train.train import Train
 from ..state.frames import Answer, PageFrame, force_unit, number, per_cent

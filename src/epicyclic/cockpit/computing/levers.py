@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from ...document.document import file_text, parse_text
 from ...document.tables import PlainTable, leaves, split_path, value_at
-from ...document.units import factor
-from ...document.written_numbers import Written, written
+from ...document.units import Written, factor, written
 from ...errors import ConvergenceError, ModelError
 from ...questions.modes.basis import mean_modes
 from ...results.ties import largest

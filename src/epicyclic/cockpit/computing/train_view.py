@@ -27,8 +27,7 @@ from ...statics.tangent import linear
 from ...system.assembly import assemble
 from ...system.excitation import unit_lines
 from ...system.system import Array, System
-from ...train.bodies import Body, Mesh
-from ...train.train import Displacement, MeshError, Train
+from ...train.train import Body, Displacement, Mesh, MeshError, Train
 from ..state.frames import as_overridden, largest_known, member_words, number
 
 # Torques below this part of the largest are rounding of a member that carries none.

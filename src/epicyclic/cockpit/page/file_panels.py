@@ -17,7 +17,7 @@ from nicegui import background_tasks, ui
 from ...document.tables import PlainTable
 from ...document.units import KINDS
 from ...errors import ModelError
-from ...terms.file_paths import Explanation
+from ...terms import Explanation
 from ...train.resolution import load
 from ..processes.session import Session
 from ..state.model_file import (

@@ -12,8 +12,7 @@ from pathlib import Path
 
 from nicegui import events, ui
 
-from ...document.document import MAX_BYTES
-from ...document.drives import drive_titles
+from ...document.document import MAX_BYTES, drive_titles
 from ...errors import ModelError
 from ...rexs.file import is_rexs_name
 from ..processes.session import Session

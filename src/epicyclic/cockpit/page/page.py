@@ -21,9 +21,8 @@ from nicegui import Client, background_tasks, ui
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
-from ...document.drives import drive_titles
-from ...document.units import factor
-from ...document.written_numbers import Written, written
+from ...document.document import drive_titles
+from ...document.units import Written, factor, written
 from ...errors import ModelError
 from ..processes.session import Session
 from ..processes.worker import start_worker, stop_worker

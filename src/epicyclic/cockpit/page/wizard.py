@@ -13,9 +13,8 @@ from nicegui import background_tasks, ui
 from ...document.tables import PlainTable, value_at
 from ...document.writer import commented_text
 from ...errors import ModelError
-from ...train.new_train import new_train
+from ...train.new_train import HELD, KINDS, MEMBERS, new_train
 from ...train.resolution import load
-from ...train.wishes import HELD, KINDS, MEMBERS
 from ..processes.session import Session
 from ..state.state import from_text
 from .controls import plain_button, refused, safe_name, sentence, show_model, window

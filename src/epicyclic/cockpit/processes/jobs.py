@@ -87,7 +87,7 @@ def _job(
 def _report(model: Loadable, target: Path, *, progress: Progress) -> Result:
     """The report of everything as a file."""
     from ...show.report import write_report
-    from ...verbs.report import report_sections, run_report, side_by_side
+    from ...verbs.record import report_sections, run_report, side_by_side
 
     steps, done = len(report_sections()) + 2, 0
 
@@ -139,8 +139,7 @@ def job_file(path: Path, kind: str) -> bytes:
 
 
 def _content(result: xr.Dataset, kind: str, folder: Path) -> bytes:
-    from ...results.dataset import save_result
-    from ...results.tables_out import save_csv, save_xlsx
+    from ...results.dataset import save_csv, save_result, save_xlsx
 
     with tempfile.TemporaryDirectory(dir=folder) as inner:
         target = Path(inner) / f"result.{kind}"

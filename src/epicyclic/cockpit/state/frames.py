@@ -22,11 +22,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.shorthand import PAIRS
-from ...document.tables import PlainTable, leaves, value_at
+from ...document.tables import PAIRS, PlainTable, leaves, value_at
 from ...errors import ModelError
-from ...train.bodies import Body
-from ...train.train import Train
+from ...train.train import Body, Train
 
 Numbers = NDArray[np.float32]
 _LENGTH = struct.Struct("<I")

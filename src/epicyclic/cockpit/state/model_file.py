@@ -14,12 +14,11 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
 from ...document.document import read
-from ...document.json_schema import json_schema
 from ...document.overrides import layer_of, parse_setting, replace_alternatives, stepwise
 from ...document.tables import PlainTable, merge, split_path, union, value_at, value_text
-from ...document.writer import commented_text
+from ...document.writer import commented_text, json_schema
 from ...errors import ModelError
-from ...terms.file_paths import Explanation, explained_paths
+from ...terms import Explanation, explained_paths
 from .state import Keys, PageState, keyed, request_of, spelling_of, tables_of
 
 # Rounds of writing what still differs from the aim: the first writes the overrides, the second what follows from them

@@ -21,13 +21,10 @@ from pathlib import Path
 from pprint import pformat
 from typing import Any, NamedTuple
 
-from ...document.csv_files import is_file_name
-from ...document.document import MAX_BYTES, decoded, file_text, parse_text, ready_drives
-from ...document.drives import drive_text
+from ...document.document import MAX_BYTES, decoded, drive_text, file_text, is_file_name, parse_text, ready_drives
 from ...document.overrides import parse_setting
 from ...document.schema import Names, collect
-from ...document.shorthand import expand
-from ...document.tables import PlainTable, clean, nested, split_path, value_at, value_text
+from ...document.tables import PlainTable, clean, expand, nested, split_path, value_at, value_text
 from ...errors import ModelError
 from ...rexs.file import is_rexs_name
 

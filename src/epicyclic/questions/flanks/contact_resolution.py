@@ -18,14 +18,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.units import Bounds
-from ...document.written_numbers import stated
+from ...document.units import Bounds, stated
 from ...errors import ModelError
 from ...teeth.gear_pair import ContactPair, MeshWave, uniform_along_face
 from ...teeth.loaded_contact import all_loaded, all_segments, loaded_contact
 from ...teeth.path_of_contact import corner_phases, graded_phases
-from ...train.bodies import Mesh
-from ...train.train import Train
+from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
 
 Array = NDArray[np.float64]

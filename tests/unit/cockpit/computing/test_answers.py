@@ -17,7 +17,7 @@ from epicyclic.cockpit.computing import answers
 from epicyclic.cockpit.computing.answers import answers_of, checks_of, class_six, float_answer, relief_answer
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.state.frames import PageFrame, Request
-from epicyclic.document.drives import drive_text
+from epicyclic.document.document import drive_text
 from epicyclic.questions.check.verbs import check
 from epicyclic.questions.modes.verbs import modes
 from epicyclic.questions.sharing.verbs import sharing

@@ -12,7 +12,7 @@ import pytest
 from epicyclic.cockpit.computing import answers
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.state.frames import Request
-from epicyclic.document.drives import drive_text
+from epicyclic.document.document import drive_text
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import pytest
 from epicyclic.cockpit.computing.answers import halved_text, halved_tolerance
 from epicyclic.cockpit.computing.job_kinds import JOBS, tolerance_shares
 from epicyclic.cockpit.state.frames import PageFrame, pack, unpack
-from epicyclic.document.drives import drive_text
+from epicyclic.document.document import drive_text
 from epicyclic.errors import ModelError
 from epicyclic.questions.check.verbs import check
 from epicyclic.questions.flanks.verbs import contact

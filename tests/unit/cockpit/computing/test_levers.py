@@ -11,8 +11,7 @@ from epicyclic.cockpit.computing import levers
 from epicyclic.cockpit.computing.levers import Lever, levers_of
 from epicyclic.cockpit.page.page import entry_of, with_entry
 from epicyclic.cockpit.state.state import opened, request_of, with_value
-from epicyclic.document.document import ready_drives
-from epicyclic.document.drives import drive_text
+from epicyclic.document.document import drive_text, ready_drives
 from epicyclic.document.units import factor
 from epicyclic.errors import ModelError
 from epicyclic.questions.sharing.verbs import sharing
