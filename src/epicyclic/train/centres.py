@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from ..errors import ModelError
 from ..teeth import geometry
 from ..teeth.geometry import Angle, Phase
-from ..warning_codes import coded
 from .gears import (
     GivenLength,
     Teeth,
@@ -212,9 +211,7 @@ def _mesh_shape(
     log.note(f"{p.path}.contact_ratio", ratio, "", "geometry")
     log.note(f"{p.path}.overlap_ratio", overlap, "", "geometry")
     if ratio < 1.0:
-        log.warn(
-            coded("contact-ratio-below-one", f"{p.path}: contact ratio {ratio:.3f} < 1, the teeth do not keep contact")
-        )
+        log.coded("contact-ratio-below-one", f"{p.path}: contact ratio {ratio:.3f} < 1, the teeth do not keep contact")
     return MeshShape(
         working_angle=angle,
         tooth_angle=tooth_angle,

@@ -31,7 +31,6 @@ from ..document.schema import SIDES, ModelFile
 from ..document.tables import value_at
 from ..errors import ModelError
 from ..teeth.grades import pitch_lines, profile_amplitude, random_phases, tooth_phase
-from ..warning_codes import coded
 from .kinematics import Kinematics
 from .stage_bodies import link_row
 from .stages import Level, Levels, stated, subtables
@@ -152,10 +151,8 @@ def deviations_of(
     _check_bodies(model, bodies)
     if effects.left_out:
         names = ", ".join(dict.fromkeys(effects.left_out))
-        log.warn(
-            coded(
-                "deviation-without-speed", f"no speed is given (operation.speed): left out, because they turn: {names}"
-            )
+        log.coded(
+            "deviation-without-speed", f"no speed is given (operation.speed): left out, because they turn: {names}"
         )
     return effects
 
@@ -213,10 +210,8 @@ def _run_out(scope: DeviationScope, body: Body, path: str, table: DisplacementTa
         return
     pins = scope.pins(body)
     if not pins:
-        scope.log.warn(
-            coded(
-                "deviation-without-effect", f"{path}: {body.name} has neither teeth nor pins, its run-out moves nothing"
-            )
+        scope.log.coded(
+            "deviation-without-effect", f"{path}: {body.name} has neither teeth nor pins, its run-out moves nothing"
         )
         return
     _displace(scope, body, path, table, cause="run_out", rows="own", links=pins, frequency=Fraction(0))
@@ -294,11 +289,9 @@ def _warn_unheld(
     for value, directions in zip(components, ((first, first + 1), (first + 2,)), strict=True):
         if value and not any(row[i] for row in rows for i in directions):
             names = " and ".join(DIRECTIONS[i] for i in directions)
-            scope.log.warn(
-                coded(
-                    "deviation-without-effect",
-                    f"{path} has no effect: no support or bearing holds {body.member} in {names}",
-                )
+            scope.log.coded(
+                "deviation-without-effect",
+                f"{path} has no effect: no support or bearing holds {body.member} in {names}",
             )
 
 
@@ -596,7 +589,7 @@ def _check(path: str, size: float, module: float, data: Mapping[str, Any], log: 
         )
     if size > _DOUBTFUL * module:
         more = f"{words} more than a tenth of a module ({_millimetres(module)}); is the unit right?"
-        log.warn(coded("deviation-large", f"{path} = {_written(data, path, size)}: {more}"))
+        log.coded("deviation-large", f"{path} = {_written(data, path, size)}: {more}")
 
 
 def check_contact_errors(

@@ -13,7 +13,6 @@ from typing import NamedTuple
 from ..document.writer import quantity_text
 from ..errors import ModelError
 from ..teeth import geometry
-from ..warning_codes import coded
 from .stages import GearPair, Plan, origin_of, sides_of, stated, stated_value
 from .train import GearData, ResolutionLog, same
 
@@ -116,22 +115,18 @@ def _scaled_to_teeth(plan: Plan, by_teeth: Mapping[str, float], from_module: boo
     rounded = all(value <= ROUNDED_RADIUS for value in share.values())
     for name, radius in missed.items():
         if (from_module and share[name] > FAR_RADIUS) or (plan.loaded and share[name] > ROUNDED_RADIUS):
-            log.warn(
-                coded(
-                    "base-radius-far",
-                    f"{plan.member_path(name)}.base_radius = {radius * 1e3:.4g} mm is far from teeth and module, "
-                    f"which give {by_teeth[name] * 1e3:.4g} mm",
-                )
+            log.coded(
+                "base-radius-far",
+                f"{plan.member_path(name)}.base_radius = {radius * 1e3:.4g} mm is far from teeth and module, "
+                f"which give {by_teeth[name] * 1e3:.4g} mm",
             )
     if not plan.loaded or not missed or not rounded:
         return set()
     texts = [f"{name} {radius * 1e3:.6g} to {by_teeth[name] * 1e3:.6g} mm" for name, radius in missed.items()]
-    log.warn(
-        coded(
-            "base-radius-scaled",
-            f"{plan.path}: base radii are scaled to the ratios of the teeth, without which no torque balances: "
-            f"{', '.join(texts)}",
-        )
+    log.coded(
+        "base-radius-scaled",
+        f"{plan.path}: base radii are scaled to the ratios of the teeth, without which no torque balances: "
+        f"{', '.join(texts)}",
     )
     return set(missed)
 
@@ -399,12 +394,10 @@ def _first(stated: Sequence[tuple[str, float | None]], log: ResolutionLog) -> Gi
     given = [GivenLength(path, value) for path, value in stated if value is not None]
     for path, value in given[1:]:
         if not same(value, given[0].value, 1e-6):
-            log.warn(
-                coded(
-                    "centre-distances-differ",
-                    f"centre distances differ: {given[0].path} {given[0].value * 1e3:.6g} mm, "
-                    f"{path} {value * 1e3:.6g} mm; the first one counts",
-                )
+            log.coded(
+                "centre-distances-differ",
+                f"centre distances differ: {given[0].path} {given[0].value * 1e3:.6g} mm, "
+                f"{path} {value * 1e3:.6g} mm; the first one counts",
             )
     return given[0] if given else None
 

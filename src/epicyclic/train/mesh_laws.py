@@ -184,7 +184,7 @@ def tooth_pair(
                 stating = stated(subtables(plan.levels(gear, side), "flank"), key)
                 path = ".".join([stating.path if stating else key, *within])
                 words = f"more than a tenth of a module ({a.module * 1e3:.4g} mm); is the unit right?"
-                log.warn(coded("modification-large", f"{path} = {size * 1e3:.4g} mm is {words}"))
+                log.coded("modification-large", f"{path} = {size * 1e3:.4g} mm is {words}")
     return teeth
 
 
@@ -452,12 +452,10 @@ def _check_range(
         per_width = value * math.cos(shape.teeth[p.a].base_helix) ** 2 / width
         if not least <= per_width <= most:
             kind = "steel teeth" if steel else "teeth of these materials"
-            log.warn(
-                coded(
-                    "stiffness-unusual",
-                    f"{p.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, {kind} have "
-                    f"{least / 1e9:.3g} .. {most / 1e9:.3g}",
-                )
+            log.coded(
+                "stiffness-unusual",
+                f"{p.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, {kind} have "
+                f"{least / 1e9:.3g} .. {most / 1e9:.3g}",
             )
 
 
@@ -565,12 +563,10 @@ def _given_law(
     tangent = "table, along the tooth normal" if transverse else "table"
     log.note(f"{statement.path}.tangent", table.stiffness, "N/m", tangent)
     if load > table.last:
-        log.warn(
-            coded(
-                "table-exceeded",
-                f"{statement.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N "
-                "along the normal; there the law goes on along its last tangent",
-            )
+        log.coded(
+            "table-exceeded",
+            f"{statement.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N "
+            "along the normal; there the law goes on along its last tangent",
         )
     _check_range(shape, p, shape.meshes[p.name].width[side], (table.stiffness,), model, log)
     return MeshLaw(

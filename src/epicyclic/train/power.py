@@ -139,7 +139,7 @@ def _watts(torque: float, speed: Fraction) -> float:
 
 def _on_a(g: Gearing, on_b: float) -> float:
     """Torque of a pair on its member a [N m] from that on b: the forces are opposite, the pitch velocities equal."""
-    return on_b * g.teeth_a / _teeth_b(g)
+    return on_b * g.teeth_a / g.signed_b
 
 
 def _central_moments(
@@ -400,7 +400,7 @@ class _Balance:
         ends = tuple(name for name in following if name not in kept)
         speed = kinematics.speed or {}
         inner = [
-            *((kinematics.mesh_torque or {})[g.pair] / _teeth_b(g) for g in kinematics.gearings),
+            *((kinematics.mesh_torque or {})[g.pair] / g.signed_b for g in kinematics.gearings),
             *(-(kinematics.tie_torque or {})[tie.name] for tie in kinematics.ties),
         ]
         return cls(
@@ -417,7 +417,7 @@ class _Balance:
 
     def rolled(self, found: Array) -> Array:
         """Rolling power into b of every pair (p,) [W]."""
-        teeth = np.array([_teeth_b(g) for g in self.kinematics.gearings])
+        teeth = np.array([g.signed_b for g in self.kinematics.gearings])
         per_tooth = found[len(self.ends) : len(self.ends) + len(teeth)]
         return np.asarray(per_tooth * teeth * self.relative)
 
@@ -453,7 +453,7 @@ class _Balance:
                 driver={1: g.a, -1: g.b, 0: ""}[sign],
                 rolling=rolling,
                 loss=float(self.share[i]) * rolling,
-                torque=float(found[len(self.ends) + i]) * _teeth_b(g),
+                torque=float(found[len(self.ends) + i]) * g.signed_b,
             )
         rank = np.linalg.matrix_rank(_lossless_columns(self.kinematics, self.members, self.ends), tol=1e-9)
         return LossyFlow(
@@ -476,7 +476,7 @@ def _columns(
     index = {name: i for i, name in enumerate(members)}
     columns: list[dict[str, float]] = [{name: 1.0} for name in ends]
     for g, sign, lost in zip(kinematics.gearings, directions, share, strict=True):
-        on_a, on_b = g.teeth_a * (1 - lost) ** -sign, float(_teeth_b(g))
+        on_a, on_b = g.teeth_a * (1 - lost) ** -sign, float(g.signed_b)
         column = {g.a: on_a, g.b: on_b}
         if g.carrier is not None:
             column[g.carrier] = column.get(g.carrier, 0.0) - on_a - on_b
@@ -494,11 +494,6 @@ def _lossless_columns(kinematics: Kinematics, members: Sequence[str], ends: Sequ
     count = len(kinematics.gearings)
     matrix = _columns(kinematics, members, ends, (0,) * count, np.zeros(count))
     return np.asarray(matrix / np.abs(matrix).max(axis=0))
-
-
-def _teeth_b(g: Gearing) -> int:
-    """Teeth of b, negative of a ring: torques on a and b are in the ratio of teeth_a to this."""
-    return -g.teeth_b if g.internal else g.teeth_b
 
 
 def _relative(kinematics: Kinematics) -> Array:

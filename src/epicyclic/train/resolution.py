@@ -38,7 +38,6 @@ from ..errors import ModelError
 from ..teeth import geometry
 from ..teeth.grades import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
 from ..user_input import checked
-from ..warning_codes import coded
 from .centres import StageShape, shape_stage
 from .deviations import check_sizes, deviations_of, misaligned_bodies, module_of
 from .gears import half_station, width_of
@@ -79,7 +78,7 @@ def check_stage(shape: StageShape, log: ResolutionLog) -> None:
 def _complain(problem: str, path: str, given: bool, log: ResolutionLog, *, code: str, value: str, allowed: str) -> None:
     """Raise ModelError, or warn where stated radii allow what teeth and module do not."""
     if given:
-        log.warn(coded(code, f"{path}: {problem} ({value})"))
+        log.coded(code, f"{path}: {problem} ({value})")
     else:
         raise ModelError(problem, path=path, given=value, allowed=allowed)
 
@@ -100,9 +99,7 @@ def _check_ring(shape: StageShape, p: GearPair, given: bool, log: ResolutionLog)
             f"it is {ring.root_radius * 1e3:.4g} mm",
         )
     elif room < 0:
-        log.warn(
-            coded("tips-in-roots", f"{p.path}: the tips of {p.a} reach {-room * 1e3:.3g} mm into the roots of {p.b}")
-        )
+        log.coded("tips-in-roots", f"{p.path}: the tips of {p.a} reach {-room * 1e3:.3g} mm into the roots of {p.b}")
 
 
 def _check_rims(shape: StageShape, log: ResolutionLog) -> None:
@@ -113,12 +110,10 @@ def _check_rims(shape: StageShape, log: ResolutionLog) -> None:
         rim = member.rim if member.outer_diameter is None else member.outer_diameter / 2 - gear.root_radius
         if rim is not None and rim < THIN_RIM * height:
             key = "rim" if member.outer_diameter is None else "outer_diameter"
-            log.warn(
-                coded(
-                    "thin-rim",
-                    f"{shape.plan.member_path(name)}.{key}: the rim is {max(rim, 0.0) / height:.3g} tooth heights "
-                    f"thick, below {THIN_RIM:g} it bends between the planets; it is computed as rigid",
-                )
+            log.coded(
+                "thin-rim",
+                f"{shape.plan.member_path(name)}.{key}: the rim is {max(rim, 0.0) / height:.3g} tooth heights "
+                f"thick, below {THIN_RIM:g} it bends between the planets; it is computed as rigid",
             )
 
 
@@ -208,11 +203,9 @@ def _say_overlap(
             allowed="axial places that keep their faces apart, or other teeth",
         )
     elif plan.chains[pair[0]] == plan.chains[pair[1]] and len(suns) < 2:
-        log.warn(
-            coded(
-                "gears-overlap",
-                f"{plan.path}: {text} without meshing; station of each says whether they stand in different planes",
-            )
+        log.coded(
+            "gears-overlap",
+            f"{plan.path}: {text} without meshing; station of each says whether they stand in different planes",
         )
 
 
@@ -226,12 +219,10 @@ def _check_distances(shape: StageShape, log: ResolutionLog) -> None:
         differs |= abs(by_teeth - between) > ONE_DISTANCE * between
         texts.append(f"{p.name} {by_teeth * 1e3:.6g} mm (axes {between * 1e3:.6g} mm)")
     if differs:
-        log.warn(
-            coded(
-                "centre-distances-differ",
-                f"{plan.path}: centre distances differ, base radii and working angles fit no single one: "
-                f"{', '.join(texts)}; turning as a whole then stresses the teeth",
-            )
+        log.coded(
+            "centre-distances-differ",
+            f"{plan.path}: centre distances differ, base radii and working angles fit no single one: "
+            f"{', '.join(texts)}; turning as a whole then stresses the teeth",
         )
 
 

@@ -21,7 +21,6 @@ from ..document.units import Quantity
 from ..errors import ModelError
 from ..teeth.geometry import shift_term
 from ..teeth.mesh_stiffness import ToothPair, face_average
-from ..warning_codes import coded
 from .centres import StageShape
 from .gears import half_station
 from .kinematics import Kinematics
@@ -604,7 +603,7 @@ def _check_assembly(plan: Plan, phases: StagePhases, log: ResolutionLog) -> None
         else f"a branch cannot be assembled at any angle, the meshes around a loop within it miss each other by "
         f"{abs(float(phases.mismatch[0])):.3g} pitch; other teeth, or pin radii, close it"
     )
-    log.warn(coded("not-assembled", f"{plan.path}: {problem}"))
+    log.coded("not-assembled", f"{plan.path}: {problem}")
 
 
 def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh], log: ResolutionLog) -> None:
@@ -615,12 +614,10 @@ def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[Too
     alike = (Fraction(0),) * len(plan.angles)
     clocked = [replace(gear, clocking=alike) if gear.name in stepped else gear for gear in gears]
     if not stage_leads(clocked, meshes, sense=1).assembles:
-        log.warn(
-            coded(
-                "shafts-not-alike",
-                f"{plan.path}: identical shafts of {', '.join(stepped)} do not fit all branches; "
-                "each is clocked as its place demands",
-            )
+        log.coded(
+            "shafts-not-alike",
+            f"{plan.path}: identical shafts of {', '.join(stepped)} do not fit all branches; "
+            "each is clocked as its place demands",
         )
 
 
@@ -645,12 +642,10 @@ def _slice_count(
     if given is not None:
         log.note(path, given)
         if given == 1 and tilts:
-            log.warn(
-                coded(
-                    "tilt-without-slices",
-                    f"{path}: 1, but {p.a} and {p.b} may tilt against each other: a mesh of one row has no stiffness "
-                    f"against tilt and shows no load along the face; left out, it is {SLICES}",
-                )
+            log.coded(
+                "tilt-without-slices",
+                f"{path}: 1, but {p.a} and {p.b} may tilt against each other: a mesh of one row has no stiffness "
+                f"against tilt and shows no load along the face; left out, it is {SLICES}",
             )
         if given > 1 and unknown:
             raise ModelError(
@@ -663,12 +658,10 @@ def _slice_count(
     if not tilts:
         return 1
     if unknown:
-        log.warn(
-            coded(
-                "tilt-without-slices",
-                f"{plan.path}.face_width: is missing; without it the mesh {p.name} is one row, which has no stiffness "
-                f"against tilt, although {p.a} and {p.b} may tilt against each other",
-            )
+        log.coded(
+            "tilt-without-slices",
+            f"{plan.path}.face_width: is missing; without it the mesh {p.name} is one row, which has no stiffness "
+            f"against tilt, although {p.a} and {p.b} may tilt against each other",
         )
         return 1
     log.note(path, SLICES, "", "default")
