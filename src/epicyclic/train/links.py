@@ -254,7 +254,7 @@ def bolted(site: Link, table: LinkTable, log: ResolutionLog) -> list[Link]:
             centre=(site.centre[0] + bolts.radius * math.cos(angle), site.centre[1] + bolts.radius * math.sin(angle)),
             station=site.station,
             angle=angle,
-            stiffness=_six(*stiffness, 0.0, 0.0, 0.0),
+            stiffness=_six(*[*stiffness, 0.0, 0.0, 0.0]),
             curves=tuple(curves),
         )
         for number, angle in enumerate(angles, start=1)
