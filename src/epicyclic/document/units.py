@@ -117,7 +117,7 @@ def finite_float(text: str) -> float:
     return number
 
 
-PerPlanet = float | tuple[float, ...]
+PerPlanet = float | tuple[float, ...]  # one value, or one per planet
 
 
 @dataclass(frozen=True, slots=True)

@@ -170,8 +170,7 @@ def _module(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float], log
     slant = math.cos(angles[1])
     given = _stated_in_chain(plan, chain, "module")
     tilted = {name: value * slant for name, value in _stated_in_chain(plan, chain, "transverse_module").items()}
-    both = given | tilted
-    stage = plan.stage
+    both, stage = given | tilted, plan.stage
     if both:
         first = next(iter(both))
         for name, value in both.items():
