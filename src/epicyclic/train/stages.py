@@ -181,10 +181,6 @@ class Plan:
         """Whether it carries two helices."""
         return bool(stated_value(self.levels(member), "herringbone", False))
 
-    def chain(self, gear: str) -> tuple[str, ...]:
-        """The gears that share module, pressure angle and helix with this one, itself included, in file order."""
-        return tuple(name for name in self.gears if self.chains[name] == self.chains[gear])
-
 
 def sides_of(plan: Plan, member: str) -> tuple[str | None, ...]:
     """Sides that are bodies of their own: left and right, or None."""
