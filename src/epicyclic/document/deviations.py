@@ -38,7 +38,7 @@ PitchLists = tuple[tuple[float, ...], ...]  # [m], one list for each planet or o
 class VectorTable(SchemaTable):
     """A vector: amplitude and phase, or components."""
 
-    bare: ClassVar[str] = "amplitude"
+    bare_key: ClassVar[str] = "amplitude"
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -80,7 +80,7 @@ class TiltTable(VectorTable):
 class UnbalanceTable(SchemaTable):
     """Mass times eccentricity."""
 
-    bare: ClassVar[str] = "amount"
+    bare_key: ClassVar[str] = "amount"
     amount: Annotated[PerPlanet, Unit("unbalance", many=True)] = Field(description="mass times eccentricity")
     phase: Angle | None = key(None, "phase from the body's own x axis; default 0")
 
@@ -132,7 +132,7 @@ class MemberDeviationsTable(SchemaTable):
 class ProfileErrorTable(SchemaTable):
     """Profile error, a cosine of the mesh phase."""
 
-    bare: ClassVar[str] = "amplitude"
+    bare_key: ClassVar[str] = "amplitude"
     amplitude: Error = Field(description="amplitude, along the tooth normal")
     order: Annotated[int, Field(ge=1, le=1000)] = key(1, "order: multiple of the mesh frequency")
     phase: Annotated[PerPlanet | str, Unit("angle", many=True, words=("identical", "random"))] = key(
@@ -185,10 +185,10 @@ Deviations = type[MemberDeviationsTable] | type[MeshDeviationsTable]
 def bare_keys(table: Deviations) -> dict[str, str]:
     """Key that a bare number or text stands for, by kind: ``run_out = "20 um"`` is ``run_out.amplitude``."""
     forms = {
-        name: next((form for form in get_args(field.annotation) if hasattr(form, "bare")), None)
+        name: next((form for form in get_args(field.annotation) if hasattr(form, "bare_key")), None)
         for name, field in table.model_fields.items()
     }
-    return {name: form.bare for name, form in forms.items() if form is not None}
+    return {name: form.bare_key for name, form in forms.items() if form is not None}
 
 
 FORMS: dict[str, tuple[str, ...]] = {
