@@ -441,9 +441,7 @@ def _transverse_cosine(at: MeshSide) -> float:
 
 def _standard(at: MeshSide, path: str) -> float:
     """Mean stiffness along the tooth normal of one helix by ISO 6336-1 [N/m]."""
-    width, p = at.width, at.pair
-    if math.isnan(width):
-        replace(at, side=next(iter(at.meshing.width))).needed_width(path)
+    width, p = at.needed_width(path), at.pair
     a, b = at.shape.teeth[p.a], at.shape.teeth[p.b]
     first, second = next(iter(at.shape.gears[p.a].values())), next(iter(at.shape.gears[p.b].values()))
     single, limits = teeth_stiffness.iso6336_single_stiffness(
