@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.compliance import ToothCompliance
-from ..teeth.energy_stiffness import MeshedTeeth, interference_warnings
 from ..teeth.form import GearForm
-from ..teeth.gear_pair import ContactPair, Torsion, check_pair, drawn_pair
+from ..teeth.gear_pair import ContactPair, MeshedTeeth, Torsion, check_pair, drawn_pair, interference_warnings
+from ..teeth.geometry import mesh_phasor
 from ..teeth.loaded_contact import harmonics
-from ..teeth.mesh_stiffness import mesh_phasor, series_in_time, table_series
+from ..teeth.mesh_stiffness import series_in_time, table_series
 from ..teeth.path_of_contact import averaging_length, line_windows
 from ..teeth.segments import ContactSegments, RowStations, contact_segments, row_response, row_weights
 from ..train.train import Mesh, MeshSlice, Train

@@ -30,7 +30,7 @@ from ..document.document import Document
 from ..document.schema import SIDES, ModelFile
 from ..document.tables import value_at
 from ..errors import ModelError
-from ..teeth.grades import pitch_lines, profile_amplitude, random_phases, tooth_phase
+from ..teeth.geometry import pitch_lines, profile_amplitude, random_phases, tooth_phase
 from .kinematics import Kinematics
 from .stage_bodies import link_row
 from .stages import Level, Levels, stated, subtables

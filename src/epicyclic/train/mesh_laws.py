@@ -178,7 +178,7 @@ def tooth_law(at: MeshSide, method: Literal["energy", "ishikawa"]) -> tuple[floa
     ModelError : teeth that cannot be, that interfere, that part between pairs.
     """
     from ..teeth.compliance import tooth_compliance
-    from ..teeth.energy_stiffness import MeshedTeeth, energy_series, interference_warnings, ishikawa_series
+    from ..teeth.gear_pair import MeshedTeeth, energy_series, interference_warnings, ishikawa_series
 
     p, log, width, meshing = at.pair, at.log, at.width, at.meshing
     a, b = (
@@ -625,8 +625,12 @@ def _table_of_pair(
 ) -> tuple[ContactTable, tuple[CodedText, ...]]:
     """Table of one pair around a normal force [N], and its warnings; kept, because sides and branches share it."""
     from ..teeth.compliance import ToothCompliance
-    from ..teeth.energy_stiffness import MeshedTeeth, interference_warnings  # heavy, and needed by loaded contact alone
-    from ..teeth.gear_pair import check_pair, drawn_pair
+    from ..teeth.gear_pair import (  # heavy, and needed by loaded contact alone
+        MeshedTeeth,
+        check_pair,
+        drawn_pair,
+        interference_warnings,
+    )
     from ..teeth.loaded_contact import contact_table
 
     pair = drawn_pair(teeth, internal=internal, base_helix=base_helix, lean=lean)

@@ -36,7 +36,7 @@ from ..document.tolerances import (
 )
 from ..errors import ModelError
 from ..teeth import geometry
-from ..teeth.grades import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
+from ..teeth.geometry import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
 from ..user_input import checked
 from .centres import StageShape, shape_stage
 from .deviations import DeviationScope, check_sizes, misaligned_bodies, module_of, resolve_deviations

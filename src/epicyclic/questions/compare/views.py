@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ...show.elements import Company, Drawing, KeyFigure, Part, Section, Table
 from ...show.series import texts
 from ...show.tables import ComparedRow, compared_rows, letters, percent, shown
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -158,7 +158,7 @@ def placed_errors(
 def pair_gaps(train: Train, helix: Mesh, numbers: Index) -> Array:
     """Gaps (n,) of pairs of teeth by their numbers (n,), from the pitch deviations of the file [m].
 
-    The lines of the train are those of a gap that is linear from tooth to tooth (`teeth.grades.pitch_lines`), z of
+    The lines of the train are those of a gap that is linear from tooth to tooth (`teeth.geometry.pitch_lines`), z of
     them.  At the moment in which a pair is at the pitch point the orders j and z - j are the same: without the factor
     2 sinc^2 of each they add up to the deviation of its teeth, exactly.
     """

@@ -17,8 +17,11 @@ from ...verbs.options import (
     Of,
     Tolerance,
     Turns,
+    ends,
+    load_per_length,
+    loads_of,
+    settings,
 )
-from ...verbs.parsing import ends, load_per_length, loads_of, settings
 from ...verbs.record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from ...document.units import factor, stated
 from ...errors import ModelError
-from ...verbs.options import RelativeSpeed
-from ...verbs.parsing import relative, train_and_system
+from ...verbs.options import RelativeSpeed, relative, train_and_system
 from ...verbs.record import Option, Verb, bounded
 
 if TYPE_CHECKING:

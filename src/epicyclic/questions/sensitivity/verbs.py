@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from ...verbs.options import MOST_SPEED
-from ...verbs.parsing import frequency, relative
+from ...verbs.options import MOST_SPEED, frequency, relative
 from ...verbs.record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:

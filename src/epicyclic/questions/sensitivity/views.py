@@ -10,7 +10,7 @@ import numpy as np
 
 from ...results.ties import largest
 from ...show.elements import Company, Drawing, Section, Table, number
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -4,9 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from ...errors import ModelError
-from ...verbs.options import Folder, Resume
-from ...verbs.parsing import frequency, seconds
-from ...verbs.parsing import torque_step as step_of
+from ...verbs.options import Folder, Resume, frequency, seconds
+from ...verbs.options import torque_step as step_of
 from ...verbs.record import Option, Progress, Verb, bounded, require_folder
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.cockpit.answers import answers
+from epicyclic.cockpit.computing import answers
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.state.frames import Request
 from epicyclic.document.document import drive_text

@@ -18,7 +18,7 @@ from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
 from epicyclic.questions.flanks.relief import relief, relief_model
 from epicyclic.questions.flanks.relief_search import genetic_search
-from epicyclic.show.charts.relief import relief_effect, relief_search
+from epicyclic.show.charts.flanks import relief_effect, relief_search
 
 pytest.importorskip("pymoo")
 
