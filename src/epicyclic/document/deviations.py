@@ -2,7 +2,7 @@
 
 A kind of deviation is a field of `MemberDeviationsTable` (`deviations.MEMBER.KIND`) or of `MeshDeviationsTable`
 (`deviations.meshes.A-B.KIND`, of `errors` with a name behind it). The type of the field gives its form, units and
-shorthand, the description is its row in docs/reference/model-file.md, `DeviationKind` in the annotation the rest.
+shorthand, the description is its row in docs/reference/model-file.md.
 Shorthand, normalisation, checks, error messages, JSON Schema and the page read these fields. The effect of a kind on
 the train stands in `train/deviations.py`, under the same key.
 
@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, get_a
 from pydantic import Field, ValidationInfo, model_validator
 
 from ..errors import ModelError
-from .schema_fields import ListsUnit, PerPlanet, SchemaTable, Unit, key
-from .units import NUMBER, SMALL
+from .schema_fields import ListsUnit, SchemaTable, Unit, key
+from .units import NUMBER, SMALL, PerPlanet
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,24 +32,13 @@ Angle = Annotated[PerPlanet, Unit("angle", many=True)]
 PitchLists = tuple[tuple[float, ...], ...]  # [m], one list for each planet or one for all, one entry for each tooth
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DeviationKind:
-    """Properties of a kind of deviation beyond its type.
-
-    check : (path, value, teeth of the member or None, number of planets); raises ModelError. It comes after the
-        check that lists of numbers have one entry per planet.
-    """
-
-    check: Callable[[str, Any, int | None, int], None] | None = None
-
-
 # displaced features --------------------------------------------------------------------------------------------------
 
 
 class VectorTable(SchemaTable):
     """A vector: amplitude and phase, or components."""
 
-    bare: ClassVar[str] = "amplitude"
+    bare_key: ClassVar[str] = "amplitude"
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -91,7 +80,7 @@ class TiltTable(VectorTable):
 class UnbalanceTable(SchemaTable):
     """Mass times eccentricity."""
 
-    bare: ClassVar[str] = "amount"
+    bare_key: ClassVar[str] = "amount"
     amount: Annotated[PerPlanet, Unit("unbalance", many=True)] = Field(description="mass times eccentricity")
     phase: Angle | None = key(None, "phase from the body's own x axis; default 0")
 
@@ -111,7 +100,7 @@ class PitchUnit(ListsUnit):
         return [*super().forms(kind), {"type": "string", "pattern": r"\.[A-Za-z0-9]+$"}]
 
 
-def _check_pitch(path: str, pitch: PitchLists, teeth: int | None, planets: int) -> None:
+def check_pitch(path: str, pitch: PitchLists, teeth: int | None, planets: int) -> None:
     """Raise ModelError unless there is one deviation for each tooth, in one list or one for each planet."""
     if teeth is None:
         raise ModelError("has no teeth", path=path, allowed="a gear")
@@ -132,11 +121,7 @@ class MemberDeviationsTable(SchemaTable):
     bearing_run_out: DisplacementTable | None = key(None, "run-out of its bearing seat; turns with the member")
     position: DisplacementTable | None = key(None, "pin position error; stands still in what carries the member")
     tilt: TiltTable | None = key(None, "misalignment; stands still in what carries the member")
-    pitch: Annotated[
-        PitchLists | None,
-        PitchUnit("length", low=-1, high=1, lists=True, likely=SMALL),
-        DeviationKind(check=_check_pitch),
-    ] = key(
+    pitch: Annotated[PitchLists | None, PitchUnit("length", low=-1, high=1, lists=True, likely=SMALL)] = key(
         None,
         "measured cumulative pitch deviations, one per tooth, positive = material missing; one list, or one per "
         "planet; or the name of a CSV file",
@@ -147,7 +132,7 @@ class MemberDeviationsTable(SchemaTable):
 class ProfileErrorTable(SchemaTable):
     """Profile error, a cosine of the mesh phase."""
 
-    bare: ClassVar[str] = "amplitude"
+    bare_key: ClassVar[str] = "amplitude"
     amplitude: Error = Field(description="amplitude, along the tooth normal")
     order: Annotated[int, Field(ge=1, le=1000)] = key(1, "order: multiple of the mesh frequency")
     phase: Annotated[PerPlanet | str, Unit("angle", many=True, words=("identical", "random"))] = key(
@@ -197,19 +182,13 @@ class DeviationsTable(SchemaTable):
 Deviations = type[MemberDeviationsTable] | type[MeshDeviationsTable]
 
 
-def kind_of(table: Deviations, name: str) -> DeviationKind:
-    """Properties of one kind beyond its type."""
-    found = (m for m in table.model_fields[name].metadata if isinstance(m, DeviationKind))
-    return next(found, DeviationKind())
-
-
 def bare_keys(table: Deviations) -> dict[str, str]:
     """Key that a bare number or text stands for, by kind: ``run_out = "20 um"`` is ``run_out.amplitude``."""
     forms = {
-        name: next((form for form in get_args(field.annotation) if hasattr(form, "bare")), None)
+        name: next((form for form in get_args(field.annotation) if hasattr(form, "bare_key")), None)
         for name, field in table.model_fields.items()
     }
-    return {name: form.bare for name, form in forms.items() if form is not None}
+    return {name: form.bare_key for name, form in forms.items() if form is not None}
 
 
 FORMS: dict[str, tuple[str, ...]] = {

@@ -40,21 +40,17 @@ def parse_setting(text: str) -> tuple[str, object]:
             "not a setting", path="overrides", given=text, allowed="PATH=VALUE, stages.main.sun.mass=750 kg"
         )
     path, value = path.strip(), value.strip()
+    if not value:
+        return path, None
+    if "\n" in value or len(value) > 100_000 or dotted_line(value) is not None:
+        return path, typed(value)
     try:
-        return path, typed(_toml_value(value)) if value else None
+        table = tomllib.loads(f"value = {value}", parse_float=finite_float)
     except OverflowError:
         raise ModelError("too large", path=path, given=value, allowed="a number below 1.8e308, or inf") from None
-
-
-def _toml_value(text: str) -> object:
-    """Return a TOML value, or the text itself where it is none. Raises OverflowError."""
-    if "\n" in text or len(text) > 100_000 or dotted_line(text) is not None:
-        return text
-    try:
-        table = tomllib.loads(f"value = {text}", parse_float=finite_float)
     except (ValueError, RecursionError):
-        return text
-    return table["value"] if len(table) == 1 else text
+        return path, typed(value)
+    return path, typed(table["value"] if len(table) == 1 else value)
 
 
 def stepwise(overrides: Mapping[str, object]) -> list[dict[str, object]]:
@@ -197,8 +193,7 @@ def _check(table: PlainTable, path: str) -> None:
     keys = {k for k, v in table.items() if v is not REMOVE}
     for groups in ALTERNATIVES:
         found = [k for group in groups for k in group if k in keys]
-        used = [group for group in groups if keys & set(group)]
-        if len(used) > 1:
+        if sum(bool(keys & set(group)) for group in groups) > 1:
             _clash(f"{path}.{found[-1]}" if path else found[-1], found[0], tuple(found))
     for name, value in table.items():
         if isinstance(value, dict):
@@ -266,7 +261,11 @@ def follow_teeth(
     hints: list[CodedText] = []
     moved: set[str] = set()
     for stage, members in names.stages.items():
-        teeth = _teeth(data, before, stage, members)
+        teeth: dict[str, tuple[int, int]] = {}  # before and now, of every gear that has both
+        for member in members:
+            old, new = (value_at(table, ("stages", stage, member, "teeth")) for table in (before, data))
+            if all(isinstance(z, int) and not isinstance(z, bool) and z > 0 for z in (old, new)):
+                teeth[member] = (old, new)
         if not any(old != new for old, new in teeth.values()):
             continue
         said: list[str] = []
@@ -287,16 +286,6 @@ def follow_teeth(
             warnings.append(coded("teeth-changed", text))
         hints += _ring_hint(stage, teeth, members)
     return data, tuple(warnings), tuple(hints), frozenset(moved)
-
-
-def _teeth(data: PlainTable, before: PlainTable, stage: str, members: Mapping[str, str]) -> dict[str, tuple[int, int]]:
-    """Teeth before and now of every gear of a stage that has both."""
-    teeth = {}
-    for member in members:
-        old, new = (value_at(table, ("stages", stage, member, "teeth")) for table in (before, data))
-        if all(isinstance(z, int) and not isinstance(z, bool) and z > 0 for z in (old, new)):
-            teeth[member] = (old, new)
-    return teeth
 
 
 def _scaled_paths(

@@ -23,7 +23,6 @@ from .schema_fields import (
     CouplingTable,
     Length,
     MeshForceTable,
-    PerPlanet,
     Place,
     SchemaTable,
     SolidTable,
@@ -31,7 +30,7 @@ from .schema_fields import (
     Unit,
     key,
 )
-from .units import MESH, SMALL, Quantity
+from .units import MESH, SMALL, PerPlanet, Quantity
 
 FORMAT = 2  # version of the format of the file
 Kind = Literal["sun", "planet", "ring", "carrier", "gear"]

@@ -30,9 +30,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from ..errors import ModelError
-from .units import KINDS, SMALL, Bounds, Ladder, Quantity, Reading, read_quantity
-
-PerPlanet = float | tuple[float, ...]  # one value, or one per planet
+from .units import KINDS, SMALL, Bounds, Ladder, PerPlanet, Quantity, Reading, read_quantity
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from functools import partial
 from typing import Any, Final
 
 from ..errors import ModelError
@@ -250,17 +251,15 @@ def expand(layer: PlainTable, names: Names) -> PlainTable:
 
     Raises ModelError for a shorthand beside what it stands for, and for a reference to nothing.
     """
-    parts: dict[str, Callable[[PlainTable, Names], PlainTable]] = {
+    parts: dict[str, Callable[..., PlainTable]] = {
         "stages": _stages,
-        "bodies": _bodies,
-        "couplings": _couplings,
+        **{kind: partial(_entries, kind=kind) for kind in ("bodies", "couplings", "loads")},
         "operation": _operation,
-        "loads": _loads,
         "deviations": _deviations,
         "assumed": lambda table, names: _by_path(table, names, "assumed"),
         "tolerance": _tolerances,
     }
-    return {k: parts[k](v, names) if k in parts and isinstance(v, dict) else v for k, v in layer.items()}
+    return {k: parts[k](v, names=names) if k in parts and isinstance(v, dict) else v for k, v in layer.items()}
 
 
 def expand_path(text: str, names: Names, *, path: str) -> tuple[str, ...]:
@@ -347,36 +346,20 @@ def _pairs(table: PlainTable, path: str) -> PlainTable:
     return result
 
 
-def _bodies(table: PlainTable, names: Names) -> PlainTable:
-    """Expand `[bodies]`."""
+def _entries(table: PlainTable, kind: str, names: Names) -> PlainTable:
+    """Expand `[bodies]`, `[couplings]` or `[loads]`: supports, links, and what they stand on."""
 
-    def body(entry: PlainTable, path: str) -> PlainTable:
-        support = entry.get("support")
-        return entry | {"support": _link(support, f"{path}.support", names)} if isinstance(support, dict) else entry
-
-    return _each(table, "bodies", body)
-
-
-def _couplings(table: PlainTable, names: Names) -> PlainTable:
-    """Expand `[couplings]`."""
-
-    def coupling(entry: PlainTable, path: str) -> PlainTable:
-        result, where = _link(entry, path, names), f"{path}.between"
-        if isinstance(between := entry.get("between"), list):
-            result["between"] = [reference(end, names, path=where) for end in between]
+    def entry(stated: PlainTable, path: str) -> PlainTable:
+        result = _link(stated, path, names) if kind == "couplings" else dict(stated)
+        if kind == "bodies" and isinstance(support := stated.get("support"), dict):
+            result["support"] = _link(support, f"{path}.support", names)
+        if kind == "couplings" and isinstance(between := stated.get("between"), list):
+            result["between"] = [reference(end, names, path=f"{path}.between") for end in between]
+        if kind == "loads" and isinstance(on := stated.get("on"), str):
+            result["on"] = reference(on, names, path=f"{path}.on")
         return result
 
-    return _each(table, "couplings", coupling)
-
-
-def _loads(table: PlainTable, names: Names) -> PlainTable:
-    """Expand `[loads]`."""
-
-    def load(entry: PlainTable, path: str) -> PlainTable:
-        on = entry.get("on")
-        return entry | {"on": reference(on, names, path=f"{path}.on")} if isinstance(on, str) else entry
-
-    return _each(table, "loads", load)
+    return _each(table, kind, entry)
 
 
 def _operation(table: PlainTable, names: Names) -> PlainTable:

@@ -73,7 +73,7 @@ def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance,
     document : a Document, or its tables (`Train.document`).  width : of the grades; `train.resolution` knows the
     sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
     """
-    return tuple(_resolved(entry, width) for entry in _ToleranceTable(_tables_of(document)).entries())
+    return tuple(_resolved(entry, width) for entry in _table_of(document).entries())
 
 
 def costs(document: object, width: Width | None = None) -> dict[str, tuple[Grade, ...]]:
@@ -88,7 +88,7 @@ def tolerances_and_costs(
     document: object, width: Width | None = None
 ) -> tuple[tuple[Tolerance, ...], dict[str, tuple[Grade, ...]]]:
     """Return `tolerances` and `costs` of one reading.  Raises ModelError as both."""
-    reading = _ToleranceTable(_tables_of(document))
+    reading = _table_of(document)
     entries = reading.entries()
     priced: dict[str, tuple[Grade, ...]] = {}
     for entry in entries:
@@ -277,12 +277,8 @@ class _ToleranceTable:
         read = read_distribution(text, value, vector=vector, where=where)
         kinds = probe.kinds
         if isinstance(read, StandardGrade) and "length" not in kinds:
-            raise ModelError(
-                "a grade of a length, where another quantity stands",
-                path=where,
-                given=text,
-                allowed=kind_words(kinds),
-            )
+            problem = "a grade of a length, where another quantity stands"
+            raise ModelError(problem, path=where, given=text, allowed=kind_words(kinds))
         if len(units) > 1:
             allowed = " or ".join(KINDS[kind].unit for kind in kinds)
             raise ModelError("mixes kinds of quantity", path=where, given=text, allowed=f"all in {allowed}")
@@ -448,12 +444,12 @@ def _sized(read: Distribution | StandardGrade, entry: _Entry, width: Width | Non
         raise ModelError(error.problem, path=where, given=read.text, allowed=error.allowed) from None
 
 
-def _tables_of(document: object) -> PlainTable:
-    """Return the tables of a Document, or of a mapping."""
+def _table_of(document: object) -> _ToleranceTable:
+    """Return `[tolerance]` of a Document, or of its tables."""
     data = getattr(document, "data", document)
     if not isinstance(data, Mapping):
         raise TypeError(f"a Document or its tables, not {type(document).__name__}")
-    return dict(data)
+    return _ToleranceTable(dict(data))
 
 
 # smallest eigenvalue that counts as positive: rounding of a matrix of ones is 1e-15, and a direction with a thousandth

@@ -117,7 +117,7 @@ def finite_float(text: str) -> float:
     return number
 
 
-PerPlanet = float | tuple[float, ...]
+PerPlanet = float | tuple[float, ...]  # one value, or one per planet
 
 
 @dataclass(frozen=True, slots=True)
@@ -363,9 +363,8 @@ def _meant(unit: str, kinds: tuple[str, ...]) -> str:
     """A unit of these kinds that differs in spaces and capitals alone: ``kN m`` of ``kNm``; "" without one."""
     plain = _BLANKS.sub("", unit).casefold()
     targets = {KINDS[kind].unit for kind in kinds}
-    return next(
-        (one for one, (_, si) in COMMON.items() if si in targets and _BLANKS.sub("", one).casefold() == plain), ""
-    )
+    alike = (known for known, (_, si) in COMMON.items() if si in targets and _BLANKS.sub("", known).casefold() == plain)
+    return next(alike, "")
 
 
 def _scaled(text: str, scale: float) -> float:
@@ -473,8 +472,11 @@ def written(value: object) -> Written | None:
         return None
     if isinstance(value, (int, float)):
         return Written(values=(float(value),), unit="", many=False, whole=isinstance(value, int))
-    if isinstance(value, (list, tuple)):
-        return _listed(list(value))
+    if isinstance(value, (list, tuple)):  # whose entries all have one unit
+        parts = [part for entry in value if (part := written(entry)) is not None and not part.many]
+        if not value or len(parts) < len(value) or len({part.unit for part in parts}) > 1:
+            return None
+        return Written(values=tuple(part.values[0] for part in parts), unit=parts[0].unit, many=True)
     if not isinstance(value, str):
         return None
     if one := _ONE.fullmatch(value):
@@ -482,15 +484,6 @@ def written(value: object) -> Written | None:
     if many := _MANY.fullmatch(value):
         return Written(values=tuple(float(part) for part in many[1].split(",")), unit=many[2] or "", many=True)
     return None
-
-
-def _listed(entries: list[object]) -> Written | None:
-    """Numbers of a list whose entries all have one unit; None for any other list."""
-    parts = [written(entry) for entry in entries]
-    found = [part for part in parts if part is not None and not part.many]
-    if not entries or len(found) < len(entries) or len({part.unit for part in found}) > 1:
-        return None
-    return Written(values=tuple(part.values[0] for part in found), unit=found[0].unit, many=True)
 
 
 _PLAIN = re.compile(rf"\s*{NUMBER}\s*")
@@ -665,14 +658,13 @@ def likely_text(value: object, kinds: tuple[str, ...], ladder: Ladder | None) ->
     items, _ = split_list(value)
     if items is None:
         return f"{shown(value)} {unit}"
-    if len(items) == len(numbers) + sum(_is_zero(item) for item in items):
+    zeros = [
+        item for item in items if item == 0 or (isinstance(item, str) and _PLAIN.fullmatch(item) and not float(item))
+    ]
+    if len(items) == len(numbers) + len(zeros):
         few = items if len(items) <= 8 else [*items[:3], "..."]
         return f"[{', '.join(map(shown, few))}] {unit}"
     return f"{shown(numbers[0])} {unit}"
-
-
-def _is_zero(value: object) -> bool:
-    return value == 0 or (isinstance(value, str) and _PLAIN.fullmatch(value) is not None and float(value) == 0)
 
 
 def shown(value: Any) -> str:

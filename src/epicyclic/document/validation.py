@@ -13,7 +13,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from ..errors import ModelError
-from .deviations import MemberDeviationsTable, TurningErrorTable, kind_of
+from .deviations import TurningErrorTable, check_pitch
 from .schema import (
     KIND_BY_NAME,
     SIDES,
@@ -94,13 +94,20 @@ def _describe(detail: Any) -> tuple[str, str]:
         return context["error"].problem, context["error"].allowed
     if kind == "extra_forbidden":
         known = _keys(loc[:-1])
-        if (elsewhere := _key_of_a_mesh(loc)) and str(loc[-1]) not in known:
+        in_stage = _table_at(loc[:-1]) in (StageTable, MemberTable)
+        if in_stage and loc[-1] in _names(MeshTable) and str(loc[-1]) not in known:
+            elsewhere = f"{loc[0]}.{loc[1]}.meshes.A-B.{loc[-1]}, with A-B such as sun-planet"
             return "unknown key here; it stands in the table of a mesh", elsewhere
         near = nearest(loc[-1], known)
         return f"unknown key{near}", "" if near else f"one of {', '.join(known)}"
     if kind == "missing":
-        near = nearest(loc[-2], (*_keys(loc[:-3]),)) if loc[-1] == "kind" else ""
-        return f"missing{near}", _described(loc)
+        if loc[-1] == "kind":
+            names = ", ".join(KIND_BY_NAME)
+            allowed = f"kind = sun, planet, ring, carrier or gear, for a table that is none of {names}"
+            return f"missing{nearest(loc[-2], _keys(loc[:-3]))}", allowed
+        table = _table_at(loc[:-1])
+        field = table.model_fields.get(str(loc[-1])) if table else None
+        return "missing", field.description or "" if field else ""
     return words_of(detail)
 
 
@@ -117,34 +124,14 @@ def words_of(detail: Any) -> tuple[str, str]:
     return ("out of range", limits[0]) if limits else (str(detail["msg"]), "")
 
 
-def _key_of_a_mesh(loc: Loc) -> str:
-    """Where a key that a stage or a gear does not have stands in a mesh; "" of any other key."""
-    here = _table_at(loc[:-1])
-    if here not in (StageTable, MemberTable) or loc[-1] not in _names(MeshTable):
-        return ""
-    return f"{loc[0]}.{loc[1]}.meshes.A-B.{loc[-1]}, with A-B such as sun-planet"
-
-
-def _described(loc: Loc) -> str:
-    """Return what a missing key stands for."""
-    table = _table_at(loc[:-1])
-    field = table.model_fields.get(str(loc[-1])) if table else None
-    if loc[-1] == "kind":
-        names = ", ".join(KIND_BY_NAME)
-        return f"kind = sun, planet, ring, carrier or gear, for a table that is none of {names}"
-    return field.description or "" if field else ""
-
-
 def _keys(loc: Loc) -> tuple[str, ...]:
     """Return the keys a table may have, as they are written."""
     table = _table_at(loc)
     if table is None:
         return ()
     names = _names(table)
-    if issubclass(table, StageTable):
-        names += KIND_BY_NAME
-    if issubclass(table, LinkTable | LinkDampingTable):
-        names += ["radial", "tilt"]
+    names += KIND_BY_NAME if issubclass(table, StageTable) else ()
+    names += ["radial", "tilt"] if issubclass(table, LinkTable | LinkDampingTable) else ()
     return tuple(names)
 
 
@@ -328,16 +315,14 @@ def _check_operation(model: ModelFile) -> None:
 
 
 def _check_deviations(model: ModelFile) -> None:
-    """Check lists per planet, and kinds of deviation with a check of their own."""
+    """Check lists per planet, measured pitches, and what errors of a mesh turn with."""
     for path, table in model.deviations.members.items():
         stage_name, _, rest = path.partition(".")
         member = model.stages[stage_name].members[rest.partition(".")[0]] if rest else None
         count = model.stages[stage_name].branches if member and member.kind == "planet" else 0
-        own = {k: check for k in MemberDeviationsTable.model_fields if (check := kind_of(type(table), k).check)}
         _check_counts(table, f"deviations.{path}", count)
-        for name, check in own.items():
-            if (value := getattr(table, name)) is not None:
-                check(f"deviations.{path}.{name}", value, member.teeth if member else None, count)
+        if table.pitch is not None:
+            check_pitch(f"deviations.{path}.pitch", table.pitch, member.teeth if member else None, count)
     for path, mesh in model.deviations.meshes.items():
         stage = model.stages[path.partition(".")[0]]
         gears = path.split(".")[2].split("-")

@@ -13,9 +13,8 @@ import json
 import re
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from decimal import Decimal
-from typing import Any
+from typing import Any, NamedTuple
 
 from .deviations import (
     EXAMPLES,
@@ -26,7 +25,7 @@ from .deviations import (
     distribution_pattern,
     form_texts,
 )
-from .schema import FORMAT, KIND_BY_NAME, SIDES, VARIATIONS, ModelFile, Names, collect
+from .schema import FORMAT, KIND_BY_NAME, SIDES, VARIATIONS, ModelFile, collect
 from .schema_fields import DisplacementForceTable, MeshForceTable, TiltMomentTable, TurnMomentTable, Unit
 from .tables import PlainTable, clean, expand, key_text, leaves, nested, to_toml, value_text
 from .units import COMMON, KINDS, Bounds, list_pattern, number_pattern, read_quantity, shown
@@ -66,7 +65,14 @@ def unit_text(value: Any, kinds: tuple[str, ...]) -> Any:
     if isinstance(value, str):  # a list without a unit behind the bracket
         return f"{value} {KINDS[kinds[0]].unit}"
     if all(isinstance(entry, (int, float)) for entry in value):
-        return _list([float(entry) for entry in value], kinds[0])
+        values, kind = [float(entry) for entry in value], kinds[0]
+        size = max(map(abs, values))
+        for unit in _DRAWN.get(KINDS[kind].unit, ()):
+            texts = [shown(float(_moved(number, unit))) for number in values]
+            same = all(_reads(text, unit, kind, number) for text, number in zip(texts, values, strict=True))
+            if same and 1 <= abs(_moved(size, unit)) < _MOST:
+                return f"[{', '.join(texts)}] {unit}"
+        return f"[{', '.join(map(shown, values))}] {KINDS[kind].unit}"
     return [entry if isinstance(entry, str) and "[" not in entry else unit_text(entry, kinds) for entry in value]
 
 
@@ -80,17 +86,6 @@ def quantity_text(value: float, kind: str) -> str:
         if COMMON[unit][1] == KINDS[kind].unit and _reads(text := f"{value / COMMON[unit][0]:.10g}", unit, kind, value):
             return f"{text} {unit}"
     return f"{shown(value)} {KINDS[kind].unit}"
-
-
-def _list(values: list[float], kind: str) -> str:
-    """Return numbers as a list with one unit."""
-    size = max(map(abs, values))
-    for unit in _DRAWN.get(KINDS[kind].unit, ()):
-        texts = [shown(float(_moved(value, unit))) for value in values]
-        same = all(_reads(text, unit, kind, value) for text, value in zip(texts, values, strict=True))
-        if same and 1 <= abs(_moved(size, unit)) < _MOST:
-            return f"[{', '.join(texts)}] {unit}"
-    return f"[{', '.join(map(shown, values))}] {KINDS[kind].unit}"
 
 
 def _moved(value: float, unit: str) -> Decimal:
@@ -116,8 +111,7 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\u2028\u2029]")
 _NO_MODEL = ("assumed", "tolerance")  # tables of paths and texts: no number without a unit stands there
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Line:
+class _Line(NamedTuple):
     """One key and its value in TOML, with its comment."""
 
     key: str
@@ -162,20 +156,12 @@ def _with_units(plain: PlainTable) -> PlainTable:
     names = collect(plain)
     expanded = expand(plain, names)
     bare = {path: error.kinds for path, error in bare_numbers(expanded, names).items()}
-    return _spelled(plain, "", _spellings(plain, names, bare)) if bare else plain
-
-
-def _spellings(plain: PlainTable, names: Names, bare: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
-    """Kinds of quantity by the path that the document has for each of the `bare` expanded ones."""
-    found = {}
-    for name, table in plain.items():
-        if name in _NO_MODEL:
-            continue
-        for path, value in leaves({name: table}):
-            for written, _ in leaves(expand(nested(tuple(path.split(".")), value), names)):
-                if written in bare:
-                    found[path] = bare[written]
-    return found
+    kinds = {}  # by the path that the document has for each of the `bare` expanded ones
+    for path, value in leaves({name: table for name, table in plain.items() if name not in _NO_MODEL}) if bare else ():
+        for written, _ in leaves(expand(nested(tuple(path.split(".")), value), names)):
+            if written in bare:
+                kinds[path] = bare[written]
+    return _spelled(plain, "", kinds)
 
 
 def _spelled(table: PlainTable, path: str, kinds: Mapping[str, tuple[str, ...]]) -> PlainTable:
@@ -259,18 +245,13 @@ def _rows(key: str, value: object, path: str, notes: Mapping[str, str]) -> Itera
             rows = list(_rows(f"{key}.{key_text(name)}", inner, _join(path, name), notes))
             if path in notes and name == next(iter(value)):  # what is said of the table stands at its first line
                 said = "\n".join(filter(None, (notes[path], rows[0].comment)))
-                rows[0] = _Line(key=rows[0].key, value=rows[0].value, comment=said)
+                rows[0] = rows[0]._replace(comment=said)
             yield from rows
     else:
-        yield _Line(key=key, value=_value(value), comment=notes.get(path, ""))
-
-
-def _value(value: object) -> str:
-    """A value in TOML; a text of several lines in lines of its own."""
-    if not isinstance(value, str) or "\n" not in value:
-        return value_text(value)
-    lines = [value_text(line)[1:-1] for line in value.split("\n")]  # quotes inside are escaped
-    return "\n".join(['"""', *lines]) + '"""'
+        text = value_text(value)
+        if isinstance(value, str) and "\n" in value:  # a text of several lines in lines of its own, quotes escaped
+            text = "\n".join(['"""', *(value_text(line)[1:-1] for line in value.split("\n"))]) + '"""'
+        yield _Line(key=key, value=text, comment=notes.get(path, ""))
 
 
 def _in_braces(value: Mapping[str, object], path: str, notes: Mapping[str, str]) -> bool:

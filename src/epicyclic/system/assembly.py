@@ -29,10 +29,8 @@ from .excitation import FullModel, excitation_lines
 from .structure import (
     Structure,
     flank_laws,
-    flanks_ignored,
-    idle_friction,
     law_groups,
-    one_sided_flanks,
+    law_warnings,
     own_centres,
     structure_of,
 )
@@ -86,6 +84,10 @@ def assemble(train: Train) -> System:
     K = (L.T * model.link_stiffness) @ L
     tones = tuple(sorted(set((train.kinematics.mesh_frequency or {}).values()) - {Fraction(0)}))
     meshes = _meshes(train, structure, T, None if missing else M, tones)
+    torques = np.zeros(6 * len(train.bodies))
+    for body, torque in train.torques.items():
+        torques[6 * structure.index[body] + 5] += torque
+    turns = None if train.kinematics.speed is None else train.kinematics.frame_speed or {}
     return System(
         dofs=_dofs(train, T, kept),
         M=M,
@@ -96,20 +98,20 @@ def assemble(train: Train) -> System:
         Cskew=T.T @ (structure.link.T @ turning @ structure.link) @ T,
         meshes=meshes,
         links=_links(structure, L, model.link_damping, turning),
-        force=_torques(train, structure) @ T,
+        force=torques @ T,
         tones=tones,
         lines=excitation_lines(train, structure, model),
         zeta=train.damping.modal,
         body_mass=mass,
         symmetries=_symmetries(train, T, M, K + (meshes.B * meshes.stiffness) @ meshes.B.T),
-        warnings=(*train.warnings, *idle_friction(train), *one_sided_flanks(train), *flanks_ignored(train)),
+        warnings=(*train.warnings, *law_warnings(train)),
         provenance=train_provenance(train),
         missing_inertia=missing,
         groups=law_groups(train, structure.links, L, lag=train.damping.stiffness or 0.0),
         body_turns=structure.spin_turn if train.kinematics.speed is not None else (),
         euler=T.T @ model.euler @ T,
         spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, own_centres(train)) @ T,
-        stage_turns=_stage_turns(train),
+        stage_turns={} if turns is None else {s: Fraction(turns.get(s, 0)) / 60 for s in train.planets},
         far=_far_flanks(structure, T, meshes) if structure.far_of.size else None,
     )
 
@@ -329,22 +331,6 @@ def _links(structure: Structure, L: Array, damping: Array, turning: Array) -> Li
     )
 
 
-def _torques(train: Train, structure: Structure) -> Array:
-    """External torques on the unreduced coordinates, (6 nb,) [N m]."""
-    force = np.zeros(6 * len(train.bodies))
-    for body, torque in train.torques.items():
-        force[6 * structure.index[body] + 5] += torque
-    return force
-
-
-def _stage_turns(train: Train) -> dict[str, Fraction]:
-    """Speed of the axes of every stage, exact [rev/s]."""
-    if train.kinematics.speed is None:
-        return {}
-    turns = train.kinematics.frame_speed or {}
-    return {stage: Fraction(turns.get(stage, 0)) / 60 for stage in train.planets}
-
-
 def _symmetries(train: Train, T: Array, M: Array, K: Array) -> tuple[Symmetry, ...]:
     """Cyclic symmetry of every stage, checked on M and K (n, n), K with the mean meshes; T : (6 nb, n)."""
     symmetries = []
@@ -388,13 +374,16 @@ def gyroscopic_matrix(mass: Array, inertia: Array, tilt: Array, frame_speed: Arr
     -------
     (6 nb, 6 nb) [kg/s, kg m^2/s].
     """
-    G = np.zeros((6 * mass.size, 6 * mass.size))
-    base = 6 * np.arange(mass.size)
-    coriolis = 2.0 * mass * frame_speed
-    G[base + X, base + Y], G[base + Y, base + X] = -coriolis, coriolis
-    tilting = inertia * spin - 2.0 * tilt * frame_speed
-    G[base + RX, base + RY], G[base + RY, base + RX] = tilting, -tilting
-    return G
+    return _skew(across=2.0 * mass * frame_speed, tilting=inertia * spin - 2.0 * tilt * frame_speed)
+
+
+def _skew(*, across: Array, tilting: Array) -> Array:
+    """Skew terms of every body, (6 nb, 6 nb): [y,x] = -[x,y] = across (nb,), [rx,ry] = -[ry,rx] = tilting (nb,)."""
+    matrix = np.zeros((6 * across.size, 6 * across.size))
+    base = 6 * np.arange(across.size)
+    matrix[base + X, base + Y], matrix[base + Y, base + X] = -across, across
+    matrix[base + RX, base + RY], matrix[base + RY, base + RX] = tilting, -tilting
+    return matrix
 
 
 def centrifugal_stiffness(mass: Array, inertia: Array, tilt: Array, frame_speed: Array, spin: Array) -> Array:
@@ -421,13 +410,7 @@ def euler_matrix(mass: Array, inertia: Array, tilt: Array, frame_speed: Array, s
     -------
     (6 nb, 6 nb) [kg/s, kg m^2/s]: s' E q is a term of the left side.
     """
-    E = np.zeros((6 * mass.size, 6 * mass.size))
-    base = 6 * np.arange(mass.size)
-    across = mass * frame_speed
-    E[base + X, base + Y], E[base + Y, base + X] = -across, across
-    tilting = inertia * spin - tilt * frame_speed
-    E[base + RX, base + RY], E[base + RY, base + RX] = tilting, -tilting
-    return E
+    return _skew(across=mass * frame_speed, tilting=inertia * spin - tilt * frame_speed)
 
 
 def spin_up_load(mass: Array, inertia: Array, frame_speed: Array, spin: Array, centre: Array) -> Array:

@@ -50,32 +50,25 @@ class FlankAt(Protocol):
     @property
     def touch(self) -> Array:
         """Gap at which the force begins (P, c) [m]; a row presses where delta > touch."""
-        ...
 
     @property
     def kinks(self) -> Array:
         """Gaps at which the tangent jumps (P, c, K) [m]."""
-        ...
 
     def instants(self, chosen: Any) -> FlankAt:
         """The same at the chosen ones of the P phases."""
-        ...
 
     def rows(self, chosen: Any) -> FlankAt:
         """The same of the chosen ones of the c rows."""
-        ...
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:
         """Force [N] and tangent [N/m] at gaps delta (..., P, c) [m], each (..., P, c)."""
-        ...
 
     def energy(self, delta: Array) -> Array:
         """Energy (..., P, c) [J] at gaps delta [m], zero at `touch`; its slope is the force."""
-        ...
 
     def constant(self, low: Array, high: Array) -> NDArray[np.bool_]:
         """Whether the tangent of each row keeps one value at every phase (c,) over the gaps low .. high (c,) [m]."""
-        ...
 
 
 class FlankLaw(Protocol):
@@ -84,33 +77,27 @@ class FlankLaw(Protocol):
     @property
     def stiffest(self) -> Array:
         """Bound of the tangent (c,) [N/m], for step lengths and line searches."""
-        ...
 
     @property
     def end(self) -> Array:
         """Largest force (c,) [N] that the data of the law hold, inf where they are a formula; behind it the law goes on
         along its last tangent."""
-        ...
 
     @property
     def load(self) -> Array:
         """Force (c,) [N] at which the tangents that linear analyses use were taken, nan where it is not known."""
-        ...
 
     def rows(self, chosen: Any) -> FlankLaw:
         """The law of the chosen ones of the c rows."""
-        ...
 
     def at(self, phases: Array) -> FlankAt:
         """The law at P phases; phases : (P, D) of all mesh tones [cycles]."""
-        ...
 
     def lower(self) -> FlankLaw | None:
         """The same law as one that compiled integrators know (linear, tabulated), None where there is none.
 
         A law without one is integrated with NumPy.
         """
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -469,7 +456,6 @@ class FaceContact(Protocol):
         rows : (t, g, 3) approach of every row, positive closes it [m].  instants : (t,) among the T.
         start : state of a near call, at the same instants.
         """
-        ...
 
 
 class FaceLaw(Protocol):
@@ -478,8 +464,6 @@ class FaceLaw(Protocol):
     @property
     def meshes(self) -> Sequence[int]:
         """Numbers (g,) among the whole meshes of the System, which have three rows each."""
-        ...
 
     def at(self, cycles: Array) -> FaceContact:
         """Contact at times (T, g) counted in cycles of each mesh [mesh cycles]."""
-        ...

@@ -40,11 +40,9 @@ class Profile(Protocol):
 
     def parts(self, rho: Array) -> tuple[Array, Array]:
         """Force f [N] and slope f' [N/m] at rho (..., g) [m], each (..., g)."""
-        ...
 
     def energy(self, rho: Array) -> Array:
         """Integral of the force from zero, (..., g) [J]."""
-        ...
 
 
 class RadialLaw(Protocol):
@@ -55,51 +53,41 @@ class RadialLaw(Protocol):
     @property
     def kind(self) -> str:
         """Name of the law in results."""
-        ...
 
     @property
     def stiffness(self) -> float:
         """k, stiffness of the mean system before it is linearised [N/m]."""
-        ...
 
     @property
     def stiffest(self) -> float:
         """Bound of the slope near the loads met, for step lengths [N/m]."""
-        ...
 
     @property
     def slip_start(self) -> float:
         """S_1, radius at which sliding begins, the first kink [m]."""
-        ...
 
     @property
     def clearance(self) -> float:
         """Radial play [m]: the second kink is at S_2 = S_1 + clearance."""
-        ...
 
     @property
     def friction(self) -> float:
         """F_m, friction force, 0 without [N]."""
-        ...
 
     @property
     def memory(self) -> bool:
         """Whether friction has a history (a slider, `Laws.slide`)."""
-        ...
 
     @property
     def end(self) -> float:
         """Largest force [N] that the data of the law hold, inf where they are a formula."""
-        ...
 
     @classmethod
     def profile(cls, laws: Sequence[Any]) -> Profile:
         """Laws of this class, all at once."""
-        ...
 
     def lower(self) -> Law | None:
         """The same law as one that compiled integrators know (`Law`), None where there is none."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -383,19 +383,36 @@ def law_groups(train: Train, rows: Sequence[LinkRow], L: Array, *, lag: float) -
     for i, row in enumerate(rows):
         if row.law:
             together.setdefault((row.link.name, _sense(row.link, row.direction)), []).append(i)
-    laws = Counter(name for name, _ in together)
-    return tuple(
-        LawGroup(
-            name=f"{name}/{sense}" if laws[name] > 1 else name,
-            kind=rows[index[0]].link.kind,
+    count = Counter(name for name, _ in together)
+    groups = []
+    for (name, sense), index in together.items():
+        row, link = rows[index[0]], rows[index[0]].link
+        curve, friction = dict(link.curves).get(row.direction), dict(link.friction)
+        law: RadialLaw
+        if curve is not None:
+            law = RadialTable(
+                deflection=curve.deflection, force=curve.force, slope=curve.slope, stiffness=row.stiffness
+            )
+        else:
+            law = Law(
+                stiffness=row.stiffness,
+                clearance=link.clearance,
+                exponent=link.exponent,
+                load=link.load,
+                friction=_friction_force(link, train) if friction else 0.0,
+                memory=friction.get("law") == "coulomb",
+            )
+        group = LawGroup(
+            name=f"{name}/{sense}" if count[name] > 1 else name,
+            kind=link.kind,
             rows=tuple(f"{name}/{DIRECTIONS[rows[i].direction]}" for i in index),
             B=L[index].T,
-            law=_law(rows[index[0]], train),
+            law=law,
             damping=np.array([rows[i].damping for i in index]),
             lag=lag,
         )
-        for (name, sense), index in together.items()
-    )
+        groups.append(group)
+    return tuple(groups)
 
 
 def _sense(link: Link, direction: int) -> str:
@@ -407,23 +424,6 @@ def _sense(link: Link, direction: int) -> str:
         if direction in pair and curves.get(pair[0]) == curves.get(pair[1]):
             return name
     return DIRECTIONS[direction]
-
-
-def _law(row: LinkRow, train: Train) -> RadialLaw:
-    """Law of the rows of a link to which this one belongs."""
-    link = row.link
-    curve = dict(link.curves).get(row.direction)
-    if curve is not None:
-        return RadialTable(deflection=curve.deflection, force=curve.force, slope=curve.slope, stiffness=row.stiffness)
-    friction = dict(link.friction)
-    return Law(
-        stiffness=row.stiffness,
-        clearance=link.clearance,
-        exponent=link.exponent,
-        load=link.load,
-        friction=_friction_force(link, train) if friction else 0.0,
-        memory=friction.get("law") == "coulomb",
-    )
 
 
 def _friction_force(link: Link, train: Train) -> float:
@@ -459,15 +459,6 @@ def _torque_through(link: Link, train: Train) -> float:
             torques += [-torque] * (bodies[tie.first] == member) + [torque] * (bodies[tie.second] == member)
     through = (sum(abs(torque) for torque in torques) + abs(sum(torques))) / 2
     return through / sum(name == member for name in bodies.values())
-
-
-def idle_friction(train: Train) -> list[CodedText]:
-    """A warning for every table whose friction has no clearance to slide in."""
-    paths = dict.fromkeys(link.path for link in train.links if link.friction and not link.clearance)
-    return [
-        coded("friction-without-clearance", f"{path}.friction has no effect: there is no clearance to slide in")
-        for path in paths
-    ]
 
 
 # meshes ---------------------------------------------------------------------------------------------------------------
@@ -511,33 +502,34 @@ def _one_sided(mesh: Mesh) -> bool:
     )
 
 
-def flanks_ignored(train: Train) -> list[CodedText]:
-    """One warning of all pairs with micro-geometry whose stiffness is linear and does not know it."""
-    pairs = []
-    for mesh in train.meshes:
-        flanks = () if mesh.teeth is None else (mesh.teeth.flank_a, mesh.teeth.flank_b)
-        # micro-geometry of the drawing: measured waves and pitches aside
-        modified = any(replace(flank, waves=(), pitch=()) != PLAIN for flank in flanks)
-        if mesh.table is None and modified:
-            pairs.append(mesh.pair)
-    if not pairs:
-        return []
-    keys = ", ".join(f"{pair}.stiffness" for pair in dict.fromkeys(pairs))
-    text = f'relief, crown and slope of the flanks are ignored by {keys}; they count with "contact" there'
-    return [coded("flank-without-effect", text)]
-
-
-def one_sided_flanks(train: Train) -> list[CodedText]:
-    """A warning for every pair whose far flank is linear because its teeth have no other flank of one form."""
+def law_warnings(train: Train) -> list[CodedText]:
+    """Warnings of what a law leaves out: friction that cannot slide, far flanks that are linear, micro-geometry that
+    linear stiffness does not know."""
+    paths = dict.fromkeys(link.path for link in train.links if link.friction and not link.clearance)
+    warnings = [
+        coded("friction-without-clearance", f"{path}.friction has no effect: there is no clearance to slide in")
+        for path in paths
+    ]
     pairs = dict.fromkeys(
         mesh.pair
         for mesh in train.meshes
         if mesh.table is not None and math.isfinite(mesh.backlash) and _one_sided(mesh)
     )
-    return [
+    warnings += [
         coded(
             "far-flank-linear",
             f"{pair}: slope, waves or pitch deviations are of the loaded flank; its far flank is a linear spring",
         )
         for pair in pairs
     ]
+    ignored = []
+    for mesh in train.meshes:
+        flanks = () if mesh.teeth is None else (mesh.teeth.flank_a, mesh.teeth.flank_b)
+        # micro-geometry of the drawing: measured waves and pitches aside
+        if mesh.table is None and any(replace(flank, waves=(), pitch=()) != PLAIN for flank in flanks):
+            ignored.append(mesh.pair)
+    if ignored:
+        keys = ", ".join(f"{pair}.stiffness" for pair in dict.fromkeys(ignored))
+        text = f'relief, crown and slope of the flanks are ignored by {keys}; they count with "contact" there'
+        warnings.append(coded("flank-without-effect", text))
+    return warnings

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from ..errors import ModelError
 from ..teeth import geometry
 from ..teeth.geometry import Angle, Phase
-from ..warning_codes import coded
 from .gears import (
     GivenLength,
     Teeth,
@@ -144,7 +143,7 @@ def _working(
     if given is None or same(given.value, distance, 1e-12):
         if math.isnan(angle):
             raise ModelError("no working angle: these shifts close the teeth", path=f"{p.path}.pressure_angle")
-        fitting = angle if _nominal(a, b) else _angle_at(p, distance, teeth)
+        fitting = angle if a.nominal and b.nominal else _angle_at(p, distance, teeth)
         return angle if math.isnan(fitting) else fitting, distance
     angle = _angle_at(p, given.value, teeth)
     if angle > STEEPEST:
@@ -171,11 +170,6 @@ def _angle_at(p: GearPair, distance: float, teeth: Mapping[str, Teeth]) -> float
     return geometry.working_pressure_angle_at(distance, *radii, internal=p.internal)
 
 
-def _nominal(a: Teeth, b: Teeth) -> bool:
-    """Whether the base radii of a pair are those of teeth and module."""
-    return same(a.base_radius, a.nominal_base) and same(b.base_radius, b.nominal_base)
-
-
 def _mesh_shape(
     plan: Plan,
     p: GearPair,
@@ -193,7 +187,7 @@ def _mesh_shape(
     angle, distance = worked
     # Stated base radii are levers of the forces; the contact limits follow from the teeth themselves.
     by_teeth = distance_from_shifts(p, teeth, first.profile_shift, second.profile_shift)[0]
-    tooth_angle = angle if _nominal(a, b) or math.isnan(by_teeth) else by_teeth
+    tooth_angle = angle if (a.nominal and b.nominal) or math.isnan(by_teeth) else by_teeth
     limits = geometry.contact_limits(
         a.nominal_base,
         first.tip_radius,
@@ -212,9 +206,7 @@ def _mesh_shape(
     log.note(f"{p.path}.contact_ratio", ratio, "", "geometry")
     log.note(f"{p.path}.overlap_ratio", overlap, "", "geometry")
     if ratio < 1.0:
-        log.warn(
-            coded("contact-ratio-below-one", f"{p.path}: contact ratio {ratio:.3f} < 1, the teeth do not keep contact")
-        )
+        log.coded("contact-ratio-below-one", f"{p.path}: contact ratio {ratio:.3f} < 1, the teeth do not keep contact")
     return MeshShape(
         working_angle=angle,
         tooth_angle=tooth_angle,

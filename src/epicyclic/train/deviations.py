@@ -31,7 +31,6 @@ from ..document.schema import SIDES, ModelFile
 from ..document.tables import value_at
 from ..errors import ModelError
 from ..teeth.geometry import pitch_lines, profile_amplitude, random_phases, tooth_phase
-from ..warning_codes import coded
 from .kinematics import Kinematics
 from .stage_bodies import link_row
 from .stages import Level, Levels, stated, subtables
@@ -40,24 +39,12 @@ from .train import DIRECTIONS, Body, Displacement, GearData, Link, Load, Mesh, M
 NEGLIGIBLE = 1e-9  # of the largest pitch harmonic
 
 
-@dataclass(slots=True, kw_only=True)
-class DeviationEffects:
-    """What the deviations of a file become.
-
-    left_out : paths of those that turn in a train without speeds.
-    """
-
-    displacements: list[Displacement] = field(default_factory=list)
-    mesh_errors: list[MeshError] = field(default_factory=list)
-    loads: list[Load] = field(default_factory=list)
-    left_out: list[str] = field(default_factory=list)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeviationScope:
     """The train so far, which deviations act on, and what they become.
 
-    planets : number of branches, by stage.  effects, log : collected here by the kinds.
+    planets : number of branches, by stage.  displacements, mesh_errors, loads : collected here by the kinds.
+    left_out : paths of deviations that turn in a train without speeds.
     """
 
     bodies: Sequence[Body]
@@ -65,8 +52,11 @@ class DeviationScope:
     links: Sequence[Link]
     kinematics: Kinematics
     planets: Mapping[str, int]
-    effects: DeviationEffects
     log: ResolutionLog
+    displacements: list[Displacement] = field(default_factory=list)
+    mesh_errors: list[MeshError] = field(default_factory=list)
+    loads: list[Load] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
 
     def relative(self, body: Body) -> Fraction | None:
         """Turns per second of a body in its frame, None without speeds."""
@@ -91,13 +81,13 @@ class DeviationScope:
 
     def seats(self, body: Body) -> list[Link]:
         """The supports or bearings that carry a body; of a gear that has none, the shaft it sits on."""
-        found = [
+        seats = [
             link
             for link in self.links
             if (link.kind == "support" and link.first == body.name)
             or (link.kind == "bearing" and (link.second or link.first) == body.name)
         ]
-        return found or [link for link in self.links if link.kind == "shaft" and link.second == body.name]
+        return seats or [link for link in self.links if link.kind == "shaft" and link.second == body.name]
 
     def pins(self, body: Body) -> list[Link]:
         """The bearings of what a body carries."""
@@ -113,51 +103,42 @@ class DeviationScope:
         count = self.branches(mesh)
         return per_branch(value, count, path)[(mesh.branch or 1) - 1]
 
+    def add_error(
+        self, cause: str, mesh: Mesh, path: str, amplitude: complex, frequency: Fraction, *, far: bool = False
+    ) -> None:
+        """Add an error of a mesh; fields as of `MeshError`."""
+        error = MeshError(path=path, cause=cause, mesh=mesh.name, amplitude=amplitude, frequency=frequency, far=far)
+        self.mesh_errors.append(error)
+
     def branches(self, mesh: Mesh) -> int:
         """Number of branches that have this mesh."""
         return self.planets[mesh.pair.split(".")[1]] if mesh.branch is not None else 1
 
 
-def deviations_of(
-    model: ModelFile,
-    *,
-    bodies: Sequence[Body],
-    meshes: Sequence[Mesh],
-    links: Sequence[Link],
-    kinematics: Kinematics,
-    planets: Mapping[str, int],
-    log: ResolutionLog,
-) -> DeviationEffects:
-    """Effects of all deviations; those that turn are left out with a warning where the file gives no speeds.
+def resolve_deviations(model: ModelFile, scope: DeviationScope) -> None:
+    """Collect what all deviations do; those that turn are left out with a warning where the file gives no speeds.
 
     Raises
     ------
     ModelError : a list that is not one per planet; deviations of a pair that does not mesh, or of a side that is none.
     """
-    effects = DeviationEffects()
-    scope = DeviationScope(
-        bodies=bodies, meshes=meshes, links=links, kinematics=kinematics, planets=planets, effects=effects, log=log
-    )
-    for body in bodies:
+    for body in scope.bodies:
         levels = _levels(model.deviations.members, body.member, body.side)
         for key, resolve_member in MEMBER_KINDS.items():
-            if (found := stated(levels, key)) is not None:
-                resolve_member(scope, body, found.path, found.value)
-    for mesh in meshes:
+            if (statement := stated(levels, key)) is not None:
+                resolve_member(scope, body, statement.path, statement.value)
+    for mesh in scope.meshes:
         levels = _levels(model.deviations.meshes, mesh.pair.removeprefix("stages."), mesh.side)
         for key, resolve_mesh in MESH_KINDS.items():
             for path, value in _statements(levels, key):
                 resolve_mesh(scope, mesh, path, value)
-    _check_meshed(model, meshes)
-    _check_bodies(model, bodies)
-    if effects.left_out:
-        names = ", ".join(dict.fromkeys(effects.left_out))
-        log.warn(
-            coded(
-                "deviation-without-speed", f"no speed is given (operation.speed): left out, because they turn: {names}"
-            )
+    _check_meshed(model, scope.meshes)
+    _check_bodies(model, scope.bodies)
+    if scope.left_out:
+        names = ", ".join(dict.fromkeys(scope.left_out))
+        scope.log.coded(
+            "deviation-without-speed", f"no speed is given (operation.speed): left out, because they turn: {names}"
         )
-    return effects
 
 
 def _check_meshed(model: ModelFile, meshes: Sequence[Mesh]) -> None:
@@ -194,9 +175,9 @@ def _levels(tables: Mapping[str, object], name: str, side: str | None) -> Levels
 
 def _statements(levels: Levels, key: str) -> Iterable[tuple[str, Any]]:
     """Path and value of a kind in the nearest table that states it; of named errors the nearest of each name."""
-    found = stated(levels, key)
-    if found is None or not isinstance(found.value, dict):
-        return [] if found is None else [(found.path, found.value)]
+    statement = stated(levels, key)
+    if statement is None or not isinstance(statement.value, dict):
+        return [] if statement is None else [(statement.path, statement.value)]
     named: dict[str, tuple[str, Any]] = {}
     for level in reversed(subtables(levels, key)):
         named |= {name: (f"{level.path}.{name}", table) for name, table in (level.table or {}).items()}  # type: ignore[attr-defined]
@@ -213,37 +194,28 @@ def _run_out(scope: DeviationScope, body: Body, path: str, table: DisplacementTa
         return
     pins = scope.pins(body)
     if not pins:
-        scope.log.warn(
-            coded(
-                "deviation-without-effect", f"{path}: {body.name} has neither teeth nor pins, its run-out moves nothing"
-            )
+        scope.log.coded(
+            "deviation-without-effect", f"{path}: {body.name} has neither teeth nor pins, its run-out moves nothing"
         )
         return
     _displace(scope, body, path, table, cause="run_out", rows="own", links=pins, frequency=Fraction(0))
 
 
-def _bearing_run_out(scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
-    """Run-out of the bearing seat, which turns with the body and enters the links that carry it."""
-    seats = scope.seats(body)
-    _warn_unheld(scope, body, path, table, tilt=False)
-    frequency = scope.relative(body)
-    _displace(scope, body, path, table, cause="bearing_run_out", rows="own", links=seats, frequency=frequency)
+def _seat_error(
+    cause: Literal["bearing_run_out", "position", "tilt"],
+) -> Callable[[DeviationScope, Body, str, DisplacementTable | TiltTable], None]:
+    """Kind of a displaced seat: run-out turns with the body and enters the links that carry it; position and
+    misalignment stand still in what carries the body."""
 
+    def resolve(scope: DeviationScope, body: Body, path: str, table: DisplacementTable | TiltTable) -> None:
+        seats = scope.seats(body)
+        _warn_unheld(scope, body, path, table, tilt=cause == "tilt")
+        turns = cause == "bearing_run_out"
+        frequency = scope.relative(body) if turns else scope.seat_turn(body, seats)
+        rows: Literal["own", "seat"] = "own" if turns else "seat"
+        _displace(scope, body, path, table, cause=cause, rows=rows, links=seats, frequency=frequency)
 
-def _position(scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
-    """Position error of the seat, which stands still in what carries the body."""
-    seats = scope.seats(body)
-    _warn_unheld(scope, body, path, table, tilt=False)
-    frequency = scope.seat_turn(body, seats)
-    _displace(scope, body, path, table, cause="position", rows="seat", links=seats, frequency=frequency)
-
-
-def _tilt(scope: DeviationScope, body: Body, path: str, table: TiltTable) -> None:
-    """Misalignment of the seat, which stands still in what carries the body."""
-    seats = scope.seats(body)
-    _warn_unheld(scope, body, path, table, tilt=True)
-    frequency = scope.seat_turn(body, seats)
-    _displace(scope, body, path, table, cause="tilt", rows="seat", links=seats, frequency=frequency, tilt=True)
+    return resolve
 
 
 def _displace(
@@ -256,7 +228,6 @@ def _displace(
     rows: Literal["mesh", "own", "seat"],
     links: Sequence[Link],
     frequency: Fraction | None,
-    tilt: bool = False,
 ) -> None:
     """Add the displaced feature: its components across the axis turn at `frequency` [Hz], that along z stands still.
 
@@ -266,17 +237,17 @@ def _displace(
     """
     across, along = _components(scope, body, path, table)
     if across and frequency is None:
-        scope.effects.left_out.append(path)
+        scope.left_out.append(path)
     for size, axial, turns in ((across, False, frequency), (along, True, Fraction(0))):
         if size and turns is not None:
-            scope.effects.displacements.append(
+            scope.displacements.append(
                 Displacement(
                     path=path,
                     cause=cause,
                     body=body.name,
                     rows=rows,
                     links=tuple(link.name for link in links),
-                    vector=_six(size, along=axial, tilt=tilt, turning=turns != 0),
+                    vector=_six(size, along=axial, tilt=cause == "tilt", turning=turns != 0),
                     frequency=turns,
                 )
             )
@@ -294,11 +265,9 @@ def _warn_unheld(
     for value, directions in zip(components, ((first, first + 1), (first + 2,)), strict=True):
         if value and not any(row[i] for row in rows for i in directions):
             names = " and ".join(DIRECTIONS[i] for i in directions)
-            scope.log.warn(
-                coded(
-                    "deviation-without-effect",
-                    f"{path} has no effect: no support or bearing holds {body.member} in {names}",
-                )
+            scope.log.coded(
+                "deviation-without-effect",
+                f"{path} has no effect: no support or bearing holds {body.member} in {names}",
             )
 
 
@@ -349,12 +318,12 @@ def _unbalance(scope: DeviationScope, body: Body, path: str, table: UnbalanceTab
     """A force that turns with the body, amount [kg m] times the square of its absolute speed."""
     speed = scope.kinematics.speed
     if speed is None:
-        scope.effects.left_out.append(path)
+        scope.left_out.append(path)
         return
     omega = float(speed[body.member]) * math.pi / 30
     force = scope.value_of_body(body, table.amount, f"{path}.amount") * omega**2
     if force:
-        scope.effects.loads.append(
+        scope.loads.append(
             Load(
                 path=path,
                 body=body.name,
@@ -375,7 +344,7 @@ def _pitch(scope: DeviationScope, body: Body, path: str, lists: tuple[tuple[floa
     """Measured pitch deviations [m]: in every mesh of the gear a line at each order of its turning in the frame."""
     relative = scope.relative(body)
     if relative is None:
-        scope.effects.left_out.append(path)
+        scope.left_out.append(path)
         return
     samples = lists[(body.branch or 1) - 1] if len(lists) > 1 else lists[0]
     orders, coefficients = pitch_lines(samples)
@@ -387,15 +356,8 @@ def _pitch(scope: DeviationScope, body: Body, path: str, lists: tuple[tuple[floa
         start = tooth_phase(len(samples), seen_from, body.angle) / len(samples)
         for order, coefficient in zip(orders.tolist(), coefficients.tolist(), strict=True):
             if abs(coefficient) > floor:
-                scope.effects.mesh_errors.append(
-                    MeshError(
-                        path=path,
-                        cause="pitch",
-                        mesh=mesh.name,
-                        amplitude=coefficient * cmath.exp(2j * math.pi * order * start),
-                        frequency=-order * relative,
-                    )
-                )
+                amplitude = coefficient * cmath.exp(2j * math.pi * order * start)
+                scope.add_error("pitch", mesh, path, amplitude, -order * relative)
 
 
 def _profile(scope: DeviationScope, mesh: Mesh, path: str, table: ProfileErrorTable) -> None:
@@ -405,7 +367,7 @@ def _profile(scope: DeviationScope, mesh: Mesh, path: str, table: ProfileErrorTa
         return
     frequency = scope.kinematics.mesh_frequency
     if frequency is None:
-        scope.effects.left_out.append(path)
+        scope.left_out.append(path)
         return
     if table.phase == "identical":
         value = profile_amplitude(amplitude, table.order, lead=mesh.lead)
@@ -415,18 +377,14 @@ def _profile(scope: DeviationScope, mesh: Mesh, path: str, table: ProfileErrorTa
     else:
         assert not isinstance(table.phase, str)  # the schema leaves numbers
         value = profile_amplitude(amplitude, table.order, scope.value_of_mesh(mesh, table.phase, f"{path}.phase"))
-    error = MeshError(
-        path=path, cause="profile", mesh=mesh.name, amplitude=value, frequency=table.order * frequency[mesh.stage]
-    )
-    scope.effects.mesh_errors.append(error)
+    scope.add_error("profile", mesh, path, value, table.order * frequency[mesh.stage])
 
 
 def _gap(scope: DeviationScope, mesh: Mesh, path: str, gap: float | tuple[float, ...]) -> None:
     """Tooth thickness error: a constant opening of the gap [m]."""
     size = scope.value_of_mesh(mesh, gap, path)
     if size:
-        error = MeshError(path=path, cause="gap", mesh=mesh.name, amplitude=complex(size), frequency=Fraction(0))
-        scope.effects.mesh_errors.append(error)
+        scope.add_error("gap", mesh, path, complex(size), Fraction(0))
 
 
 def _turning_error(scope: DeviationScope, mesh: Mesh, path: str, table: TurningErrorTable) -> None:
@@ -443,7 +401,7 @@ def _turning_error(scope: DeviationScope, mesh: Mesh, path: str, table: TurningE
     # in the frame, which turns with the carrier, that stands still whether a speed is given or not
     turns = Fraction(0) if body.kind == "carrier" else scope.relative(body)
     if turns is None:
-        scope.effects.left_out.append(path)
+        scope.left_out.append(path)
         return
     size = amplitude * (math.cos(mesh.base_helix) if table.direction == "transverse" else 1.0)
     phase = scope.value_of_mesh(mesh, table.phase, f"{path}.phase")
@@ -453,15 +411,8 @@ def _turning_error(scope: DeviationScope, mesh: Mesh, path: str, table: TurningE
         else:
             origin = _force_angle(mesh, gears, body, far=far)
         wave = cmath.rect(size, table.order * (body.angle - origin) + phase)
-        error = MeshError(
-            path=path,
-            cause="errors",
-            mesh=mesh.name,
-            amplitude=-wave if table.sense == "closes" else wave,
-            frequency=table.order * turns,
-            far=far,
-        )
-        scope.effects.mesh_errors.append(error)
+        amplitude_at = -wave if table.sense == "closes" else wave
+        scope.add_error("errors", mesh, path, amplitude_at, table.order * turns, far=far)
 
 
 def _turning_body(scope: DeviationScope, gears: Sequence[Body], member: str, side: str | None) -> Body:
@@ -494,9 +445,9 @@ def _force_angle(mesh: Mesh, gears: Sequence[Body], body: Body, *, far: bool) ->
 # (scope, body or mesh, path in the file, value of the schema); displacements and errors are added in this order
 MEMBER_KINDS: dict[str, Callable[[DeviationScope, Body, str, Any], None]] = {
     "run_out": _run_out,
-    "bearing_run_out": _bearing_run_out,
-    "position": _position,
-    "tilt": _tilt,
+    "bearing_run_out": _seat_error("bearing_run_out"),
+    "position": _seat_error("position"),
+    "tilt": _seat_error("tilt"),
     "unbalance": _unbalance,
     "pitch": _pitch,
 }
@@ -596,7 +547,7 @@ def _check(path: str, size: float, module: float, data: Mapping[str, Any], log: 
         )
     if size > _DOUBTFUL * module:
         more = f"{words} more than a tenth of a module ({_millimetres(module)}); is the unit right?"
-        log.warn(coded("deviation-large", f"{path} = {_written(data, path, size)}: {more}"))
+        log.coded("deviation-large", f"{path} = {_written(data, path, size)}: {more}")
 
 
 def check_contact_errors(

@@ -13,7 +13,6 @@ from typing import NamedTuple
 from ..document.writer import quantity_text
 from ..errors import ModelError
 from ..teeth import geometry
-from ..warning_codes import coded
 from .stages import GearPair, Plan, origin_of, sides_of, stated, stated_value
 from .train import GearData, ResolutionLog, same
 
@@ -43,6 +42,11 @@ class Teeth:
     base_radius: float
 
     @property
+    def nominal(self) -> bool:
+        """Whether the base radius is that of teeth and module."""
+        return same(self.base_radius, self.nominal_base)
+
+    @property
     def transverse_angle(self) -> float:
         """Transverse pressure angle of the tool [rad]."""
         return geometry.transverse_pressure_angle(self.pressure_angle, self.helix_angle)
@@ -61,9 +65,8 @@ def teeth_of_stage(plan: Plan, log: ResolutionLog) -> dict[str, Teeth]:
     ModelError : a module, angle or hand that contradicts its chain, no module and no base radius.
     """
     teeth: dict[str, Teeth] = {}
-    for name in plan.gears:
-        if name not in teeth:
-            teeth |= _chain_teeth(plan, plan.chain(name), log)
+    for number in dict.fromkeys(plan.chains[name] for name in plan.gears):
+        teeth |= _chain_teeth(plan, tuple(name for name in plan.gears if plan.chains[name] == number), log)
     return {name: teeth[name] for name in plan.gears}
 
 
@@ -116,22 +119,18 @@ def _scaled_to_teeth(plan: Plan, by_teeth: Mapping[str, float], from_module: boo
     rounded = all(value <= ROUNDED_RADIUS for value in share.values())
     for name, radius in missed.items():
         if (from_module and share[name] > FAR_RADIUS) or (plan.loaded and share[name] > ROUNDED_RADIUS):
-            log.warn(
-                coded(
-                    "base-radius-far",
-                    f"{plan.member_path(name)}.base_radius = {radius * 1e3:.4g} mm is far from teeth and module, "
-                    f"which give {by_teeth[name] * 1e3:.4g} mm",
-                )
+            log.coded(
+                "base-radius-far",
+                f"{plan.member_path(name)}.base_radius = {radius * 1e3:.4g} mm is far from teeth and module, "
+                f"which give {by_teeth[name] * 1e3:.4g} mm",
             )
     if not plan.loaded or not missed or not rounded:
         return set()
     texts = [f"{name} {radius * 1e3:.6g} to {by_teeth[name] * 1e3:.6g} mm" for name, radius in missed.items()]
-    log.warn(
-        coded(
-            "base-radius-scaled",
-            f"{plan.path}: base radii are scaled to the ratios of the teeth, without which no torque balances: "
-            f"{', '.join(texts)}",
-        )
+    log.coded(
+        "base-radius-scaled",
+        f"{plan.path}: base radii are scaled to the ratios of the teeth, without which no torque balances: "
+        f"{', '.join(texts)}",
     )
     return set(missed)
 
@@ -142,12 +141,9 @@ def _stated_in_chain(plan: Plan, chain: tuple[str, ...], key: str) -> dict[str, 
     first, kind = next(iter(given), ""), "angle" if key.endswith("angle") else "length"
     for name, value in given.items():
         if not same(value, given[first]):
-            raise ModelError(
-                f"contradicts its chain: {first} has {quantity_text(given[first], kind)}",
-                path=f"{plan.member_path(name)}.{key}",
-                given=quantity_text(value, kind),
-                allowed="one value along a chain of meshing gears",
-            )
+            problem = f"contradicts its chain: {first} has {quantity_text(given[first], kind)}"
+            path, allowed = f"{plan.member_path(name)}.{key}", "one value along a chain of meshing gears"
+            raise ModelError(problem, path=path, given=quantity_text(value, kind), allowed=allowed)
     return given
 
 
@@ -175,8 +171,7 @@ def _module(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float], log
     slant = math.cos(angles[1])
     given = _stated_in_chain(plan, chain, "module")
     tilted = {name: value * slant for name, value in _stated_in_chain(plan, chain, "transverse_module").items()}
-    both = given | tilted
-    stage = plan.stage
+    both, stage = given | tilted, plan.stage
     if both:
         first = next(iter(both))
         for name, value in both.items():
@@ -217,16 +212,15 @@ def _module_of_radii(plan: Plan, chain: tuple[str, ...], angles: tuple[float, fl
 def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog) -> dict[str, int]:
     """Hand of every gear of a chain, +1 right, -1 left, 0 spur: one is stated, the others follow, default right."""
     relative = {chain[0]: 1}
-    pairs = [p for p in plan.pairs if p.a in chain]
+    pairs = [(p, 1 if p.internal else -1) for p in plan.pairs if p.a in chain]
     for _ in pairs:
-        for p in pairs:
-            sign = 1 if p.internal else -1
+        for p, sign in pairs:
             if p.a in relative:
                 relative.setdefault(p.b, sign * relative[p.a])
             elif p.b in relative:
                 relative[p.a] = sign * relative[p.b]
-    for p in pairs:
-        if helix and relative[p.b] != relative[p.a] * (1 if p.internal else -1):
+    for p, sign in pairs:
+        if helix and relative[p.b] != relative[p.a] * sign:
             raise ModelError("these hands cannot mesh all the way round", path=p.path, given=f"{p.a}, {p.b}")
     given = {n: HANDS[word] for n in chain if (word := plan.gears[n].hand) is not None}
     first = next(iter(given), chain[0])
@@ -314,22 +308,9 @@ def _gear_data(plan: Plan, name: str, teeth: Teeth, shift: float, side: str | No
     member = plan.gears[name]
     addendum = float(stated_value(plan.levels(name, side), "addendum", 1.0))
     dedendum = float(stated_value(plan.levels(name, side), "dedendum", 1.25))
-    tip = geometry.tip_radius(
-        teeth.teeth,
-        teeth.module,
-        teeth.helix_angle,
-        internal=teeth.internal,
-        profile_shift=shift,
-        addendum=addendum,
-    )
-    root = geometry.root_radius(
-        teeth.teeth,
-        teeth.module,
-        teeth.helix_angle,
-        internal=teeth.internal,
-        profile_shift=shift,
-        dedendum=dedendum,
-    )
+    size = teeth.teeth, teeth.module, teeth.helix_angle
+    tip = geometry.tip_radius(*size, internal=teeth.internal, profile_shift=shift, addendum=addendum)
+    root = geometry.root_radius(*size, internal=teeth.internal, profile_shift=shift, dedendum=dedendum)
     return GearData(
         teeth=teeth.teeth,
         internal=teeth.internal,
@@ -343,7 +324,7 @@ def _gear_data(plan: Plan, name: str, teeth: Teeth, shift: float, side: str | No
         base_radius=teeth.base_radius,
         tip_radius=tip if member.tip_diameter is None else member.tip_diameter / 2,
         root_radius=root if member.root_diameter is None else member.root_diameter / 2,
-        reference_radius=geometry.reference_radius(teeth.teeth, teeth.module, teeth.helix_angle),
+        reference_radius=geometry.reference_radius(*size),
         profile_shift=shift,
         addendum=addendum,
         dedendum=dedendum,
@@ -399,12 +380,10 @@ def _first(stated: Sequence[tuple[str, float | None]], log: ResolutionLog) -> Gi
     given = [GivenLength(path, value) for path, value in stated if value is not None]
     for path, value in given[1:]:
         if not same(value, given[0].value, 1e-6):
-            log.warn(
-                coded(
-                    "centre-distances-differ",
-                    f"centre distances differ: {given[0].path} {given[0].value * 1e3:.6g} mm, "
-                    f"{path} {value * 1e3:.6g} mm; the first one counts",
-                )
+            log.coded(
+                "centre-distances-differ",
+                f"centre distances differ: {given[0].path} {given[0].value * 1e3:.6g} mm, "
+                f"{path} {value * 1e3:.6g} mm; the first one counts",
             )
     return given[0] if given else None
 
@@ -465,7 +444,7 @@ def _distances_from_shifts(
 def _shift_sum(p: GearPair, teeth: Mapping[str, Teeth], distance: float) -> float | None:
     """Sum of shifts with which a pair works at a distance; None where its base circles do not allow it."""
     a, b = teeth[p.a], teeth[p.b]
-    if not (same(a.base_radius, a.nominal_base) and same(b.base_radius, b.nominal_base)):
+    if not (a.nominal and b.nominal):
         return None
     angle = geometry.working_pressure_angle_at(distance, a.base_radius, b.base_radius, internal=p.internal)
     if math.isnan(angle):

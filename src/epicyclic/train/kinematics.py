@@ -97,11 +97,11 @@ def _reduce(rows: Sequence[Row], columns: int) -> tuple[list[Row], list[int]]:
     """Reduced row echelon form without its zero rows, and its pivot columns."""
     left, done, pivots = [row for row in rows if any(row)], list[Row](), list[int]()
     for column in range(columns):
-        found = next((row for row in left if row[column]), None)
-        if found is None:
+        first = next((row for row in left if row[column]), None)
+        if first is None:
             continue
-        left = [row for row in left if row is not found]
-        pivot = [value / found[column] for value in found]
+        left = [row for row in left if row is not first]
+        pivot = [value / first[column] for value in first]
         done = [_eliminated(row, pivot, column) for row in done] + [pivot]
         left = [row for row in (_eliminated(row, pivot, column) for row in left) if any(row)]
         pivots.append(column)
@@ -137,6 +137,11 @@ class Gearing:
     teeth_b: int
     internal: bool
     carrier: str | None
+
+    @property
+    def signed_b(self) -> int:
+        """Teeth of b, negative of a ring: torques on a and b are in the ratio of teeth_a to this."""
+        return -self.teeth_b if self.internal else self.teeth_b
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -207,7 +212,6 @@ def solve_kinematics(
     balance: Sequence[str] = (),
     carriers: Mapping[str, str | None] | None = None,
     ends: Sequence[str] = (),
-    paths: Mapping[str, str] | None = None,
 ) -> Kinematics:
     """Speeds, ratios, mesh frequencies, torques and power of a train.
 
@@ -223,7 +227,6 @@ def solve_kinematics(
     carriers : carrier of each stage, None where its axes are at rest; the stages of `gearings` need no entry.
     ends : members at which torque may enter or leave (no planets); one that is neither held, tied nor loaded balances
         where `balance` is empty.
-    paths : spelling of a member in the model file, for messages (``operation.torque.<it>``); else its own name.
 
     Raises
     ------
@@ -232,26 +235,28 @@ def solve_kinematics(
         ends that could balance them.
     """
     speeds, torques, powers = dict(speeds or {}), dict(torques or {}), dict(powers or {})
-    named = {name: (paths or {}).get(name, name) for name in members}
-    _check_names(named, gearings, ties, held=held, speed=speeds, torque=torques, power=powers, balance=balance)
+    given = {"held": held, "speed": speeds, "torque": torques, "power": powers, "balance": balance}
+    _check_names(members, gearings, ties, given)
     rows = _equations(gearings, ties)
     preferred = [*speeds, *(m for m in ends if m not in speeds)]
     motions = _motions(members, _equations(gearings, ties, held), preferred)
     if not motions:
-        raise _locked(members, gearings, ties, held, ends, named)
-    speed = _speeds(motions, speeds, held, named)
-    loads = _loads(torques, powers, speed, held, named)
+        raise _locked(members, gearings, ties, held, ends)
+    speed = _speeds(motions, speeds, held)
+    loads = _loads(torques, powers, speed, held)
     coupled = {name for tie in ties for name in (tie.a, tie.b)}
     ratio = {name: {end: motion[name] for end, motion in motions.items()} for name in members}
     names = tones(gearings, ratio)
-    found = _external_torques(members, rows, motions, loads, held, balance, ends, coupled, named) if loads else None
+    frames = {g.stage: g.carrier for g in gearings} | dict(carriers or {})
+    turns = {} if speed is None else {stage: speed[c] if c is not None else Fraction(0) for stage, c in frames.items()}
+    found = _external_torques(members, rows, motions, loads, held, balance, ends, coupled) if loads else None
     torque, reacting = (None, ()) if found is None else found
     inner = None if torque is None else _internal_torques(members, gearings, ties, rows, torque)
     return Kinematics(
         freedoms=tuple(motions),
         ratio=ratio,
         speed=speed,
-        frame_speed=_frame_speeds(speed, gearings, carriers or {}),
+        frame_speed=None if speed is None else turns | {"housing": Fraction(0)},
         mesh_frequency=None if speed is None else _tooth_rates(gearings, names, speed, 60),
         mesh_order=_tooth_rates(gearings, names, next(iter(motions.values()))) if len(motions) == 1 else {},
         torque=None if torque is None else {name: float(torque[name]) for name in members},
@@ -285,35 +290,31 @@ def tones(gearings: Sequence[Gearing], ratio: Mapping[str, Mapping[str, Fraction
 
 
 def _check_names(
-    named: Mapping[str, str], gearings: Sequence[Gearing], ties: Sequence[Tie], **given: Iterable[str]
+    members: Sequence[str], gearings: Sequence[Gearing], ties: Sequence[Tie], given: Mapping[str, Iterable[str]]
 ) -> None:
-    for g in gearings:
-        _known(g.pair, (n for n in (g.a, g.b, g.carrier) if n is not None), named)
-    for tie in ties:
-        _known(f"couplings.{tie.name}", (tie.a, tie.b), named)
-    for key, names in given.items():
-        _known(f"operation.{key}", names, named)
-
-
-def _known(path: str, names: Iterable[str], named: Mapping[str, str]) -> None:
-    for name in names:
-        if name not in named:
-            raise ModelError("no such member", path=path, given=name, allowed=", ".join(named.values()))
-
-
-def _gearing_row(g: Gearing) -> dict[str, Fraction]:
-    """teeth_a (w_a - w_c) +- teeth_b (w_b - w_c) = 0, + external, - internal, as coefficients."""
-    b = -g.teeth_b if g.internal else g.teeth_b
-    row = {g.a: Fraction(g.teeth_a), g.b: Fraction(b)}
-    if g.carrier is not None:
-        row[g.carrier] = row.get(g.carrier, Fraction(0)) - g.teeth_a - b
-    return row
+    """Raise ModelError for a name of meshes, couplings or of the operation that is no member."""
+    named: list[tuple[str, Iterable[str | None]]] = [(g.pair, (g.a, g.b, g.carrier)) for g in gearings]
+    named += [(f"couplings.{tie.name}", (tie.a, tie.b)) for tie in ties]
+    named += [(f"operation.{key}", names) for key, names in given.items()]
+    for path, names in named:
+        for name in names:
+            if name is not None and name not in members:
+                raise ModelError("no such member", path=path, given=name, allowed=", ".join(members))
 
 
 def _equations(gearings: Iterable[Gearing], ties: Iterable[Tie], held: Iterable[str] = ()) -> list[dict[str, Fraction]]:
-    """What the speeds must fulfil: meshes, ties, then members at rest, each as coefficients of the members."""
-    tied = [{t.a: Fraction(1), t.b: Fraction(-1)} for t in ties]
-    return [*map(_gearing_row, gearings), *tied, *({name: Fraction(1)} for name in held)]
+    """What the speeds must fulfil: meshes, ties, then members at rest, each as coefficients of the members.
+
+    Of a mesh teeth_a (w_a - w_c) +- teeth_b (w_b - w_c) = 0, + external, - internal.
+    """
+    rows: list[dict[str, Fraction]] = []
+    for g in gearings:
+        row = {g.a: Fraction(g.teeth_a), g.b: Fraction(g.signed_b)}
+        if g.carrier is not None:
+            row[g.carrier] = row.get(g.carrier, Fraction(0)) - g.teeth_a - g.signed_b
+        rows.append(row)
+    rows += [{tie.a: Fraction(1), tie.b: Fraction(-1)} for tie in ties]
+    return [*rows, *({name: Fraction(1)} for name in held)]
 
 
 def _motions(
@@ -333,7 +334,6 @@ def _locked(
     ties: Sequence[Tie],
     held: Sequence[str],
     ends: Sequence[str],
-    named: Mapping[str, str],
 ) -> ModelError:
     """What to say of a train in which no member can turn: the carriers that would free it, else what is held."""
     planets = set(members) - set(ends or members)
@@ -349,17 +349,17 @@ def _locked(
     return ModelError(
         "the train is locked, no member can turn",
         path="operation.held",
-        given=[named[name] for name in held],
+        given=list(held),
         allowed="fewer held members, and teeth whose ratios agree around every loop",
     )
 
 
 def _speeds(
-    motions: Mapping[str, Motion], given: Mapping[str, Fraction], held: Sequence[str], named: Mapping[str, str]
+    motions: Mapping[str, Motion], given: Mapping[str, Fraction], held: Sequence[str]
 ) -> dict[str, Fraction] | None:
     """Speed of every member [rev/min], None where none is given."""
     for name in given:
-        path = f"operation.speed.{named[name]}"
+        path = f"operation.speed.{name}"
         if not abs(given[name]) < HUGE:
             raise ModelError("not a number to calculate with", path=path, allowed=f"below {HUGE:g} rpm")
         if name in held and given[name]:
@@ -373,26 +373,17 @@ def _speeds(
     if not given_freedoms:
         return None
     if len(given_freedoms) < len(motions):
-        other = ", ".join(named[end] for end in motions if end not in given)
+        other = ", ".join(end for end in motions if end not in given)
         raise ModelError(
             f"the train has {len(motions)} freedoms, that many speeds are needed",
             path="operation.speed",
-            given=[named[name] for name in given_freedoms],
+            given=given_freedoms,
             allowed=f"also the speed of {other}",
         )
     return {
         name: sum((m[name] * given[end] for end, m in motions.items()), Fraction(0))
         for name in next(iter(motions.values()))
     }
-
-
-def _frame_speeds(
-    speed: Motion | None, gearings: Sequence[Gearing], carriers: Mapping[str, str | None]
-) -> dict[str, Fraction] | None:
-    if speed is None:
-        return None
-    frames = {g.stage: g.carrier for g in gearings} | dict(carriers)
-    return {stage: speed[c] if c is not None else Fraction(0) for stage, c in frames.items()} | {"housing": Fraction(0)}
 
 
 def _tooth_rates(
@@ -404,17 +395,13 @@ def _tooth_rates(
 
 
 def _loads(
-    torques: Mapping[str, float],
-    powers: Mapping[str, float],
-    speed: Motion | None,
-    held: Sequence[str],
-    named: Mapping[str, str],
+    torques: Mapping[str, float], powers: Mapping[str, float], speed: Motion | None, held: Sequence[str]
 ) -> dict[str, Fraction]:
     """Given external torques, exact [N m]; a power is divided by the speed of its member."""
     loads: dict[str, Fraction] = {}
     for key, given in (("torque", torques), ("power", powers)):
         for name, value in given.items():
-            path = f"operation.{key}.{named[name]}"
+            path = f"operation.{key}.{name}"
             if not abs(value) < HUGE:
                 raise ModelError("not a number to calculate with", path=path, given=value, allowed=f"below {HUGE:g}")
             if name in held:
@@ -439,17 +426,30 @@ def _external_torques(
     balance: Sequence[str],
     ends: Sequence[str],
     coupled: Iterable[str],
-    named: Mapping[str, str],
 ) -> tuple[dict[str, Fraction], tuple[str, ...]]:
-    """External torque on every member in equilibrium exactly [N m], and the members whose torque follows."""
+    """External torque on every member in equilibrium exactly [N m], and the members whose torque follows.
+
+    Raises
+    ------
+    ModelError : torques that do not balance, or several ends that could balance them.
+    """
     free = list(_motions(members, rows).values())
     missing = {end: -_work(loads, motion) for end, motion in motions.items()}
     scale = max(abs(value * motion[name]) for motion in motions.values() for name, value in loads.items())
     balanced = all(abs(value) <= UNBALANCED * scale for value in missing.values())
-    sums = ", ".join(f"{float(value):.6g} N m at {named[end]}" for end, value in missing.items())
-    balancing = list(balance) or (
-        [] if balanced else _balancing_ends(loads, held, ends, coupled, len(motions), named, sums)
-    )
+    sums = ", ".join(f"{float(value):.6g} N m at {end}" for end, value in missing.items())
+    balancing = list(balance)
+    if not balancing and not balanced:
+        # the free ends take the balance, if they are no more than the freedoms
+        idle = [name for name in ends if name not in held and name not in loads]
+        balancing = [name for name in idle if name not in coupled]
+        if idle and not 0 < len(balancing) <= len(motions):
+            raise ModelError(
+                f"which end takes the balance is not clear, the torques need further {sums}",
+                path="operation.torque",
+                given={name: float(value) for name, value in loads.items()},
+                allowed=f'"balance" at one of {", ".join(balancing or idle)}',
+            )
     unknown = [*held, *(name for name in balancing if name not in held)]
     found = _reactions(free, loads, unknown)
     if found is None and balanced:
@@ -457,42 +457,14 @@ def _external_torques(
         loads = {name: value + spread[name] for name, value in loads.items()}
         found = _reactions(free, loads, unknown)
     if found is None:
-        members_named = ", ".join(named[end] for end in ends or members)
         raise ModelError(
             f"the torques do not balance, they need further {sums}",
             path="operation.torque",
-            given={named[name]: float(value) for name, value in loads.items()},
-            allowed=f'torques in equilibrium, or "balance" at {len(motions)} of {members_named}',
+            given={name: float(value) for name, value in loads.items()},
+            allowed=f'torques in equilibrium, or "balance" at {len(motions)} of {", ".join(ends or members)}',
         )
     torque = {name: loads.get(name, Fraction(0)) + found.get(name, Fraction(0)) for name in members}
     return torque, tuple(unknown)
-
-
-def _balancing_ends(
-    loads: Mapping[str, Fraction],
-    held: Sequence[str],
-    ends: Sequence[str],
-    coupled: Iterable[str],
-    needed: int,
-    named: Mapping[str, str],
-    sums: str,
-) -> list[str]:
-    """Ends whose torque balances the others: the free ones, if they are no more than the freedoms.
-
-    Raises
-    ------
-    ModelError : which of several ends balances is ambiguous.
-    """
-    idle = [name for name in ends if name not in held and name not in loads]
-    offered = [name for name in idle if name not in set(coupled)]
-    if idle and not 0 < len(offered) <= needed:
-        raise ModelError(
-            f"which end takes the balance is not clear, the torques need further {sums}",
-            path="operation.torque",
-            given={named[name]: float(value) for name, value in loads.items()},
-            allowed=f'"balance" at one of {", ".join(named[name] for name in offered or idle)}',
-        )
-    return offered
 
 
 def _reactions(

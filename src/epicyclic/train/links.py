@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from ..document.schema import ModelFile
-from ..document.schema_fields import BoltsTable, ForceTableOf, LinkTable, SolidTable, SupportTable
+from ..document.schema_fields import ForceTableOf, LinkTable, SolidTable, SupportTable
 from ..document.units import Quantity
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import ForceCurve, force_curve
@@ -84,10 +84,11 @@ STIFF = math.inf
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkSite:
-    """Where a link sits: path in the file, name in results, bodies, branch (0 ..) of `count`, radius of rz in N/m.
+    """Where a link sits: path in the file, name in results, its bodies, number of branches that have it.
 
-    plate : side of the carrier plate it sits in, where there are two.  centre : of a support or bearing: axial place of
-        the centre of the member [m], from which `at` counts.
+    station : axial place of the link [m] unless its table states `at`, which counts from `centre` [m].
+    radius : at which an rz in N/m acts [m].  plate : side of the carrier plate it sits in, where there are two.
+    share : of the stiffness of the table that it has [1].
     """
 
     path: str
@@ -95,13 +96,17 @@ class LinkSite:
     kind: str
     first: Body
     second: str | None
-    turn: float
-    centre: float = 0.0
-    branch: int = 0
+    centre: float
+    station: float
     count: int = 1
     radius: float = 1.0
     share: float = 1.0
     plate: str | None = None
+
+    def of_branch(self, value: float | tuple[float, ...], path: str) -> float:
+        """Value of the branch of the site, in one value or one per planet. Raises ModelError for a list that does not
+        fit the planets."""
+        return per_branch(value, self.count, path)[(self.first.branch or 1) - 1]
 
 
 def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, float], log: ResolutionLog) -> Link:
@@ -118,6 +123,11 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
     if site.kind == "bearing" and second is not None:
         first, second = second, first  # of a bearing the carrier stands first
     curves = _curves(site, table, path)
+    damping = [0.0 if table.damping is None else (getattr(table.damping, d) or 0.0) * site.share for d in DIRECTIONS]
+    friction: list[tuple[str, float | str]] = []
+    for key in () if table.friction is None else ("force", "coefficient", "radius", "law"):
+        if (value := getattr(table.friction, key)) is not None:
+            friction.append((key, value * site.share if key == "force" else value))
     return Link(
         name=f"{site.name}/{name}" if name else site.name,
         path=path,
@@ -125,14 +135,14 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
         first=first,
         second=second,
         centre=site.first.centre,
-        station=site.first.station if table.at is None else site.centre + table.at,
-        angle=site.turn,
-        stiffness=_six(site, path, table, rest, curves, log),
-        damping=_dampers(table, site.share),
-        clearance=per_branch(table.clearance or 0.0, site.count, f"{path}.clearance")[site.branch],
+        station=site.station if table.at is None else site.centre + table.at,
+        angle=site.first.angle,
+        stiffness=_six(*_stiffnesses(site, path, table, rest, curves, log)),
+        damping=_six(*damping),
+        clearance=site.of_branch(table.clearance or 0.0, f"{path}.clearance"),
         exponent=table.exponent if table.exponent is not None else 1.0,
         load=(table.load or 0.0) * site.share,
-        friction=_friction(table, site.share),
+        friction=tuple(friction),
         curves=tuple(curves.items()),
     )
 
@@ -151,14 +161,18 @@ def _curves(site: LinkSite, table: LinkTable, path: str) -> dict[int, ForceCurve
     return curves
 
 
-def _six(
+def _six(x: float, y: float, z: float, rx: float, ry: float, rz: float) -> Six:
+    return x, y, z, rx, ry, rz
+
+
+def _stiffnesses(
     site: LinkSite,
     path: str,
     table: LinkTable,
     rest: Mapping[str, float],
     curves: Mapping[int, ForceCurve],
     log: ResolutionLog,
-) -> Six:
+) -> list[float]:
     """Stiffness in x y z [N/m], rx ry rz [N m/rad]; at a shared site the share of finite ones.
 
     Of a direction that follows a table, the nominal one.
@@ -176,12 +190,11 @@ def _six(
             log.note(f"{path}.{direction}", value, UNITS[direction], origin)
         else:
             whole = _torsional(stated, site.radius, f"{path}.{direction}") if isinstance(stated, Quantity) else stated
-            value = per_branch(whole, site.count, f"{path}.{direction}")[site.branch]
+            value = site.of_branch(whole, f"{path}.{direction}")
             note = list(whole) if isinstance(whole, tuple) else whole
             log.note(f"{path}.{direction}", note, UNITS[direction])
         values.append(value * site.share if math.isfinite(value) else value)
-    x, y, z, rx, ry, rz = values
-    return x, y, z, rx, ry, rz
+    return values
 
 
 def _torsional(stated: Quantity, radius: float, path: str) -> float | tuple[float, ...]:
@@ -201,22 +214,6 @@ def _known(radius: float, path: str, given: object) -> float:
     return radius
 
 
-def _dampers(table: LinkTable, share: float) -> Six:
-    """Dampers in x y z [N s/m], rx ry rz [N m s/rad]; at a shared site the share."""
-    if table.damping is None:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    x, y, z, rx, ry, rz = ((getattr(table.damping, d) or 0.0) * share for d in DIRECTIONS)
-    return x, y, z, rx, ry, rz
-
-
-def _friction(table: LinkTable, share: float) -> tuple[tuple[str, float | str], ...]:
-    """Friction of a link as pairs of key and value: force [N], coefficient [1], radius [m], law."""
-    if table.friction is None:
-        return ()
-    pairs = ((key, getattr(table.friction, key)) for key in ("force", "coefficient", "radius", "law"))
-    return tuple((key, value * share if key == "force" else value) for key, value in pairs if value is not None)
-
-
 # bolts ----------------------------------------------------------------------------------------------------------------
 
 
@@ -232,10 +229,17 @@ def bolted(site: Link, table: LinkTable, log: ResolutionLog) -> list[Link]:
         return [site]
     path = f"{site.path}.bolts"
     log.note(f"{path}.radius", bolts.radius, "m")
-    keys = ("radial", "tangential", "z")
-    radial, tangential, z = (_stiffness(bolts, key, path, log) for key in keys)
-    stated = [(direction, getattr(bolts, key)) for direction, key in enumerate(keys)]
-    curves = tuple((i, force_curve(*table.curves[0])) for i, table in stated if isinstance(table, ForceTableOf))
+    stiffness, curves = [], []
+    for direction, key in enumerate(("radial", "tangential", "z")):
+        stated: float | ForceTableOf | None = getattr(bolts, key)
+        if isinstance(stated, ForceTableOf):
+            curve = force_curve(*stated.curves[0])
+            curves.append((direction, curve))
+            stiffness.append(curve.stiffness)
+            log.note(f"{path}.{key}.tangent", curve.stiffness, "N/m", "half of its last force")
+        else:
+            stiffness.append(math.inf if stated is None else stated)
+            log.note(f"{path}.{key}", stiffness[-1], "N/m", "default" if stated is None else "given")
     angles = bolts.angles
     if angles is None:
         angles = tuple(math.tau * i / (bolts.count or 1) for i in range(bolts.count or 1))
@@ -250,23 +254,12 @@ def bolted(site: Link, table: LinkTable, log: ResolutionLog) -> list[Link]:
             centre=(site.centre[0] + bolts.radius * math.cos(angle), site.centre[1] + bolts.radius * math.sin(angle)),
             station=site.station,
             angle=angle,
-            stiffness=(radial, tangential, z, 0.0, 0.0, 0.0),
-            curves=curves,
+            stiffness=_six(*[*stiffness, 0.0, 0.0, 0.0]),
+            curves=tuple(curves),
         )
         for number, angle in enumerate(angles, start=1)
     ]
     return links
-
-
-def _stiffness(bolts: BoltsTable, key: str, path: str, log: ResolutionLog) -> float:
-    """Stiffness of one bolt in one direction [N/m]; rigid where it is not named."""
-    value: float | ForceTableOf | None = getattr(bolts, key)
-    if isinstance(value, ForceTableOf):
-        tangent = force_curve(*value.curves[0]).stiffness
-        log.note(f"{path}.{key}.tangent", tangent, "N/m", "half of its last force")
-        return tangent
-    log.note(f"{path}.{key}", math.inf if value is None else value, "N/m", "default" if value is None else "given")
-    return math.inf if value is None else value
 
 
 def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> list[Link]:
@@ -297,14 +290,15 @@ def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], log: Resolutio
         path = f"bodies.{name}.support"
         held = name in model.operation.held
         second = _carrying(body.support, bodies, None, path)
+        station = bodies[name].station
         site = LinkSite(
             path=path,
             name=f"{name}/support",
             kind="support",
             first=bodies[name],
             second=second,
-            turn=0.0,
-            centre=bodies[name].station,
+            centre=station,
+            station=station,
         )
         links += _bearings_of_seat(site, body.support, STIFF if held else 0.0, log)
     return links
@@ -352,9 +346,8 @@ def _seat(
             kind=key,
             first=body,
             second=second,
-            turn=body.angle,
             centre=member_centre(body, model),
-            branch=(body.branch or 1) - 1,
+            station=body.station,
             count=plan.branches if carried else 1,
             radius=body.reference_radius,
             plate=plate,
@@ -410,15 +403,17 @@ def _bearings_of_seat(site: LinkSite, support: SupportTable | None, rz: float, l
     named = {d for _, link in listed for d in link.directions()}
     if any(link.bolts is not None for _, link in listed):
         named = set(DIRECTIONS)
-    named |= held_by_distance([link for _, link in listed], site.branch)
+    named |= held_by_distance([link for _, link in listed], (site.first.branch or 1) - 1)
     links: list[Link] = []
     for i, (name, link) in enumerate(listed):
         rest: dict[str, float] = {d: 0.0 if d in named or i else (rz if d == "rz" else STIFF) for d in DIRECTIONS}
         if site.plate is None or not link.at:
             half = site if site.plate is None else replace(site, name=f"{site.name}/{site.plate}", share=0.5)
-            links += bolted(link_at(half, name, link, rest, log), link, log)
         elif (site.plate == "left") == (link.at < 0):
-            links += bolted(link_at(site, name, link, rest, log), link, log)
+            half = site
+        else:
+            continue
+        links += bolted(link_at(half, name, link, rest, log), link, log)
     return links
 
 
@@ -433,65 +428,49 @@ def _joints(
     model: ModelFile,
     log: ResolutionLog,
 ) -> list[Link]:
-    """Neck between the halves of a member, and shaft to the member it sits on."""
-    plan, member = shape.plan, shape.plan.stage.members[name]
-    number = None if branch is None else branch + 1
-    pieces = member_bodies(plan, name, number)
-    material = elastic_constants(member_material(plan, name, model))
-    links: list[Link] = []
-    if member.neck is not None:
-        length = member.neck.length or (width_of(plan, name) or 0.0) + gap_of(plan, name)
-        left, right = bodies[pieces["left"]], bodies[pieces["right"]]
-        where = f"{plan.member_path(name)}.neck", f"{body_name(plan.name, name, number)}/neck", "neck"
-        links.append(_joint(plan, where, left, right, member.neck, branch, length, material, log))
-    if (below := gear_below(member)) is not None:
-        base = member_bodies(plan, below, number)
-        for side, body in pieces.items():
-            first, second = bodies[base.get(side, next(iter(base.values())))], bodies[body]
-            where = f"{plan.member_path(name)}.shaft", f"{body}/shaft", "shaft"
-            table = member.shaft or SolidTable()
-            length = table.length or abs(second.station - first.station)
-            links.append(_joint(plan, where, first, second, table, branch, length, material, log))
-    return links
-
-
-def _joint(
-    plan: Plan,
-    where: tuple[str, str, str],
-    first: Body,
-    second: Body,
-    table: SolidTable,
-    branch: int | None,
-    length: float,
-    material: tuple[float, float],
-    log: ResolutionLog,
-) -> Link:
-    """Link of a solid between two bodies of one axis; directions its shape does not give are rigid.
-
-    where : path in the file, name and kind.  length [m].  material : Young's modulus [Pa], Poisson's ratio [1].
+    """Neck between the halves of a member, and shaft to the member it sits on; directions that the shape of a solid
+    does not give are rigid.
 
     Raises
     ------
     ModelError : a diameter or a torsional rigidity without length.
     """
-    path, name, kind = where
-    if (table.diameter is not None or table.torsional_rigidity is not None) and length <= 0:
-        raise ModelError("is missing", path=f"{path}.length", allowed="length of the shaft [m]")
-    rest: dict[str, float] = {d: STIFF for d in DIRECTIONS} | solid_stiffness(table, length, material)
-    site = LinkSite(
-        path=path,
-        name=name,
-        kind=kind,
-        first=first,
-        second=second.name,
-        turn=first.angle,
-        branch=branch or 0,
-        count=plan.branches if branch is not None else 1,
-        radius=first.reference_radius,
-    )
-    link = link_at(site, "", table, rest, log)
-    middle = (first.station + second.station) / 2
-    return replace(link, station=middle if table.at is None else middle + table.at)
+    plan, member = shape.plan, shape.plan.stage.members[name]
+    number = None if branch is None else branch + 1
+    pieces = member_bodies(plan, name, number)
+    material = elastic_constants(member_material(plan, name, model))
+    # kind, name in results, the two bodies, table, and the length it has unless stated [m]
+    joints: list[tuple[str, str, Body, Body, SolidTable, float]] = []
+    if member.neck is not None:
+        left, right = bodies[pieces["left"]], bodies[pieces["right"]]
+        between = (width_of(plan, name) or 0.0) + gap_of(plan, name)
+        joints.append(("neck", body_name(plan.name, name, number), left, right, member.neck, between))
+    if (below := gear_below(member)) is not None:
+        base = member_bodies(plan, below, number)
+        for side, body in pieces.items():
+            first, second = bodies[base.get(side, next(iter(base.values())))], bodies[body]
+            apart = abs(second.station - first.station)
+            joints.append(("shaft", body, first, second, member.shaft or SolidTable(), apart))
+    links = []
+    for kind, whose, first, second, table, default in joints:
+        path, length = f"{plan.member_path(name)}.{kind}", table.length or default
+        if (table.diameter is not None or table.torsional_rigidity is not None) and length <= 0:
+            raise ModelError("is missing", path=f"{path}.length", allowed="length of the shaft [m]")
+        rest: dict[str, float] = {d: STIFF for d in DIRECTIONS} | solid_stiffness(table, length, material)
+        middle = (first.station + second.station) / 2
+        site = LinkSite(
+            path=path,
+            name=f"{whose}/{kind}",
+            kind=kind,
+            first=first,
+            second=second.name,
+            centre=middle,
+            station=middle,
+            count=plan.branches if branch is not None else 1,
+            radius=first.reference_radius,
+        )
+        links.append(link_at(site, "", table, rest, log))
+    return links
 
 
 def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> list[Link]:
@@ -517,12 +496,18 @@ def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) 
         rest["rz"] = shape.get("rz", STIFF if table.bolts is None else 0.0)
         if table.ends == "fixed":
             rest |= shape
-        site = LinkSite(
-            path=path, name=name, kind="coupling", first=first, second=second.name, turn=0.0, radius=table.radius or 1.0
-        )
         middle = (first.station + second.station) / 2
-        link = replace(link_at(site, "", table, rest, log), station=middle + (table.at or 0.0))
-        links += bolted(link, table, log)
+        site = LinkSite(
+            path=path,
+            name=name,
+            kind="coupling",
+            first=first,
+            second=second.name,
+            centre=middle,
+            station=middle,
+            radius=table.radius or 1.0,
+        )
+        links += bolted(link_at(site, "", table, rest, log), table, log)
     return links
 
 

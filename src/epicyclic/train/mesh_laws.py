@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +37,7 @@ from ..teeth.mesh_stiffness import (
     table_series,
 )
 from ..teeth.path_of_contact import PlaneOfAction
-from ..warning_codes import CodedText, coded, placed
+from ..warning_codes import CodedText, placed
 from .centres import MeshShape, StageShape
 from .gears import half_station, width_of
 from .kinematics import Kinematics
@@ -48,6 +48,78 @@ from .train import Mesh, MeshError, ResolutionLog, per_branch
 # standard holds for as good as solid.
 _HUB, _RIM = 0.5, 3.5
 _LOAD = 100e3  # per length of contact line where nothing is loaded [N/m]: the least for which ISO 6336-1 holds
+
+
+@dataclass(frozen=True, slots=True)
+class MeshSide:
+    """One side of a pair of a stage, None of one in one piece, and what its stiffness is taken from.
+
+    torque : of each pair [N m], as `Kinematics.mesh_torque`.
+    """
+
+    shape: StageShape
+    pair: GearPair
+    side: str | None
+    model: ModelFile
+    torque: Mapping[str, float] | None
+    log: ResolutionLog
+
+    @property
+    def meshing(self) -> MeshShape:
+        """The pair at its working place."""
+        return self.shape.meshes[self.pair.name]
+
+    @property
+    def base_helix(self) -> float:
+        """Base helix angle, magnitude [rad]."""
+        return self.shape.teeth[self.pair.a].base_helix
+
+    @property
+    def width(self) -> float:
+        """Common face width [m]; nan where it is not stated."""
+        return self.meshing.width[self.side]
+
+    def needed_width(self, path: str) -> float:
+        """Common face width [m]. Raises ModelError where it is not stated; path : of the stiffness that needs it."""
+        if math.isnan(self.width):
+            raise ModelError(
+                "is missing: the mesh stiffness needs it",
+                path=f"{self.shape.plan.path}.face_width",
+                allowed=f"a face width of the stage or of {self.pair.a} and {self.pair.b}, or {path} in N/m",
+            )
+        return self.width
+
+    @property
+    def overlap(self) -> float:
+        """Overlap ratio of one helix [1]."""
+        first = next(iter(self.meshing.width.values()))
+        if self.width == first or not self.shape.teeth[self.pair.a].helix_angle:
+            return self.meshing.overlap_ratio
+        return self.meshing.overlap_ratio * self.width / first
+
+    @property
+    def passed_torque(self) -> float:
+        """Size of the torque of the operation on gear b, evenly over branches and sides [N m]."""
+        count = self.shape.plan.branches_of(self.pair) * len(self.meshing.width)
+        return abs((self.torque or {}).get(self.pair.path, 0.0)) / count
+
+    @property
+    def operating_load(self) -> float | None:
+        """Mean force of the operation along the normal of one helix [N]; None without."""
+        load = self.passed_torque / (self.shape.teeth[self.pair.b].base_radius * math.cos(self.base_helix))
+        return load if load > 0 and math.isfinite(load) else None
+
+    def stated(self, key: str) -> Stated | None:
+        """Value of a key of the mesh where the file states it."""
+        return stated(self.pair.levels(self.side), key)
+
+    def value(self, key: str, default: Any) -> Any:
+        """Value of a key of the mesh, else `default`."""
+        return stated_value(self.pair.levels(self.side), key, default)
+
+    def elasticity(self, gear: str) -> float:
+        """Young's modulus of a gear [Pa]."""
+        return elastic_constants(member_material(self.shape.plan, gear, self.model))[0]
 
 
 def tooth_form(shape: StageShape, gear: str, model: ModelFile, log: ResolutionLog) -> GearForm:
@@ -89,33 +161,17 @@ def _held(shape: StageShape, gear: str, log: ResolutionLog) -> float:
     return member.bore / 2
 
 
-def nominal_load(shape: StageShape, p: GearPair, torque: Mapping[str, float] | None, width: float) -> float:
-    """Load per length of contact line at the operation, evenly over branches and sides [N/m].
-
-    torque : of each pair, as `Kinematics.mesh_torque`.  width : face width of one helix [m].
-    """
-    meshing = shape.meshes[p.name]
-    count = shape.plan.branches_of(p) * len(meshing.width)
-    passed = abs((torque or {}).get(p.path, 0.0)) / count
+def nominal_load(at: MeshSide, width: float) -> float:
+    """Load per length of contact line at the operation [N/m]; width : face width of one helix [m]."""
     # F = T/(r_b cos beta_b) over a mean length of eps_alpha b / cos beta_b
-    load = passed / (shape.teeth[p.b].base_radius * meshing.contact_ratio * width)
+    load = at.passed_torque / (at.shape.teeth[at.pair.b].base_radius * at.meshing.contact_ratio * width)
     return load if load > 0 and math.isfinite(load) else _LOAD
 
 
-def tooth_law(
-    shape: StageShape,
-    p: GearPair,
-    side: str | None,
-    model: ModelFile,
-    torque: Mapping[str, float] | None,
-    log: ResolutionLog,
-    *,
-    method: Literal["energy", "ishikawa"],
-) -> tuple[float, ComplexArray]:
+def tooth_law(at: MeshSide, method: Literal["energy", "ishikawa"]) -> tuple[float, ComplexArray]:
     """Mean stiffness of one helix along the tooth normal [N/m], and the relative series of a narrow slice of it.
 
-    torque : of each pair, as `Kinematics.mesh_torque`.  method : by strain energy under the load of the operation, or
-    Ishikawa's tooth, which knows no load.
+    method : by strain energy under the load of the operation, or Ishikawa's tooth, which knows no load.
 
     Raises
     ------
@@ -124,17 +180,17 @@ def tooth_law(
     from ..teeth.compliance import tooth_compliance
     from ..teeth.gear_pair import MeshedTeeth, energy_series, interference_warnings, ishikawa_series
 
-    meshing = shape.meshes[p.name]
-    width = meshing.width[side]
+    p, log, width, meshing = at.pair, at.log, at.width, at.meshing
     a, b = (
-        tooth_compliance(tooth_form(shape, name, model, log), path=shape.plan.member_path(name)) for name in (p.a, p.b)
+        tooth_compliance(tooth_form(at.shape, name, at.model, log), path=at.shape.plan.member_path(name))
+        for name in (p.a, p.b)
     )
     mesh = MeshedTeeth(a=a, b=b, working_angle=meshing.tooth_angle, limits=meshing.limits)
     if method == "ishikawa":
         mean, series = ishikawa_series(mesh, path=p.path)
     else:
-        load = nominal_load(shape, p, torque, width)
-        log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if torque else "default")
+        load = nominal_load(at, width)
+        log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if at.torque else "default")
         mean, series = energy_series(mesh, load, path=p.path)
     for text in (*a.warnings, *b.warnings, *interference_warnings(mesh, path=p.path, names=(p.a, p.b))):
         log.warn(placed(p.path, text))
@@ -145,26 +201,24 @@ def tooth_law(
 _DOUBTFUL = 0.1
 
 
-def tooth_pair(
-    shape: StageShape, p: GearPair, side: str | None, model: ModelFile, log: ResolutionLog
-) -> ToothPair | None:
+def tooth_pair(at: MeshSide) -> ToothPair | None:
     """The teeth of one side of a pair; None without a face width of either gear.
 
     Raises
     ------
     ModelError : micro-geometry that is not complete or does not fit the flank.
     """
-    plan = shape.plan
+    shape, plan, p, side, log = at.shape, at.shape.plan, at.pair, at.side, at.log
     widths = width_of(plan, p.a, side), width_of(plan, p.b, side)
     flanks = _flank(plan, p.a, side, log), _flank(plan, p.b, side, log)
     if widths[0] is None or widths[1] is None:
         return None
-    a, b, meshing = shape.teeth[p.a], shape.teeth[p.b], shape.meshes[p.name]
+    a, b, meshing = shape.teeth[p.a], shape.teeth[p.b], at.meshing
     unnoted = ResolutionLog(assumed={})  # the default body is noted where a stiffness needs it
     at_a, at_b = (half_station(plan, name, side) - meshing.station[side] for name in (p.a, p.b))
     teeth = ToothPair(
-        form_a=tooth_form(shape, p.a, model, unnoted),
-        form_b=tooth_form(shape, p.b, model, unnoted),
+        form_a=tooth_form(shape, p.a, at.model, unnoted),
+        form_b=tooth_form(shape, p.b, at.model, unnoted),
         base_a=a.nominal_base,
         base_b=b.nominal_base,
         pressure_angle=meshing.tooth_angle,
@@ -184,7 +238,7 @@ def tooth_pair(
                 stating = stated(subtables(plan.levels(gear, side), "flank"), key)
                 path = ".".join([stating.path if stating else key, *within])
                 words = f"more than a tenth of a module ({a.module * 1e3:.4g} mm); is the unit right?"
-                log.warn(coded("modification-large", f"{path} = {size * 1e3:.4g} mm is {words}"))
+                log.coded("modification-large", f"{path} = {size * 1e3:.4g} mm is {words}")
     return teeth
 
 
@@ -308,114 +362,88 @@ class MeshLaw:
     table: ContactTable | None = None
 
 
-def mesh_law(
-    shape: StageShape,
-    p: GearPair,
-    side: str | None,
-    model: ModelFile,
-    torque: Mapping[str, float] | None,
-    log: ResolutionLog,
-    *,
-    teeth: ToothPair | None,
-    lean: int,
-) -> MeshLaw:
+def mesh_law(at: MeshSide, *, teeth: ToothPair | None, lean: int) -> MeshLaw:
     """Stiffness [N/m], its variation, damping [N s/m] and backlash [m] of one side of a pair.
 
-    torque : of each pair [N m], as `Kinematics.mesh_torque`.  teeth : of the mesh.  lean : d h of its first gear.
+    teeth : of the mesh.  lean : d h of its first gear.
 
     Raises
     ------
     ModelError : a stiffness that needs a face width without one, teeth that cannot touch.
     """
-    plan, width = shape.plan, shape.meshes[p.name].width[side]
-    statement = stated(p.levels(side), "stiffness")
+    shape, p, side, log = at.shape, at.pair, at.side, at.log
+    statement = at.stated("stiffness")
     if statement is not None and isinstance(statement.value, MeshForceTable):
-        return _given_law(shape, p, side, statement, torque, model, log)
+        return _given_law(at, statement)
     value = "iso6336" if statement is None else statement.value
     path = f"{p.path}.stiffness" if statement is None else statement.path
-    count, computed = len(plan.angles), not isinstance(value, Quantity)
-    form = _form(p, side, str(value) if computed else "")
+    count, computed = len(shape.plan.angles), not isinstance(value, Quantity)
+    form = _form(at, str(value) if computed else "")
     narrow_series, shaped, loaded = None, None, None
     if value == "contact":
-        _needed_width(shape, p, side, path)
+        at.needed_width(path)
         if teeth is None:
             raise ModelError(
                 "is missing: loaded contact needs the face of either gear",
                 path=f"{shape.plan.path}.face_width",
                 allowed=f"a face width of the stage, or of {p.a} and of {p.b}",
             )
-        loaded = _contact_law(shape, p, teeth, lean, torque, log)
+        loaded = _contact_law(at, teeth, lean)
     for method in _BY_SHAPE:
         # where mean and variation are of two methods, the series is that of the variation
         if method in (value, form):
-            _needed_width(shape, p, side, path)
-            mean, series = tooth_law(shape, p, side, model, torque, log, method=method)
+            at.needed_width(path)
+            mean, series = tooth_law(at, method)
             shaped = mean if value == method else shaped
             narrow_series = series if form == method else narrow_series
     if isinstance(value, Quantity):
-        stiffness = per_branch(_normal(shape, p, side, value, path), count, path)
+        stiffness = per_branch(_normal(at, value, path), count, path)
     elif shaped is not None:
         stiffness = (shaped,) * count
     elif loaded is not None:
         stiffness = (loaded.stiffness,) * count
     else:
-        stiffness = (_standard(shape, p, width, path, model, log),) * count
+        stiffness = (_standard(at, path),) * count
     note = stiffness[0] if len(set(stiffness)) == 1 else list(stiffness)
-    by_side = len(set(shape.meshes[p.name].width.values())) > 1 or (statement is not None and statement.level == "side")
+    by_side = len(set(at.meshing.width.values())) > 1 or (statement is not None and statement.level == "side")
     where = f"{p.path}.{side}.stiffness" if side and by_side else f"{p.path}.stiffness"
     log.note(where, note, "N/m", f"{value or 'iso6336'}" if computed else "given")
-    _check_range(shape, p, width, stiffness, model, log)
+    _check_range(at, stiffness)
     loaded = loaded if form == "contact" else None
     if loaded is not None:
         log.note(f"{p.path}.variation", form, "", "default")
         variation, narrow = loaded.variation, None
     else:
-        variation, narrow = _variation(shape, p, side, form, narrow_series, log)
+        variation, narrow = _variation(at, form, narrow_series)
     return MeshLaw(
         stiffness=stiffness,
         variation=variation,
         narrow=narrow,
-        damping=stated_value(p.levels(side), "damping", 0.0),
-        backlash=stated_value(p.levels(side), "backlash", math.inf),
+        damping=at.value("damping", 0.0),
+        backlash=at.value("backlash", math.inf),
         table=loaded,
     )
 
 
-def _normal(shape: StageShape, p: GearPair, side: str | None, given: Quantity, path: str) -> float | tuple[float, ...]:
+def _normal(at: MeshSide, given: Quantity, path: str) -> float | tuple[float, ...]:
     """A given stiffness along the tooth normal of one helix [N/m]."""
-    factor = 1.0
-    if given.unit == "N/m^2":
-        factor = _needed_width(shape, p, side, path)
-    factor /= _transverse_cosine(shape, p, side) ** 2
+    factor = at.needed_width(path) if given.unit == "N/m^2" else 1.0
+    factor /= _transverse_cosine(at) ** 2
     if isinstance(given.value, tuple):
         return tuple(value * factor for value in given.value)
     return given.value * factor
 
 
-def _transverse_cosine(shape: StageShape, p: GearPair, side: str | None) -> float:
+def _transverse_cosine(at: MeshSide) -> float:
     """cos beta_b [1] where the stiffness is given along the transverse line of action, else 1."""
-    transverse = stated_value(p.levels(side), "direction", "normal") == "transverse"
-    return math.cos(shape.teeth[p.a].base_helix) if transverse else 1.0
+    return math.cos(at.base_helix) if at.value("direction", "normal") == "transverse" else 1.0
 
 
-def _needed_width(shape: StageShape, p: GearPair, side: str | None, path: str) -> float:
-    """Common face width [m] of one side of a pair. Raises ModelError where it is not stated."""
-    width = shape.meshes[p.name].width[side]
-    if math.isnan(width):
-        raise ModelError(
-            "is missing: the mesh stiffness needs it",
-            path=f"{shape.plan.path}.face_width",
-            allowed=f"a face width of the stage or of {p.a} and {p.b}, or {path} in N/m",
-        )
-    return width
-
-
-def _standard(shape: StageShape, p: GearPair, width: float, path: str, model: ModelFile, log: ResolutionLog) -> float:
+def _standard(at: MeshSide, path: str) -> float:
     """Mean stiffness along the tooth normal of one helix by ISO 6336-1 [N/m]."""
-    if math.isnan(width):
-        _needed_width(shape, p, next(iter(shape.meshes[p.name].width)), path)
-    a, b = shape.teeth[p.a], shape.teeth[p.b]
-    first, second = next(iter(shape.gears[p.a].values())), next(iter(shape.gears[p.b].values()))
+    width, p = at.needed_width(path), at.pair
+    a, b = at.shape.teeth[p.a], at.shape.teeth[p.b]
+    first, second = next(iter(at.shape.gears[p.a].values())), next(iter(at.shape.gears[p.b].values()))
     single, limits = teeth_stiffness.iso6336_single_stiffness(
         a.teeth,
         b.teeth,
@@ -426,44 +454,40 @@ def _standard(shape: StageShape, p: GearPair, width: float, path: str, model: Mo
         shift_b=second.profile_shift,
         dedendum_a=first.dedendum,
         dedendum_b=second.dedendum,
-        youngs_modulus_a=elastic_constants(member_material(shape.plan, p.a, model))[0],
-        youngs_modulus_b=elastic_constants(member_material(shape.plan, p.b, model))[0],
+        youngs_modulus_a=at.elasticity(p.a),
+        youngs_modulus_b=at.elasticity(p.b),
     )
-    mean, more = teeth_stiffness.iso6336_mesh_stiffness(single, shape.meshes[p.name].contact_ratio)
+    mean, more = teeth_stiffness.iso6336_mesh_stiffness(single, at.meshing.contact_ratio)
     for text in (*limits, *more):
-        log.warn(placed(path, text))
+        at.log.warn(placed(path, text))
     return teeth_stiffness.normal_from_transverse(mean * width, a.base_helix)
 
 
-def _check_range(
-    shape: StageShape, p: GearPair, width: float, stiffness: Sequence[float], model: ModelFile, log: ResolutionLog
-) -> None:
-    """Warn of a stiffness [N/m] per face width [m] outside the range of teeth of these materials.
+def _check_range(at: MeshSide, stiffness: Sequence[float]) -> None:
+    """Warn of a stiffness [N/m] per face width outside the range of teeth of these materials.
 
     Two teeth in series of moduli E_a and E_b are softer than steel by 2 E_a E_b/(E_a + E_b)/E_steel [iso6336].
     """
-    if math.isnan(width):
+    if math.isnan(at.width):
         return
-    a, b = (elastic_constants(member_material(shape.plan, name, model))[0] for name in (p.a, p.b))
+    a, b = at.elasticity(at.pair.a), at.elasticity(at.pair.b)
     softer = 2 * a * b / (a + b) / STEEL_MODULUS
     steel = abs(softer - 1) < STEEL_GRADES
     least, most = (edge * (1.0 if steel else softer) for edge in NORMAL_RANGE)
     for value in sorted(set(stiffness)):
-        per_width = value * math.cos(shape.teeth[p.a].base_helix) ** 2 / width
+        per_width = value * math.cos(at.base_helix) ** 2 / at.width
         if not least <= per_width <= most:
             kind = "steel teeth" if steel else "teeth of these materials"
-            log.warn(
-                coded(
-                    "stiffness-unusual",
-                    f"{p.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, {kind} have "
-                    f"{least / 1e9:.3g} .. {most / 1e9:.3g}",
-                )
+            at.log.coded(
+                "stiffness-unusual",
+                f"{at.pair.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, {kind} have "
+                f"{least / 1e9:.3g} .. {most / 1e9:.3g}",
             )
 
 
-def _form(p: GearPair, side: str | None, method: str) -> str:
+def _form(at: MeshSide, method: str) -> str:
     """Form of the variation of the stiffness: stated, else that of its method."""
-    variation: VariationTable | None = stated_value(p.levels(side), "variation", None)
+    variation: VariationTable | None = at.value("variation", None)
     if variation is not None:
         return variation.form
     if method in ("contact", *_BY_SHAPE):
@@ -471,31 +495,27 @@ def _form(p: GearPair, side: str | None, method: str) -> str:
     return "contact-lines" if method else "none"
 
 
-def _variation(
-    shape: StageShape, p: GearPair, side: str | None, form: str, by_shape: Series | None, log: ResolutionLog
-) -> tuple[Series, Series | None]:
+def _variation(at: MeshSide, form: str, by_shape: Series | None) -> tuple[Series, Series | None]:
     """Relative Fourier coefficients (L,) over sigma [1], and those of a narrow slice where the helix shifts slices.
 
     by_shape : series (L,) of a narrow slice by the shape of the teeth.
     """
-    meshing = shape.meshes[p.name]
-    series: VariationTable | None = stated_value(p.levels(side), "variation", None)
+    path, statement = f"{at.pair.path}.variation", at.stated("variation")
     if form in ("none", "contact-lines", *_BY_SHAPE):
-        log.note(f"{p.path}.variation", form, "", "default" if series is None else "given")
+        at.log.note(path, form, "", "default" if statement is None else "given")
     if form in ("contact-lines", *_BY_SHAPE):
-        overlap = overlap_of(meshing, shape, p, meshing.width[side])
-        if math.isnan(overlap):
-            _needed_width(shape, p, side, f"{p.path}.stiffness")
-        if meshing.contact_ratio <= 0:
-            raise ModelError("the teeth do not touch: contact ratio below 0", path=p.path)
-        lines = teeth_stiffness.contact_line_series(meshing.limits, 0.0)
+        if math.isnan(at.overlap):
+            at.needed_width(f"{at.pair.path}.stiffness")
+        if at.meshing.contact_ratio <= 0:
+            raise ModelError("the teeth do not touch: contact ratio below 0", path=at.pair.path)
+        lines = teeth_stiffness.contact_line_series(at.meshing.limits, 0.0)
         narrow = lines if by_shape is None or form == "contact-lines" else by_shape
-        return teeth_stiffness.face_average(narrow, overlap), narrow
-    if series is None or form == "none":
+        return teeth_stiffness.face_average(narrow, at.overlap), narrow
+    if statement is None or form == "none":
         return np.zeros(0, complex), None
-    values = table_series(series.values)[1] if form == "values" else fourier_series(series.cosine, series.sine)
-    statement = stated(p.levels(side), "variation")
-    _check_positive(values, f"{p.path}.variation" if statement is None else statement.path)
+    table: VariationTable = statement.value
+    values = table_series(table.values)[1] if form == "values" else fourier_series(table.cosine, table.sine)
+    _check_positive(values, statement.path)
     return values, None
 
 
@@ -516,26 +536,10 @@ def _check_positive(series: Series, path: str) -> None:
         )
 
 
-def overlap_of(meshing: MeshShape, shape: StageShape, p: GearPair, width: float) -> float:
-    """Overlap ratio [1] of one helix of face width [m]."""
-    first = next(iter(meshing.width.values()))
-    if width == first or not shape.teeth[p.a].helix_angle:
-        return meshing.overlap_ratio
-    return meshing.overlap_ratio * width / first
-
-
 # given tables ---------------------------------------------------------------------------------------------------------
 
 
-def _given_law(
-    shape: StageShape,
-    p: GearPair,
-    side: str | None,
-    statement: Stated,
-    torque: Mapping[str, float] | None,
-    model: ModelFile,
-    log: ResolutionLog,
-) -> MeshLaw:
+def _given_law(at: MeshSide, statement: Stated) -> MeshLaw:
     """Law of one side of a pair by the table of force over deflection that the file states.
 
     Raises
@@ -543,20 +547,21 @@ def _given_law(
     ModelError : a variation beside the table.
     """
     given: MeshForceTable = statement.value
-    if (beside := stated(p.levels(side), "variation")) is not None:
+    log = at.log
+    if (beside := at.stated("variation")) is not None:
         problem = f"stands beside a table of force in {statement.path}, which holds it"
         allowed = "forces of several phases of the mesh cycle, or no variation"
         raise ModelError(problem, path=beside.path, given=beside.value.form, allowed=allowed)
-    cosine = _transverse_cosine(shape, p, side)
+    cosine = _transverse_cosine(at)
     # F_n = F_t / cos beta_b, d_n = d_t cos beta_b
     curves = tuple(force_curve(*curve).scaled(deflection=cosine, force=1 / cosine) for curve in given.curves)
-    load, origin = _operating_load(shape, p, torque), "operation"
+    load, origin = at.operating_load, "operation"
     middle = max(curve.force[-1] for curve in curves) / 2
     if given.load is not None:
         load, origin = given.load / cosine, "given"
     elif load is None:
         load, origin = middle, "half of the last force"
-        log.warn(_assumed_load(p, load, "half of the last force of its table"))
+        _warn_assumed_load(at, load, "half of the last force of its table")
     table = given_table(curves, load)
     transverse = cosine != 1.0
     log.note(f"{statement.path}.load", load * cosine, "N", f"{origin}, transverse" if transverse else origin)
@@ -565,65 +570,50 @@ def _given_law(
     tangent = "table, along the tooth normal" if transverse else "table"
     log.note(f"{statement.path}.tangent", table.stiffness, "N/m", tangent)
     if load > table.last:
-        log.warn(
-            coded(
-                "table-exceeded",
-                f"{statement.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N "
-                "along the normal; there the law goes on along its last tangent",
-            )
+        log.coded(
+            "table-exceeded",
+            f"{statement.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N "
+            "along the normal; there the law goes on along its last tangent",
         )
-    _check_range(shape, p, shape.meshes[p.name].width[side], (table.stiffness,), model, log)
+    _check_range(at, (table.stiffness,))
     return MeshLaw(
-        stiffness=(table.stiffness,) * len(shape.plan.angles),
+        stiffness=(table.stiffness,) * len(at.shape.plan.angles),
         variation=table.variation,
         narrow=None,
-        damping=stated_value(p.levels(side), "damping", 0.0),
-        backlash=stated_value(p.levels(side), "backlash", math.inf),
+        damping=at.value("damping", 0.0),
+        backlash=at.value("backlash", math.inf),
         table=table,
     )
 
 
-def _assumed_load(p: GearPair, force: float, why: str) -> CodedText:
-    """Warning of a tangent at a normal force [N] that is not of the operation."""
-    return coded(
+def _warn_assumed_load(at: MeshSide, force: float, why: str) -> None:
+    """Warn of a tangent at a normal force [N] that is not of the operation."""
+    at.log.coded(
         "tangent-load-assumed",
-        f"{p.path}: no torque passes this mesh: verbs that take the tangent of its force take it at {force / 1e3:.4g} "
-        f"kN, {why}",
+        f"{at.pair.path}: no torque passes this mesh: verbs that take the tangent of its force take it at "
+        f"{force / 1e3:.4g} kN, {why}",
     )
-
-
-def _operating_load(shape: StageShape, p: GearPair, torque: Mapping[str, float] | None) -> float | None:
-    """Mean force of the operation along the normal of one helix, evenly over branches and sides [N]; None without."""
-    count = shape.plan.branches_of(p) * len(shape.meshes[p.name].width)
-    passed = abs((torque or {}).get(p.path, 0.0)) / count
-    load = passed / (shape.teeth[p.b].base_radius * math.cos(shape.teeth[p.a].base_helix))
-    return load if load > 0 and math.isfinite(load) else None
 
 
 # loaded tooth contact -------------------------------------------------------------------------------------------------
 
 
-def _contact_law(
-    shape: StageShape, p: GearPair, teeth: ToothPair, lean: int, torque: Mapping[str, float] | None, log: ResolutionLog
-) -> ContactTable:
-    """Table of one helix around the mean force of the operation.
-
-    lean : d h of gear a.  torque : of each pair, as `Kinematics.mesh_torque`.
+def _contact_law(at: MeshSide, teeth: ToothPair, lean: int) -> ContactTable:
+    """Table of one helix around the mean force of the operation; lean : d h of gear a.
 
     Raises
     ------
     ModelError : what loaded contact refuses, see `gear_pair.check_pair`.
     """
-    meshing = shape.meshes[p.name]
+    p, log = at.pair, at.log
     width = min(teeth.face_a[1], teeth.face_b[1]) - max(teeth.face_a[0], teeth.face_b[0])
-    load = nominal_load(shape, p, torque, width)
-    passed = _operating_load(shape, p, torque) is not None
+    load = nominal_load(at, width)
+    passed = at.operating_load is not None
     log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if passed else "default")
-    helix = shape.teeth[p.a].base_helix
-    force = load * meshing.contact_ratio * width / math.cos(helix)
+    force = load * at.meshing.contact_ratio * width / math.cos(at.base_helix)
     if not passed:
-        log.warn(_assumed_load(p, force, f"{load / 1e3:.4g} N/mm"))
-    table, messages = _table_of_pair(teeth, p.internal, helix, lean, force, p.path, (p.a, p.b))
+        _warn_assumed_load(at, force, f"{load / 1e3:.4g} N/mm")
+    table, messages = _table_of_pair(teeth, p.internal, at.base_helix, lean, force, p.path, (p.a, p.b))
     for text in messages:
         log.warn(placed(p.path, text))
     return table

@@ -59,14 +59,13 @@ _SLANT = Bounds(low=0, high=math.radians(45))
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DrivenLoad:
-    """Speed and load, spelled as in `[operation]`: member -> text with its unit.
+    """Speed and load.
 
+    stated : speed, torque and power as in `[operation]`: member -> text with its unit.
     sun_torque : size of the torque at the sun [N m].  derived : path below `operation` -> what it follows from.
     """
 
-    speed: Mapping[str, str]
-    torque: Mapping[str, str]
-    power: Mapping[str, str]
+    stated: Mapping[str, Mapping[str, str]]
     driver: Member | None
     sun_torque: float
     derived: Mapping[str, str]
@@ -152,14 +151,12 @@ def _one_of(value: object, allowed: Sequence[str], path: str) -> None:
 def _held(kind: Kind, held: str | None) -> Held | None:
     """The member that is held."""
     allowed = HELD[kind]
-    if held is None:
-        return allowed[0] if allowed else None
+    if held is None or held in allowed:
+        return next((name for name in allowed if held in (None, name)), None)
     if not allowed:
         raise ModelError("nothing is held in a differential", path="held", given=held, allowed="leave it out")
-    if held not in allowed:
-        hint = "; with the carrier held it is a star" if kind == "planetary" and held == "carrier" else ""
-        raise ModelError(f"cannot be held in a {kind} set{hint}", path="held", given=held, allowed=" or ".join(allowed))
-    return next(name for name in allowed if name == held)
+    hint = "; with the carrier held it is a star" if kind == "planetary" and held == "carrier" else ""
+    raise ModelError(f"cannot be held in a {kind} set{hint}", path="held", given=held, allowed=" or ".join(allowed))
 
 
 def _read(value: Number | None, kind: str, path: str, bounds: Bounds, texts: dict[str, str]) -> float | None:
@@ -293,11 +290,8 @@ def _load(
     if moment is None:
         assert watts is not None
         moment = watts / omega
-    said = {path: {str(first): texts[path]} if path in texts else {} for path in _EXAMPLE}
     return DrivenLoad(
-        speed=said["speed"],
-        torque=said["torque"],
-        power=said["power"],
+        stated={path: {str(first): texts[path]} if path in texts else {} for path in _EXAMPLE},
         driver=first,
         sun_torque=moment * _share_of_sun(counts, first),
         derived=derived,
@@ -334,10 +328,9 @@ def _differential_load(
             allowed = f"that of {turning}, whose speed is given" if turning else "speeds of which one is not zero"
             raise ModelError("of a member without speed", path="power", given=member, allowed=allowed)
         moment = value / speeds[member][0]
+    stated_load = {"torque": {member: text}, "power": {}} if power is None else {"torque": {}, "power": {member: text}}
     return DrivenLoad(
-        speed={m: said for m, (_, said) in speeds.items()},
-        torque={member: text} if power is None else {},
-        power={member: text} if power is not None else {},
+        stated={"speed": {m: said for m, (_, said) in speeds.items()}, **stated_load},
         driver=None,
         sun_torque=abs(moment) * _share_of_sun(counts, member),
         derived={},
@@ -567,9 +560,7 @@ def _document(wishes: Wishes, blank: Blank, size: GearSize) -> dict[str, Any]:
     teeth = {"sun": blank.counts.sun, "planet": blank.counts.planet, "ring": blank.counts.ring}
     members = {m: ({"teeth": teeth[m]} if m in teeth else {}) | stage[m] for m in (*teeth, "carrier")}
     operation: dict[str, Any] = {} if wishes.held is None else {"held": [wishes.held]}
-    for path, values in (("speed", load_.speed), ("torque", load_.torque), ("power", load_.power)):
-        if values:
-            operation[path] = dict(values)
+    operation |= {path: dict(values) for path, values in load_.stated.items() if values}
     chosen |= {f"operation.{path}.{load_.driver}": reason for path, reason in load_.derived.items()}
     return {
         "format": 2,
@@ -623,23 +614,23 @@ def _comments(wishes: Wishes, train: Train) -> dict[str, str]:
 
 def _operation_comments(wishes: Wishes, train: Train) -> dict[str, str]:
     """Speeds, torques and power of the members that the operation does not state."""
-    motion, load_ = train.kinematics, wishes.load
+    motion, driver, load_ = train.kinematics, wishes.load.driver, wishes.load.stated
     comments: dict[str, str] = {}
     if motion.speed:
-        others = [m for m in (*MEMBERS, "planet") if m not in load_.speed and m != wishes.held]
+        others = [m for m in (*MEMBERS, "planet") if m not in load_["speed"] and m != wishes.held]
         speeds = {m: motion.speed.get(f"main.{m}") for m in others}
         said = [f"{m} {float(speed):.6g} rpm" for m, speed in speeds.items() if speed is not None]
-        comments[f"operation.speed.{list(load_.speed)[-1]}"] = ", ".join(said)
+        comments[f"operation.speed.{list(load_['speed'])[-1]}"] = ", ".join(said)
     if motion.torque:
-        stated = [*load_.torque, *load_.power]
+        loaded = [*load_["torque"], *load_["power"]]
         said = [
             f"{m} {quantity_text(float(f'{moment:.5g}'), 'torque')}"
             for m in MEMBERS
-            if m not in load_.torque and (moment := motion.torque.get(f"main.{m}"))
+            if m not in load_["torque"] and (moment := motion.torque.get(f"main.{m}"))
         ]
-        driven = (motion.power or {}).get(f"main.{load_.driver}") if load_.torque else None
+        driven = (motion.power or {}).get(f"main.{driver}") if load_["torque"] else None
         said += [f"power {quantity_text(float(f'{driven:.5g}'), 'power')}"] if driven else []
-        where = f"operation.{'torque' if load_.torque else 'power'}.{stated[0]}"
+        where = f"operation.{'torque' if load_['torque'] else 'power'}.{loaded[0]}"
         comments[where] = f"{', '.join(said)}; counter-clockwise positive"
     return comments
 

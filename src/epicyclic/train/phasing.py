@@ -142,12 +142,20 @@ def stage_leads(
     points = [{m.pair: _pitch_point(table, m, i) for m in meshes} for i in range(count)]
     first = _first_branch(table, meshes, points[0])
     lattice = _Lattice.of(*_rows(table, meshes, [g.name for g in gears if not g.central]))
-    pairs = [(points[0], points[i]) for i in range(count)]
+    turns = [Phase.of(angle) - Phase.of(meshes[0].directions[0]) for angle in meshes[0].directions]
+    # what every mesh of a branch misses when its planet gears stand in it as those of branch 1 in theirs [pitches]
+    rights = [
+        [
+            points[i][mesh.pair].sum - points[0][mesh.pair].sum - sum(row) * turns[i]
+            for mesh, row in zip(meshes, lattice.rows, strict=True)
+        ]
+        for i in range(count)
+    ]
     branches = [first]
-    branches += [_other_branch(table, meshes, lattice, first, pairs[i], i) for i in range(1, count)]
+    for i in range(1, count):
+        branches.append(_other_branch(table, meshes, lattice, first, (points[0], points[i]), i, turns[i], rights[i]))
     mismatch = tuple(_largest_mismatch(meshes, branch.gaps) for branch in branches)
     _, centrals = _rows(table, meshes, [g.name for g in gears if g.central])
-    rights = [_moved(meshes, lattice, pairs[i], _turn(meshes, i)) for i in range(count)]
     step, nearest = _buildable_angles(meshes, lattice, [sum(row) for row in centrals], rights)
     return StagePhases(
         lead={m.pair: tuple((drives[m.pair] * b.place[m.pair] % 1).value for b in branches) for m in meshes},
@@ -318,14 +326,15 @@ def _other_branch(
     first: _Branch,
     points: tuple[Mapping[str, _PitchPoint], Mapping[str, _PitchPoint]],
     branch: int,
+    turn: Phase,
+    right: Sequence[Phase],
 ) -> _Branch:
     """A branch (1 ..) as its planet gears fit the central gears that branch 1 has set.
 
     A mesh with a central gear follows that gear, where the branch cannot be assembled too.
-    lattice : of the planet gears.  points : of branch 1 and of this one.
+    lattice : of the planet gears.  points : of branch 1 and of this one.  turn : from branch 1 [turns].
+    right : what its rows miss before its planet gears turn [pitches].
     """
-    turn = _turn(meshes, branch)
-    right = _moved(meshes, lattice, points, turn)
     gaps = lattice.gaps(right)
     met = [a - b for a, b in zip(right, gaps, strict=True)]
     place = {}
@@ -347,29 +356,12 @@ def _other_branch(
     return _Branch(place, gaps, angle)
 
 
-def _turn(meshes: Sequence[ToothMesh], branch: int) -> Phase:
-    """Angle of a branch from branch 1 [turns]."""
-    return Phase.of(meshes[0].directions[branch]) - Phase.of(meshes[0].directions[0])
-
-
-def _moved(
-    meshes: Sequence[ToothMesh],
-    lattice: _Lattice,
-    points: tuple[Mapping[str, _PitchPoint], Mapping[str, _PitchPoint]],
-    turn: Phase,
-) -> list[Phase]:
-    """What every mesh of a branch misses when its planet gears stand in it as those of branch 1 in theirs [pitches]."""
-    return [
-        points[1][mesh.pair].sum - points[0][mesh.pair].sum - sum(row) * turn
-        for mesh, row in zip(meshes, lattice.rows, strict=True)
-    ]
-
-
 def _fitted_clocking(table: Mapping[str, ToothedGear], gear: ToothedGear, branch: _Branch) -> Number:
     """Least angle between tooth centres of a gear and of the gear on whose shaft it sits [turns]."""
     other = table[gear.on or ""]
-    per_tooth = Fraction(1, gear.teeth), Fraction(1, other.teeth)
-    return ((branch.angle[gear.name] - branch.angle[other.name]) % _common(*per_tooth)).value
+    # both may turn by a tooth: what is left is known up to the greatest angle of which both pitches are multiples
+    common = Fraction(math.gcd(other.teeth, gear.teeth), gear.teeth * other.teeth)
+    return ((branch.angle[gear.name] - branch.angle[other.name]) % common).value
 
 
 def _shift(mesh: ToothMesh, gear: ToothedGear) -> float:
@@ -400,14 +392,14 @@ def _buildable_angles(
     per_turn = [[sum(y * slope for y, slope in zip(loop, slopes, strict=True))] for loop in lattice.kernel]
     inverse, fixed = whole_solution(per_turn, 1)
     step = Fraction(1, math.gcd(*(row[0] for row in per_turn))) if any(row[0] for row in per_turn) else None
-    found: list[Number | None] = []
+    nearest: list[Number | None] = []
     for given, right in zip(meshes[0].directions, rights, strict=True):
         miss = [_total(loop, right) for loop in lattice.kernel]
         stuck = any(abs(float(_total(loop, miss).nearest().value)) > ASSEMBLY_TOLERANCE for loop in fixed)
         # Of two equally near the smaller: opposite planets stay so.
         move = Phase() if step is None else (-_total(inverse[0], miss)).nearest(step)
-        found.append(None if stuck else (Phase.of(given) + move).value)
-    return step, tuple(found)
+        nearest.append(None if stuck else (Phase.of(given) + move).value)
+    return step, tuple(nearest)
 
 
 def _hunting_period(table: Mapping[str, ToothedGear], meshes: Sequence[ToothMesh]) -> int:
@@ -431,16 +423,16 @@ def _edges(table: Mapping[str, ToothedGear], pairs: Sequence[tuple[str, str]]) -
     joints = [(a, b, Fraction(table[a].teeth, table[b].teeth) * (1 if table[b].internal else -1)) for a, b in pairs]
     joints += [(gear.on, gear.name, Fraction(1)) for gear in table.values() if gear.on is not None]
     joints += [(b, a, 1 / ratio) for a, b, ratio in joints]
-    reached, found = {pairs[0][0]}, list[tuple[str, str, Fraction]]()
+    reached, edges = {pairs[0][0]}, list[tuple[str, str, Fraction]]()
     while new := next((j for j in joints if j[0] in reached and j[1] not in reached), None):
         reached.add(new[1])
-        found.append(new)
+        edges.append(new)
     lost = sorted({name for pair in pairs for name in pair} - reached)
     if lost:
         raise ModelError(
             "no chain of meshes and shafts leads there from the first gear", path=lost[0], given=pairs[0][0]
         )
-    return found
+    return edges
 
 
 def _checked(gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh]) -> dict[str, ToothedGear]:
@@ -460,8 +452,3 @@ def _checked(gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh]) -> dict[
                 "one angle per branch", path=f"{gear.name}.clocking", given=len(gear.clocking), allowed=str(count)
             )
     return table
-
-
-def _common(a: Fraction, b: Fraction) -> Fraction:
-    """Greatest number of which both are multiples."""
-    return Fraction(math.gcd(a.numerator * b.denominator, b.numerator * a.denominator), a.denominator * b.denominator)

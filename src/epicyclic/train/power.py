@@ -88,19 +88,28 @@ def power_flow(
     speed, mesh, tied = kinematics.speed, kinematics.mesh_torque, kinematics.tie_torque
     if speed is None or mesh is None or tied is None:
         return ()
-    central = _central_moments(gearings, mesh, planets, arms or {})
-    at_pin = _pin_moments(gearings, mesh, planets, central)
+    central, at_pin = _axis_moments(gearings, mesh, planets, arms or {})
     carriers = _carriers(gearings, ties, planets)
     below = {tie.b: tie.a for tie in ties if tie.a in planets and tie.b in planets}
-    paths = [_tie(tie, tied[tie.name], speed, at_pin, below, carriers) for tie in ties]
+
+    def at_pins(planet: str) -> float:
+        """Moment of the tooth forces on a planet and on those that stand on its shaft [N m]."""
+        return sum(at_pin.get(name, 0.0) for name in (planet, *_above(planet, below)))
+
+    paths = []
+    for tie in ties:
+        power = _watts(tied[tie.name], speed[tie.b])
+        if tie.b in below and tie.b in carriers:  # a shaft of planets carries the tooth forces beyond it to the pin
+            power -= _watts(at_pins(tie.b), speed[carriers[tie.b]])
+        path = f"stages.{tie.name}" if "." in tie.name else f"couplings.{tie.name}"
+        paths.append((path, tie.a, tie.b, tied[tie.name], power, math.nan))
     for g in gearings:
         torque, still = mesh[g.pair], speed[g.carrier] if g.carrier is not None else Fraction(0)
         rolling = _watts(torque, speed[g.b] - still)
         paths.append((g.pair, g.a, g.b, torque, _watts(central[g.pair], still) + rolling, rolling))
     for planet, carrier in carriers.items():
         if planet not in below:
-            moment = sum(at_pin.get(name, 0.0) for name in (planet, *_above(planet, below)))
-            path = f"stages.{planet}.bearing"
+            path, moment = f"stages.{planet}.bearing", at_pins(planet)
             paths.append((path, planet, carrier, moment, _watts(moment, speed[carrier]), math.nan))
     scale = sum(value for value in (kinematics.power or {}).values() if value > 0)
     circulating = _circulating(
@@ -137,36 +146,25 @@ def _watts(torque: float, speed: Fraction) -> float:
     return torque * float(speed) * math.tau / 60
 
 
-def _on_a(g: Gearing, on_b: float) -> float:
-    """Torque of a pair on its member a [N m] from that on b: the forces are opposite, the pitch velocities equal."""
-    return on_b * g.teeth_a / _teeth_b(g)
-
-
-def _central_moments(
+def _axis_moments(
     gearings: Iterable[Gearing], mesh: Mapping[str, float], planets: Collection[str], arms: Mapping[str, float]
-) -> dict[str, float]:
-    """Moment about the stage axis of the force of each pair on its member b [N m]."""
-
-    def moment(g: Gearing) -> float:
-        on_b = mesh[g.pair]
-        if g.b not in planets:
-            return on_b
-        return -_on_a(g, on_b) if g.a not in planets else arms.get(g.pair, 1.0) * on_b
-
-    return {g.pair: moment(g) for g in gearings}
-
-
-def _pin_moments(
-    gearings: Iterable[Gearing], mesh: Mapping[str, float], planets: Collection[str], central: Mapping[str, float]
-) -> dict[str, float]:
-    """Moment about the stage axis of the tooth forces on each planet, moved to its centre [N m]."""
-    moments: dict[str, float] = {}
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Moments about the stage axis [N m]: of the force of each pair on its b, and of the tooth forces on each planet,
+    moved to its centre."""
+    central: dict[str, float] = {}
+    at_pin: dict[str, float] = {}
     for g in gearings:
         on_b = mesh[g.pair]
-        for member, moment in ((g.a, -central[g.pair] - _on_a(g, on_b)), (g.b, central[g.pair] - on_b)):
+        on_a = on_b * g.teeth_a / g.signed_b  # the forces are opposite, the pitch velocities equal
+        if g.b not in planets:
+            moment = on_b
+        else:
+            moment = -on_a if g.a not in planets else arms.get(g.pair, 1.0) * on_b
+        central[g.pair] = moment
+        for member, at_centre in ((g.a, -moment - on_a), (g.b, moment - on_b)):
             if member in planets:
-                moments[member] = moments.get(member, 0.0) + moment
-    return moments
+                at_pin[member] = at_pin.get(member, 0.0) + at_centre
+    return central, at_pin
 
 
 def _carriers(gearings: Iterable[Gearing], ties: Iterable[Tie], planets: Collection[str]) -> dict[str, str]:
@@ -182,23 +180,6 @@ def _carriers(gearings: Iterable[Gearing], ties: Iterable[Tie], planets: Collect
 def _above(planet: str, below: Mapping[str, str]) -> list[str]:
     """Planets that stand on the shaft of a planet, directly or on one another."""
     return [name for name, under in below.items() if under == planet for name in (name, *_above(name, below))]
-
-
-def _tie(
-    tie: Tie,
-    torque: float,
-    speed: Mapping[str, Fraction],
-    at_pin: Mapping[str, float],
-    below: Mapping[str, str],
-    carriers: Mapping[str, str],
-) -> tuple[str, str, str, float, float, float]:
-    """Path of a coupling, or of a shaft of planets: the shaft also carries the tooth forces beyond it to the pin."""
-    power = _watts(torque, speed[tie.b])
-    if tie.b in below and tie.b in carriers:
-        beyond = sum(at_pin.get(name, 0.0) for name in (tie.b, *_above(tie.b, below)))
-        power -= _watts(beyond, speed[carriers[tie.b]])
-    path = f"stages.{tie.name}" if "." in tie.name else f"couplings.{tie.name}"
-    return path, tie.a, tie.b, torque, power, math.nan
 
 
 def _one_member(gearings: Iterable[Gearing], ties: Iterable[Tie], planets: Collection[str]) -> dict[str, str]:
@@ -349,9 +330,9 @@ def lossy_flow(kinematics: Kinematics, share: Mapping[str, float]) -> LossyFlow 
     balance = _Balance.of(kinematics, share)
     start = balance.directions(balance.lossless)
     for directions in _candidates(balance, start):
-        found = balance.solved(directions)
-        if found is not None and balance.directions(found) == directions:
-            return balance.flow(found, directions)
+        torques = balance.solved(directions)
+        if torques is not None and balance.directions(torques) == directions:
+            return balance.flow(torques, directions)
     return None
 
 
@@ -359,8 +340,8 @@ def _candidates(balance: _Balance, start: Directions) -> list[Directions]:
     """Directions to try: those the iteration reaches from the lossless ones, then all others, nearest to them first."""
     reached, now = [start], start
     for _ in range(_STEPS):
-        found = balance.solved(now)
-        now = start if found is None else balance.directions(found)
+        torques = balance.solved(now)
+        now = start if torques is None else balance.directions(torques)
         if now in reached:
             break
         reached.append(now)
@@ -399,8 +380,10 @@ class _Balance:
         following = dict.fromkeys((*kinematics.reacting, *kinematics.stated))
         ends = tuple(name for name in following if name not in kept)
         speed = kinematics.speed or {}
+        frames = [speed[g.carrier] if g.carrier is not None else 0 for g in kinematics.gearings]
+        relative = [speed[g.b] - frame for g, frame in zip(kinematics.gearings, frames, strict=True)]  # exact
         inner = [
-            *((kinematics.mesh_torque or {})[g.pair] / _teeth_b(g) for g in kinematics.gearings),
+            *((kinematics.mesh_torque or {})[g.pair] / g.signed_b for g in kinematics.gearings),
             *(-(kinematics.tie_torque or {})[tie.name] for tie in kinematics.ties),
         ]
         return cls(
@@ -409,22 +392,22 @@ class _Balance:
             members=members,
             ends=ends,
             speed=np.array([float(speed[name]) * math.tau / 60 for name in members]),
-            relative=_relative(kinematics),
+            relative=np.array([float(turn) * math.tau / 60 for turn in relative]),
             given=np.array([torque[name] if name in kept else 0.0 for name in members]),
             lossless=np.array([*(torque[name] for name in ends), *inner]),
             kept=kept,
         )
 
-    def rolled(self, found: Array) -> Array:
+    def rolled(self, torques: Array) -> Array:
         """Rolling power into b of every pair (p,) [W]."""
-        teeth = np.array([_teeth_b(g) for g in self.kinematics.gearings])
-        per_tooth = found[len(self.ends) : len(self.ends) + len(teeth)]
+        teeth = np.array([g.signed_b for g in self.kinematics.gearings])
+        per_tooth = torques[len(self.ends) : len(self.ends) + len(teeth)]
         return np.asarray(per_tooth * teeth * self.relative)
 
-    def directions(self, found: Array) -> Directions:
+    def directions(self, torques: Array) -> Directions:
         """Direction of the rolling power of every pair: 1 where a drives b, -1 where b drives a, 0 where none rolls."""
-        power = self.rolled(found)
-        torque = np.concatenate([self.given, found[: len(self.ends)]])
+        power = self.rolled(torques)
+        torque = np.concatenate([self.given, torques[: len(self.ends)]])
         scale = max(float(np.abs(power).max(initial=0.0)), float(np.abs(torque).max() * np.abs(self.speed).max()))
         return tuple(int(np.sign(value)) if abs(value) > _NO_LOSS * scale else 0 for value in power)
 
@@ -434,16 +417,16 @@ class _Balance:
         size = np.abs(matrix).max(axis=0)  # torques of meshes count as those on the larger gear
         rest = -self.given - matrix @ self.lossless
         change = np.linalg.lstsq(matrix / size, rest, rcond=1e-12)[0] / size
-        found = self.lossless + change
-        left = np.abs(matrix @ found + self.given).max()
-        return found if left <= _BALANCED * np.abs(self.lossless * size).max(initial=0.0) else None
+        torques = self.lossless + change
+        left = np.abs(matrix @ torques + self.given).max()
+        return torques if left <= _BALANCED * np.abs(self.lossless * size).max(initial=0.0) else None
 
-    def flow(self, found: Array, directions: Directions) -> LossyFlow:
+    def flow(self, torques: Array, directions: Directions) -> LossyFlow:
         """The result of consistent directions."""
         torque = dict(zip(self.members, self.given.tolist(), strict=True))
-        torque |= dict(zip(self.ends, found[: len(self.ends)].tolist(), strict=True))
+        torque |= dict(zip(self.ends, torques[: len(self.ends)].tolist(), strict=True))
         speed = dict(zip(self.members, self.speed.tolist(), strict=True))
-        into_b = self.rolled(found)
+        into_b = self.rolled(torques)
         meshes: dict[str, MeshPower] = {}
         for i, g in enumerate(self.kinematics.gearings):
             through, left, sign = abs(float(into_b[i])), 1 - float(self.share[i]), directions[i]
@@ -453,7 +436,7 @@ class _Balance:
                 driver={1: g.a, -1: g.b, 0: ""}[sign],
                 rolling=rolling,
                 loss=float(self.share[i]) * rolling,
-                torque=float(found[len(self.ends) + i]) * _teeth_b(g),
+                torque=float(torques[len(self.ends) + i]) * g.signed_b,
             )
         rank = np.linalg.matrix_rank(_lossless_columns(self.kinematics, self.members, self.ends), tol=1e-9)
         return LossyFlow(
@@ -476,7 +459,7 @@ def _columns(
     index = {name: i for i, name in enumerate(members)}
     columns: list[dict[str, float]] = [{name: 1.0} for name in ends]
     for g, sign, lost in zip(kinematics.gearings, directions, share, strict=True):
-        on_a, on_b = g.teeth_a * (1 - lost) ** -sign, float(_teeth_b(g))
+        on_a, on_b = g.teeth_a * (1 - lost) ** -sign, float(g.signed_b)
         column = {g.a: on_a, g.b: on_b}
         if g.carrier is not None:
             column[g.carrier] = column.get(g.carrier, 0.0) - on_a - on_b
@@ -494,19 +477,6 @@ def _lossless_columns(kinematics: Kinematics, members: Sequence[str], ends: Sequ
     count = len(kinematics.gearings)
     matrix = _columns(kinematics, members, ends, (0,) * count, np.zeros(count))
     return np.asarray(matrix / np.abs(matrix).max(axis=0))
-
-
-def _teeth_b(g: Gearing) -> int:
-    """Teeth of b, negative of a ring: torques on a and b are in the ratio of teeth_a to this."""
-    return -g.teeth_b if g.internal else g.teeth_b
-
-
-def _relative(kinematics: Kinematics) -> Array:
-    """Speed of b in the frame of the carrier of every pair (p,) [rad/s]; exact zeros stay zero."""
-    speed = kinematics.speed or {}
-    frames = [speed[g.carrier] if g.carrier is not None else 0 for g in kinematics.gearings]
-    both = zip(kinematics.gearings, frames, strict=True)
-    return np.array([float(speed[g.b] - frame) * math.tau / 60 for g, frame in both])
 
 
 def _kept(kinematics: Kinematics, members: Sequence[str]) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ Nothing here is known of the train that is to be built, so every number goes und
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice
@@ -229,7 +229,11 @@ def size_of(
     ModelError : a load beyond the largest module of the series.
     """
     if module is None:
-        least = _least_diameter(counts, planets, abs(sun_torque), width) * math.cos(helix_angle) / counts.sun
+        area = (
+            2 * _SHARING * abs(sun_torque) * _curvature(counts) / (planets * LOAD_FIGURE)
+        )  # b d^2 with K at its limit
+        diameter = (area / _WIDTH_RATIO) ** (1 / 3) if width is None else math.sqrt(area / width)
+        least = diameter * math.cos(helix_angle) / counts.sun
         module = next((m for m in _SERIES if m >= least * (1 - _TOOL)), None)
         if module is None:
             raise ModelError(
@@ -260,12 +264,6 @@ def _curvature(counts: ToothCounts) -> float:
     """(u + 1)/u with u = z_p/z_s: the pinion's diameter per that of the curvature of both [1]."""
     u = counts.planet / counts.sun
     return (u + 1) / u
-
-
-def _least_diameter(counts: ToothCounts, planets: int, torque: float, width: float | None) -> float:
-    """Least diameter of the sun [m] with which K stays below its limit; torque [N m], face width [m] where given."""
-    area = 2 * _SHARING * torque * _curvature(counts) / (planets * LOAD_FIGURE)  # b d^2
-    return (area / _WIDTH_RATIO) ** (1 / 3) if width is None else math.sqrt(area / width)
 
 
 _STEEL = 7850.0  # [kg/m^3] as in the model file
@@ -390,17 +388,15 @@ def _cheeks(blank: Blank, bore: float) -> tuple[float, float]:
 
 def _deviations(blank: Blank) -> tuple[dict[str, Any], dict[str, Any], dict[str, str]]:
     """Tables of deviations and tolerances, and their reasons."""
-    teeth: Mapping[str, int] = {"sun": blank.counts.sun, "planet": blank.counts.planet, "ring": blank.counts.ring}
     deviations: dict[str, Any] = {}
     tolerance: dict[str, Any] = {"deviations.planet.position": f"disc({quantity_text(_PIN_ZONE, 'length')})"}
     reasons: dict[str, str] = {}
-    for member, count in teeth.items():
-        diameter = blank.diameter(count)
-        covered = in_flank_range(diameter, blank.module)
+    for member in ("sun", "planet", "ring"):
+        diameter = blank.diameter(getattr(blank.counts, member))
         width = run_out_width(max(diameter, 5e-3), max(blank.module, 0.5e-3), _GRADE)
         deviations[member] = {"run_out": quantity_text(round(width / 2, 7), "length")}
         reasons[f"deviations.{member}.run_out"] = f"half of the run-out F_rT of class {_GRADE} of ISO 1328-1:2013"
-        if covered:
+        if in_flank_range(diameter, blank.module):
             tolerance[f"deviations.{member}.run_out"] = f"grade(ISO 1328-1:2013 {_GRADE}, 3 sigma)"
     zeros = ", 0" * (blank.planets - 1)
     deviations["planet"]["position"] = {"y": f"[{_PIN * 1e6:g}{zeros}] um"}

@@ -38,9 +38,8 @@ from ..errors import ModelError
 from ..teeth import geometry
 from ..teeth.geometry import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
 from ..user_input import checked
-from ..warning_codes import coded
 from .centres import StageShape, shape_stage
-from .deviations import check_sizes, deviations_of, misaligned_bodies, module_of
+from .deviations import DeviationScope, check_sizes, misaligned_bodies, module_of, resolve_deviations
 from .gears import half_station, width_of
 from .kinematics import Gearing, Kinematics, Tie, solve_kinematics, tones
 from .links import couplings, links_of_bodies, links_of_stage
@@ -79,7 +78,7 @@ def check_stage(shape: StageShape, log: ResolutionLog) -> None:
 def _complain(problem: str, path: str, given: bool, log: ResolutionLog, *, code: str, value: str, allowed: str) -> None:
     """Raise ModelError, or warn where stated radii allow what teeth and module do not."""
     if given:
-        log.warn(coded(code, f"{path}: {problem} ({value})"))
+        log.coded(code, f"{path}: {problem} ({value})")
     else:
         raise ModelError(problem, path=path, given=value, allowed=allowed)
 
@@ -100,9 +99,7 @@ def _check_ring(shape: StageShape, p: GearPair, given: bool, log: ResolutionLog)
             f"it is {ring.root_radius * 1e3:.4g} mm",
         )
     elif room < 0:
-        log.warn(
-            coded("tips-in-roots", f"{p.path}: the tips of {p.a} reach {-room * 1e3:.3g} mm into the roots of {p.b}")
-        )
+        log.coded("tips-in-roots", f"{p.path}: the tips of {p.a} reach {-room * 1e3:.3g} mm into the roots of {p.b}")
 
 
 def _check_rims(shape: StageShape, log: ResolutionLog) -> None:
@@ -113,12 +110,10 @@ def _check_rims(shape: StageShape, log: ResolutionLog) -> None:
         rim = member.rim if member.outer_diameter is None else member.outer_diameter / 2 - gear.root_radius
         if rim is not None and rim < THIN_RIM * height:
             key = "rim" if member.outer_diameter is None else "outer_diameter"
-            log.warn(
-                coded(
-                    "thin-rim",
-                    f"{shape.plan.member_path(name)}.{key}: the rim is {max(rim, 0.0) / height:.3g} tooth heights "
-                    f"thick, below {THIN_RIM:g} it bends between the planets; it is computed as rigid",
-                )
+            log.coded(
+                "thin-rim",
+                f"{shape.plan.member_path(name)}.{key}: the rim is {max(rim, 0.0) / height:.3g} tooth heights "
+                f"thick, below {THIN_RIM:g} it bends between the planets; it is computed as rigid",
             )
 
 
@@ -135,13 +130,15 @@ def _check_neighbours(shape: StageShape, given: bool, log: ResolutionLog) -> Non
     it has several planes (Ravigneaux), and a chain behind a stepped shaft lies in another one; else a doubt is said.
     """
     plan = shape.plan
-    gears = [(name, i) for name, m in plan.gears.items() if m.kind != "ring" for i in _branches(plan, name)]
+    external = [name for name, member in plan.gears.items() if member.kind != "ring"]
+    gears = [(name, i) for name in external for i in range(1 if plan.central(name) else plan.branches)]
     tips = [next(iter(shape.gears[name].values())).tip_radius for name, _ in gears]
     gaps = disc_gaps(np.array([shape.place(name, i) for name, i in gears]).reshape(-1, 2), np.array(tips))
     told: set[tuple[str, str]] = set()
     for (i, (a, branch_a)), (j, (b, branch_b)) in combinations(enumerate(gears), 2):
         same = branch_a == branch_b or plan.central(a) or plan.central(b)
-        if gaps[i, j] >= 0 or (a, b) in told or (same and _joined(plan, a, b)) or _apart(plan, a, b):
+        joined = plan.axis[a] == plan.axis[b] or any({p.a, p.b} == {a, b} for p in plan.pairs)
+        if gaps[i, j] >= 0 or (a, b) in told or (same and joined) or _apart(plan, a, b):
             continue
         told.add((a, b))
         beside = not plan.central(a) and not plan.central(b) and (a == b or (plan.axis[a], plan.axis[b]) == (a, b))
@@ -153,17 +150,8 @@ def _check_neighbours(shape: StageShape, given: bool, log: ResolutionLog) -> Non
             return
 
 
-def _branches(plan: Plan, gear: str) -> range:
-    return range(1 if plan.central(gear) else plan.branches)
-
-
 def _numbered(plan: Plan, gear: str, branch: int) -> str:
     return gear if plan.central(gear) else f"{gear} {branch + 1}"
-
-
-def _joined(plan: Plan, a: str, b: str) -> bool:
-    """Whether two gears of one branch mesh or turn as one."""
-    return plan.axis[a] == plan.axis[b] or any({p.a, p.b} == {a, b} for p in plan.pairs)
 
 
 def _apart(plan: Plan, a: str, b: str) -> bool:
@@ -208,11 +196,9 @@ def _say_overlap(
             allowed="axial places that keep their faces apart, or other teeth",
         )
     elif plan.chains[pair[0]] == plan.chains[pair[1]] and len(suns) < 2:
-        log.warn(
-            coded(
-                "gears-overlap",
-                f"{plan.path}: {text} without meshing; station of each says whether they stand in different planes",
-            )
+        log.coded(
+            "gears-overlap",
+            f"{plan.path}: {text} without meshing; station of each says whether they stand in different planes",
         )
 
 
@@ -226,12 +212,10 @@ def _check_distances(shape: StageShape, log: ResolutionLog) -> None:
         differs |= abs(by_teeth - between) > ONE_DISTANCE * between
         texts.append(f"{p.name} {by_teeth * 1e3:.6g} mm (axes {between * 1e3:.6g} mm)")
     if differs:
-        log.warn(
-            coded(
-                "centre-distances-differ",
-                f"{plan.path}: centre distances differ, base radii and working angles fit no single one: "
-                f"{', '.join(texts)}; turning as a whole then stresses the teeth",
-            )
+        log.coded(
+            "centre-distances-differ",
+            f"{plan.path}: centre distances differ, base radii and working angles fit no single one: "
+            f"{', '.join(texts)}; turning as a whole then stresses the teeth",
         )
 
 
@@ -383,15 +367,6 @@ def external_loads(model: ModelFile, bodies: Sequence[Body]) -> list[Load]:
                 )
             )
     return loads
-
-
-def gravity_of(model: ModelFile, log: ResolutionLog) -> tuple[float, float, float]:
-    """Acceleration of gravity in housing axes [m/s^2]."""
-    if model.operation.gravity is None:
-        return 0.0, 0.0, 0.0
-    log.note("operation.gravity", list(model.operation.gravity), "m/s^2")
-    x, y, z = model.operation.gravity
-    return x, y, z
 
 
 def tolerances_of(train: Train) -> tuple[Tolerance, ...]:
@@ -664,9 +639,13 @@ def resolve(document: Document) -> Train:
     check_sizes(document, bodies, meshes, log)
     check_tolerances(document, bodies, meshes)
     planets = {plan.name: len(plan.angles) for plan in plans}  # one branch on fixed axes
-    deviated = deviations_of(
-        model, bodies=bodies, meshes=meshes, links=links, kinematics=kinematics, planets=planets, log=log
+    deviated = DeviationScope(
+        bodies=bodies, meshes=meshes, links=links, kinematics=kinematics, planets=planets, log=log
     )
+    resolve_deviations(model, deviated)
+    gravity = model.operation.gravity or (0.0, 0.0, 0.0)
+    if model.operation.gravity is not None:
+        log.note("operation.gravity", list(gravity), "m/s^2")
     return Train(
         title=model.title,
         frames=frames_of(plans),
@@ -686,7 +665,7 @@ def resolve(document: Document) -> Train:
         displacements=tuple(deviated.displacements),
         mesh_errors=(*deviated.mesh_errors, *contact_errors(meshes, kinematics)),
         loads=(*external_loads(model, bodies), *deviated.loads),
-        gravity=gravity_of(model, log),
+        gravity=gravity,
         damping=_damping(model, log),
         warnings=tuple(log.warnings),
         values=tuple(log.values.values()),

@@ -21,11 +21,10 @@ from ..document.units import Quantity
 from ..errors import ModelError
 from ..teeth.geometry import shift_term
 from ..teeth.mesh_stiffness import ToothPair, face_average
-from ..warning_codes import coded
 from .centres import StageShape
 from .gears import half_station
 from .kinematics import Kinematics
-from .mesh_laws import MeshLaw, mesh_law, overlap_of, tooth_pair
+from .mesh_laws import MeshLaw, MeshSide, mesh_law, tooth_pair
 from .phasing import StagePhases, ToothedGear, ToothMesh, chain_flanks, flank_of_torque, stage_leads, staggered
 from .stages import GearPair, Plan, density_of, gear_below, member_material, sides_of, stated, stated_value
 from .train import (
@@ -248,7 +247,13 @@ def _masses(
     """
     member = plan.stage.members[name]
     mass, inertia, tilt = (_stated_inertia(plan, name, side, key, radius) for key in _MASS_UNITS)
-    (outer, inner), width = _radii(member, gear), _width(gear, side)
+    outer, inner = _radii(member, gear)
+    if gear is None or gear.face_width is None:
+        width = NAN
+    elif side is not None:  # the gap counts, to one half its half
+        width = gear.face_width + gear.gap / 2
+    else:
+        width = 2 * gear.face_width + gear.gap if gear.herringbone else gear.face_width
     if inner >= outer:
         key = "outer_diameter" if gear is not None and gear.internal else "bore"
         limit = f"{'above' if key != 'bore' else 'below'} {(gear.reference_radius if gear else NAN) * 2e3:.6g} mm"
@@ -301,15 +306,6 @@ def _ring_radius(member: MemberTable, gear: GearData | None) -> float | None:
     """Outer radius of a ring whose rim or outer diameter is given [m], else None."""
     outer = _radii(member, gear)[0] if gear is not None and gear.internal else NAN
     return outer if math.isfinite(outer) else None
-
-
-def _width(gear: GearData | None, side: str | None) -> float:
-    """Axial width of the solid of a body [m]: the gap counts, to one half its half."""
-    if gear is None or gear.face_width is None:
-        return NAN
-    if side is not None:
-        return gear.face_width + gear.gap / 2
-    return 2 * gear.face_width + gear.gap if gear.herringbone else gear.face_width
 
 
 def _log_masses(plan: Plan, name: str, side: str | None, masses: Mapping[str, float], log: ResolutionLog) -> None:
@@ -395,40 +391,45 @@ def meshes_of_stage(
     for p in plan.pairs:
         count = _slice_count(plan, p, shape.meshes[p.name].width, tilting, log)
         for side in shape.meshes[p.name].width:
-            teeth = tooth_pair(shape, p, side, model, log)
-            lean = flanks[p.name] * _hand(shape, p, side)
-            law = mesh_law(shape, p, side, model, kinematics.mesh_torque, log, teeth=teeth, lean=lean)
-            signs = flanks[p.name], phases.sense[p.name]
-            advance = signs[0] * signs[1] * _hand(shape, p, side) * _axial_pitches(shape, p, side)
-            leads = _leads(plan, p, side, phases, sense, advance, log)
+            at = MeshSide(shape, p, side, model, kinematics.mesh_torque, log)
+            teeth = tooth_pair(at)
+            hand = -shape.teeth[p.a].hand if side == "right" else shape.teeth[p.a].hand
+            signs = hand, flanks[p.name], phases.sense[p.name]
+            law = mesh_law(at, teeth=teeth, lean=flanks[p.name] * hand)
+            leads = _leads(plan, p, side, phases, sense, math.prod(signs) * _axial_pitches(shape, p, side), log)
             for branch in range(plan.branches_of(p)):
-                mesh = _mesh(shape, p, side, branch, law, signs, lead=leads[branch], tone=tones[p.path], teeth=teeth)
+                mesh = _mesh(at, branch, law, signs, leads[branch], tones[p.path], teeth)
                 meshes.append(replace(mesh, slices=_slices_of(mesh, count, law.narrow)))
     return sorted(meshes, key=lambda mesh: ([p.path for p in plan.pairs].index(mesh.pair), mesh.branch or 0))
 
 
 def _mesh(
-    shape: StageShape,
-    p: GearPair,
-    side: str | None,
+    at: MeshSide,
     branch: int,
     law: MeshLaw,
-    signs: tuple[int, int],
-    *,
+    signs: tuple[int, int, int],
     lead: Number,
     tone: str,
     teeth: ToothPair | None,
 ) -> Mesh:
     """Mesh of one branch (0 ..) and side, without slices.
 
-    signs : flank d and sense D (docs/conventions.md, rows and phases).  tone : stage whose mesh frequency it follows.
+    signs : hand of gear a on this side, flank d and sense D (docs/conventions.md, rows and phases).
+    tone : stage whose mesh frequency it follows.
     """
-    plan, meshing = shape.plan, shape.meshes[p.name]
+    shape, p, side = at.shape, at.pair, at.side
+    plan, meshing, (hand, flank, sense) = shape.plan, at.meshing, signs
     a, b = shape.teeth[p.a], shape.teeth[p.b]
     number = branch + 1 if plan.branches and not (plan.central(p.a) and plan.central(p.b)) else None
+    shift = shift_term(  # c of gear a in this mesh [pitches], see `teeth.geometry`
+        teeth=plan.gears[p.a].teeth or 0,
+        profile_shift=next(iter(shape.gears[p.a].values())).profile_shift,
+        normal_angle=a.pressure_angle,
+        transverse_angle=a.transverse_angle,
+        working_angle=meshing.tooth_angle,
+    )
     direction = shape.directions[p.name][branch]
     turns = float(direction if isinstance(direction, (int, float, Fraction)) else direction.value)
-    width = meshing.width[side]
     cosine = math.cos(meshing.working_angle)
     return Mesh(
         name=body_name(plan.name, p.name, number, side),
@@ -442,41 +443,24 @@ def _mesh(
         direction=math.tau * turns,
         pressure_angle=meshing.working_angle,
         base_helix=a.base_helix,
-        hand=_hand(shape, p, side),
-        flank=signs[0],
+        hand=hand,
+        flank=flank,
         station=meshing.station[side],
-        width=width,
+        width=at.width,
         radius_a=a.base_radius / cosine,
         radius_b=b.base_radius / cosine,
         stiffness=law.stiffness[branch],
         variation=law.variation,
         lead=lead,
-        sense=signs[1],
+        sense=sense,
         damping=law.damping,
         backlash=law.backlash,
-        tooth_shift=2 * _shift(shape, p),
+        tooth_shift=2 * shift,
         contact_ratio=meshing.contact_ratio,
         limits=meshing.limits,
         teeth=teeth,
         table=law.table,
-        overlap_ratio=overlap_of(meshing, shape, p, width),
-    )
-
-
-def _hand(shape: StageShape, p: GearPair, side: str | None) -> int:
-    """Hand of gear a on a side."""
-    hand = shape.teeth[p.a].hand
-    return -hand if side == "right" else hand
-
-
-def _shift(shape: StageShape, p: GearPair) -> float:
-    """c of gear a in this mesh [pitches], see `teeth.geometry`."""
-    return shift_term(
-        teeth=shape.plan.gears[p.a].teeth or 0,
-        profile_shift=next(iter(shape.gears[p.a].values())).profile_shift,
-        normal_angle=shape.teeth[p.a].pressure_angle,
-        transverse_angle=shape.teeth[p.a].transverse_angle,
-        working_angle=shape.meshes[p.name].tooth_angle,
+        overlap_ratio=at.overlap,
     )
 
 
@@ -604,7 +588,7 @@ def _check_assembly(plan: Plan, phases: StagePhases, log: ResolutionLog) -> None
         else f"a branch cannot be assembled at any angle, the meshes around a loop within it miss each other by "
         f"{abs(float(phases.mismatch[0])):.3g} pitch; other teeth, or pin radii, close it"
     )
-    log.warn(coded("not-assembled", f"{plan.path}: {problem}"))
+    log.coded("not-assembled", f"{plan.path}: {problem}")
 
 
 def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh], log: ResolutionLog) -> None:
@@ -615,12 +599,10 @@ def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[Too
     alike = (Fraction(0),) * len(plan.angles)
     clocked = [replace(gear, clocking=alike) if gear.name in stepped else gear for gear in gears]
     if not stage_leads(clocked, meshes, sense=1).assembles:
-        log.warn(
-            coded(
-                "shafts-not-alike",
-                f"{plan.path}: identical shafts of {', '.join(stepped)} do not fit all branches; "
-                "each is clocked as its place demands",
-            )
+        log.coded(
+            "shafts-not-alike",
+            f"{plan.path}: identical shafts of {', '.join(stepped)} do not fit all branches; "
+            "each is clocked as its place demands",
         )
 
 
@@ -645,12 +627,10 @@ def _slice_count(
     if given is not None:
         log.note(path, given)
         if given == 1 and tilts:
-            log.warn(
-                coded(
-                    "tilt-without-slices",
-                    f"{path}: 1, but {p.a} and {p.b} may tilt against each other: a mesh of one row has no stiffness "
-                    f"against tilt and shows no load along the face; left out, it is {SLICES}",
-                )
+            log.coded(
+                "tilt-without-slices",
+                f"{path}: 1, but {p.a} and {p.b} may tilt against each other: a mesh of one row has no stiffness "
+                f"against tilt and shows no load along the face; left out, it is {SLICES}",
             )
         if given > 1 and unknown:
             raise ModelError(
@@ -663,12 +643,10 @@ def _slice_count(
     if not tilts:
         return 1
     if unknown:
-        log.warn(
-            coded(
-                "tilt-without-slices",
-                f"{plan.path}.face_width: is missing; without it the mesh {p.name} is one row, which has no stiffness "
-                f"against tilt, although {p.a} and {p.b} may tilt against each other",
-            )
+        log.coded(
+            "tilt-without-slices",
+            f"{plan.path}.face_width: is missing; without it the mesh {p.name} is one row, which has no stiffness "
+            f"against tilt, although {p.a} and {p.b} may tilt against each other",
         )
         return 1
     log.note(path, SLICES, "", "default")

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Literal, NamedTuple
 
@@ -181,10 +181,6 @@ class Plan:
         """Whether it carries two helices."""
         return bool(stated_value(self.levels(member), "herringbone", False))
 
-    def chain(self, gear: str) -> tuple[str, ...]:
-        """The gears that share module, pressure angle and helix with this one, itself included, in file order."""
-        return tuple(name for name in self.gears if self.chains[name] == self.chains[gear])
-
 
 def sides_of(plan: Plan, member: str) -> tuple[str | None, ...]:
     """Sides that are bodies of their own: left and right, or None."""
@@ -217,7 +213,9 @@ def _plan(name: str, stage: StageTable, loaded: bool, log: ResolutionLog) -> Pla
             "a stage has one carrier", path=path, given=carriers, allowed="one; split = true for its halves"
         )
     for m, member in gears.items():
-        _check_shaft(f"{path}.{m}", m, gears)
+        below = gear_below(member)
+        if below is not None and (gears[below].kind == "planet") != (member.kind == "planet"):
+            raise ModelError("a planet gear and a central gear on one shaft", path=f"{path}.{m}.on", given=member.on)
         log.note(f"{path}.{m}.teeth", member.teeth)
     axis = {m: _shaft_root(m, gears) for m in gears}
     pairs = _pairs(name, stage, gears)
@@ -251,13 +249,6 @@ def _check_sides(plan: Plan) -> None:
                 raise ModelError(
                     "is of a half, and both helices are one body", path=f"{path}.{key}", allowed="the member, or split"
                 )
-
-
-def _check_shaft(path: str, name: str, gears: Mapping[str, MemberTable]) -> None:
-    """Raise ModelError where a planet gear and a central gear sit on one shaft."""
-    target = gear_below(gears[name])
-    if target is not None and (gears[target].kind == "planet") != (gears[name].kind == "planet"):
-        raise ModelError("a planet gear and a central gear on one shaft", path=f"{path}.on", given=gears[name].on)
 
 
 def _shaft_root(name: str, gears: Mapping[str, MemberTable]) -> str:
@@ -347,8 +338,7 @@ def _ordered(
     turned = []
     for p in pairs:
         swap = not p.internal and far.get(p.b, FAR) < far.get(p.a, FAR)
-        a, b = (p.b, p.a) if swap else (p.a, p.b)
-        turned.append(GearPair(name=p.name, stage=p.stage, a=a, b=b, internal=p.internal, keys=p.keys))
+        turned.append(replace(p, a=p.b, b=p.a) if swap else p)
     return tuple(sorted(turned, key=lambda p: (far.get(p.a, FAR), p.internal)))
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import ContactTable, ForceCurve, ToothPair
-from ..warning_codes import CodedText
+from ..warning_codes import CodedText, coded
 from .kinematics import Kinematics
 from .power import PowerPath
 
@@ -557,6 +557,10 @@ class ResolutionLog:
         if any(path == p or path.startswith(f"{p}.") for p in self.overridden):
             return "set"
         return "assumed" if path in self.assumed else "given"
+
+    def coded(self, code: str, text: str) -> None:
+        """Record a warning once, by its code and its text."""
+        self.warn(coded(code, text))
 
     def warn(self, text: CodedText) -> None:
         """Record a warning once."""

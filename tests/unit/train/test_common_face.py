@@ -89,3 +89,14 @@ def test_faces_without_overlap_are_refused(apart: float) -> None:
     assert caught.value.path == "stages.s.meshes.g1-g2"
     assert "g1 -10 .. 10 mm" in said
     assert f"g2 {1e3 * apart - 10:g} .. {1e3 * apart + 10:g} mm" in said
+
+
+def test_a_side_without_a_face_width_has_no_stiffness_by_the_standard() -> None:
+    """Of spur teeth on both sides, one of which states no width, it was nan."""
+    source = spur_pair(g1_herringbone=True, g2_herringbone=True)
+    del source["stages"]["s"]["face_width"]
+    for gear in ("g1", "g2"):
+        source["stages"]["s"][gear]["left"] = {"face_width": FACE}
+    with pytest.raises(ModelError) as error:
+        load(source)
+    assert error.value.path == "stages.s.face_width"

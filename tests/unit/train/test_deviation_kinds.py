@@ -89,8 +89,8 @@ def rows_of(table: Any, head: str) -> list[str]:
     """Rows of the page: path in the file, SI unit, description."""
     found = []
     for name, field in table.model_fields.items():
-        form = next((a for a in get_args(field.annotation) if hasattr(a, "bare")), None)
-        number = field if form is None else form.model_fields[form.bare]
+        form = next((a for a in get_args(field.annotation) if hasattr(a, "bare_key")), None)
+        number = field if form is None else form.model_fields[form.bare_key]
         units = [KINDS[m.kinds.split()[0]].unit for m in metadata_of(number) if isinstance(m, Unit)]
         own = ".NAME" if name == "errors" else ""
         unit = units[0] if units else re.search(r"\[(.*?)\]", field.description)[1]  # type: ignore[index]

@@ -133,9 +133,9 @@ def test_several_ends_might_balance() -> None:
 
 
 def test_messages_use_the_words_of_the_file() -> None:
-    error = refusal(torques={"sun": 23.0, "carrier": -70.0}, paths={"sun": "main.sun"})
-    assert "at main.sun" in str(error)
-    assert refusal(speeds={"sun": 1, "carrier": 1}, paths={"carrier": "arm"}).path == "operation.speed.arm"
+    error = refusal(torques={"sun": 23.0, "carrier": -70.0})
+    assert "at sun" in str(error)
+    assert refusal(speeds={"sun": 1, "carrier": 1}).path == "operation.speed.carrier"
 
 
 def test_torques_rounded_on_the_drawing_balance_exactly_in_the_end() -> None:

@@ -89,7 +89,7 @@ _MOST_NAME = 80
 _MOST_OVERRIDES = 2000
 # Speeds per operating speed that a page shows: no sweep of the package goes beyond.
 _SPEEDS = (1e-3, 100.0)
-# Tables whose entries may name a file of force over deflection (`document.csv_files`).
+# Tables whose entries may name a file of force over deflection (`document.document`).
 _WITH_FORCES = ("stages", "bodies", "couplings")
 
 
