@@ -408,6 +408,11 @@ def file_name(text: str | Path) -> Path:
     return Path(text)
 
 
+def file_option(words: str) -> Any:
+    """The option ``-o`` with its help."""
+    return typer.Option("-o", "--output", parser=file_name, metavar="FILE", help=words)
+
+
 Model = Annotated[
     str,
     typer.Argument(
@@ -421,10 +426,7 @@ Sets = Annotated[
     typer.Option("--set", metavar="PATH=VALUE", help="Put a value in place of the file's; may be repeated."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, xarray's Dataset.to_dict(), on stdout.")]
-Output = Annotated[
-    Path | None,
-    typer.Option("-o", "--output", parser=file_name, metavar="FILE", help=f"Write the result: {FORMATS}."),
-]
+Output = Annotated[Path | None, file_option(f"Write the result: {FORMATS}.")]
 
 
 def command(verb: Verb) -> Callable[..., None]:
@@ -468,8 +470,7 @@ def _output(verb: Verb) -> Any:
     words = f"Write the result: {', '.join([*verb.writers, FORMATS])}."
     if verb.model_text:
         words = f"Write the model (.toml) or the result ({FORMATS})."
-    made = typer.Option("-o", "--output", parser=file_name, metavar="FILE", help=words)
-    return Annotated[Path | None, made]
+    return Annotated[Path | None, file_option(words)]
 
 
 def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, Any]:
