@@ -7,7 +7,9 @@ file is SVG, PNG or PDF by kaleido and a Chromium of this machine, or an HTML pa
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -179,16 +181,9 @@ def require_figures(path: Path) -> None:
     except ImportError as error:
         problem = f"needs the package kaleido, which is not installed ({error.name or error})"
         raise ModelError(problem, path="--output", given=str(path), allowed=_CURE) from None
-    if not _found(Chromium):
+    browser = os.environ.get("BROWSER_PATH")  # else on PATH, or one that kaleido has got before
+    if not (Path(browser).is_file() if browser else Chromium.find_browser(skip_local=False)):
         raise ModelError("needs a Chromium or Chrome, and none is found", path="--output", given=path, allowed=_CURE)
-
-
-def _found(browser: Any) -> bool:
-    """Whether there is a Chromium, on PATH, at BROWSER_PATH, or one that kaleido has got before."""
-    import os
-
-    given = os.environ.get("BROWSER_PATH")
-    return Path(given).is_file() if given else bool(browser.find_browser(skip_local=False))
 
 
 def write_figure(figure: go.Figure, path: str | Path) -> Path:
@@ -228,14 +223,13 @@ def _drawn(figure: go.Figure, kind: str, path: str) -> bytes:
         "scale": _SCALE if kind == "png" else 1,
     }
     spec = _still(figure)
-    for last in (False, True):
-        try:
-            return _by_kaleido(spec, options)
-        except (Exception, asyncio.CancelledError) as error:
-            if last:
-                words = f"{type(error).__name__}: {error}".splitlines()[0]
-                raise ModelError(f"cannot be drawn by the browser: {words}", path=path, allowed=_CURE) from error
-    raise AssertionError("the second time returns or raises")
+    with suppress(Exception, asyncio.CancelledError):
+        return _by_kaleido(spec, options)
+    try:
+        return _by_kaleido(spec, options)
+    except (Exception, asyncio.CancelledError) as error:
+        words = f"{type(error).__name__}: {error}".splitlines()[0]
+        raise ModelError(f"cannot be drawn by the browser: {words}", path=path, allowed=_CURE) from error
 
 
 def _by_kaleido(spec: Any, options: dict[str, Any]) -> bytes:
