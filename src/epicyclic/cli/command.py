@@ -482,12 +482,13 @@ def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, An
     if isinstance(typed, type) and issubclass(typed, StrEnum) and isinstance(default, str):
         default, left = typed(default), False
     words = option.default or (_worded(default) if left and default is not None else "")
-    number = {float: (_number, "number"), int: (_whole_number, "whole number")}.get(typed)
+    number = {float: "number", int: "whole number"}.get(typed, "")
     made = typer.Option(
         flag,
         help=_unmarked(option.help),
-        parser=None if number is None else number[0],  # its bounds are the verb's, which tells them in its own words
-        metavar=option.metavar or (None if number is None else f"<{number[1]}{_range(option)}>"),
+        # the bounds of a number are the verb's, which tells them in its own words
+        parser=_parsed(typed, number) if number else None,
+        metavar=option.metavar or (f"<{number}{_range(option)}>" if number else None),
         show_default=words or default is not None,
     )
     return (Annotated[typed | None, made], None) if left else (Annotated[typed, made], default)
@@ -500,20 +501,16 @@ def _plain(value: Any) -> Any:
     return value.value if isinstance(value, StrEnum) else value
 
 
-def _number(text: str) -> float:
-    """Number that a person typed; a default is one already."""
-    try:
-        return float(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is no number") from None
+def _parsed(kind: type[float] | type[int], words: str) -> Callable[[str], float]:
+    """Reader of a number that a person typed; a default is one already."""
 
+    def parse(text: str) -> float:
+        try:
+            return kind(text)
+        except ValueError:
+            raise typer.BadParameter(f"{text!r} is no {words}") from None
 
-def _whole_number(text: str) -> int:
-    """Whole number that a person typed; a default is one already."""
-    try:
-        return int(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is no whole number") from None
+    return parse
 
 
 def _range(option: Option) -> str:
