@@ -15,13 +15,13 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from .arguments import checked
 from .document.document import ready_drives
-from .document.json_schema import json_schema
 from .document.units import KINDS
+from .document.writer import json_schema
 from .errors import ModelError
 from .results.variables import OF_KIND, VARIABLES
 from .show.plot import FIGURES
+from .user_input import checked
 from .verbs.record import help_of, keywords, verbs
 from .warning_codes import WARNING_CODES
 

@@ -14,7 +14,13 @@ from epicyclic.questions.transient.integrators import integrate
 from epicyclic.questions.transient.program import phase_at, program
 from epicyclic.questions.transient.right_hand_side import at_equilibrium
 from epicyclic.questions.transient.scenario import Scenario, scenario_motion
-from epicyclic.system.inertia import centrifugal_stiffness, euler_matrix, gyroscopic_matrix, mass_diagonal, spin_up_load
+from epicyclic.system.assembly import (
+    centrifugal_stiffness,
+    euler_matrix,
+    gyroscopic_matrix,
+    mass_diagonal,
+    spin_up_load,
+)
 from epicyclic.system.system import Dofs, LinkRows, MeshRows, System
 
 Array = NDArray[np.float64]

@@ -32,9 +32,7 @@ for arrows in ALLOWED.values():
 # rooms that are given a System, never a drawing
 OF_A_SYSTEM = {"statics", *(room for room in QUESTIONS if not ALLOWED[room] & {"train", "document", "teeth"})}
 # those may be imported everywhere
-COMMON = set(
-    re.findall(r"`(\w+)`", re.findall(r"^(`arguments`.*) may be imported everywhere\.", DESIGN, re.MULTILINE)[0])
-)
+COMMON = set(re.findall(r"`(\w+)`", re.findall(r"^(`errors`.*) may be imported everywhere\.", DESIGN, re.MULTILINE)[0]))
 
 
 @cache

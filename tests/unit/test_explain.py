@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.cli.main import app
-from epicyclic.document.distributions import FORMS
+from epicyclic.document.deviations import FORMS
 from epicyclic.document.document import read, ready_drives
 from epicyclic.questions.modes.eigen import _KINDS
 from epicyclic.questions.sharing.definitions import DEFINITIONS

@@ -20,10 +20,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..arguments import checked
 from ..engine.source import system_of, train_of
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
+from ..user_input import checked
 from ..verbs.record import keywords, verbs
 from ..warning_codes import coded
 from .audit_file import (

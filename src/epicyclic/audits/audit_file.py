@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError,
 
 from ..document.validation import words_of
 from ..errors import ModelError
-from ..input_files import read_text
+from ..user_input import read_text
 from ..verbs.record import verbs
 
 AS_PRINTED = "as printed"

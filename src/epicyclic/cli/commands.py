@@ -72,7 +72,7 @@ def app(
     missing = [name for name in _NEEDED if find_spec(name) is None]
     if missing:
         raise ModelError(f"needs {' and '.join(missing)}", path="epicyclic app", allowed="pip install 'epicyclic[app]'")
-    from ..cockpit.server.run import serve
+    from ..cockpit.server import serve
 
     def tell(address: str) -> None:
         complain(f"the cockpit is open at {address}")
@@ -443,7 +443,7 @@ def systems(
         return _file_of(name, output, force=force, as_json=as_json)
     if output is not None:
         raise ModelError("is missing", path="NAME", allowed="the name of a ready drive, before -o FILE")
-    from ..document.drives import drive_titles
+    from ..document.document import drive_titles
 
     titles = drive_titles()
     with on_stdout():
@@ -457,7 +457,7 @@ def systems(
 
 def _file_of(name: str, output: Path | None, *, force: bool, as_json: bool) -> None:
     """Print or copy the model file of a drive."""
-    from ..document.drives import drive_text
+    from ..document.document import drive_text
 
     if as_json:
         raise ModelError("prints names and titles only", path="--json", allowed=f"epicyclic systems {name}, without it")

@@ -113,7 +113,7 @@ def schema(
 ) -> None:
     """The JSON Schema of the model file, for editors."""
     with reported():
-        from ..document.json_schema import json_schema_text
+        from ..document.writer import json_schema_text
 
         text = json_schema_text()
         if output is None:

@@ -24,7 +24,7 @@ from .output import complain, complain_of, on_stdout, parsed_overrides, reported
 
 if TYPE_CHECKING:
     from ..rexs.import_train import RexsImport
-    from ..rexs.view import Entry
+    from ..rexs.stages import Entry
     from ..train.new_train import NewTrain
 
 _PAIR = re.compile(r'"(\w+)": "([^"]+)"')
@@ -298,8 +298,8 @@ def import_rexs(
         target_of(output, (".toml",))
     require_stdout()
     from ..document.document import read
+    from ..rexs.export import rexs_model_text
     from ..rexs.import_train import read_rexs, traced
-    from ..rexs_export.model_text import rexs_model_text
 
     found = read_rexs(file, load_case=load_case)
     try:
@@ -359,7 +359,7 @@ def export(
     """A REXS file of a train, version 1.7, and what of the model it does not carry."""
     target_of(output, SUFFIXES)
     require_stdout()
-    from ..rexs_export.export import write_rexs
+    from ..rexs.export import write_rexs
 
     found = write_rexs(model, output, overrides=parsed_overrides(sets))
     complain(f"written: {output}")

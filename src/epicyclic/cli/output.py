@@ -21,9 +21,9 @@ import typer
 
 from ..engine.cost import Counted
 from ..errors import ConvergenceError, ModelError
-from ..input_files import as_output, outputs_apart
 from ..results.files import require_writable
 from ..show.plot import FIGURE_FILES, companions, figure_names, plot, require_figures, write_figure
+from ..user_input import as_output, outputs_apart
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -408,8 +408,7 @@ def _write(
         named = {str(result.attrs["verb"]): result for result in results.values()}
         write_report(output, results if len(results) > 1 else named)
     else:
-        from ..results.dataset import save_result
-        from ..results.tables_out import cells_of
+        from ..results.dataset import cells_of, save_result
 
         (result,) = results.values()
         if output.suffix.lower() == ".xlsx" and (cells := cells_of(result)) > _LARGE:

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import ModelError
-from ..input_files import read_bytes
 from ..results.files import whole_file
+from ..user_input import read_bytes
 
 Refer = Callable[[object], Any]
 """Says of an object how it is to be found again, in plain data, or None where it is to be written."""

@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..input_files import read_text
 from ..results.files import package_version, write_text
+from ..user_input import read_text
 from .plain import Refer, Restore, read_plain, write_plain
 
 try:

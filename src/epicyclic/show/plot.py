@@ -14,9 +14,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import checked
 from ..errors import ModelError
 from ..results.files import whole_file
+from ..user_input import checked
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -25,8 +25,8 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.offline import get_plotlyjs
 
-from ..arguments import checked
 from ..results.files import write_text
+from ..user_input import checked
 from .charts.over_speed import operating_range
 from .charts.style import template
 from .elements import Details, Drawing, FigureText, Finding, Part, Section, Table, number, shown_columns

@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
-from ..system.elimination import elastic_rows
 from ..system.gaps import net_force
-from ..system.group_laws import Laws
-from ..system.system import Array, FarFlanks, System
+from ..system.link_laws import Laws
+from ..system.system import Array, FarFlanks, System, elastic_rows
 from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance
 from .record import Record, RecordExcitation, excitation
 

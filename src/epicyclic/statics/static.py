@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..system.gaps import flanks, groups_past_the_end, net_force, past_the_end
-from ..system.group_laws import STATES
+from ..system.link_laws import STATES
 from ..system.system import Array, Faces, System, faces
 from ..warning_codes import CodedText, coded
 from .quasi_static import RecordPiece, held_train, history_note, quasi_static

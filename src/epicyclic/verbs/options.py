@@ -346,8 +346,7 @@ def load_per_length(value: float | str, path: str) -> float:
     ------
     ModelError : a text without a unit, or of another quantity.
     """
-    from ..document.units import Bounds
-    from ..document.written_numbers import stated
+    from ..document.units import Bounds, stated
 
     if isinstance(value, str):
         _refuse_bare(value, "N/mm", path)  # teeth bear some hundreds of N/mm

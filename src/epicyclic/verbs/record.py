@@ -27,8 +27,8 @@ from pkgutil import iter_modules
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, TypeVar, cast, get_args, get_origin
 
-from ..arguments import check_arguments
 from ..errors import ConvergenceError, ModelError
+from ..user_input import check_arguments
 from ..warning_codes import CodedText, coded, placed
 
 if TYPE_CHECKING:

@@ -245,7 +245,7 @@ def test_the_example_of_the_documentation_is_right(tmp_path: Path) -> None:
 
 
 def test_audits_are_no_drives() -> None:
-    from epicyclic.document.drives import drive_titles
+    from epicyclic.document.document import drive_titles
 
     assert set(audited_drives()) <= set(drive_titles())
     assert not any("audit" in name for name in drive_titles())

@@ -6,8 +6,7 @@ import re
 
 import pytest
 
-from epicyclic.document.units import Bounds, read_quantity
-from epicyclic.document.written_numbers import stated
+from epicyclic.document.units import Bounds, read_quantity, stated
 from epicyclic.errors import ModelError
 from epicyclic.verbs.options import ends, frequency, load_per_length, loads_of, seconds, settings, spread, torque_step
 

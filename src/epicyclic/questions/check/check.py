@@ -21,9 +21,8 @@ from ...results.dataset import dataset
 from ...statics.equilibrium import compliance_of
 from ...statics.unheld import unheld_warnings
 from ...system.assembly import train_provenance
-from ...train.bodies import DIRECTIONS, Body, GearData, Mesh
-from ...train.tolerances import tolerances_of
-from ...train.train import Displacement, Train
+from ...train.resolution import tolerances_of
+from ...train.train import DIRECTIONS, Body, Displacement, GearData, Mesh, Train
 from ...warning_codes import CodedText, coded
 from .readiness import Readiness, choices
 

@@ -18,10 +18,9 @@ from ...statics.unheld import standing_load
 from ...system.assembly import assemble
 from ...system.system import System
 from ...system.tooth_pairs import loaded_mesh, mean_force, pair_of, tooth_warnings
-from ...train.bodies import Body, Link, Mesh
 from ...train.power import require_contact, require_flow
 from ...train.stage_bodies import link_row, tilt_groups
-from ...train.train import Train
+from ...train.train import Body, Link, Mesh, Train
 from ...warning_codes import CodedText, coded
 from ..modes.basis import mean_modes
 from ..response.excitation import mesh_tones, require_damping

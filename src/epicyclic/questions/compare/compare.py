@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...arguments import checked
 from ...document.tables import leaves
 from ...document.units import KINDS, factor
 from ...engine.source import train_of
@@ -27,6 +26,7 @@ from ...results.ties import EQUAL, largest
 from ...system.system import System
 from ...train.resolution import load
 from ...train.train import Train
+from ...user_input import checked
 from ...warning_codes import CodedText, coded, placed
 from .effects import Effects, effects_of, mode_pairs
 

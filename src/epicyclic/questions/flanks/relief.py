@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...document.written_numbers import stated
+from ...document.units import stated
 from ...engine.source import Source, train_of
 from ...errors import ModelError
 from ...results.dataset import dataset
@@ -23,9 +23,8 @@ from ...system.system import System
 from ...teeth.form import Flank
 from ...teeth.gear_pair import check_pair
 from ...teeth.segments import ContactSegments
-from ...train.bodies import Mesh
 from ...train.resolution import load
-from ...train.train import Train
+from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
 from .contact import TOLERANCE, contact, helices_of, mesh_name, normal_force, unresolved
 from .contact_resolution import Resolution, check_tolerance, sigma_at

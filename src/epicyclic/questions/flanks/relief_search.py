@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...input_files import read_text
 from ...results.files import require_writable, write_text
+from ...user_input import read_text
 from .contact_resolution import Resolution, resolution
 from .relief_objectives import ReliefProblem, with_resolution
 

@@ -363,8 +363,7 @@ def _oil(friction: float | None, viscosity: float | str | None, roughness: float
             raise ModelError("is missing: friction by oil needs both", path=name, allowed="viscosity and roughness")
     if friction is not None:
         raise ModelError("a number and an oil", path="friction", given=friction, allowed="one of the two")
-    from ...document.units import Bounds
-    from ...document.written_numbers import stated
+    from ...document.units import Bounds, stated
     from .efficiency import Oil
 
     read: dict[str, float] = {}

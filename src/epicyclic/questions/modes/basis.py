@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dsygvd
 
 from ...errors import ModelError
-from ...system.elimination import REST, free_motions, stiffness_rows
-from ...system.system import Array, System
+from ...system.system import REST, Array, System, free_motions, stiffness_rows
 from ...warning_codes import CodedText, coded
 
 # Rounding of omega^2 from the eigenproblem, per largest one.

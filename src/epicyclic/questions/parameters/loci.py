@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.written_numbers import written
+from ...document.units import written
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...statics.tangent import flank_warnings, linear

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from ...arguments import checked
+from ...user_input import checked
 from ...verbs.record import Option, Progress, Verb, bounded, keywords, verbs
 
 if TYPE_CHECKING:

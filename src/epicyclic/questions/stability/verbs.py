@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from ...document.written_numbers import typed
+from ...document.units import typed
 from ...errors import ModelError
 from ...verbs.options import (
     Folder,

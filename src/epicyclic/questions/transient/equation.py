@@ -5,7 +5,7 @@ In modal coordinates of the mean system, q = Phi y, Phi^T M Phi = 1:
     y'' = -omega_r^2 y - d_r y' + pulls^T (k0 gaps y - f) - (C + s G) y' - (s^2 Kg + s Cskew + s' E) y + push(t)
 
 so that only what differs from the mean system is multiplied out.  Every phase is counted in tau = integral of s dt.
-The forces f are those of the laws (`system.flank_laws`, `system.group_laws`).  A damper of a mesh is of the contact and
+The forces f are those of the laws (`system.flank_laws`, `system.link_laws`).  A damper of a mesh is of the contact and
 acts where its law presses, f = law(gap) + c gap'.  Modal damping belongs to the mean system and acts always.  Sliders
 of Coulomb friction are part of the state: fixed within a step, they move at its end (`integrators`).
 """
@@ -25,7 +25,7 @@ from ...statics.tangent import linear
 from ...statics.unheld import contradicting_radii, unheld, unheld_error
 from ...system.flank_laws import LEAST
 from ...system.gaps import Flanks, flanks
-from ...system.group_laws import Laws
+from ...system.link_laws import Laws
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
 from ..modes.basis import mean_modes

@@ -18,7 +18,7 @@ from ...errors import ModelError
 from ...statics.tangent import mean_stretch, small_motion_tangent
 from ...system.flank_laws import LinearLaw, TabulatedLaw, phase_cubics
 from ...system.gaps import Flanks
-from ...system.group_laws import Laws
+from ...system.link_laws import Laws
 from ...system.system import Array, System
 
 Index = NDArray[np.int64]

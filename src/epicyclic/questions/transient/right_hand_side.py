@@ -12,10 +12,9 @@ import numpy as np
 
 from ...errors import ConvergenceError, ModelError
 from ...statics.equilibrium import compliance, equilibrium
-from ...system.elimination import elastic_rows
 from ...system.gaps import FlanksAt
-from ...system.group_laws import Laws
-from ...system.system import Array
+from ...system.link_laws import Laws
+from ...system.system import Array, elastic_rows
 from .equation import Motion, from_modal, phases_at, tangent_series, to_modal
 from .program import phase_at, times
 

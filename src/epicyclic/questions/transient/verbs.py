@@ -120,7 +120,7 @@ def _history(path: str | Path) -> "History":
     """Torques of a CSV file as the analysis takes them."""
     import numpy as np
 
-    from ...document.csv_files import read_history
+    from ...document.document import read_history
     from .scenario import History
 
     table = read_history(path)

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.cli.main import app
-from epicyclic.document.drives import drive_text
+from epicyclic.document.document import drive_text
 from epicyclic.questions.compare.effects import BY_KIND, BY_SHAPE, TrainModes, mode_pairs
 from epicyclic.questions.compare.views import key_figures, tables
 from epicyclic.show.charts.effects import compared

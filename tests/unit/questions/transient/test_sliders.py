@@ -21,8 +21,7 @@ from epicyclic.questions.transient.right_hand_side import AHEAD, at_equilibrium,
 from epicyclic.questions.transient.transient import group_force, group_stretch, transient
 from epicyclic.statics.quasi_static import held_train, quasi_static
 from epicyclic.statics.record import record_of
-from epicyclic.system.group_laws import LawGroup, stacked
-from epicyclic.system.radial_laws import Law
+from epicyclic.system.link_laws import Law, LawGroup, stacked
 from epicyclic.system.system import Line, System
 
 Array = NDArray[np.float64]

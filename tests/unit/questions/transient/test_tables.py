@@ -19,7 +19,7 @@ from epicyclic.questions.transient.program import constant, program
 from epicyclic.questions.transient.right_hand_side import at_equilibrium, at_rest
 from epicyclic.questions.transient.transient import flank_force
 from epicyclic.system.flank_laws import FlankAt, LawRows, LinearLaw, TabulatedLaw
-from epicyclic.system.radial_laws import Law
+from epicyclic.system.link_laws import Law
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
