@@ -16,10 +16,8 @@ from kaleido import _page_generator
 from typer.testing import CliRunner
 
 import epicyclic
-from epicyclic.cli import output as cli_output
 from epicyclic.cli.main import app
 from epicyclic.results.dataset import has_digest
-from epicyclic.show import plot
 from epicyclic.show.plot import figure_names, write_figure
 from epicyclic.verbs.record import verbs
 
@@ -175,10 +173,6 @@ def test_several_figures_are_files_of_their_names(command: Command) -> None:
     done = command("modes", DRIVE, "--figure", "shapes", "--figure", "frequencies", "-o", "x.html")
     assert done.out == command("modes", DRIVE).out
     assert sorted(path.name for path in Path().iterdir()) == ["x-frequencies.html", "x-shapes.html"]
-
-
-def test_two_lists_of_files_of_figures_are_one() -> None:
-    assert plot.FIGURE_FILES == cli_output._FIGURES
 
 
 def test_help_names_the_figures(command: Command) -> None:

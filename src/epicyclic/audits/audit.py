@@ -34,7 +34,6 @@ from .audit_file import (
     Label,
     Row,
     Value,
-    WrongRow,
     attempts,
     audited_drives,
     claim_of,
@@ -153,29 +152,17 @@ def audit(
 
 
 def _lines(file: AuditFile, count: Callable[[], None]) -> Iterator[_Line]:
-    """Every row of an audit in the order of the file, computed and checked."""
+    """Every row of an audit in the order of the file, computed and checked; of one that cannot be read why."""
     result_of = _runner(file.drive, file.audit, count)
     good, wrong = dict(zip(file.places, file.audit.rows, strict=True)), {one.at: one for one in file.wrong}
     for at in sorted({*good, *wrong}):
-        if at in wrong:
-            yield _refused(wrong[at], file.drive)
-        else:
+        if at in good:
             yield from _checked(good[at], at, file=file, result_of=result_of)
-
-
-def _refused(wrong: WrongRow, drive: str) -> _Line:
-    """The line of a row that cannot be read."""
-    shown = _Tried(attempt=attempts(wrong.row)[0], ours=[math.nan], error=wrong.error, within=[None], fitted=False)
-    return _Line(
-        drive=drive,
-        row=wrong.row,
-        quantity=wrong.row.quantity,
-        published=math.nan,
-        at=0,
-        shown=shown,
-        tried=(),
-        outcome=shown.failure,
-    )
+            continue
+        row, error = wrong[at].row, wrong[at].error
+        shown = _Tried(attempt=attempts(row)[0], ours=[math.nan], error=error, within=[None], fitted=False)
+        words = {"drive": file.drive, "quantity": row.quantity, "outcome": shown.failure}
+        yield _Line(row=row, published=math.nan, at=0, shown=shown, tried=(), **words)
 
 
 def _runner(drive: str, data: Audit, count: Callable[[], None]) -> Callable[[str], xr.Dataset]:
@@ -223,7 +210,9 @@ def _checked(row: Row, at: int, *, file: AuditFile, result_of: Callable[[str], x
     """One line for each published number of a row."""
     published = row.published if isinstance(row.published, list) else [row.published]
     tried = [_tried(one, row, at, published, file, result_of) for one in attempts(row)]
-    shown = _shown(row, tried)
+    shown = next((one for one in tried if one.attempt.ours is not None), tried[0])
+    if row.verdict == "under a reading" and row.readings:  # the best reading, one without a fitted value before
+        shown = max(tried, key=lambda one: (one.holds, not one.fitted, one.within.count(True)))
     for place, given in enumerate(published):
         label = row.labels[place] if row.labels else str(place + 1)
         yield _Line(
@@ -283,20 +272,14 @@ def _ours(attempt: Attempt, row: Row, at: int, count: int, result_of: Callable[[
     return [float(value) for value in values]
 
 
-def _shown(row: Row, tried: Sequence[_Tried]) -> _Tried:
-    """The attempt whose numbers stand in the row: its own, or the best reading, one without a fitted value before."""
-    if row.verdict != "under a reading" or not row.readings:
-        return next((one for one in tried if one.attempt.ours is not None), tried[0])
-    return max(tried, key=lambda one: (one.holds, not one.fitted, one.within.count(True)))
-
-
 def _outcome(row: Row, tried: Sequence[_Tried], shown: _Tried, place: int) -> str:
     """Whether the numbers are consistent with the verdict, at one place of the list; or why there are none."""
     if refused := [one.failure for one in tried if one.error is not None]:
         return refused[0]  # a reading that is wrong supports no verdict
     if not row.readings or row.verdict == "reproduced":
-        within = shown.within[place]
-        holds = row.verdict == "not compared" or _fits(row, within, missing=math.isnan(shown.ours[place]))
+        holds = row.verdict == "not compared" or shown.within[place] is True
+        if row.verdict == "not reproducible":
+            holds = row.ours is None or (not math.isnan(shown.ours[place]) and shown.within[place] is not True)
         return shown.failure or (HOLDS if holds else CONTRADICTED)
     plain = row.ours is not None and not row.reading and tried[0].holds
     if row.verdict == "not reproducible":
@@ -305,13 +288,6 @@ def _outcome(row: Row, tried: Sequence[_Tried], shown: _Tried, place: int) -> st
         return CONTRADICTED if plain else HOLDS  # what needs no reading is reproduced
     absent = [one.failure for one in tried if one.failure.startswith(NOT_COMPUTED)]
     return absent[0] if absent else shown.failure or (HOLDS if shown.within[place] else CONTRADICTED)
-
-
-def _fits(row: Row, within: bool | None, *, missing: bool) -> bool:
-    """Whether one number is consistent with the verdict of a row without readings; missing : the number is nan."""
-    if row.verdict == "not reproducible":
-        return row.ours is None or (not missing and within is not True)
-    return within is True
 
 
 def _within(attempt: Attempt, published: float | str, ours: float) -> bool | None:
@@ -341,7 +317,9 @@ def _table(lines: Sequence[_Line], audits: dict[str, Audit]) -> xr.Dataset:
         "quantity": [line.quantity for line in lines],
         "place": [line.row.place for line in lines],
         "published": [line.published for line in lines],
-        "published_text": [_published_text(line) for line in lines],
+        "published_text": [
+            line.row.published if isinstance(line.row.published, str) else f"{line.published:.10g}" for line in lines
+        ],
         "published_unit": [line.row.unit for line in lines],
         "ours": [line.ours for line in lines],
         "difference": [line.ours - line.published for line in lines],
@@ -356,44 +334,32 @@ def _table(lines: Sequence[_Line], audits: dict[str, Audit]) -> xr.Dataset:
         "origin": [line.row.origin for line in lines],
         "nothing_to_try": [line.row.nothing_to_try for line in lines],
     }
-    found = [(at, line, one) for at, line in enumerate(lines) for one in line.tried]
-    wrong = [
-        coded("audit-differs", f"{line.drive}: {line.quantity}: {line.outcome}")
-        for line in lines
-        if line.outcome != HOLDS
-    ]
+    tried = [(at, line, one) for at, line in enumerate(lines) for one in line.tried]
+    ours = [one.ours[line.at] for _, line, one in tried]
+    of_attempts: dict[str, tuple[list[Any], type]] = {
+        "row": ([at for at, _, _ in tried], int),
+        "reading": ([one.attempt.reading for _, _, one in tried], str),
+        "ours": (ours, float),
+        "difference": ([value - line.published for value, (_, line, _) in zip(ours, tried, strict=True)], float),
+        "tolerance": ([_tolerance(one.attempt, line.published) for _, line, one in tried], float),
+        "because": ([one.attempt.because for _, _, one in tried], str),
+        "reason": ([one.attempt.reason for _, _, one in tried], str),
+        "fitted": ([one.fitted for _, _, one in tried], bool),
+        "outcome": ([_attempt_outcome(one, line.at) for _, line, one in tried], str),
+    }
+    wrong = [line for line in lines if line.outcome != HOLDS]
     return dataset(
-        {name: ("row", _column(values, str)) for name, values in columns.items()} | _attempt_columns(found),
-        coords={"row": np.arange(len(lines)), "attempt": np.arange(len(found))},
+        {name: ("row", _column(values, str)) for name, values in columns.items()}
+        | {f"attempt_{name}": ("attempt", _column(*column)) for name, column in of_attempts.items()},
+        coords={"row": np.arange(len(lines)), "attempt": np.arange(len(tried))},
         verb="audit",
-        warnings=wrong,
+        warnings=[coded("audit-differs", f"{line.drive}: {line.quantity}: {line.outcome}") for line in wrong],
         provenance={
             "title": "Published numbers and ours",
             "sources": json.dumps({drive: data.source for drive, data in audits.items()}),
             "notes": json.dumps({drive: data.notes for drive, data in audits.items()}),
         },
     )
-
-
-def _attempt_columns(found: Sequence[tuple[int, _Line, _Tried]]) -> dict[str, Any]:
-    """Columns along `attempt`, of what was tried for each row: its number in the table, its line, the attempt."""
-    ours = [one.ours[line.at] for _, line, one in found]
-    columns: list[tuple[str, list[Any], type]] = [
-        ("attempt_row", [at for at, _, _ in found], int),
-        ("attempt_reading", [one.attempt.reading for _, _, one in found], str),
-        ("attempt_ours", ours, float),
-        (
-            "attempt_difference",
-            [value - line.published for value, (_, line, _) in zip(ours, found, strict=True)],
-            float,
-        ),
-        ("attempt_tolerance", [_tolerance(one.attempt, line.published) for _, line, one in found], float),
-        ("attempt_because", [one.attempt.because for _, _, one in found], str),
-        ("attempt_reason", [one.attempt.reason for _, _, one in found], str),
-        ("attempt_fitted", [one.fitted for _, _, one in found], bool),
-        ("attempt_outcome", [_attempt_outcome(one, line.at) for _, line, one in found], str),
-    ]
-    return {name: ("attempt", _column(values, kind)) for name, values, kind in columns}
 
 
 def _column(values: Sequence[Any], kind: type) -> NDArray[Any]:
@@ -412,10 +378,6 @@ def _attempt_outcome(tried: _Tried, place: int) -> str:
 def _reading(line: _Line) -> str:
     """Text of the reading whose number stands in the row; none where that needs no reading."""
     return line.row.reading if line.shown.attempt.reading == AS_PRINTED else line.shown.attempt.reading
-
-
-def _published_text(line: _Line) -> str:
-    return line.row.published if isinstance(line.row.published, str) else f"{line.published:.10g}"
 
 
 Array = NDArray[np.float64]

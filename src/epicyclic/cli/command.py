@@ -408,6 +408,11 @@ def file_name(text: str | Path) -> Path:
     return Path(text)
 
 
+def file_option(words: str) -> Any:
+    """The option ``-o`` with its help."""
+    return typer.Option("-o", "--output", parser=file_name, metavar="FILE", help=words)
+
+
 Model = Annotated[
     str,
     typer.Argument(
@@ -421,10 +426,7 @@ Sets = Annotated[
     typer.Option("--set", metavar="PATH=VALUE", help="Put a value in place of the file's; may be repeated."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, xarray's Dataset.to_dict(), on stdout.")]
-Output = Annotated[
-    Path | None,
-    typer.Option("-o", "--output", parser=file_name, metavar="FILE", help=f"Write the result: {FORMATS}."),
-]
+Output = Annotated[Path | None, file_option(f"Write the result: {FORMATS}.")]
 
 
 def command(verb: Verb) -> Callable[..., None]:
@@ -468,8 +470,7 @@ def _output(verb: Verb) -> Any:
     words = f"Write the result: {', '.join([*verb.writers, FORMATS])}."
     if verb.model_text:
         words = f"Write the model (.toml) or the result ({FORMATS})."
-    made = typer.Option("-o", "--output", parser=file_name, metavar="FILE", help=words)
-    return Annotated[Path | None, made]
+    return Annotated[Path | None, file_option(words)]
 
 
 def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, Any]:
@@ -481,12 +482,13 @@ def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, An
     if isinstance(typed, type) and issubclass(typed, StrEnum) and isinstance(default, str):
         default, left = typed(default), False
     words = option.default or (_worded(default) if left and default is not None else "")
-    number = {float: (_number, "number"), int: (_whole_number, "whole number")}.get(typed)
+    number = {float: "number", int: "whole number"}.get(typed, "")
     made = typer.Option(
         flag,
         help=_unmarked(option.help),
-        parser=None if number is None else number[0],  # its bounds are the verb's, which tells them in its own words
-        metavar=option.metavar or (None if number is None else f"<{number[1]}{_range(option)}>"),
+        # the bounds of a number are the verb's, which tells them in its own words
+        parser=_parsed(typed, number) if number else None,
+        metavar=option.metavar or (f"<{number}{_range(option)}>" if number else None),
         show_default=words or default is not None,
     )
     return (Annotated[typed | None, made], None) if left else (Annotated[typed, made], default)
@@ -499,20 +501,16 @@ def _plain(value: Any) -> Any:
     return value.value if isinstance(value, StrEnum) else value
 
 
-def _number(text: str) -> float:
-    """Number that a person typed; a default is one already."""
-    try:
-        return float(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is no number") from None
+def _parsed(kind: type[float] | type[int], words: str) -> Callable[[str], float]:
+    """Reader of a number that a person typed; a default is one already."""
 
+    def parse(text: str) -> float:
+        try:
+            return kind(text)
+        except ValueError:
+            raise typer.BadParameter(f"{text!r} is no {words}") from None
 
-def _whole_number(text: str) -> int:
-    """Whole number that a person typed; a default is one already."""
-    try:
-        return int(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is no whole number") from None
+    return parse
 
 
 def _range(option: Option) -> str:

@@ -14,7 +14,17 @@ import typer
 from ..errors import ConvergenceError, ModelError
 from ..results.files import write_text
 from ..rexs.file import is_rexs_name
-from .command import Json, Output, Sets, explained_names, file_name, kept, kept_store, model_names, source_names
+from .command import (
+    Json,
+    Output,
+    Sets,
+    explained_names,
+    file_option,
+    kept,
+    kept_store,
+    model_names,
+    source_names,
+)
 from .output import (
     FORMATS,
     complain,
@@ -39,6 +49,7 @@ _NEEDED = ("nicegui", "tomlkit")  # of the extra "app"
 _LARGEST_PORT = 65_535
 
 
+@reported()
 def app(
     model: Annotated[
         str | None,
@@ -58,25 +69,22 @@ def app(
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
 ) -> None:
     """The cockpit: a page on this machine with sliders, where the train answers while they move."""
-    with reported():
-        missing = [name for name in _NEEDED if find_spec(name) is None]
-        if missing:
-            raise ModelError(
-                f"needs {' and '.join(missing)}", path="epicyclic app", allowed="pip install 'epicyclic[app]'"
-            )
-        from ..cockpit.server import serve
+    missing = [name for name in _NEEDED if find_spec(name) is None]
+    if missing:
+        raise ModelError(f"needs {' and '.join(missing)}", path="epicyclic app", allowed="pip install 'epicyclic[app]'")
+    from ..cockpit.server import serve
 
-        serve(model, port=port, browser=browser, tell=_tell)
+    def tell(address: str) -> None:
+        complain(f"the cockpit is open at {address}")
+        complain("for this browser and this machine alone; Ctrl-C ends it")
 
-
-def _tell(address: str) -> None:
-    complain(f"the cockpit is open at {address}")
-    complain("for this browser and this machine alone; Ctrl-C ends it")
+    serve(model, port=port, browser=browser, tell=tell)
 
 
 CONTRADICTED, REFUSED = 4, 2
 
 
+@reported()
 def audit(
     name: Annotated[
         str | None,
@@ -87,21 +95,13 @@ def audit(
         ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON on stdout.")] = False,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", parser=file_name, metavar="FILE", help=f"Write the table: {FORMATS}."),
-    ] = None,
+    output: Annotated[Path | None, file_option(f"Write the table: {FORMATS}.")] = None,
 ) -> None:
     """Published numbers beside ours, each with a verdict and its reason; exit status 4 where one does not hold.
 
     A row that needs a package which is not installed is not computed, and fails nothing.  A row that is wrong, or whose
     run is refused, is told; the others are computed, and the exit status is 2 where none of them is contradicted.
     """
-    with reported():
-        _audit(name, as_json=as_json, output=output)
-
-
-def _audit(name: str | None, *, as_json: bool, output: Path | None) -> None:
     require_output(output, None, ["audit"], as_json=as_json)
     from ..audits.audit import HOLDS, NOT_COMPUTED, WRONG
     from ..audits.audit import audit as run
@@ -134,6 +134,7 @@ Variants = Annotated[
 ]
 
 
+@reported()
 def compare(
     sources: Sources,
     variants: Variants = None,
@@ -146,29 +147,17 @@ def compare(
 
     Saved results are compared variable by variable. --set applies to all models, --with makes one more of A.
     """
-    with reported():
-        _compare(sources, variants or [], sets, figures=figure, as_json=as_json, output=output)
-
-
-def _compare(
-    sources: list[str],
-    variants: list[str],
-    sets: list[str] | None,
-    *,
-    figures: list[str] | None,
-    as_json: bool,
-    output: Path | None,
-) -> None:
-    require_output(output, figures, ("compare",), as_json=as_json)
+    require_output(output, figure, ("compare",), as_json=as_json)
     import_model_rooms()
     from ..questions.compare.compare import compare as run
 
     overrides = parsed_overrides(sets) or None
     try:
-        result = run(*sources, overrides=overrides, variants=[_variant(text) for text in variants])
+        result = run(*sources, overrides=overrides, variants=[_variant(text) for text in variants or ()])
     except ModelError as error:
-        raise _at_flag(error) from None
-    put({"compare": result}, output=output, figures=figures, as_json=as_json)
+        names = {"overrides": "--set", "variants": "--with", "sources": "A B ..."}
+        raise (error.at(names[error.path]) if error.path in names else error) from None
+    put({"compare": result}, output=output, figures=figure, as_json=as_json)
 
 
 def _variant(text: str) -> dict[str, object]:
@@ -184,12 +173,6 @@ def _variant(text: str) -> dict[str, object]:
     return parsed_overrides(parts)
 
 
-def _at_flag(error: ModelError) -> ModelError:
-    """The same error at the flag or argument in place of the keyword."""
-    names = {"overrides": "--set", "variants": "--with", "sources": "A B ..."}
-    return error.at(names.get(error.path, error.path)) if error.path in names else error
-
-
 Word = Annotated[
     str,
     typer.Argument(
@@ -200,15 +183,11 @@ Word = Annotated[
 ]
 
 
+@reported()
 def explain(
     word: Word, as_json: Annotated[bool, typer.Option("--json", help="Print the explanations as JSON.")] = False
 ) -> None:
     """What a path of the model file, a variable, a warning, a verb or a figure means."""
-    with reported():
-        _explain(word, as_json=as_json)
-
-
-def _explain(word: str, *, as_json: bool) -> None:
     from ..terms import explain as run
 
     found = run(word)
@@ -250,18 +229,12 @@ def report(
             metavar="NAMES", help="Compute only these, with commas between: modes,sharing; a wrong one lists them all."
         ),
     ] = None,
-    output: Annotated[
-        Path, typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="The HTML file to write.")
-    ] = Path("epicyclic-report.html"),
+    output: Annotated[Path, file_option("The HTML file to write.")] = Path("epicyclic-report.html"),
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue a report that was stopped; needs the same -o and options.")
     ] = False,
 ) -> None:
     """What passes and what to change, and everything the model allows, in one HTML file that opens offline."""
-    _report(models, sets, sections, output, resume)
-
-
-def _report(models: Sequence[str], sets: list[str] | None, sections: str | None, output: Path, resume: bool) -> None:
     several = len(models) > 1
     with reported(), kept(output, keeps=not several) as folder:
         target_of(output, (".html",))
@@ -272,27 +245,28 @@ def _report(models: Sequence[str], sets: list[str] | None, sections: str | None,
             raise ModelError("goes with one model alone", path="--resume", given=", ".join(models))
         from ..verbs.record import STUDIES, report_verbs
 
-        if several:
-            _require_models(models, sets)
+        if several:  # every model is read before the first is computed, which takes seconds
+            from ..engine.source import train_of
+
+            for model in models:
+                train_of(model, overrides=parsed_overrides(sets))
         names = None if sections is None else sections.split(",")
         each = len(names) + 1 if names else len(report_verbs()) + len(STUDIES) + 1
-        found: dict[str, dict[str, Any]] = {}
+        results: dict[str, dict[str, Any]] = {}
         with progress_bar(f"report {' '.join(models)}", each * len(models) + 1) as step:
             for name, model in _named(models).items():
                 more = {} if several else {"folder": folder, "resume": resume}
-                found[name] = _run(model, sets, names, step, more)
+                results[name] = _run(model, sets, names, step, more)
             step("figures")
-            _write(found, output, _compared(models, sets) if several else None)
+            from ..show.report import write_report, write_variants_report
+            from ..verbs.record import side_by_side
+
+            if several:
+                write_variants_report(output, results, compared=_compared(models, sets))
+            else:
+                write_report(output, next(iter(results.values())), each=side_by_side)
         with on_stdout():
-            _print(found, output)
-
-
-def _require_models(models: Sequence[str], sets: list[str] | None) -> None:
-    """Read every model before the first is computed, which takes seconds. Raises ModelError."""
-    from ..engine.source import train_of
-
-    for model in models:
-        train_of(model, overrides=parsed_overrides(sets))
+            _print(results, output)
 
 
 def _named(models: Sequence[str]) -> dict[str, str]:
@@ -331,16 +305,6 @@ def _compared(models: Sequence[str], sets: list[str] | None) -> Any:
         return None
 
 
-def _write(found: dict[str, dict[str, Any]], output: Path, compared: Any) -> None:
-    from ..show.report import write_report, write_variants_report
-    from ..verbs.record import side_by_side
-
-    if len(found) == 1:
-        write_report(output, next(iter(found.values())), each=side_by_side)
-    else:
-        write_variants_report(output, found, compared=compared)
-
-
 def _print(found: dict[str, dict[str, Any]], output: Path) -> None:
     """Key figures and warnings of one train, differences of several."""
     from ..show.console import show_pairs, show_table, show_warnings, stdout_console, warnings_of
@@ -361,6 +325,7 @@ def _print(found: dict[str, dict[str, Any]], output: Path) -> None:
     console.print(f"written: {output}", markup=False, soft_wrap=True)
 
 
+@reported()
 def show(
     files: Annotated[
         list[str],
@@ -379,34 +344,20 @@ def show(
     ] = False,
     as_json: Json = False,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            parser=file_name,
-            metavar="FILE",
-            help=f"Write the result in another format: {FORMATS}; several results in one .html.",
-        ),
+        Path | None, file_option(f"Write the result in another format: {FORMATS}; several results in one .html.")
     ] = None,
 ) -> None:
     """Print a saved result again as its verb did, draw its figures, convert it."""
-    with reported():
-        _show(files, figure, as_json=as_json, output=output, whole=everything)
-
-
-def _show(
-    files: Sequence[str], figures: Sequence[str] | None, *, as_json: bool, output: Path | None, whole: bool
-) -> None:
     several = len(files) > 1
     if several and as_json:
         raise ModelError("goes with one result alone", path="--json", given=", ".join(files))
-    if several and output is not None and not figures and output.suffix.lower() != ".html":
+    if several and output is not None and not figure and output.suffix.lower() != ".html":
         raise ModelError("holds one result", path="--output", given=str(output), allowed=".html, or one FILE at a time")
     results = _loaded(files)
     kinds = [str(result.attrs.get("verb", "")) for result in results.values()]
-    require_output(output, figures, kinds, as_json=as_json)
+    require_output(output, figure, kinds, as_json=as_json)
     try:
-        put(results, output=output, figures=figures, as_json=as_json, computed=False, whole=whole)
+        put(results, output=output, figures=figure, as_json=as_json, computed=False, whole=everything)
     except (KeyError, TypeError, ValueError) as error:
         from ..results.dataset import has_digest
 
@@ -456,27 +407,13 @@ def study(
 ) -> None:
     """A verb over a grid, a list or a sample of values in the model file and of options, as one labelled Dataset."""
     with reported(), _flagged(), kept_store(store):
-        _study(job, store, resume, workers, scheduler, as_json=as_json, figures=figure, output=output)
+        require_output(output, figure, ["study"], as_json=as_json)
+        import_model_rooms()
+        from ..questions.parameters.verbs import study as run
 
-
-def _study(
-    job: str,
-    store: Path | None,
-    resume: bool,
-    workers: int | None,
-    scheduler: str | None,
-    *,
-    as_json: bool,
-    figures: list[str] | None,
-    output: Path | None,
-) -> None:
-    require_output(output, figures, ["study"], as_json=as_json)
-    import_model_rooms()
-    from ..questions.parameters.verbs import study as run
-
-    with progress_bar(f"study {job}") as step:
-        result = run(job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=step)
-    put({"study": result}, output=output, figures=figures, as_json=as_json)
+        with progress_bar(f"study {job}") as step:
+            result = run(job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=step)
+        put({"study": result}, output=output, figures=figure, as_json=as_json)
 
 
 @contextmanager
@@ -492,25 +429,30 @@ def _flagged() -> Iterator[None]:
         raise ModelError(path + str(error).removeprefix(error.path)) from error
 
 
+@reported()
 def systems(
     name: Annotated[
         str | None, typer.Argument(metavar="[NAME]", help="Print the model file of this drive.", show_default=False)
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print names and titles as JSON.")] = False,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="Copy the model file of NAME (.toml)."),
-    ] = None,
+    output: Annotated[Path | None, file_option("Copy the model file of NAME (.toml).")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace FILE where there is one.")] = False,
 ) -> None:
     """The ready drives: names that every verb takes in place of a model file; with a name, its file."""
-    with reported():
-        if name is not None:
-            _file_of(name, output, force=force, as_json=as_json)
-        elif output is not None:
-            raise ModelError("is missing", path="NAME", allowed="the name of a ready drive, before -o FILE")
+    if name is not None:
+        return _file_of(name, output, force=force, as_json=as_json)
+    if output is not None:
+        raise ModelError("is missing", path="NAME", allowed="the name of a ready drive, before -o FILE")
+    from ..document.document import drive_titles
+
+    titles = drive_titles()
+    with on_stdout():
+        if as_json:
+            typer.echo(json.dumps(titles))
         else:
-            _list(as_json=as_json)
+            from ..show.console import show_pairs, stdout_console
+
+            show_pairs(titles, stdout_console())
 
 
 def _file_of(name: str, output: Path | None, *, force: bool, as_json: bool) -> None:
@@ -529,18 +471,3 @@ def _file_of(name: str, output: Path | None, *, force: bool, as_json: bool) -> N
     target_of(output, (".toml",))
     write_text(output, text)
     complain(f"written: {output}")
-
-
-def _list(*, as_json: bool) -> None:
-    """Print names and titles."""
-    from ..document.document import drive_titles
-
-    titles = drive_titles()
-    if as_json:
-        with on_stdout():
-            typer.echo(json.dumps(titles))
-        return
-    from ..show.console import show_pairs, stdout_console
-
-    with on_stdout():
-        show_pairs(titles, stdout_console())

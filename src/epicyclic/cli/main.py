@@ -16,7 +16,7 @@ import typer
 
 from ..results.files import write_text
 from ..verbs.record import verbs
-from .command import Commands, Json, Model, Output, Sets, command, file_name
+from .command import Commands, Json, Model, Output, Sets, command, file_option
 from .commands import app as cockpit
 from .commands import audit, compare, explain, report, show, study, systems
 from .new import export, import_rexs, new
@@ -109,9 +109,7 @@ app.command()(systems)
 
 @app.command()
 def schema(
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="Write it to a file.")
-    ] = None,
+    output: Annotated[Path | None, file_option("Write it to a file.")] = None,
 ) -> None:
     """The JSON Schema of the model file, for editors."""
     with reported():

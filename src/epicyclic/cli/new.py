@@ -19,11 +19,10 @@ import typer
 from ..errors import ModelError
 from ..results.files import require_writable, write_text
 from ..rexs.file import SUFFIXES
-from .command import Model, Sets, file_name
+from .command import Model, Sets, file_name, file_option
 from .output import complain, complain_of, on_stdout, parsed_overrides, reported, require_stdout, target_of
 
 if TYPE_CHECKING:
-    from ..rexs.export import RexsExport
     from ..rexs.import_train import RexsImport
     from ..rexs.stages import Entry
     from ..train.new_train import NewTrain
@@ -32,20 +31,9 @@ _PAIR = re.compile(r'"(\w+)": "([^"]+)"')
 _TABLE = re.compile(r"(?:\w+ = )?\{[^{}]+\}")
 # keyword -> flag, of everything that may be said of the train
 _FLAGS = {
-    "kind": "--kind",
-    "teeth": "--teeth",
-    "ratio": "--ratio",
-    "planets": "--planets",
-    "held": "--held",
-    "driver": "--driver",
-    "speed": "--speed",
-    "torque": "--torque",
-    "power": "--power",
-    "module": "--module",
-    "face_width": "--face-width",
-    "helix_angle": "--helix",
-    "pressure_angle": "--pressure-angle",
-    "title": "--title",
+    **{name: f"--{name}" for name in ("kind", "teeth", "ratio", "planets", "held", "driver", "speed", "torque")},
+    **{"power": "--power", "module": "--module", "face_width": "--face-width", "helix_angle": "--helix"},
+    **{"pressure_angle": "--pressure-angle", "title": "--title"},
 }
 _BY_LOAD = "by load"  # answer to a question: let it be chosen
 
@@ -112,20 +100,14 @@ def new(
         "title": title,
     }
     with reported(), _flagged():
-        _new(file, {name: value for name, value in given.items() if value is not None}, force=force)
-
-
-def _new(file: Path, given: dict[str, Any], *, force: bool) -> None:
-    """Make the train and write it."""
-    _check_target(file, force=force)
-    train, words = _asked(given) if _asks(given) else (_made(given), given)
-    command = shlex.join(["epicyclic", "new", str(file), *_typed(words)])
-    text = train.text(
-        (f"Written by: {command}", f"Values under [assumed] are chosen, not given. Next: epicyclic check {file}")
-    )
-    write_text(file, text)
-    with on_stdout():
-        _tell(file, train)
+        _check_target(file, force=force)
+        words = {name: value for name, value in given.items() if value is not None}
+        train, words = _asked(words) if _asks(words) else (_made(words), words)
+        command = shlex.join(["epicyclic", "new", str(file), *_typed(words)])
+        chosen = f"Values under [assumed] are chosen, not given. Next: epicyclic check {file}"
+        write_text(file, train.text((f"Written by: {command}", chosen)))
+        with on_stdout():
+            _tell(file, train)
 
 
 def _check_target(file: Path, *, force: bool) -> None:
@@ -300,6 +282,7 @@ _HEADINGS = {
 }
 
 
+@reported()
 def import_rexs(
     file: Annotated[str, typer.Argument(metavar="FILE", help="A REXS file: .rexs, .rexsj or .rexsz.")],
     load_case: Annotated[
@@ -308,17 +291,9 @@ def import_rexs(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print what was read, assumed and dropped as JSON on stdout.")
     ] = False,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="Write the model file (.toml)."),
-    ] = None,
+    output: Annotated[Path | None, file_option("Write the model file (.toml).")] = None,
 ) -> None:
     """A REXS file as a commented model file, and what of it was read, assumed and dropped."""
-    with reported():
-        _import(file, load_case, as_json=as_json, output=output)
-
-
-def _import(file: str, load_case: int | None, *, as_json: bool, output: Path | None) -> None:
     if output is not None:
         target_of(output, (".toml",))
     require_stdout()
@@ -337,16 +312,11 @@ def _import(file: str, load_case: int | None, *, as_json: bool, output: Path | N
     complain_of(found.warnings)
     with on_stdout():
         if as_json:
-            typer.echo(json.dumps(_as_tables(found)))
+            keys = ("component", "attribute", "path", "text")
+            lists = {kind: [{key: getattr(e, key) for key in keys} for e in getattr(found, kind)] for kind in _HEADINGS}
+            typer.echo(json.dumps({"version": found.file.version, "title": found.document["title"], **lists}))
         else:
             _print_import(found)
-
-
-def _as_tables(found: RexsImport) -> dict[str, Any]:
-    """Entries and document as plain tables."""
-    keys = ("component", "attribute", "path", "text")
-    lists = {kind: [{key: getattr(e, key) for key in keys} for e in getattr(found, kind)] for kind in _HEADINGS}
-    return {"version": found.file.version, "title": found.document["title"], **lists}
 
 
 def _print_import(found: RexsImport) -> None:
@@ -379,21 +349,14 @@ def _lines(entries: tuple[Entry, ...], types: dict[int, str]) -> list[str]:
     return lines
 
 
+@reported()
 def export(
     model: Model,
-    output: Annotated[
-        Path,
-        typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="The file: .rexs, .rexsj or .rexsz."),
-    ],
+    output: Annotated[Path, file_option("The file: .rexs, .rexsj or .rexsz.")],
     sets: Sets = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what is not carried as JSON on stdout.")] = False,
 ) -> None:
     """A REXS file of a train, version 1.7, and what of the model it does not carry."""
-    with reported():
-        _export(model, output, sets, as_json=as_json)
-
-
-def _export(model: str, output: Path, sets: list[str] | None, *, as_json: bool) -> None:
     target_of(output, SUFFIXES)
     require_stdout()
     from ..rexs.export import write_rexs
@@ -406,16 +369,12 @@ def _export(model: str, output: Path, sets: list[str] | None, *, as_json: bool) 
             counts = {"components": len(found.file.components), "relations": len(found.file.relations)}
             typer.echo(json.dumps({"version": found.file.version, **counts, "dropped": dropped}))
         else:
-            _print_export(found)
+            from ..show.console import stdout_console
 
-
-def _print_export(found: RexsExport) -> None:
-    from ..show.console import stdout_console
-
-    console = stdout_console()
-    file = found.file
-    head = f"REXS {file.version}: {len(file.components)} components, {len(file.relations)} relations"
-    console.print(head, style="bold", markup=False)
-    console.print(f"\nNot carried ({len(found.dropped)})", style="bold", markup=False)
-    for entry in found.dropped:
-        console.print(f"  {entry.path}: {entry.text}", markup=False, highlight=False, soft_wrap=True)
+            console = stdout_console()
+            file = found.file
+            head = f"REXS {file.version}: {len(file.components)} components, {len(file.relations)} relations"
+            console.print(head, style="bold", markup=False)
+            console.print(f"\nNot carried ({len(found.dropped)})", style="bold", markup=False)
+            for entry in found.dropped:
+                console.print(f"  {entry.path}: {entry.text}", markup=False, highlight=False, soft_wrap=True)

@@ -22,7 +22,7 @@ import typer
 from ..engine.cost import Counted
 from ..errors import ConvergenceError, ModelError
 from ..results.files import require_writable
-from ..show.plot import companions, figure_names
+from ..show.plot import FIGURE_FILES, companions, figure_names, plot, require_figures, write_figure
 from ..user_input import as_output, outputs_apart
 
 if TYPE_CHECKING:
@@ -209,27 +209,6 @@ def target_of(path: Path, suffixes: tuple[str, ...]) -> None:
     as_output(path)
 
 
-def write_result(result: Any, path: Path) -> None:
-    """Write a result as .nc, .json, .csv, .xlsx or .html, whole or not at all, and say so.
-
-    Raises
-    ------
-    ModelError : it cannot be written.
-    """
-    kind = path.suffix.lower()
-    if kind == ".html":
-        from ..show.report import write_report
-
-        write_report(path, {str(result.attrs["verb"]): result})
-    else:
-        from ..results.dataset import cells_of, save_result
-
-        if kind == ".xlsx" and (cells := cells_of(result)) > _LARGE:
-            complain(f"a workbook of {cells} cells takes a while; .nc and .csv are quicker")
-        save_result(result, path)
-    complain(f"written: {path}")
-
-
 @contextmanager
 def progress_bar(title: str, steps: int = 0) -> Iterator[Step]:
     """Show progress on stderr: a bar with per cent, time spent and time left in a terminal, else a line for each named
@@ -242,28 +221,15 @@ def progress_bar(title: str, steps: int = 0) -> Iterator[Step]:
     if sys.stderr is None or not sys.stderr.isatty():
         yield lambda done: _tell(title, done, rate)
         return
+    from rich import progress as bars
     from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        SpinnerColumn,
-        TaskProgressColumn,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
 
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
+    text = bars.TextColumn("{task.description}")
+    columns = (bars.SpinnerColumn(), text, bars.BarColumn(), bars.TaskProgressColumn(), bars.TimeElapsedColumn())
+    left = (bars.TextColumn("left"), bars.TimeRemainingColumn())
     # points may take tens of seconds each: the time left follows the speed of the last five minutes
-    with Progress(*columns, console=Console(stderr=True), transient=True, speed_estimate_period=300) as progress:
+    look: dict[str, Any] = {"console": Console(stderr=True), "transient": True, "speed_estimate_period": 300}
+    with bars.Progress(*columns, *left, **look) as progress:
         task = progress.add_task(title, total=float(steps) if steps else None)
         started = 0
 
@@ -325,8 +291,6 @@ def _tell(title: str, done: str | float, rate: _Rate) -> None:
 FILES = (".nc", ".json", ".csv", ".xlsx", ".html")
 """Kinds of files of a result."""
 FORMATS = ".nc, .json, .csv, .xlsx or .html"
-# those of one figure; `show.plot` has the same
-_FIGURES = (".svg", ".png", ".pdf", ".html")
 
 
 def figure_option(kinds: Iterable[str]) -> Any:
@@ -367,18 +331,18 @@ def require_output(
             allowed = ", ".join(names) or "none: this result has no figures"
             raise ModelError("no such figure", path="--figure", given=figure, allowed=allowed)
         if output is None:
-            raise ModelError("needs a file", path="--figure", given=figure, allowed=f"-o FILE, {' or '.join(_FIGURES)}")
+            raise ModelError(
+                "needs a file", path="--figure", given=figure, allowed=f"-o FILE, {' or '.join(FIGURE_FILES)}"
+            )
     if output is None:
         return
     if not figures:
-        if output.suffix.lower() in _FIGURES and output.suffix.lower() not in (*FILES, *further):
+        if output.suffix.lower() in FIGURE_FILES and output.suffix.lower() not in (*FILES, *further):
             allowed = f"--figure NAME beside it, of {', '.join(names)}" if names else " or ".join(FILES)
             raise ModelError("is a file of one figure", path="--output", given=str(output), allowed=allowed)
         return target_of(output, (*FILES, *further))
-    from ..show.plot import require_figures
-
     for target in _targets(figures, output).values():
-        target_of(target, _FIGURES)
+        target_of(target, FIGURE_FILES)
     require_figures(output)
 
 
@@ -428,25 +392,29 @@ def _write(
     figures: Sequence[str],
     make: Callable[[str], xr.Dataset] | None,
 ) -> None:
+    for name, target in _targets(figures, output).items():
+        further = _company(name, results, make)
+        try:
+            figure = plot(name, *results.values(), *further)
+        except ModelError as error:
+            raise ModelError(error.problem, path="--figure", given=name, allowed=error.allowed) from None
+        write_figure(figure, target)
+        complain(f"written: {target}")
     if figures:
-        from ..show.plot import plot, write_figure
-
-        for name, target in _targets(figures, output).items():
-            further = _company(name, results, make)
-            try:
-                figure = plot(name, *results.values(), *further)
-            except ModelError as error:
-                raise ModelError(error.problem, path="--figure", given=name, allowed=error.allowed) from None
-            write_figure(figure, target)
-            complain(f"written: {target}")
-    elif len(results) == 1:
-        (result,) = results.values()
-        write_result(result, output)
-    else:
+        return
+    if len(results) > 1 or output.suffix.lower() == ".html":
         from ..show.report import write_report
 
-        write_report(output, results)
-        complain(f"written: {output}")
+        named = {str(result.attrs["verb"]): result for result in results.values()}
+        write_report(output, results if len(results) > 1 else named)
+    else:
+        from ..results.dataset import cells_of, save_result
+
+        (result,) = results.values()
+        if output.suffix.lower() == ".xlsx" and (cells := cells_of(result)) > _LARGE:
+            complain(f"a workbook of {cells} cells takes a while; .nc and .csv are quicker")
+        save_result(result, output)
+    complain(f"written: {output}")
 
 
 def _company(

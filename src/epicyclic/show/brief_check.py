@@ -25,12 +25,16 @@ _WHOLE = "Bodies, gears, frequencies, links, deviations, choices and the origin 
 
 def brief_tables(result: xr.Dataset) -> list[Table]:
     """Members and couplings with their speeds and torques, pairs of gears, verbs; everything else by words."""
-    tail = Table(title="", columns={}, lead=_tail(result))
+    assumed, values = (json.loads(str(result.attrs.get(name, "[]"))) for name in ("assumed", "values"))
+    count = f"{len(assumed)} of {len(values)} values are assumed. " if assumed else ""
+    tail = Table(title="", columns={}, lead=count + _WHOLE)
     return [_members(result), *_couplings(result), _pairs(result), _verbs(result), tail]
 
 
 def _members(result: xr.Dataset) -> Table:
-    teeth = _teeth(result)
+    member = dict(zip(texts(result, "body"), texts(result, "member", "body"), strict=True))
+    gears = zip(texts(result, "gear"), numbers(result, "teeth", "gear"), strict=True)
+    teeth = {member.get(name, name): float(count) for name, count in gears}
     found = members_of(result)
     columns: dict[str, Any] = {
         "member": [one.name for one in found],
@@ -59,12 +63,6 @@ def _couplings(result: xr.Dataset) -> list[Table]:
     headings = ("coupling", "from", "to", "torque [N m]", "speed [rpm]")
     title = "Couplings (torque on the second member)"
     return [Table(title=title, columns=named_columns(headings, rows))] if rows else []
-
-
-def _teeth(result: xr.Dataset) -> dict[str, float]:
-    member = dict(zip(texts(result, "body"), texts(result, "member", "body"), strict=True))
-    gears = zip(texts(result, "gear"), numbers(result, "teeth", "gear"), strict=True)
-    return {member.get(name, name): float(count) for name, count in gears}
 
 
 def ratio(members: Sequence[Member]) -> str:
@@ -126,16 +124,12 @@ def _pairs(result: xr.Dataset) -> Table:
         "mean stiffness [N/µm]": column("mean_mesh_stiffness", 1e-6),
         "branches mesh": [_phased(result, row) for row in rows],
     }
-    return Table(title="Meshes", lead="\n".join([_stages(result), *_driven(result)]), columns=columns)
-
-
-def _driven(result: xr.Dataset) -> list[str]:
-    """Which mesh order drives which kind of mode, a sentence a stage."""
-    return [
+    driven = [
         f"{stage}: mesh orders {whole} drive rotational modes; {sideways} translational; {planet} planet modes."
         for table in driven_kinds(result)
         for stage, whole, sideways, planet in zip(*table.columns.values(), strict=True)
     ]
+    return Table(title="Meshes", lead="\n".join([_stages(result), *driven]), columns=columns)
 
 
 def driven_kinds(result: xr.Dataset) -> list[Table]:
@@ -173,15 +167,11 @@ def _kinds_of_orders(result: xr.Dataset, stage: str) -> dict[str, list[int]] | N
         for by_branch in pairs.values():
             phase = 2j * np.pi * order * np.array([by_branch[branch] for branch in sorted(by_branch)])
             size = np.abs(np.fft.fft(np.exp(phase))) / len(phase)
-            driven |= {_kind(k, len(phase)) for k in np.flatnonzero(size > _ROUNDING).tolist()}
+            for k in np.flatnonzero(size > _ROUNDING).tolist():  # branches follow each other by k turns of their number
+                driven.add(_KINDS[0] if k == 0 else _KINDS[1] if k in (1, len(phase) - 1) else _KINDS[2])
         for kind in driven:
             found[kind].append(order)
     return found
-
-
-def _kind(k: int, count: int) -> str:
-    """Kind of the modes whose branches follow each other by k turns of their number."""
-    return _KINDS[0] if k == 0 else _KINDS[1] if k in (1, count - 1) else _KINDS[2]
 
 
 def _evenly_spaced(result: xr.Dataset, stage: str) -> bool:
@@ -308,9 +298,3 @@ def _verbs(result: xr.Dataset) -> Table:
     lead = f"Ready: {', '.join(ready)}. The others still need:" if ready else "Each verb still needs:"
     notes = tuple(f"{text.split('; allowed: ')[0]} ({', '.join(some)})" for text, some in needs.items())
     return Table(title="", lead=lead, columns={}, notes=notes)
-
-
-def _tail(result: xr.Dataset) -> str:
-    assumed, values = (json.loads(str(result.attrs.get(name, "[]"))) for name in ("assumed", "values"))
-    count = f"{len(assumed)} of {len(values)} values are assumed. " if assumed else ""
-    return count + _WHOLE

@@ -11,9 +11,9 @@ import os
 import re
 import shutil
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.cells import cell_len
@@ -42,11 +42,6 @@ def glued(text: str) -> str:
     return _BRACKET.sub(lambda found: found[0].replace(" ", _GLUE), text)
 
 
-def unglued(text: str) -> str:
-    """The text as it is printed."""
-    return text.replace(_GLUE, " ")
-
-
 def longest_word(text: str) -> int:
     """Letters of the longest piece of a glued text at which no line may end."""
     return max(map(len, text.split(" ")), default=0)
@@ -63,16 +58,10 @@ def wrapped(text: str, width: int, *, first: str = "", later: str = "") -> list[
     for place, line in enumerate(text.splitlines() or [""]):
         begin = later if place else first
         room = max(width, len(begin) + 1)
-        lines = textwrap.wrap(
-            glued(line),
-            room,
-            initial_indent=begin,
-            subsequent_indent=later,
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
+        wrapper = textwrap.TextWrapper(room, begin, later, break_long_words=False, break_on_hyphens=False)
+        lines = wrapper.wrap(glued(line))
         found += lines or [begin.rstrip()]
-    return [unglued(line) for line in found]
+    return [line.replace(_GLUE, " ") for line in found]
 
 
 GAP = 2
@@ -167,18 +156,14 @@ def _kept_rows(table: Table, columns: Sequence[_Texts], rows: int) -> list[int]:
     return sorted(found | set(beyond[:_LARGEST]))
 
 
-def _largest(values: Sequence[object]) -> int | None:
+def _largest(values: Sequence[Any]) -> int | None:
     """Row of the largest magnitude of a column that varies; None where there is none."""
-    sizes = np.array([_size(value) for value in values])
+    numbers = [isinstance(value, int | float | np.number) and not isinstance(value, bool) for value in values]
+    sizes = np.array([abs(float(value)) if real else np.nan for value, real in zip(values, numbers, strict=True)])
     known = sizes[np.isfinite(sizes)]
     if not known.size or known.min() == known.max():
         return None
     return largest(np.where(np.isfinite(sizes), sizes, -1.0))
-
-
-def _size(value: object) -> float:
-    is_number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    return abs(float(value)) if is_number else np.nan  # type: ignore[arg-type]
 
 
 def _keys(columns: Sequence[_Texts], room: int) -> list[_Texts]:
@@ -227,16 +212,17 @@ def _drawn(columns: Sequence[_Texts], width: int) -> list[TextColumn]:
         more = min(columns[place].most - widths[place], max(spare, 0))
         widths[place] += more
         spare -= more
-    return [_column(one, size) for one, size in zip(columns, widths, strict=True)]
-
-
-def _column(one: _Texts, width: int) -> TextColumn:
-    cells = [(_lines([text], width, one.numeric), tone) for text, tone in one.cells]
-    return TextColumn(heading=wrapped(one.heading, width), numeric=one.numeric, cells=cells, width=width)
-
-
-def _lines(texts: Iterable[str], width: int, numeric: bool) -> list[str]:
-    return [line for text in texts for line in ([text] if numeric or len(text) <= width else wrapped(text, width))]
+    return [
+        TextColumn(
+            heading=wrapped(one.heading, size),
+            numeric=one.numeric,
+            cells=[
+                ([text] if one.numeric or len(text) <= size else wrapped(text, size), tone) for text, tone in one.cells
+            ],
+            width=size,
+        )
+        for one, size in zip(columns, widths, strict=True)
+    ]
 
 
 # columns in which a table of numbers can be read at all
@@ -340,7 +326,8 @@ def show_warnings(texts: Sequence[str], console: Console) -> None:
     """Print warnings as a list below their number; their codes dimmed, lines broken in a terminal alone."""
     if not texts:
         return
-    console.print(_counted(len(texts)), style="yellow", markup=False, highlight=False)
+    head = f"{len(texts)} warning{'s' if len(texts) != 1 else ''}:"
+    console.print(head, style="yellow", markup=False, highlight=False)
     for text in texts:
         code = code_of(text)
         lines = wrapped(text, console.width, first="  - ", later="    ") if console.is_terminal else [f"  - {text}"]
@@ -349,11 +336,6 @@ def show_warnings(texts: Sequence[str], console: Console) -> None:
             if code:
                 drawn.highlight_regex(rf"\[{re.escape(code)}\]$", "dim")
             console.print(drawn, soft_wrap=True, highlight=False)
-
-
-def _counted(number: int) -> str:
-    """Head of a list of warnings: ``1 warning:``, ``3 warnings:``."""
-    return f"{number} warning{'s' if number != 1 else ''}:"
 
 
 def warnings_of(result: xr.Dataset) -> list[str]:

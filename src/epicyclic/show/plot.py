@@ -7,7 +7,9 @@ file is SVG, PNG or PDF by kaleido and a Chromium of this machine, or an HTML pa
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -24,55 +26,40 @@ if TYPE_CHECKING:
 
     from .elements import Company, Part
 
-_ALONE: tuple[str, ...] = ()
-FIGURES: Mapping[str, Mapping[str, tuple[str, ...]]] = MappingProxyType(
+FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "allocate": {"grade-prices": _ALONE},
-        "campbell": {"campbell": _ALONE},
-        "check": {
-            "front": _ALONE,
-            "section": _ALONE,
-            "members": _ALONE,
-            "orders": _ALONE,
-            "phases": _ALONE,
-            "stiffness": ("stiffness",),
-        },
-        "compare": {"compared": _ALONE},
-        "contact": {"flanks": _ALONE, "contact": _ALONE, "roots": _ALONE},
-        "contact_sweep": {"contact-sweep": _ALONE},
-        "efficiency": {"losses": _ALONE, "sliding": _ALONE},
-        "modes": {
-            "frequencies": _ALONE,
-            "shapes": ("check",),
-            "energy": _ALONE,
-            "campbell": ("campbell",),
-            "operating-range": _ALONE,
-        },
-        "modulation": {"modulation": _ALONE},
-        "relief": {"relief": _ALONE, "relief-effect": _ALONE},
-        "sensitivity": {"sensitivity": _ALONE},
-        "sharing": {"sharing": _ALONE, "history": _ALONE, "forces": _ALONE},
-        "stability": {"stability": _ALONE},
-        "static": {"static-forces": _ALONE},
-        "steady": {"steady-forces": _ALONE, "steady-range": _ALONE},
-        "stiffness": {"stiffness": _ALONE},
-        "sweep": {"sweep": _ALONE, "waterfall": _ALONE, "bearings": _ALONE},
-        "tolerance": {
-            "k-gamma": _ALONE,
-            "tolerance-shares": _ALONE,
-            "k-gamma-by-tolerance": _ALONE,
-            "k-gamma-by-design": _ALONE,
-            "worst-branches": _ALONE,
-        },
-        "track": {"track": _ALONE},
-        "train_contact": {"faces": _ALONE, "factors": _ALONE},
-        "transient": {"transient": _ALONE, "spectrogram": _ALONE},
-        "audit": {},
-        "matrices": {},
-        "study": {"study": _ALONE},
+        "allocate": ("grade-prices",),
+        "campbell": ("campbell",),
+        "check": ("front", "section", "members", "orders", "phases", "stiffness"),
+        "compare": ("compared",),
+        "contact": ("flanks", "contact", "roots"),
+        "contact_sweep": ("contact-sweep",),
+        "efficiency": ("losses", "sliding"),
+        "modes": ("frequencies", "shapes", "energy", "campbell", "operating-range"),
+        "modulation": ("modulation",),
+        "relief": ("relief", "relief-effect"),
+        "sensitivity": ("sensitivity",),
+        "sharing": ("sharing", "history", "forces"),
+        "stability": ("stability",),
+        "static": ("static-forces",),
+        "steady": ("steady-forces", "steady-range"),
+        "stiffness": ("stiffness",),
+        "sweep": ("sweep", "waterfall", "bearings"),
+        "tolerance": ("k-gamma", "tolerance-shares", "k-gamma-by-tolerance", "k-gamma-by-design", "worst-branches"),
+        "track": ("track",),
+        "train_contact": ("faces", "factors"),
+        "transient": ("transient", "spectrogram"),
+        "audit": (),
+        "matrices": (),
+        "study": ("study",),
     }
 )
-"""Kind of result -> name of each figure -> kinds of the further results that it needs."""
+"""Kind of result -> names of its figures."""
+_COMPANIONS = {
+    ("check", "stiffness"): ("stiffness",),
+    ("modes", "shapes"): ("check",),
+    ("modes", "campbell"): ("campbell",),
+}
 
 
 @checked
@@ -83,12 +70,12 @@ def figure_names(kind: str | None = None) -> tuple[str, ...]:
     """
     if kind is None:
         return tuple(dict.fromkeys(name for names in FIGURES.values() for name in names))
-    return tuple(FIGURES.get(kind, FIGURES["study"]))
+    return FIGURES.get(kind, FIGURES["study"])
 
 
 def companions(kind: str, name: str) -> tuple[str, ...]:
     """Kinds of the further results that a figure of a kind needs."""
-    return FIGURES.get(kind, FIGURES["study"]).get(name, _ALONE)
+    return _COMPANIONS.get((kind, name), ())
 
 
 @checked
@@ -179,16 +166,9 @@ def require_figures(path: Path) -> None:
     except ImportError as error:
         problem = f"needs the package kaleido, which is not installed ({error.name or error})"
         raise ModelError(problem, path="--output", given=str(path), allowed=_CURE) from None
-    if not _found(Chromium):
+    browser = os.environ.get("BROWSER_PATH")  # else on PATH, or one that kaleido has got before
+    if not (Path(browser).is_file() if browser else Chromium.find_browser(skip_local=False)):
         raise ModelError("needs a Chromium or Chrome, and none is found", path="--output", given=path, allowed=_CURE)
-
-
-def _found(browser: Any) -> bool:
-    """Whether there is a Chromium, on PATH, at BROWSER_PATH, or one that kaleido has got before."""
-    import os
-
-    given = os.environ.get("BROWSER_PATH")
-    return Path(given).is_file() if given else bool(browser.find_browser(skip_local=False))
 
 
 def write_figure(figure: go.Figure, path: str | Path) -> Path:
@@ -228,14 +208,13 @@ def _drawn(figure: go.Figure, kind: str, path: str) -> bytes:
         "scale": _SCALE if kind == "png" else 1,
     }
     spec = _still(figure)
-    for last in (False, True):
-        try:
-            return _by_kaleido(spec, options)
-        except (Exception, asyncio.CancelledError) as error:
-            if last:
-                words = f"{type(error).__name__}: {error}".splitlines()[0]
-                raise ModelError(f"cannot be drawn by the browser: {words}", path=path, allowed=_CURE) from error
-    raise AssertionError("the second time returns or raises")
+    with suppress(Exception, asyncio.CancelledError):
+        return _by_kaleido(spec, options)
+    try:
+        return _by_kaleido(spec, options)
+    except (Exception, asyncio.CancelledError) as error:
+        words = f"{type(error).__name__}: {error}".splitlines()[0]
+        raise ModelError(f"cannot be drawn by the browser: {words}", path=path, allowed=_CURE) from error
 
 
 def _by_kaleido(spec: Any, options: dict[str, Any]) -> bytes:

@@ -12,7 +12,7 @@ import logging
 import re
 import zlib
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import cache
 from html import escape
@@ -51,11 +51,6 @@ def resource(name: str) -> str:
 def packed(text: str) -> str:
     """A text compressed (zlib), in base64; a page unpacks it by itself, without a server."""
     return base64.b64encode(zlib.compress(text.encode("utf-8"), _LEVEL)).decode("ascii")
-
-
-def plotly_blob() -> str:
-    """plotly.js, packed."""
-    return packed(get_plotlyjs())
 
 
 class Page:
@@ -128,8 +123,12 @@ def _figure_text(figure: go.Figure) -> FigureText:
 def html_table(table: Table) -> str:
     """A table as HTML: the heading of a column of numbers and its cells to the right."""
     columns = shown_columns(table, lambda value: _cell(value, table))
-    heads = "".join(f'<th scope="col"{_numeric(numeric)}>{escape(name)}</th>' for name, numeric, _ in columns)
-    kinds = [_numeric(numeric) or _long(cells) for _, numeric, cells in columns]
+    number_class = {True: ' class="number"', False: ""}
+    heads = "".join(f'<th scope="col"{number_class[numeric]}>{escape(name)}</th>' for name, numeric, _ in columns)
+    kinds = []
+    for _, numeric, cells in columns:  # a column of sentences may break over lines; one of names may not
+        sentences = any(len(text) > _SENTENCE for text, _ in cells)
+        kinds.append(' class="number"' if numeric else ' class="long"' if sentences else "")
     rows = zip(*(cells for _, _, cells in columns), strict=True)
     body = "".join(
         "<tr>" + "".join(f"<td{kind}>{_toned(*cell)}</td>" for kind, cell in zip(kinds, row, strict=True)) + "</tr>"
@@ -175,15 +174,6 @@ def _cell(value: object, table: Table) -> str:
     if table.decimals is not None:
         return f"{value:.{table.decimals}f}" if np.isfinite(value) else ""
     return engineering(float(value), table.digits)
-
-
-def _numeric(numeric: bool) -> str:
-    return ' class="number"' if numeric else ""
-
-
-def _long(cells: Sequence[tuple[str, str]]) -> str:
-    """A column of sentences may break over lines; one of names may not."""
-    return ' class="long"' if any(len(text) > _SENTENCE for text, _ in cells) else ""
 
 
 def _toned(text: str, tone: str) -> str:
@@ -237,11 +227,6 @@ def variant_parts(variants: Variants, compared: xr.Dataset | None = None) -> lis
     return parts
 
 
-def section_titles(every: Iterable[Iterable[Section]]) -> list[tuple[str, str]]:
-    """Anchor and title of the sections of all trains, each once, in order."""
-    return list(dict.fromkeys((one.anchor, one.title) for sections in every for one in sections if one.parts))
-
-
 def _split(words: str) -> tuple[str, str, str]:
     """What a key figure is, and where: ``largest K_v at the operating speed: sun-planet 3``."""
     place = min((at for at in (words.find(mark) for mark in (":", ";")) if at >= 0), default=len(words))
@@ -287,21 +272,25 @@ def report(
     """
     page = Page()
     name = title or _attribute(datasets, "title") or "Epicyclic gear train"
+    # figures as text where `each` may draw them in another process
+    drawn = sections_of(
+        datasets, each=each and (lambda work, items: each(lambda item: list(map(printed, work(item))), items))
+    )
     further = [Drawing(anchor="study", figure=one) for one in (figures or {}).values()]
     sections = [
-        *_drawn(datasets, each),
+        *drawn,
         Section(anchor="studies", title="Studies", parts=further),
         provenance(datasets),
     ]
     doi = _attribute(datasets, "doi")
     headline = headline_of(datasets)
-    said = [f'<p class="headline">{escape(headline)}</p>' if headline else ""]
-    said += [f"<p>Source: doi {escape(doi)}</p>" if doi else ""]
+    said = f'<p class="headline">{escape(headline)}</p>' if headline else ""
+    said += f"<p>Source: doi {escape(doi)}</p>" if doi else ""
     folded = [one for one in _joined(sections) if one.parts]
     front = page.html(front_of(datasets))
     findings = finding_list(findings_of(datasets), ["warnings", *(one.anchor for one in folded)])
     first = f"{findings}{front}{_keys(datasets)}{_warnings(datasets)}{_left_out(datasets)}"
-    return _html(name, "".join(said), first, folded, page)
+    return _html(name, said, first, folded, page)
 
 
 @checked
@@ -321,13 +310,6 @@ def write_report(
     """
     write_text(path, report(datasets, title=title, figures=figures, each=each))
     return Path(path)
-
-
-def _drawn(datasets: Datasets, each: Each | None) -> list[Section]:
-    """Sections of all results, their figures as text where `each` may draw them in another process."""
-    if each is None:
-        return sections_of(datasets)
-    return sections_of(datasets, each=lambda work, items: each(lambda item: list(map(printed, work(item))), items))
 
 
 def variants_report(variants: Variants, *, title: str = "", compared: xr.Dataset | None = None) -> str:
@@ -350,7 +332,8 @@ def variants_report(variants: Variants, *, title: str = "", compared: xr.Dataset
         for one, own in variants.items()
     )
     every = {one: [*sections_of(own), provenance(own)] for one, own in variants.items()}
-    folded = [Section(anchor=anchor, title=words, parts=[]) for anchor, words in section_titles(every.values())]
+    titles = dict.fromkeys((one.anchor, one.title) for sections in every.values() for one in sections if one.parts)
+    folded = [Section(anchor=anchor, title=words, parts=[]) for anchor, words in titles]
     bodies = {}
     for one in folded:
         cells = []
@@ -390,7 +373,7 @@ def _html(
     # text of a script is no HTML: base64 has no character that could end it
     blobs = "".join(
         f'<script type="text/plain" id="{at}">{text}</script>'
-        for at, text in (("plotly-packed", plotly_blob()), ("figures-packed", packed(page.figure_text())))
+        for at, text in (("plotly-packed", packed(get_plotlyjs())), ("figures-packed", packed(page.figure_text())))
     )
     head = (
         f'<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'

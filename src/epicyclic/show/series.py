@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..results.ties import EQUAL, largest
 
@@ -78,14 +78,16 @@ def short_names(names: Sequence[str]) -> list[str]:
     return [label(name, stage=several) for name in names]
 
 
-def pairs(series: Iterable[Series]) -> list[tuple[str, str]]:
-    """The different (stage, pair) in order of appearance."""
-    return list(dict.fromkeys((one.stage, one.pair) for one in series))
-
-
 def pair_title(pair: tuple[str, str], several: bool) -> str:
     """Name of a panel that shows one pair of gears."""
     return f"{pair[0]}: {pair[1]}" if several and pair[0] else pair[1]
+
+
+def by_panel(series: Sequence[Series]) -> dict[str, list[Series]]:
+    """Title of the panel of each pair of gears, in order of appearance, and its curves."""
+    pairs = list(dict.fromkeys((one.stage, one.pair) for one in series))
+    several = len({stage for stage, _ in pairs}) > 1
+    return {pair_title(pair, several): [one for one in series if (one.stage, one.pair) == pair] for pair in pairs}
 
 
 def merged(names: Sequence[str], values: Array, *, branches: bool = False) -> list[Series]:
@@ -177,7 +179,7 @@ def thinned(x: Array, y: Array, *, most: int = 1200) -> tuple[Array, Array]:
     return x[keep], y[keep]
 
 
-def compact(values: Array, *, digits: int = 5) -> list[float | None]:
+def compact(values: ArrayLike, *, digits: int = 5) -> list[float | None]:
     """Values (k,) rounded to so many significant digits of the largest, as a list (short JSON); nan -> None (a gap).
 
     Values that lie close together keep three digits of their spread, so that no curve becomes a staircase.

@@ -261,7 +261,10 @@ def shown(value: float, unit: str) -> str:
 
 def provenance(results: Mapping[str, xr.Dataset]) -> Section:
     """The last section of a report: the model of the first result that says it, and every analysis with its options."""
-    assumed, values, model = (_first(results, name) for name in ("assumed", "values", "model"))
+    assumed, values, model = (  # of the first result that has each
+        next((result for result in results.values() if result.attrs.get(name)), None)
+        for name in ("assumed", "values", "model")
+    )
     parts: list[Part] = [] if assumed is None else [*assumed_tables(assumed)]
     parts.append(_runs(results))
     if values is not None:
@@ -269,11 +272,6 @@ def provenance(results: Mapping[str, xr.Dataset]) -> Section:
     if model is not None:
         parts.append(Details(summary="Resolved model", parts=[Listing(text=_indented(str(model.attrs["model"])))]))
     return Section(anchor="model", title="Model and provenance", parts=parts)
-
-
-def _first(results: Mapping[str, xr.Dataset], name: str) -> xr.Dataset | None:
-    """The first result that has an attribute."""
-    return next((result for result in results.values() if result.attrs.get(name)), None)
 
 
 def assumed_tables(result: xr.Dataset) -> list[Table]:
@@ -323,12 +321,8 @@ def _options(text: str) -> str:
         found = json.loads(text)
     except json.JSONDecodeError:
         return text
-    return "; ".join(f"{key}: {_shortened(value)}" for key, value in found.items())
-
-
-def _shortened(value: object) -> str:
-    text = json.dumps(value) if isinstance(value, list | dict) else str(value)
-    return text if len(text) <= 120 else f"{text[:117]}..."
+    words = {key: json.dumps(value) if isinstance(value, list | dict) else str(value) for key, value in found.items()}
+    return "; ".join(f"{key}: {word if len(word) <= 120 else f'{word[:117]}...'}" for key, word in words.items())
 
 
 def _indented(text: str) -> str:

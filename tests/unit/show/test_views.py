@@ -59,7 +59,7 @@ def read(path: Path) -> str:
     ("home", "name"), [(path, name) for path in FIGURES for name in re.findall(DRAWS, read(path), re.MULTILINE)]
 )
 def test_every_figure_is_shown_by_a_view_or_drawn_by_another_figure(home: Path, name: str) -> None:
-    others = [*HOMES, PACKAGE / "show" / "view.py", *(path for path in FIGURES if path != home)]
+    others = [*HOMES, PACKAGE / "show" / "views.py", *(path for path in FIGURES if path != home)]
     imported = rf"from \.+(?:show\.)?(?:charts\.|drawing\.)?{home.stem} import (?:\([^)]*|.*)\b{name}\b"
     called = len(re.findall(rf"\b{name}\(", read(home))) > 1  # beside its definition
     assert called or any(re.search(imported, read(path)) for path in others)

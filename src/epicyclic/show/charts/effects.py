@@ -16,9 +16,9 @@ import plotly.graph_objects as go
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from ..series import Array, compact, engineering, numbers, readable, short_names, texts
+from ..series import Array, engineering, numbers, readable, short_names, texts
 from ..tables import ComparedRow, compared_rows, letters, percent, shown
-from .style import DASHES, INK, PALETTE, figure, note
+from .style import DASHES, INK, OUTSIDE, PALETTE, add_curve, figure, level_legend, note
 
 _UP, _DOWN = "#D55E00", "#0072B2"
 # Rows of the figure: what stands below moves less than those.
@@ -38,54 +38,40 @@ def tornado(data: xr.Dataset, *, most: int = 20) -> go.Figure:
         parameter_unit (path).
     most : bars at most; numbers below a thousandth of the strongest are left out.
     """
-    low, high = _spans(data)
-    size = np.maximum(np.abs(low), np.abs(high))
-    strong: list[int] = np.flatnonzero(size > 1e-3 * float(np.nanmax(size, initial=0.0)))[:most].tolist()
-    names = [_name(texts(data, "path")[i], data, i) for i in strong]
-    drawn = figure(
-        f"What moves {data.attrs.get('subject', 'it')}",
-        x="change of it per 1 % more of the number [%]",
-        height=150 + 26 * max(len(names), 1),
-    )
-    for colour, words, positive in ((_UP, "raises it", True), (_DOWN, "lowers it", False)):
-        chosen = [(name, i) for name, i in zip(names, strong, strict=True) if (high[i] + low[i] >= 0) == positive]
-        if chosen:
-            drawn.add_trace(_span_bars(chosen, low, high, colour, words))
-    if not names:
-        note(drawn, "nothing moves it", x=0.5, xref="paper", y=0.5, yref="paper")
-    drawn.add_vline(x=0, line={"color": INK, "width": 1.2})
-    drawn.update_yaxes(categoryorder="array", categoryarray=names[::-1], showgrid=False)
-    reach = 1.28 * float(np.nanmax(size, initial=0.0)) or 1.0
-    drawn.update_xaxes(range=[-reach if np.nanmin(low, initial=0.0) < 0 else -0.05 * reach, reach])
-    legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": 1.0, "yanchor": "bottom"}
-    return drawn.update_layout(barmode="overlay", bargap=0.3, legend=legend, margin={"t": 84})
-
-
-def _spans(data: xr.Dataset) -> tuple[Array, Array]:
-    """Least and most percent per percent of every path; from 0 where it is one value."""
     dim = "mode" if "mode" in data.sizes else "mesh"
     chosen = np.flatnonzero(data["ranked_by"].values.astype(bool))
     values = data["sensitivity"].transpose("path", dim).values[:, chosen]
-    return np.asarray(values.min(axis=1)), np.asarray(values.max(axis=1))
-
-
-def _span_bars(chosen: list[tuple[str, int]], low: Array, high: Array, colour: str, words: str) -> go.Bar:
-    """Bars of one sign, from the least to the most (paths,) [% per %]."""
-    ends = [(float(low[i]), float(high[i])) for _, i in chosen]
-    one = [abs(b - a) <= 1e-6 * max(abs(a), abs(b)) for a, b in ends]
-    base = [0.0 if same else a for (a, _), same in zip(ends, one, strict=True)]
-    return go.Bar(
-        x=[b - start for (_, b), start in zip(ends, base, strict=True)],
-        base=base,
-        y=[name for name, _ in chosen],
-        orientation="h",
-        marker={"color": colour},
-        name=words,
-        text=[_span_words(a, b, same) for (a, b), same in zip(ends, one, strict=True)],
-        textposition="outside",
-        cliponaxis=False,
-        hovertemplate="%{y}: %{text} % per 1 %<extra></extra>",
-    )
+    low, high = values.min(axis=1), values.max(axis=1)
+    size = np.maximum(np.abs(low), np.abs(high))
+    strong: list[int] = np.flatnonzero(size > 1e-3 * float(np.nanmax(size, initial=0.0)))[:most].tolist()
+    names = {i: _name(data, i) for i in strong}
+    title = f"What moves {data.attrs.get('subject', 'it')}"
+    drawn = figure(title, x="change of it per 1 % more of the number [%]", height=150 + 26 * max(len(names), 1))
+    for colour, words, positive in ((_UP, "raises it", True), (_DOWN, "lowers it", False)):
+        rows = [i for i in strong if (high[i] + low[i] >= 0) == positive]
+        if not rows:
+            continue
+        ends = [(float(low[i]), float(high[i])) for i in rows]
+        single = [abs(b - a) <= 1e-6 * max(abs(a), abs(b)) for a, b in ends]
+        base = [0.0 if alone else a for (a, _), alone in zip(ends, single, strict=True)]
+        drawn.add_bar(
+            x=[b - start for (_, b), start in zip(ends, base, strict=True)],
+            base=base,
+            y=[names[i] for i in rows],
+            orientation="h",
+            marker={"color": colour},
+            name=words,
+            text=[_span_words(a, b, alone) for (a, b), alone in zip(ends, single, strict=True)],
+            hovertemplate="%{y}: %{text} % per 1 %<extra></extra>",
+            **OUTSIDE,
+        )
+    if not names:
+        note(drawn, "nothing moves it", x=0.5, xref="paper", y=0.5, yref="paper")
+    drawn.add_vline(x=0, line={"color": INK, "width": 1.2})
+    drawn.update_yaxes(categoryorder="array", categoryarray=[*names.values()][::-1], showgrid=False)
+    reach = 1.28 * float(np.nanmax(size, initial=0.0)) or 1.0
+    drawn.update_xaxes(range=[-reach if np.nanmin(low, initial=0.0) < 0 else -0.05 * reach, reach])
+    return drawn.update_layout(barmode="overlay", bargap=0.3, legend=level_legend(1.0, x=1), margin={"t": 84})
 
 
 def _span_words(low: float, high: float, same: bool) -> str:
@@ -94,8 +80,9 @@ def _span_words(low: float, high: float, same: bool) -> str:
     return f"{engineering(low)} … {engineering(high)}"
 
 
-def _name(path: str, data: xr.Dataset, place: int) -> str:
+def _name(data: xr.Dataset, place: int) -> str:
     """The path without its table, and its value: ``main.sun.mass = 750 kg``."""
+    path = texts(data, "path")[place]
     head, _, rest = path.partition(".")
     short = rest if head in ("stages", "bodies") else path
     value = engineering(float(numbers(data, "parameter_value")[place]))
@@ -111,31 +98,36 @@ def compared(data: xr.Dataset, *, most: int = _MOST_ROWS) -> go.Figure:
     """
     rows = _strongest(compared_rows(data), most)
     names, signs = texts(data, "train"), letters(data)
-    drawn = figure(_title(rows, names, data), x=f"change from {signs[0]} [%]", height=170 + 34 * max(len(rows), 1))
+    labels = [f"{row.name}<br>A = {shown(row.value[0], row.unit)}" for row in rows]
+    title = "Nothing changes"
+    if rows:
+        change = rows[0].change
+        place = max(range(1, len(names)), key=lambda i: abs(change[i]) if math.isfinite(change[i]) else -1.0)
+        title = f"{signs[place]}: {rows[0].name} {percent(change[place])}, the largest change from A"
+    drawn = figure(title, x=f"change from {signs[0]} [%]", height=170 + 34 * max(len(rows), 1))
     for place in range(len(names) - 1, 0, -1):  # plotly draws the first trace of a group lowest
-        drawn.add_trace(_train_bars(rows, place, f"{signs[place]}  {_short(names[place])}"))
+        short = names[place].replace("stages.", "")
+        drawn.add_bar(
+            x=[row.change[place] if math.isfinite(row.change[place]) else None for row in rows],
+            y=labels,
+            orientation="h",
+            name=f"{signs[place]}  {short if len(short) <= 60 else f'{short[:57]}...'}",
+            marker={"color": PALETTE[(place - 1) % len(PALETTE)]},
+            text=[f"{percent(row.change[place])}  {shown(row.value[place], row.unit)}".strip() for row in rows],
+            hovertemplate="%{y}: %{text}<extra></extra>",
+            **OUTSIDE,
+        )
     if not rows:
         note(drawn, "nothing changes", x=0.5, xref="paper", y=0.5, yref="paper")
     drawn.add_vline(x=0, line={"color": INK, "width": 1.4})
-    labels = [_label(row, signs[0]) for row in rows]
     drawn.update_yaxes(categoryorder="array", categoryarray=labels[::-1], showgrid=False)
-    known = [one for row in rows for one in row.change if math.isfinite(one)]
+    known = [change for row in rows for change in row.change if math.isfinite(change)]
     low, high = min([0.0, *known]), max([0.0, *known])
     room = 0.4 * ((high - low) or 1.0)  # for the figures beside the bars
     drawn.update_xaxes(range=[low - (room if low < 0 else 0.04 * room), high + (room if high > 0 else 0.04 * room)])
-    legend = {
-        "orientation": "h",
-        "x": 0,
-        "xref": "container",
-        "xanchor": "left",
-        "y": 0,
-        "yref": "container",
-        "traceorder": "reversed",
-    }
+    legend = level_legend(0, xref="container", yref="container", traceorder="reversed")
     margin = {"t": 64, "b": 92 + 18 * (len(names) // 4)}
-    return drawn.update_layout(
-        barmode="group", bargap=0.28, showlegend=True, legend={**legend, "yanchor": "bottom"}, margin=margin
-    )
+    return drawn.update_layout(barmode="group", bargap=0.28, showlegend=True, legend=legend, margin=margin)
 
 
 def _strongest(rows: list[ComparedRow], most: int) -> list[ComparedRow]:
@@ -143,41 +135,6 @@ def _strongest(rows: list[ComparedRow], most: int) -> list[ComparedRow]:
     changed = sorted((row for row in rows if row.largest), key=lambda row: -row.largest)
     least = _NOTABLE * (changed[0].largest if changed else 0.0)
     return [row for row in changed if row.group not in ("modes", "variable") or row.largest >= least][:most]
-
-
-def _title(rows: list[ComparedRow], names: list[str], data: xr.Dataset) -> str:
-    """The strongest change in words."""
-    if not rows:
-        return "Nothing changes"
-    change = rows[0].change
-    place = max(range(1, len(names)), key=lambda i: abs(change[i]) if math.isfinite(change[i]) else -1.0)
-    return f"{letters(data)[place]}: {rows[0].name} {percent(change[place])}, the largest change from A"
-
-
-def _train_bars(rows: list[ComparedRow], place: int, name: str) -> go.Bar:
-    """Bars of one train."""
-    return go.Bar(
-        x=[row.change[place] if math.isfinite(row.change[place]) else None for row in rows],
-        y=[_label(row, "A") for row in rows],
-        orientation="h",
-        name=name,
-        marker={"color": PALETTE[(place - 1) % len(PALETTE)]},
-        text=[f"{percent(row.change[place])}  {shown(row.value[place], row.unit)}".strip() for row in rows],
-        textposition="outside",
-        cliponaxis=False,
-        hovertemplate="%{y}: %{text}<extra></extra>",
-    )
-
-
-def _label(row: ComparedRow, sign: str) -> str:
-    """Name of a row with the value of the first train."""
-    return f"{row.name}<br>{sign} = {shown(row.value[0], row.unit)}"
-
-
-def _short(name: str) -> str:
-    """A name without the table of stages, cut where it is long."""
-    short = name.replace("stages.", "")
-    return short if len(short) <= 60 else f"{short[:57]}..."
 
 
 def curves(
@@ -198,12 +155,10 @@ def curves(
     reference : a value of y that has a meaning (1 for equal load sharing), drawn as a line.
     """
     drawn = figure(title, x=x_title, y=y_title, height=400)
-    at = compact(np.asarray(x, dtype=np.float64), digits=7)
+    mode = "lines+markers" if np.size(x) <= 60 else "lines"
     for place, (name, y) in enumerate(ys.items()):
         look = {"color": PALETTE[place % len(PALETTE)], "dash": DASHES[place // len(PALETTE) % 4], "width": 2}
-        values = compact(np.asarray(y, dtype=np.float64), digits=6)
-        mode = "lines+markers" if len(at) <= 60 else "lines"
-        drawn.add_trace(go.Scatter(x=at, y=values, mode=mode, name=name, line=look, marker={"size": 6}))
+        add_curve(drawn, x, y, digits=(7, 6), mode=mode, name=name, line=look, marker={"size": 6})
     if reference is not None:
         drawn.add_hline(y=reference, line={"color": INK, "width": 1.2, "dash": "dash"})
     if log_x:

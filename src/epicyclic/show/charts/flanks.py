@@ -8,6 +8,8 @@ generations, and transmission error, load and dynamic force before and after it.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
@@ -23,7 +25,7 @@ from ..series import (
     short_names,
     texts,
 )
-from .style import DASHES, INK, PALE, PALETTE, figure, panels, tint
+from .style import DASHES, INK, OUTSIDE, PALE, PALETTE, add_curve, axis_titles, cycled, entry, figure, panels, tint
 
 # Lowest load pale, highest dark, even in lightness, for the colour-blind too.
 _LOAD_COLOURS = [[0.0, "#F4F8FB"], [0.25, "#B9D7EA"], [0.5, "#56A3D0"], [0.75, "#1F6FA8"], [1.0, "#0B2E4F"]]
@@ -49,51 +51,40 @@ def contact_curves(result: xr.Dataset) -> go.Figure:
         "stiffness of one helix over the mesh cycle at the operating load",
     ]
     drawn = panels(f"Teeth in contact, {result.attrs['mesh']}", names, height=1020, vertical_spacing=0.1)
-    _errors(drawn, result)
-    _over_load(drawn, result)
-    _stiffness(drawn, result)
-    return drawn
-
-
-def _errors(drawn: go.Figure, result: xr.Dataset) -> None:
-    from scipy.integrate import trapezoid
-
-    force = float(result.attrs["force"])
-    levels = result["mesh_load"].values
-    phase = np.append(result["mesh_phase"].values, 1.0)
-    for i, load in enumerate(levels):
-        error = result["loaded_transmission_error"].values[i] * 1e6
-        error = np.append(error, error[0])
-        error = error - trapezoid(error, phase)
-        now = bool(np.isclose(load, force))
-        colour = PALETTE[1] if now else tint(INK, 0.85 * (1 - (i + 1) / len(levels)))
-        name = f"{engineering(load / 1e3)} kN" + (", operation" if now else "")
-        look = {"color": colour, "width": 2.6 if now else 1.3}
-        drawn.add_trace(
-            go.Scatter(x=compact(phase), y=compact(error), mode="lines", line=look, name=name), row=1, col=1
-        )
-    drawn.update_xaxes(title_text="time [mesh cycles]", range=[0, 1], row=1, col=1)
-    drawn.update_yaxes(title_text="error [µm]", row=1, col=1)
-
-
-def _over_load(drawn: go.Figure, result: xr.Dataset) -> None:
-    load = compact(result["mesh_load"].values / 1e3)
+    force, levels = float(result.attrs["force"]), result["mesh_load"].values
+    _errors(drawn, result, force, levels)
     curves = {"peak to peak": result["transmission_error_peak_to_peak"].values}
     curves |= {f"order {k}": np.abs(result["transmission_error_harmonic"].values[:, k]) for k in (1, 2, 3)}
     for i, (name, values) in enumerate(curves.items()):
         look = {"color": INK if i == 0 else PALETTE[i - 1], "width": 2 if i == 0 else 1.5, "dash": DASHES[i]}
-        drawn.add_trace(
-            go.Scatter(x=load, y=compact(values * 1e6), mode="lines+markers", line=look, name=name), row=2, col=1
-        )
-    operating = float(result.attrs["force"]) / 1e3
-    drawn.add_vline(x=operating, line={"color": PALETTE[1], "width": 1.2, "dash": "dot"}, row=2, col=1)
-    drawn.update_xaxes(title_text="mesh force of one helix [kN]", row=2, col=1)
-    drawn.update_yaxes(title_text="error [µm]", rangemode="tozero", row=2, col=1)
+        add_curve(drawn, levels / 1e3, values * 1e6, panel=2, mode="lines+markers", line=look, name=name)
+    drawn.add_vline(x=force / 1e3, line={"color": PALETTE[1], "width": 1.2, "dash": "dot"}, row=2, col=1)
+    axis_titles(drawn, "mesh force of one helix [kN]", "error [µm]", row=2)
+    drawn.update_yaxes(rangemode="tozero", row=2, col=1)
+    _stiffness(drawn, result, int(np.argmin(np.abs(levels - force))))
+    return drawn
 
 
-def _stiffness(drawn: go.Figure, result: xr.Dataset) -> None:
-    now = int(np.argmin(np.abs(result["mesh_load"].values - float(result.attrs["force"]))))
-    phase = compact(np.append(result["mesh_phase"].values, 1.0))
+def _errors(drawn: go.Figure, result: xr.Dataset, force: float, levels: Array) -> None:
+    """Transmission error over the mesh cycle at every load (mesh_load,) [N], the darker the more."""
+    from scipy.integrate import trapezoid
+
+    phase = np.append(result["mesh_phase"].values, 1.0)
+    for i, load in enumerate(levels):
+        error = result["loaded_transmission_error"].values[i] * 1e6
+        error = np.append(error, error[0])
+        now = bool(np.isclose(load, force))
+        colour = PALETTE[1] if now else tint(INK, 0.85 * (1 - (i + 1) / len(levels)))
+        name = f"{engineering(load / 1e3)} kN" + (", operation" if now else "")
+        look = {"color": colour, "width": 2.6 if now else 1.3}
+        add_curve(drawn, phase, error - trapezoid(error, phase), panel=1, line=look, name=name)
+    axis_titles(drawn, "time [mesh cycles]", "error [µm]", row=1)
+    drawn.update_xaxes(range=[0, 1], row=1, col=1)
+
+
+def _stiffness(drawn: go.Figure, result: xr.Dataset, now: int) -> None:
+    """Tangent and secant stiffness over the mesh cycle at one load; of helices that are alike once."""
+    phase = np.append(result["mesh_phase"].values, 1.0)
     values = result["tangent_stiffness"].values[:, now]
     alike = len(values) == 1 or bool(np.allclose(values[0], values[1], rtol=1e-4))
     sides = ["both helices" if len(values) > 1 else "helix"] if alike else texts(result, "side")
@@ -101,12 +92,20 @@ def _stiffness(drawn: go.Figure, result: xr.Dataset) -> None:
         for kind, dash in (("tangent", "solid"), ("secant", "dash")):
             values = result[f"{kind}_stiffness"].values[i, now] / 1e6
             look = {"color": PALETTE[i], "width": 1.8, "dash": dash}
-            closed = compact(np.append(values, values[0]))
-            drawn.add_trace(
-                go.Scatter(x=phase, y=closed, mode="lines", line=look, name=f"{kind}, {side}"), row=3, col=1
-            )
-    drawn.update_xaxes(title_text="time [mesh cycles]", range=[0, 1], row=3, col=1)
-    drawn.update_yaxes(title_text="stiffness [N/µm]", row=3, col=1)
+            add_curve(drawn, phase, np.append(values, values[0]), panel=3, line=look, name=f"{kind}, {side}")
+    axis_titles(drawn, "time [mesh cycles]", "stiffness [N/µm]", row=3)
+    drawn.update_xaxes(range=[0, 1], row=3, col=1)
+
+
+def _heat(drawn: go.Figure, x: Array, y: Array, values: Array, unit: str, **look: Any) -> None:
+    """Values (x, y) over the face [mm] and the path of contact [base pitches]; look : as of a plotly heat map."""
+    drawn.add_heatmap(
+        x=compact(x),
+        y=compact(y),
+        z=[compact(row, digits=4) for row in values.T],
+        hovertemplate=f"%{{x:.4g}} mm from the left end<br>path %{{y:.3f}}<br>%{{z:.4g}} {unit}<extra></extra>",
+        **look,
+    )
 
 
 def contact_map(result: xr.Dataset) -> go.Figure:
@@ -127,32 +126,20 @@ def contact_map(result: xr.Dataset) -> go.Figure:
     title = f"Load over the flank, {result.attrs['mesh']}, {force} kN a helix; orange: contact lines at one instant"
     drawn = panels(title, names, height=460, columns=len(sides), shared_yaxes=True, horizontal_spacing=0.05)
     top = float(np.nanmax(load))
+    line = {"color": "#D55E00", "width": 1.6}
+    bar = {"title": {"text": "N/mm"}, "thickness": 14}
     for i in range(len(sides)):
         face = result["width"].values * float(result["shared_face"].values[i]) * 1e3
-        drawn.add_trace(
-            go.Heatmap(
-                x=compact(face),
-                y=compact(result["path_place"].values),
-                z=[compact(row, digits=4) for row in load[i].T],
-                zmin=0.0,
-                zmax=top,
-                colorscale=_LOAD_COLOURS,
-                showscale=i == len(sides) - 1,
-                colorbar={"title": {"text": "N/mm"}, "thickness": 14},
-                hovertemplate="%{x:.4g} mm from the left end<br>path %{y:.3f}<br>%{z:.4g} N/mm<extra></extra>",
-            ),
-            row=1,
-            col=i + 1,
-        )
-        for line in result["line_place"].values[i]:
-            look = {"color": "#D55E00", "width": 1.6}
-            drawn.add_trace(
-                go.Scatter(
-                    x=compact(face), y=compact(line), mode="lines", line=look, showlegend=False, hoverinfo="skip"
-                ),
-                row=1,
-                col=i + 1,
-            )
+        look = {
+            "zmin": 0.0,
+            "zmax": top,
+            "colorscale": _LOAD_COLOURS,
+            "colorbar": bar,
+            "showscale": i == len(sides) - 1,
+        }
+        _heat(drawn, face, result["path_place"].values, load[i], "N/mm", **look, row=1, col=i + 1)
+        for places in result["line_place"].values[i]:
+            add_curve(drawn, face, places, panel=(1, i + 1), line=line, showlegend=False, hoverinfo="skip")
         drawn.update_xaxes(title_text="along the face from the left end [mm]", row=1, col=i + 1)
     first, second = str(result.attrs["gear_a"]), str(result.attrs["gear_b"])
     drawn.update_yaxes(
@@ -188,39 +175,21 @@ def root_stress(result: xr.Dataset) -> go.Figure:
         vertical_spacing=0.16,
         horizontal_spacing=0.05,
     )
-    place, most = compact(result["tooth_place"].values), float(np.abs(tension).max())
+    place, most = result["tooth_place"].values, float(np.abs(tension).max())
+    bar = {"title": {"text": "MPa"}, "thickness": 14, "len": 0.38, "y": 0.18}
     for number, (i, j) in enumerate(panel):
-        look = {"color": PALETTE[number % len(PALETTE)], "width": 1.8}
         label = f"{gears[j]}, {sides[i]}"
         for values, dash in ((tension[i, j].max(axis=0), "solid"), (compression[i, j].min(axis=0), "dash")):
-            line = {**look, "dash": dash}
-            drawn.add_trace(
-                go.Scatter(
-                    **{"x": place, "y": compact(values), "mode": "lines", "line": line, "name": label},
-                    **{"legendgroup": label, "showlegend": dash == "solid"},
-                ),
-                row=1,
-                col=1,
-            )
-        drawn.add_trace(
-            go.Heatmap(
-                x=compact(result["width"].values * float(result["shared_face"].values[i]) * 1e3),
-                y=place,
-                z=[compact(row, digits=4) for row in tension[i, j].T],
-                zmin=-most,
-                zmax=most,
-                colorscale=_STRESS_COLOURS,
-                showscale=number == len(panel) - 1,
-                colorbar={"title": {"text": "MPa"}, "thickness": 14, "len": 0.38, "y": 0.18},
-                hovertemplate="%{x:.4g} mm from the left end<br>path %{y:.3f}<br>%{z:.4g} MPa<extra></extra>",
-            ),
-            row=2,
-            col=number + 1,
-        )
+            line = {"color": PALETTE[number % len(PALETTE)], "width": 1.8, "dash": dash}
+            legend = entry(label, first=dash == "solid")
+            add_curve(drawn, place, values, panel=1, line=line, **legend)
+        face = result["width"].values * float(result["shared_face"].values[i]) * 1e3
+        look: dict[str, Any] = {"zmin": -most, "zmax": most, "colorscale": _STRESS_COLOURS, "colorbar": bar}
+        shown = {"showscale": number == len(panel) - 1, "row": 2, "col": number + 1}
+        _heat(drawn, face, place, tension[i, j], "MPa", **look, **shown)
         drawn.update_xaxes(title_text="along the face [mm]", row=2, col=number + 1)
-    drawn.update_xaxes(title_text="place of the tooth on the path of contact [base pitches]", row=1, col=1)
-    drawn.update_yaxes(title_text="stress [MPa]", row=1, col=1)
-    drawn.update_yaxes(title_text="place of the tooth [base pitches]", row=2, col=1)
+    axis_titles(drawn, "place of the tooth on the path of contact [base pitches]", "stress [MPa]", row=1)
+    axis_titles(drawn, "", "place of the tooth [base pitches]", row=2)
     return drawn
 
 
@@ -253,25 +222,13 @@ def face_loads(result: xr.Dataset) -> go.Figure:
     for place, meshes in enumerate(groups.values()):
         row, column = place // columns + 1, place % columns + 1
         for i, mesh in enumerate(meshes):
-            line = {"color": PALETTE[i % len(PALETTE)], "width": 1.8, "dash": DASHES[i % len(DASHES)]}
             name = f"branch {i + 1}" if len(meshes) > 1 else "mesh"
-            drawn.add_trace(
-                go.Scatter(
-                    x=compact(width),
-                    y=compact(load[mesh]),
-                    mode="lines",
-                    line=line,
-                    name=name,
-                    legendgroup=name,
-                    showlegend=place == 0,
-                ),
-                row=row,
-                col=column,
-            )
-        drawn.update_xaxes(title_text="place along the face, left to right [1]", range=[0, 1], row=row, col=column)
+            legend = entry(name, first=place == 0)
+            add_curve(drawn, width, load[mesh], panel=(row, column), line=cycled(i), **legend)
+        words = "load per width [N/mm]" if column == 1 else ""
+        axis_titles(drawn, "place along the face, left to right [1]", words, row=row, column=column)
+        drawn.update_xaxes(range=[0, 1], row=row, col=column)
         drawn.update_yaxes(rangemode="tozero", row=row, col=column)
-        if column == 1:
-            drawn.update_yaxes(title_text="load per width [N/mm]", row=row, col=column)
     return drawn
 
 
@@ -289,7 +246,6 @@ def load_factors(result: xr.Dataset) -> go.Figure:
         height=620,
         vertical_spacing=0.16,
     )
-    torque = compact(result["torque_factor"].values)
     curves = [
         (1, str(pair).split(".")[-1], result["branch_load_factor"].values[:, i])
         for i, pair in enumerate(result["mesh_pair"].values)
@@ -300,13 +256,11 @@ def load_factors(result: xr.Dataset) -> go.Figure:
         for (pair, side), meshes in by_pair_and_side(texts(result, "mesh")).items()
     ]
     for i, (row, name, values) in enumerate(curves):
-        line = {"color": PALETTE[i % len(PALETTE)], "width": 1.8, "dash": DASHES[i % len(DASHES)]}
-        drawn.add_trace(
-            go.Scatter(x=torque, y=compact(values), mode="lines+markers", line=line, name=name), row=row, col=1
-        )
+        look: dict[str, Any] = {"mode": "lines+markers", "line": cycled(i), "name": name}
+        add_curve(drawn, result["torque_factor"].values, values, panel=row, **look)
     for row in (1, 2):
-        drawn.update_xaxes(title_text="torque per operating torque [1]", rangemode="tozero", row=row, col=1)
-        drawn.update_yaxes(title_text="factor [1]", row=row, col=1)
+        axis_titles(drawn, "torque per operating torque [1]", "factor [1]", row=row)
+        drawn.update_xaxes(rangemode="tozero", row=row, col=1)
     return drawn
 
 
@@ -334,23 +288,13 @@ def sliding(result: xr.Dataset) -> go.Figure:
     place = result["contact_place"].values
     rows = [(1, "sliding_speed", "solid"), (2, "specific_sliding_a", "solid"), (2, "specific_sliding_b", "dot")]
     for row, variable, dash in [*rows, (3, "path_load", "solid")]:
-        values = result[variable].values
+        values = _within(result[variable].values) if row == 2 else result[variable].values
         for i, parts in enumerate(names):
-            line = {"color": PALETTE[i % len(PALETTE)], "width": 1.8}
             name = pair_title((parts[1], parts[-1]), several)
-            drawn.add_trace(
-                go.Scatter(
-                    x=compact(place[i]),
-                    y=compact(_within(values[i]) if row == 2 else values[i]),
-                    mode="lines",
-                    line={**line, "dash": dash if row == 2 else DASHES[i // len(PALETTE) % len(DASHES)]},
-                    name=name,
-                    legendgroup=name,
-                    showlegend=row == 1,
-                ),
-                row=row,
-                col=1,
-            )
+            dashed = dash if row == 2 else DASHES[i // len(PALETTE) % len(DASHES)]
+            line = {"color": PALETTE[i % len(PALETTE)], "width": 1.8, "dash": dashed}
+            legend = entry(name, first=row == 1)
+            add_curve(drawn, place[i], values[i], panel=row, line=line, **legend)
     for row, title in enumerate(("sliding speed [m/s]", "specific sliding [1]", "load [1]"), start=1):
         drawn.update_yaxes(title_text=title, row=row, col=1)
     least = min(float(np.nanmin(_within(result[name].values))) for name in ("specific_sliding_a", "specific_sliding_b"))
@@ -377,30 +321,22 @@ def mesh_losses(result: xr.Dataset) -> go.Figure:
     factor, unit = (1e-3, "kW") if kilo else (1.0, "W")
     into = float(result["power_in"])
     stages = list(dict.fromkeys(stage for stage, _, _ in rows))
-    drawn = figure(
-        "Power lost in the meshes, all branches and sides", x=f"power loss [{unit}]", height=150 + 38 * len(rows)
-    )
-    labels = [f"{stage} {pair}" if len(stages) > 1 else pair for stage, pair, _ in rows]
-    losses = [loss for _, _, loss in rows]
-    drawn.add_trace(
-        go.Bar(
-            x=[float(loss * factor) for loss in losses][::-1],
-            y=labels[::-1],
-            orientation="h",
-            marker={"color": [PALETTE[stages.index(stage) % len(PALETTE)] for stage, _, _ in rows][::-1]},
-            text=[f"{engineering(loss * factor)} {unit}, {engineering(100 * loss / into, 3)} %" for loss in losses][
-                ::-1
-            ],
-            textposition="outside",
-            cliponaxis=False,
-            hovertemplate="%{y}: %{text} of the power into the train<extra></extra>",
-        )
+    title = "Power lost in the meshes, all branches and sides"
+    drawn = figure(title, x=f"power loss [{unit}]", height=150 + 38 * len(rows))
+    rows = rows[::-1]
+    drawn.add_bar(
+        x=[float(loss * factor) for _, _, loss in rows],
+        y=[f"{stage} {pair}" if len(stages) > 1 else pair for stage, pair, _ in rows],
+        orientation="h",
+        marker={"color": [PALETTE[stages.index(stage) % len(PALETTE)] for stage, _, _ in rows]},
+        text=[f"{engineering(loss * factor)} {unit}, {engineering(100 * loss / into, 3)} %" for _, _, loss in rows],
+        hovertemplate="%{y}: %{text} of the power into the train<extra></extra>",
+        **OUTSIDE,
     )
     # room for the numbers outside the bars
-    drawn.update_xaxes(range=[0.0, 1.35 * factor * max(losses, default=0.0) or 1.0])
+    drawn.update_xaxes(range=[0.0, 1.35 * factor * max((loss for _, _, loss in rows), default=0.0) or 1.0])
     drawn.update_yaxes(showgrid=False)
-    drawn.update_layout(bargap=0.35)
-    return drawn
+    return drawn.update_layout(bargap=0.35)
 
 
 # what objectives are drawn in: factor from SI, unit
@@ -437,66 +373,57 @@ def _title(result: xr.Dataset, at: int) -> str:
 
 
 def _front(result: xr.Dataset) -> go.Figure:
+    """Two objectives of all candidates, the Pareto set, the drawing and the answer."""
     count = result.sizes["solution"]
     title = f"{count} solutions that no other beats, of {result.sizes['evaluation']} candidates"
     drawn = figure(title, x=_title(result, 0), y=_title(result, 1), height=540)
     x, y = (_scaled(result, "evaluated_objective", at) for at in (0, 1))
     kept = slice(None, None, max(1, len(x) // _CLOUD))
     generation = result["evaluated_generation"].values[kept]
-    look = {"size": 4, "color": generation, "colorscale": [[0, "#E3E7EB"], [1, "#66727F"]], "showscale": False}
-    cloud = {"mode": "markers", "marker": look, "name": "candidates, later ones darker", "hoverinfo": "skip"}
-    drawn.add_trace(go.Scatter(x=compact(x[kept]), y=compact(y[kept]), **cloud))
+    dots = {"size": 4, "color": generation, "colorscale": [[0, "#E3E7EB"], [1, "#66727F"]], "showscale": False}
+    cloud = "candidates, later ones darker"
+    add_curve(drawn, x[kept], y[kept], mode="markers", marker=dots, name=cloud, hoverinfo="skip")
     front = [_scaled(result, "solution_objective", at) for at in (0, 1)]
     names = texts(result, "variable")
     words = [
         f"solution {i}<br>" + "<br>".join(f"{name}: {value}" for name, value in zip(names, row, strict=True))
         for i, row in enumerate(result["solution_text"].values)
     ]
-    line = {"color": PALETTE[0], "width": 1.6, "shape": "hv"}
-    drawn.add_trace(
-        go.Scatter(
-            **{"x": compact(front[0]), "y": compact(front[1]), "mode": "lines+markers", "name": "Pareto set"},
-            **{"line": line if result.sizes["objective"] == 2 else {**line, "width": 0}},
-            **{"marker": {"color": PALETTE[0], "size": 8}, "text": words},
-            hovertemplate="%{text}<br>%{x:.4g}, %{y:.4g}<extra></extra>",
-        )
-    )
+    look: dict[str, Any] = {"marker": {"color": PALETTE[0], "size": 8}, "text": words, "name": "Pareto set"}
+    look["line"] = {"color": PALETTE[0], "width": 1.6 if result.sizes["objective"] == 2 else 0, "shape": "hv"}
+    look["hovertemplate"] = "%{text}<br>%{x:.4g}, %{y:.4g}<extra></extra>"
+    add_curve(drawn, *front, mode="lines+markers", **look)
     picked = int(result.attrs["picked"])
     before = [float(_scaled(result, "objective_before", at)) for at in (0, 1)]
-    for name, place, look in (
+    for name, point, marker in (
         ("as drawn", before, {"symbol": "x", "size": 12, "color": INK}),
-        ("the answer", [front[0][picked], front[1][picked]], {"symbol": "star", "size": 16, "color": _AFTER}),
+        ("the answer", [values[picked] for values in front], {"symbol": "star", "size": 16, "color": _AFTER}),
     ):
-        drawn.add_trace(go.Scatter(x=[place[0]], y=[place[1]], mode="markers", marker=look, name=name))
-    _view(drawn, front, before)
-    return drawn
-
-
-def _view(drawn: go.Figure, front: list[Array], before: list[float]) -> None:
-    """Show the Pareto set (solutions,) of two objectives and what is drawn; poor candidates may lie far outside."""
+        drawn.add_scatter(x=point[:1], y=point[1:], mode="markers", marker=marker, name=name)
+    # the Pareto set and what is drawn; poor candidates may lie far outside
     for values, at, update in zip(front, before, (drawn.update_xaxes, drawn.update_yaxes), strict=True):
         low, high = min(float(values.min()), at), max(float(values.max()), at)
         room = 0.12 * (high - low) or 0.1 * abs(high) or 1.0
         update(range=[low - room, high + room])
+    return drawn
 
 
 def _progress(result: xr.Dataset) -> go.Figure:
+    """The objective of all candidates and its best, over the generations."""
     best = _scaled(result, "best_so_far", 0)
-    picked = int(result.attrs["picked"])
-    found = ", ".join(map(str, result["solution_text"].values[picked]))
+    answer = ", ".join(map(str, result["solution_text"].values[int(result.attrs["picked"])]))
     before, after = float(_scaled(result, "objective_before", 0)), float(_scaled(result, "objective_after", 0))
     unit = _READ[texts(result, "objective_unit")[0]][1]
-    title = f"{engineering(before)} {unit} as drawn, {engineering(after)} {unit} with {found}"
+    title = f"{engineering(before)} {unit} as drawn, {engineering(after)} {unit} with {answer}"
     drawn = figure(title, x="generation", y=_title(result, 0), height=420)
     x, y = result["evaluated_generation"].values, _scaled(result, "evaluated_objective", 0)
     kept = slice(None, None, max(1, len(x) // _CLOUD))
     dots = {"size": 3, "color": tint(PALETTE[0], 0.55)}
-    drawn.add_trace(go.Scatter(x=compact(x[kept]), y=compact(y[kept]), mode="markers", marker=dots, name="candidates"))
+    add_curve(drawn, x[kept], y[kept], mode="markers", marker=dots, name="candidates")
     line = {"color": _AFTER, "width": 2.4, "shape": "hv"}
-    drawn.add_trace(go.Scatter(x=list(range(len(best))), y=compact(best), mode="lines", line=line, name="best so far"))
+    drawn.add_scatter(x=list(range(len(best))), y=compact(best), mode="lines", line=line, name="best so far")
     drawn.add_hline(y=before, line={"color": INK, "width": 1.2, "dash": "dash"})
-    top = max(before, float(best.max()))
-    return drawn.update_yaxes(range=[0, 1.6 * top])
+    return drawn.update_yaxes(range=[0, 1.6 * max(before, float(best.max()))])
 
 
 def relief_effect(result: xr.Dataset) -> go.Figure:
@@ -539,8 +466,8 @@ def relief_effect(result: xr.Dataset) -> go.Figure:
         _pair(drawn, result["speed"].values, result["mesh_force_rms"].values, "", 0, row=4)
         titles.append(("speed relative to the operating one [1]", "force [N]"))
     for row, (x, y) in enumerate(titles, start=1):
-        drawn.update_xaxes(title_text=x, row=row, col=1)
-        drawn.update_yaxes(title_text=y, row=row, col=1, rangemode="normal" if row == 1 else "tozero")
+        axis_titles(drawn, x, y, row=row)
+        drawn.update_yaxes(rangemode="normal" if row == 1 else "tozero", row=row, col=1)
     return drawn
 
 
@@ -549,5 +476,5 @@ def _pair(drawn: go.Figure, x: Array, values: Array, mesh: str, number: int, *, 
     for i, (state, colour) in enumerate((("before", _BEFORE), ("after", _AFTER))):
         look = {"color": colour, "width": 1.6 + 0.8 * i, "dash": DASHES[number % len(DASHES)]}
         name = ", ".join(text for text in (mesh, state) if text)
-        trace = {"x": compact(x), "y": compact(values[i]), "mode": "lines", "line": look, "name": name}
-        drawn.add_trace(go.Scatter(**trace, legendgroup=name, showlegend=row == 1), row=row, col=1)
+        legend = entry(name, first=row == 1)
+        add_curve(drawn, x, values[i], panel=row, line=look, **legend)

@@ -9,25 +9,29 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ..series import Array, ModeGroup, compact, engineering, mesh_tones, mode_groups, numbers, summed_shares, texts
+from ..series import Array, ModeGroup, engineering, mesh_tones, mode_groups, numbers, summed_shares, texts
 from .style import (
     DASHES,
     INK,
     PALE,
-    PALETTE,
+    SPEED_TITLE,
     WARNING,
+    add_curve,
+    add_key,
+    add_operating_band,
     beside,
     figure,
+    level_legend,
     mode_colour,
     mode_symbol,
     note,
     panels,
-    translucent,
 )
 
 # Width of the plot on the narrowest page that names must have room on, 900 px with the names of tones beside it.
@@ -37,9 +41,6 @@ _SHARE_COLOURS = [[0.0, "#FFFFFF"], [0.15, "#DCE9F5"], [0.4, "#8FBCE0"], [0.7, "
 _LETTER = 0.0085
 # Height of a line of text of 11 px, 16 px, in parts of a plot of 400 px.
 _LINE = 0.042
-# As of `modes`: resonances this close to the operating speed are near it.
-_BAND = 0.2
-_X = f"speed (shaded: operation ± {100 * _BAND:.0f} %) [% of the operating speed]"
 _EVENT_MARKS = {"crossing": ("circle-open", INK, "crossing"), "veering": ("diamond", WARNING, "veering")}
 
 
@@ -57,15 +58,13 @@ def frequencies(modes: xr.Dataset, check: xr.Dataset | None = None) -> go.Figure
     last = found[-1].first if found else 1
     named = _named(found, last, top) if len(found) <= 36 else set()
     for kind in dict.fromkeys(one.kind for one in found):
-        own = [one for one in found if one.kind == kind]
-        drawn.add_traces(_stems(own, kind, named))
-    _tones(drawn, mesh_tones(check), top)
+        _add_stems(drawn, [one for one in found if one.kind == kind], kind, named)
+    tones = mesh_tones(check)
+    _add_tones(drawn, tones, top)
     drawn.update_xaxes(range=[0.2, last + 0.8], showgrid=False, dtick=1 if last <= 40 else 5)
     drawn.update_yaxes(range=[0, 1.12 * top])
-    legend = {"orientation": "h", "x": 0, "xanchor": "left", "y": -0.18, "yanchor": "top"}
-    tones = mesh_tones(check)
     longest = max((len(f"{stage} mesh 0000 Hz") if len(tones) > 1 else 15 for stage in tones), default=15)
-    return drawn.update_layout(margin={"r": beside(longest)}, legend=legend, showlegend=True)
+    return drawn.update_layout(margin={"r": beside(longest)}, legend=level_legend(-0.18), showlegend=True)
 
 
 def _named(found: list[ModeGroup], last: int, top: float) -> set[int]:
@@ -85,29 +84,22 @@ def _named(found: list[ModeGroup], last: int, top: float) -> set[int]:
     return named
 
 
-def _stems(own: list[ModeGroup], kind: str, named: set[int]) -> list[go.Scatter]:
+def _add_stems(drawn: go.Figure, own: list[ModeGroup], kind: str, named: set[int]) -> None:
+    """Stems of the modes of one kind with their heads, the frequency above those that are named."""
     colour = mode_colour(kind)
-    stems = go.Scatter(
+    drawn.add_scatter(
         x=[value for one in own for value in (one.first, one.first, None)],
         y=[value for one in own for value in (0.0, one.frequency, None)],
-        mode="lines",
-        line={"color": colour, "width": 2},
-        legendgroup=kind,
-        showlegend=False,
-        hoverinfo="skip",
+        **{"mode": "lines", "line": {"color": colour, "width": 2}, "legendgroup": kind},
+        **{"showlegend": False, "hoverinfo": "skip"},
     )
-    text = [
-        engineering(one.frequency) + (f"<br>×{one.multiplicity}" if one.multiplicity > 1 else "")
-        if one.first in named
-        else ""
-        for one in own
-    ]
-    heads = go.Scatter(
+    words = [engineering(one.frequency) + (f"<br>×{one.multiplicity}" if one.multiplicity > 1 else "") for one in own]
+    drawn.add_scatter(
         x=[one.first for one in own],
         y=[one.frequency for one in own],
         mode="markers+text" if named else "markers",
         marker={"color": colour, "symbol": mode_symbol(kind), "size": 10},
-        text=text,
+        text=[text if one.first in named else "" for one, text in zip(own, words, strict=True)],
         textposition="top center",
         textfont={"size": 9},
         cliponaxis=False,
@@ -115,10 +107,9 @@ def _stems(own: list[ModeGroup], kind: str, named: set[int]) -> list[go.Scatter]
         legendgroup=kind,
         hovertemplate="mode %{x}: %{y:.5g} Hz<extra>" + kind + "</extra>",
     )
-    return [stems, heads]
 
 
-def _tones(drawn: go.Figure, tones: dict[str, float], top: float) -> None:
+def _add_tones(drawn: go.Figure, tones: dict[str, float], top: float) -> None:
     """Mesh frequencies and their harmonics; those left out whose names would lie on another."""
     taken: list[float] = []
     order = [(harmonic, stage) for harmonic in range(1, 6) for stage in tones]
@@ -143,10 +134,10 @@ def energy_shares(modes: xr.Dataset, *, most: int = 40) -> go.Figure:
     most : modes shown at most, the lowest.
     """
     shown = modes.isel(mode=slice(0, most))
-    strain = summed_shares(
-        texts(shown, "connection"), shown["strain_energy_share"].transpose("connection", "mode").values
+    strain, kinetic = (
+        summed_shares(texts(shown, dim), shown[f"{name}_energy_share"].transpose(dim, "mode").values)
+        for name, dim in (("strain", "connection"), ("kinetic", "body"))
     )
-    kinetic = summed_shares(texts(shown, "body"), shown["kinetic_energy_share"].transpose("body", "mode").values)
     heights = [len(strain[0]), len(kinetic[0])]
     drawn = panels(
         "Where the energy of each mode sits",
@@ -157,38 +148,29 @@ def energy_shares(modes: xr.Dataset, *, most: int = 40) -> go.Figure:
         shared_xaxes=True,
     )
     hertz = numbers(shown, "frequency")
+    words = [engineering(float(value)) for value in hertz]
     for row, (names, shares) in enumerate((strain, kinetic), start=1):
-        drawn.add_trace(_map(names, shares, hertz), row=row, col=1)
+        percent = np.round(100 * shares, 1)
+        drawn.add_heatmap(
+            z=percent.tolist(),
+            x=list(range(len(hertz))),
+            y=names,
+            text=[[f"{value:.0f}" if value >= 4.5 else "" for value in values] for values in percent],
+            texttemplate="%{text}",
+            textfont={"size": 10},
+            customdata=[words] * len(names),
+            hovertemplate="%{y}: %{z:.1f} %<br>mode at %{customdata} Hz<extra></extra>",
+            **{"coloraxis": "coloraxis", "xgap": 1, "ygap": 1, "row": row, "col": 1},
+        )
     drawn.update_yaxes(autorange="reversed", showgrid=False)
-    ticks = [f"{place + 1}: {engineering(float(value))}" for place, value in enumerate(hertz)]
-    drawn.update_xaxes(
-        tickmode="array", tickvals=list(range(len(hertz))), ticktext=ticks, tickangle=-90, showgrid=False
-    )
+    ticks = {"tickmode": "array", "tickvals": list(range(len(hertz))), "tickangle": -90}
+    drawn.update_xaxes(**ticks, ticktext=[f"{mode}: {text}" for mode, text in enumerate(words, 1)], showgrid=False)
     drawn.update_xaxes(title_text="mode: natural frequency [Hz]", row=2, col=1)
     drawn.update_xaxes(showticklabels=False, row=1, col=1)
     title = {"text": "share [%]", "side": "right", "font": {"size": 13}}
     bar = {"title": title, "thickness": 14, "outlinewidth": 0, "tickfont": {"size": 12}}
-    drawn.update_layout(coloraxis={"colorscale": _SHARE_COLOURS, "cmin": 0, "cmax": 100, "colorbar": bar})
-    return drawn
-
-
-def _map(names: list[str], shares: Array, hertz: Array) -> go.Heatmap:
-    """Heat map of shares (g, modes) [1] in percent over the modes, whose frequencies (modes,) [Hz] are named."""
-    percent = np.round(100 * shares, 1)
-    words = [[f"{value:.0f}" if value >= 4.5 else "" for value in row] for row in percent]
-    return go.Heatmap(
-        z=percent.tolist(),
-        x=list(range(len(hertz))),
-        y=names,
-        text=words,
-        texttemplate="%{text}",
-        textfont={"size": 10},
-        customdata=[[engineering(float(value)) for value in hertz]] * len(names),
-        hovertemplate="%{y}: %{z:.1f} %<br>mode at %{customdata} Hz<extra></extra>",
-        coloraxis="coloraxis",
-        xgap=1,
-        ygap=1,
-    )
+    scale = {"colorscale": _SHARE_COLOURS, "cmin": 0, "cmax": 100, "colorbar": bar}
+    return drawn.update_layout(coloraxis=scale)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -215,28 +197,43 @@ def campbell(data: xr.Dataset, *, orders: int | None = None) -> go.Figure:
     highest, fastest = float(np.nanmax(whirl, initial=1.0)), max((float(ray.max()) for ray in rays.values()), default=0)
     count = orders or int(np.clip(np.ceil(highest / fastest) if fastest > 0 else 3, 3, 8))
     top = 1.05 * min(highest, 1.3 * count * fastest) if fastest > 0 else 1.05 * highest
-    drawn = figure("Campbell diagram", x=_X, y="frequency [Hz]", height=600)
+    drawn = figure("Campbell diagram", x=SPEED_TITLE, y="frequency [Hz]", height=600)
     if percent[0] <= 100 <= percent[-1]:
-        band = {"x0": 100 * (1 - _BAND), "x1": 100 * (1 + _BAND), "line_width": 0, "layer": "below"}
-        drawn.add_vrect(**band, fillcolor=translucent(PALETTE[0], 0.08))
+        add_operating_band(drawn)
         drawn.add_vline(x=100, line={"color": INK, "width": 1.5})
     kinds = texts(data, "mode_kind") if "mode_kind" in data.variables else [""] * whirl.shape[1]
     for kind in dict.fromkeys(kinds):
-        x, y = _lines(percent, whirl[:, [own == kind for own in kinds]])
+        curves = whirl[:, [own == kind for own in kinds]].T
+        gap = np.full((len(curves), 1), np.nan)  # between two modes
+        x = np.hstack([np.tile(percent, (len(curves), 1)), gap])
         line, words = {"color": mode_colour(kind), "width": 1.8}, f"{kind} modes" if kind else "natural frequencies"
-        drawn.add_trace(go.Scatter(x=x, y=y, mode="lines", line=line, name=words, hoverinfo="skip"))
+        add_curve(drawn, x, np.hstack([curves, gap]), line=line, name=words, hoverinfo="skip")
     for place, ray in enumerate(rays.values()):
-        for order in range(1, count + 1):
-            _ray(drawn, percent, order * ray, DASHES[1 + place % 3], top)
+        line = {"color": PALE, "width": 1.3, "dash": DASHES[1 + place % 3]}
+        for order in range(1, count + 1):  # as far as the diagram reaches
+            within = np.where(order * ray <= 1.2 * top, order * ray, np.nan)
+            add_curve(drawn, percent, within, line=line, showlegend=False, hoverinfo="skip")
     _ray_names(drawn, rays, percent, count=count, top=top)
     longest = _mode_names(drawn, whirl[-1], top)
     found = [one for one in crossings(data, orders=count) if one.frequency <= top]
     if found:
-        drawn.add_trace(_crossing_marks(found))
+        add_curve(
+            drawn,
+            [100 * one.relative_speed for one in found],
+            [one.frequency for one in found],
+            mode="markers",
+            marker={"symbol": "circle-open", "size": 10, "color": WARNING, "line": {"width": 2}},
+            name="a mesh order meets a natural frequency",
+            text=[
+                f"mode {one.mode} at {engineering(one.frequency)} Hz<br>{one.order}× {one.stage}"
+                f"<br>{engineering(100 * one.relative_speed)} % of the operating speed"
+                for one in found
+            ],
+            hoverinfo="text",
+        )
     drawn.update_xaxes(range=[float(percent[0]), float(percent[-1])])
     drawn.update_yaxes(range=[0, top])
-    legend = {"orientation": "h", "x": 0, "xanchor": "left", "y": -0.14, "yanchor": "top"}
-    return drawn.update_layout(margin={"r": beside(longest), "t": 60}, legend=legend)
+    return drawn.update_layout(margin={"r": beside(longest), "t": 60}, legend=level_legend(-0.14))
 
 
 def _mode_names(drawn: go.Figure, hertz: Array, top: float) -> int:
@@ -295,22 +292,6 @@ def _arrays(data: xr.Dataset) -> tuple[Array, Array, dict[str, Array]]:
     return speed[rank], whirl, rays
 
 
-def _lines(percent: Array, whirl: Array) -> tuple[list[float | None], list[float | None]]:
-    """All natural frequencies (P, modes) [Hz] over speed (P,) [%] as one trace, a gap between two modes."""
-    gap = np.full((whirl.shape[1], 1), np.nan)
-    x = np.hstack([np.tile(percent, (whirl.shape[1], 1)), gap])
-    return compact(x), compact(np.hstack([whirl.T, gap]))
-
-
-def _ray(drawn: go.Figure, percent: Array, ray: Array, dash: str, top: float) -> None:
-    """One ray of a mesh order (P,) [Hz] over speed (P,) [%], as far as the diagram reaches."""
-    line = {"color": PALE, "width": 1.3, "dash": dash}
-    shown = np.where(ray <= 1.2 * top, ray, np.nan)
-    drawn.add_trace(
-        go.Scatter(x=compact(percent), y=compact(shown), mode="lines", line=line, showlegend=False, hoverinfo="skip")
-    )
-
-
 def _ray_names(drawn: go.Figure, rays: dict[str, Array], percent: Array, *, count: int, top: float) -> None:
     """Names of the rays (P,) [Hz] on them, near where they leave the diagram over speed (P,) [%].
 
@@ -332,23 +313,6 @@ def _ray_names(drawn: go.Figure, rays: dict[str, Array], percent: Array, *, coun
                     break
 
 
-def _crossing_marks(found: list[ResonanceCrossing]) -> go.Scatter:
-    words = [
-        f"mode {one.mode} at {engineering(one.frequency)} Hz<br>{one.order}× {one.stage}"
-        f"<br>{engineering(100 * one.relative_speed)} % of the operating speed"
-        for one in found
-    ]
-    return go.Scatter(
-        x=compact(np.array([100 * one.relative_speed for one in found])),
-        y=compact(np.array([one.frequency for one in found])),
-        mode="markers",
-        marker={"symbol": "circle-open", "size": 10, "color": WARNING, "line": {"width": 2}},
-        name="a mesh order meets a natural frequency",
-        text=words,
-        hoverinfo="text",
-    )
-
-
 def loci(data: xr.Dataset, *, most: int = 24) -> go.Figure:
     """Natural frequencies [Hz] over a number of the model file, a curve a mode in the colour of its kind.
 
@@ -362,9 +326,8 @@ def loci(data: xr.Dataset, *, most: int = 24) -> go.Figure:
     unit = f" [{options['unit']}]" if options["unit"] else ""
     x = numbers(data, "parameter")
     hertz = data["frequency"].transpose("mode", "parameter").values[:most]
-    drawn = figure(
-        f"Natural frequencies over {options['over']}", x=f"{options['over']}{unit}", y="frequency [Hz]", height=560
-    )
+    title = f"Natural frequencies over {options['over']}"
+    drawn = figure(title, x=f"{options['over']}{unit}", y="frequency [Hz]", height=560)
     kinds = texts(data, "mode_kind")
     multiple = data["multiplicity"].values
     seen: set[str] = set()
@@ -372,44 +335,30 @@ def loci(data: xr.Dataset, *, most: int = 24) -> go.Figure:
         if row.max() <= 0:
             continue
         kind = kinds[place]
-        drawn.add_trace(_locus(x, row, place + 1, kind, int(multiple[place]), kind not in seen))
+        line = {"color": mode_colour(kind), "width": 2.6 if int(multiple[place]) > 1 else 1.5}
+        legend: dict[str, Any] = {"name": f"{kind} mode", "legendgroup": kind, "showlegend": kind not in seen}
+        words = f"mode {place + 1}, {kind}: %{{y:.5g}} Hz<extra></extra>"
+        add_curve(drawn, x, row, line=line, hovertemplate=words, **legend)
         seen.add(kind)
     top = 1.04 * float(np.nanmax(hertz, initial=1.0))
     for kind in _EVENT_MARKS:
-        if trace := _event_marks(data, kind, top):
-            drawn.add_trace(trace)
-    wide = x.min() > 0 and x.max() / x.min() > 10
+        _mark_events(drawn, data, kind, top)
     if x.min() <= float(options["value"]) <= x.max():
         line = {"color": INK, "width": 1.2, "dash": "dot"}
         drawn.add_vline(x=float(options["value"]), line=line)
-        drawn.add_trace(
-            go.Scatter(x=[None], y=[None], mode="lines", line=line, name="value in the model", legendgroup="events")
-        )
+        add_key(drawn, "value in the model", line, legendgroup="events")
+    wide = x.min() > 0 and x.max() / x.min() > 10
     drawn.update_xaxes(type="log" if wide else "linear", exponentformat="e")
-    drawn.update_yaxes(range=[0, top])
-    return drawn
+    return drawn.update_yaxes(range=[0, top])
 
 
-def _locus(x: np.ndarray, row: np.ndarray, mode: int, kind: str, multiplicity: int, first: bool) -> go.Scatter:
-    """Frequencies (P,) [Hz] of one mode along the parameter (P,)."""
-    return go.Scatter(
-        x=compact(x),
-        y=compact(row),
-        mode="lines",
-        line={"color": mode_colour(kind), "width": 2.6 if multiplicity > 1 else 1.5},
-        name=f"{kind} mode",
-        legendgroup=kind,
-        showlegend=first,
-        hovertemplate=f"mode {mode}, {kind}: %{{y:.5g}} Hz<extra></extra>",
-    )
-
-
-def _event_marks(data: xr.Dataset, kind: str, top: float) -> go.Scatter | None:
+def _mark_events(drawn: go.Figure, data: xr.Dataset, kind: str, top: float) -> None:
+    """Crossings or veerings of the loci up to a frequency [Hz]."""
     symbol, colour, words = _EVENT_MARKS[kind]
     frequency, where = numbers(data, "event_frequency"), numbers(data, "event_value")
     chosen = [i for i, text in enumerate(texts(data, "event_kind")) if text == kind and frequency[i] <= top]
     if not chosen:
-        return None
+        return
     gap, index = numbers(data, "event_gap"), numbers(data, "veering_index")
     first, second = texts(data, "event_first"), texts(data, "event_second")
     said = [
@@ -417,7 +366,7 @@ def _event_marks(data: xr.Dataset, kind: str, top: float) -> go.Scatter | None:
         + (f": gap {engineering(gap[i])} Hz, index {index[i]:.2f}" if kind == "veering" else "")
         for i in chosen
     ]
-    return go.Scatter(
+    drawn.add_scatter(
         x=[float(where[i]) for i in chosen],
         y=[float(frequency[i]) for i in chosen],
         mode="markers",

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import pairwise, product
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -34,9 +35,15 @@ from .style import (
     INK,
     PALE,
     PALETTE,
+    SPEED_TITLE,
     WARNING,
+    add_curve,
+    add_key,
+    add_operating_band,
     branch_colour,
+    entry,
     figure,
+    level_legend,
     lines_across,
     mode_colour,
     note,
@@ -57,6 +64,7 @@ _BEARING_PANELS = (
     ("bearing_force_peak", "largest radial force"),
     ("bearing_force_rms", "RMS of the dynamic radial force"),
 )
+_FORCE = {"title_text": "force [kN]", "rangemode": "tozero"}
 # the run-up wide and pale, so that the coast-down over it hides it nowhere
 _LOOK = {"up": ("#F2B184", 5.0, "triangle-up", "run-up"), "down": (PALETTE[0], 1.3, "triangle-down", "coast-down")}
 
@@ -75,17 +83,9 @@ def mark_failed(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
     bad = [place for place, status in enumerate(texts(sweep, "status", "speed")) if status not in ("ok", "")]
     if bad:
         look = {"symbol": "x", "size": 9, "color": WARNING}
+        legend = {"name": "no convergence", "legendgroup": "marks"}
         at = [float(x[place]) for place in bad]
-        points = go.Scatter(
-            x=at,
-            y=[0.0] * len(at),
-            mode="markers",
-            marker=look,
-            name="no convergence",
-            cliponaxis=False,
-            legendgroup="marks",
-        )
-        drawn.add_trace(points)
+        drawn.add_scatter(x=at, y=[0.0] * len(at), mode="markers", marker=look, cliponaxis=False, **legend)
 
 
 def mark_modes(drawn: go.Figure, modes: xr.Dataset | None, sweep: xr.Dataset, x: Array) -> None:
@@ -112,7 +112,8 @@ def _mark_resonances(drawn: go.Figure, modes: xr.Dataset, sweep: xr.Dataset, x: 
     inside &= np.array([one != "no" for one in texts(modes, "resonance_excited", "resonance")], dtype=bool)
     shown = [int(place) for place in ranked(force, equal=EQUAL) if inside[place]][:_RESONANCES]
     _kind_lines(drawn, [(float(at[place]), kinds[place]) for place in shown], "resonance, {} mode")
-    several, stages = len(set(texts(modes, "resonance_stage"))) > 1, texts(modes, "resonance_stage")
+    stages = texts(modes, "resonance_stage")
+    several = len(set(stages)) > 1
     taken: list[float] = []
     for place in shown:
         if any(abs(at[place] - other) < 0.05 * np.ptp(x) for other in taken):
@@ -122,13 +123,8 @@ def _mark_resonances(drawn: go.Figure, modes: xr.Dataset, sweep: xr.Dataset, x: 
         words = f"{order}, mode {int(modes['resonance_mode'].values[place])}"
         # on the side that has room, over the curves on a ground of their own
         side = 8 if at[place] < x.min() + 0.02 * np.ptp(x) else -8
-        note(
-            drawn,
-            words,
-            x=float(at[place]),
-            **{"yref": "y domain", "y": 0.02, "yanchor": "bottom", "textangle": -90, "xshift": side},
-            **{"bgcolor": "rgba(255,255,255,0.8)", "borderpad": 0},
-        )
+        where = {"yref": "y domain", "y": 0.02, "yanchor": "bottom", "textangle": -90, "xshift": side}
+        note(drawn, words, x=float(at[place]), **where, bgcolor="rgba(255,255,255,0.8)", borderpad=0)
 
 
 def _operating_frequency(sweep: xr.Dataset, x: Array) -> float:
@@ -146,8 +142,7 @@ def _kind_lines(drawn: go.Figure, lines: list[tuple[float, str]], name: str) -> 
     }
     lines_across(drawn, [(at, {"line": looks[kind], "layer": "below"}) for at, kind in lines])
     for kind, line in looks.items():
-        key = go.Scatter(x=[None], y=[None], mode="lines", line=line, name=name.format(kind), legendgroup="marks")
-        drawn.add_trace(key)
+        add_key(drawn, name.format(kind), line, legendgroup="marks")
 
 
 def mark_operating(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
@@ -159,8 +154,17 @@ def mark_operating(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
     at = float(np.interp(1.0, speed[rank], x[rank]))
     line = {"color": INK, "width": 1.5}
     lines_across(drawn, [(at, {"line": line})])
-    key = go.Scatter(x=[None], y=[None], mode="lines", line=line, name="operating point", legendgroup="marks")
-    drawn.add_trace(key)
+    add_key(drawn, "operating point", line, legendgroup="marks")
+
+
+def _finished(drawn: go.Figure, sweep: xr.Dataset, modes: xr.Dataset | None, x: Array) -> go.Figure:
+    """The figure over x (speed,) [Hz] with its range and all marks."""
+    if len(x):
+        drawn.update_xaxes(range=[float(x.min()), float(x.max())])
+    mark_failed(drawn, sweep, x)
+    mark_modes(drawn, modes, sweep, x)
+    mark_operating(drawn, sweep, x)
+    return drawn
 
 
 def speed_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure:
@@ -177,63 +181,44 @@ def speed_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure
     x, unit = abscissa(sweep)
     rank = np.argsort(x)
     shown = [(name, title) for name, title in _MESH_PANELS if name in sweep.variables]
-    drawn = panels(
-        "Mesh forces over speed",
-        [title for _, title in shown],
-        height=140 + 250 * len(shown),
-        shared_xaxes=True,
-        vertical_spacing=0.12,
-    )
+    space: dict[str, Any] = {"shared_xaxes": True, "vertical_spacing": 0.12}
+    drawn = panels("Mesh forces over speed", [title for _, title in shown], height=140 + 250 * len(shown), **space)
     names = texts(sweep, "mesh")
     kinds = list(dict.fromkeys(name.split("/")[1] for name in names if "/" in name))
     several = stage_count(names) > 1
     rows = [sweep[name].transpose("mesh", "speed").values[:, rank] for name, _ in shown]
     scales = [float(np.nanmax(np.abs(values), initial=0.0)) or 1.0 for values in rows]
     # curves are equal where they are so in every panel
-    groups = merged(
-        names, np.hstack([values / scale for values, scale in zip(rows, scales, strict=True)]), branches=True
-    )
-    for row, ((name, _), scale) in enumerate(zip(shown, scales, strict=True), start=1):
-        ratio = name == "dynamic_factor"
+    curves = np.hstack([values / scale for values, scale in zip(rows, scales, strict=True)])
+    groups = merged(names, curves, branches=True)
+    for row, ((variable, _), scale) in enumerate(zip(shown, scales, strict=True), start=1):
+        ratio = variable == "dynamic_factor"
         for one in groups:
-            own = scale * one.values[(row - 1) * len(x) : row * len(x)] / (1.0 if ratio else 1e3)
-            look = _mesh_look(one, kinds, several)
-            drawn.add_trace(_mesh_curve(own, x[rank], look, row == 1, "" if ratio else " kN"), row=row, col=1)
-        drawn.update_yaxes(
-            title_text="K_v [-]" if ratio else "force [kN]", rangemode="normal" if ratio else "tozero", row=row, col=1
-        )
+            values = scale * one.values[(row - 1) * len(x) : row * len(x)] / (1.0 if ratio else 1e3)
+            name = _mesh_name(one, several)
+            dash = DASHES[kinds.index(one.pair) % len(DASHES)] if one.pair in kinds else "solid"
+            add_curve(
+                drawn,
+                x[rank],
+                values,
+                panel=row,
+                digits=(5, 7),  # a K_v of 1.01 varies in its fourth place
+                line={"color": branch_colour(one.branch), "dash": dash, "width": 1.7},
+                hovertemplate=f"{name}: %{{y:.4g}}{'' if ratio else ' kN'} at %{{x:.4g}} Hz<extra></extra>",
+                **entry(name, first=row == 1),
+            )
+        look = {"title_text": "K_v [-]", "rangemode": "normal"} if ratio else _FORCE
+        drawn.update_yaxes(**look, row=row, col=1)
     drawn.update_xaxes(title_text=unit, row=len(shown), col=1)
-    if len(x):
-        drawn.update_xaxes(range=[float(x.min()), float(x.max())])
-    mark_failed(drawn, sweep, x)
-    mark_modes(drawn, modes, sweep, x)
-    mark_operating(drawn, sweep, x)
-    return drawn
+    return _finished(drawn, sweep, modes, x)
 
 
-def _mesh_look(one: Series, kinds: list[str], several: bool) -> tuple[str, dict[str, object]]:
-    """Name and line of the curves of a mesh, or of equal meshes; several : the train has stages to name."""
+def _mesh_name(one: Series, several: bool) -> str:
+    """Name of the curves of a mesh, or of equal meshes; several : the train has stages to name."""
     side = one.note.strip() or one.side[:1].upper()
     branches = spans(one.equal) if one.branch else ""
     equal = "alike" if len(one.equal) > 1 else ""
-    name = " ".join(word for word in (one.stage if several else "", one.pair, branches, side, equal) if word)
-    dash = DASHES[kinds.index(one.pair) % len(DASHES)] if one.pair in kinds else "solid"
-    return name, {"color": branch_colour(one.branch), "dash": dash, "width": 1.7}
-
-
-def _mesh_curve(values: Array, x: Array, look: tuple[str, dict[str, object]], legend: bool, unit: str) -> go.Scatter:
-    """One curve (P,) over mesh frequency x (P,) [Hz]."""
-    name, line = look
-    return go.Scatter(
-        x=compact(x),
-        y=compact(values, digits=7),  # a K_v of 1.01 varies in its fourth place
-        mode="lines",
-        name=name,
-        legendgroup=name,
-        showlegend=legend,
-        line=line,
-        hovertemplate=f"{name}: %{{y:.4g}}{unit} at %{{x:.4g}} Hz<extra></extra>",
-    )
+    return " ".join(word for word in (one.stage if several else "", one.pair, branches, side, equal) if word)
 
 
 def bearing_forces(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure:
@@ -257,32 +242,16 @@ def bearing_forces(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Fig
         shared_xaxes=True,
         vertical_spacing=0.12,
     )
-    values = (
-        np.stack([sweep[name].transpose("bearing", "speed").values[:, rank] for name, _ in _BEARING_PANELS], axis=1)
-        / 1e3
-    )
-    for place, (name, forces) in enumerate(_merged(texts(sweep, "bearing"), values)):
+    curves = [sweep[name].transpose("bearing", "speed").values[:, rank] for name, _ in _BEARING_PANELS]
+    for place, (name, forces) in enumerate(_merged(texts(sweep, "bearing"), np.stack(curves, axis=1) / 1e3)):
         line = {"color": PALETTE[place % len(PALETTE)], "dash": DASHES[place // len(PALETTE) % 4], "width": 1.7}
+        words = f"{name}: %{{y:.4g}} kN at %{{x:.4g}} Hz<extra></extra>"
         for row, force in enumerate(forces, start=1):
-            curve = go.Scatter(
-                x=compact(x[rank]),
-                y=compact(force),
-                mode="lines",
-                name=name,
-                legendgroup=name,
-                showlegend=row == 1,
-                line=line,
-                hovertemplate=f"{name}: %{{y:.4g}} kN at %{{x:.4g}} Hz<extra></extra>",
-            )
-            drawn.add_trace(curve, row=row, col=1)
-    drawn.update_yaxes(title_text="force [kN]", rangemode="tozero")
+            legend = entry(name, first=row == 1)
+            add_curve(drawn, x[rank], force, panel=row, line=line, hovertemplate=words, **legend)
+    drawn.update_yaxes(**_FORCE)
     drawn.update_xaxes(title_text=unit, row=2, col=1)
-    if len(x):
-        drawn.update_xaxes(range=[float(x.min()), float(x.max())])
-    mark_failed(drawn, sweep, x)
-    mark_modes(drawn, modes, sweep, x)
-    mark_operating(drawn, sweep, x)
-    return drawn
+    return _finished(drawn, sweep, modes, x)
 
 
 def _merged(names: list[str], values: Array) -> list[tuple[str, Array]]:
@@ -344,46 +313,42 @@ def contact_sweep(sweep: xr.Dataset, *, mesh: str | None = None) -> go.Figure:
         vertical_spacing=0.12,
         row_heights=[0.7, 0.3],
     )
-    _branches(drawn, sweep, name)
+    path = np.asarray(sweep["path_frequency"].values, dtype=np.float64)
+    force = np.asarray(sweep["path_force_rms"].sel(mesh=name).values, dtype=np.float64) / 1e3
+    _branches(drawn, sweep, path, force)
     rank = np.argsort(sweep["mesh_frequency"].values, kind="stable")
     x = np.asarray(sweep["mesh_frequency"].values, dtype=np.float64)[rank]
     for direction in map(str, sweep["direction"].values):
-        part = sweep.sel(direction=direction, mesh=name)
-        _direction(drawn, part, direction, x, rank)
-    _folds(drawn, sweep, name)
-    drawn.update_yaxes(title_text="force [kN]", rangemode="tozero", row=1, col=1)
+        _direction(drawn, sweep.sel(direction=direction, mesh=name), direction, x, rank)
+    if sweep.sizes.get("fold"):  # where a branch turns back or on
+        at = [int(np.argmin(np.abs(path - fold))) for fold in sweep["fold_frequency"].values]
+        ring = {"symbol": "circle-open", "size": 11, "color": INK, "line": {"width": 2}}
+        words = "fold at %{x:.6g} Hz<extra></extra>"
+        add_curve(drawn, path[at], force[at], panel=1, mode="markers", name="fold", marker=ring, hovertemplate=words)
+    drawn.update_yaxes(**_FORCE, row=1, col=1)
     drawn.update_yaxes(title_text="time [%]", rangemode="tozero", row=2, col=1)
-    drawn.update_xaxes(
-        title_text=f"mesh frequency{of_first_stage(sweep)} [Hz]", range=[float(x.min()), float(x.max())], row=2, col=1
-    )
-    return drawn
+    title = f"mesh frequency{of_first_stage(sweep)} [Hz]"
+    return drawn.update_xaxes(title_text=title, range=[float(x.min()), float(x.max())], row=2, col=1)
 
 
-def _branches(drawn: go.Figure, sweep: xr.Dataset, name: str) -> None:
-    """The whole way: a line where it is stable, dashes where not."""
-    x, part = np.asarray(sweep["path_frequency"].values, dtype=np.float64), sweep["path_part"].values
-    y = np.asarray(sweep["path_force_rms"].sel(mesh=name).values, dtype=np.float64) / 1e3
-    kind = np.array(texts(sweep, "path_instability"), dtype=object)
+def _branches(drawn: go.Figure, sweep: xr.Dataset, x: Array, y: Array) -> None:
+    """The whole way y [kN] over x (path,) [Hz]: a line where it is stable, dashes where not."""
+    part, kind = sweep["path_part"].values, np.array(texts(sweep, "path_instability"), dtype=object)
     unstable = ~np.isin(kind, ("stable", ""))
     shown: set[bool] = set()
     for first, last in _runs(unstable, part):
         dashed = bool(unstable[first])
         end = min(last + 1, len(x) - 1) if last + 1 < len(x) and part[last + 1] - part[last] in (0, 1) else last
         label = "unstable branch" if dashed else "branch"
-        drawn.add_trace(
-            go.Scatter(
-                x=compact(x[first : end + 1]),
-                y=compact(y[first : end + 1]),
-                mode="lines",
-                name=label,
-                legendgroup=label,
-                showlegend=dashed not in shown,
-                line={"color": WARNING if dashed else PALE, "dash": "dash" if dashed else "solid", "width": 2},
-                text=[str(text) for text in kind[first : end + 1]],
-                hovertemplate="%{y:.4g} kN at %{x:.6g} Hz, %{text}<extra></extra>",
-            ),
-            row=1,
-            col=1,
+        add_curve(
+            drawn,
+            x[first : end + 1],
+            y[first : end + 1],
+            panel=1,
+            line={"color": WARNING if dashed else PALE, "dash": "dash" if dashed else "solid", "width": 2},
+            text=[str(text) for text in kind[first : end + 1]],
+            hovertemplate="%{y:.4g} kN at %{x:.6g} Hz, %{text}<extra></extra>",
+            **entry(label, first=dashed not in shown),
         )
         shown.add(dashed)
 
@@ -403,58 +368,27 @@ def _direction(drawn: go.Figure, part: xr.Dataset, direction: str, x: Array, ran
     motion = np.array(texts(part, "motion"), dtype=object)[rank]
     own = np.isin(motion, ("symmetry broken", "period 2", "integrated"))
     rows = (np.asarray(part["mesh_force_rms"].values) / 1e3, 100 * np.asarray(part["contact_open"].values))
+    sizes = np.where(own, 9 if direction == "up" else 6, 0).tolist()
     for row, values in enumerate(rows, start=1):
-        drawn.add_trace(
-            go.Scatter(
-                x=compact(x),
-                y=compact(values[rank]),
-                mode="lines+markers" if row == 1 else "lines",
-                name=label,
-                legendgroup=label,
-                showlegend=row == 1,
-                line={"color": colour, "width": width},
-                marker={
-                    "symbol": symbol,
-                    "size": np.where(own, 9 if direction == "up" else 6, 0).tolist(),
-                    "color": colour,
-                },
-                text=[str(text) for text in motion],
-                hovertemplate=f"{label}: %{{y:.4g}} at %{{x:.6g}} Hz, %{{text}}<extra></extra>",
-            ),
-            row=row,
-            col=1,
+        add_curve(
+            drawn,
+            x,
+            values[rank],
+            panel=row,
+            mode="lines+markers" if row == 1 else "lines",
+            line={"color": colour, "width": width},
+            marker={"symbol": symbol, "size": sizes, "color": colour},
+            text=[str(text) for text in motion],
+            hovertemplate=f"{label}: %{{y:.4g}} at %{{x:.6g}} Hz, %{{text}}<extra></extra>",
+            **entry(label, first=row == 1),
         )
-
-
-def _folds(drawn: go.Figure, sweep: xr.Dataset, name: str) -> None:
-    """Where a branch turns back or on."""
-    if not sweep.sizes.get("fold"):
-        return
-    x = np.asarray(sweep["path_frequency"].values, dtype=np.float64)
-    at = [int(np.argmin(np.abs(x - fold))) for fold in sweep["fold_frequency"].values]
-    y = np.asarray(sweep["path_force_rms"].sel(mesh=name).values, dtype=np.float64)[at] / 1e3
-    drawn.add_trace(
-        go.Scatter(
-            x=compact(x[at]),
-            y=compact(y),
-            mode="markers",
-            name="fold",
-            marker={"symbol": "circle-open", "size": 11, "color": INK, "line": {"width": 2}},
-            hovertemplate="fold at %{x:.6g} Hz<extra></extra>",
-        ),
-        row=1,
-        col=1,
-    )
 
 
 # Names of resonances stand upright above the curve: so many at most, the strongest, this far apart [% of the width].
 _NAMED, _APART = 16, 2.4
 # Heights of the curve, of a letter of an upright name, and of what is around the plot [px].
 _CURVE, _LETTER, _AROUND = 190, 6.1, 150
-# As of the analysis, which marks resonances this close to operation where no band is given.
-_BAND = 0.2
 _PARTS = 2.0  # K_v of a vibration about the mean that takes the force to zero
-_X = f"speed (shaded: operation ± {100 * _BAND:.0f} %) [% of the operating speed]"
 Pair = tuple["xr.Dataset | None", "xr.Dataset | None"]
 
 
@@ -472,35 +406,38 @@ def operating_range(results: Mapping[str, Pair]) -> go.Figure | None:
         return None
     curves = {name: _curve(sweep) for name, (_, sweep) in known.items()}
     rated = any(curve is not None for curve in curves.values())
-    drawn = figure("Where in the range of speeds the resonances lie", x=_X, y="largest K_v [-]" * rated)
-    band = {"x0": 100 * (1 - _BAND), "x1": 100 * (1 + _BAND), "line_width": 0, "layer": "below"}
-    drawn.add_vrect(**band, fillcolor=translucent(PALETTE[0], 0.08))
+    drawn = figure("Where in the range of speeds the resonances lie", x=SPEED_TITLE, y="largest K_v [-]" * rated)
+    add_operating_band(drawn)
     single, most = len(known) == 1, 1.0
     longest = max((len(words) for modes, _ in known.values() for words in _words(modes)), default=0)
     strip = 40 * len(known) + _LETTER * longest if single else 40.0 * len(known)
     low = _CURVE / (_CURVE + strip)
     for place, (name, (modes, _)) in enumerate(known.items()):
-        colour, curve = PALETTE[place % len(PALETTE)], curves[name]
+        colour, curve, speed = PALETTE[place % len(PALETTE)], curves[name], _speeds(modes)
         if curve is not None:
             most = max(most, float(curve[1].max()))
-            drawn.add_trace(_line(curve, "largest K_v of all meshes" if single else name, colour))
-        if _speeds(modes).size:
-            words = "a mesh order meets a mode" if single else f"{name}: a mesh order meets a mode"
-            drawn.add_trace(
-                _marks(
-                    modes,
-                    (0.5 + place) / len(known) if not single else 20 / strip,
-                    WARNING if single else colour,
-                    words,
-                )
-            )
-            if single:
-                _names(drawn, modes, 32 / strip)
-    if most >= _PARTS:
-        drawn.add_shape(
-            **{"type": "line", "x0": 0, "x1": 1, "xref": "paper", "y0": _PARTS, "y1": _PARTS},
-            line={"color": WARNING, "width": 1.2, "dash": "dash"},
+            line, words = {"color": colour, "width": 2}, "K_v %{y:.4g} at %{x:.4g} %<extra></extra>"
+            title = "largest K_v of all meshes" if single else name
+            add_curve(drawn, *curve, digits=(5, 6), line=line, name=title, hovertemplate=words)
+        if modes is None or not speed.size:
+            continue
+        height = (0.5 + place) / len(known) if not single else 20 / strip
+        stroke = {"symbol": "line-ns-open", "size": 11, "color": WARNING if single else colour, "line": {"width": 1.5}}
+        drawn.add_scatter(
+            x=compact(speed),
+            y=[height] * len(speed),
+            **{"yaxis": "y2", "mode": "markers", "marker": stroke, "hoverinfo": "text"},
+            name="a mesh order meets a mode" if single else f"{name}: a mesh order meets a mode",
+            text=[
+                f"{words} at {engineering(at)} % of the operating speed"
+                for words, at in zip(_words(modes), speed, strict=True)
+            ],
         )
+        if single:
+            _names(drawn, modes, 32 / strip)
+    if most >= _PARTS:
+        ends = {"x0": 0, "x1": 1, "xref": "paper", "y0": _PARTS, "y1": _PARTS}
+        drawn.add_shape(type="line", **ends, line={"color": WARNING, "width": 1.2, "dash": "dash"})
         where = {"x": 0.005, "xref": "paper", "xanchor": "left", "y": _PARTS, "yanchor": "bottom"}
         note(drawn, f"K_v {_PARTS:g}", **where, font={"size": 12, "color": WARNING})
     drawn.add_vline(x=100, line={"color": INK, "width": 1.5})
@@ -509,17 +446,9 @@ def operating_range(results: Mapping[str, Pair]) -> go.Figure | None:
         yaxis={"range": [1.0, max(1.02, 1 + 1.08 * (most - 1))], "domain": [0, low], "showticklabels": rated},
         yaxis2={"range": [0, 1], "domain": [low, 1], "visible": False, "fixedrange": True},
         xaxis={"range": _extent(known, curves)},
-        legend={"orientation": "h", "x": 0, "xanchor": "left", "y": -60 / (_CURVE + strip), "yanchor": "top"},
+        legend=level_legend(-60 / (_CURVE + strip)),
     )
     return drawn.update_layout(showlegend=True, margin={"t": 76})
-
-
-def _line(curve: tuple[Array, Array], words: str, colour: str) -> go.Scatter:
-    return go.Scatter(
-        **{"x": compact(curve[0]), "y": compact(curve[1], digits=6), "mode": "lines", "name": words},
-        line={"color": colour, "width": 2},
-        hovertemplate="K_v %{y:.4g} at %{x:.4g} %<extra></extra>",
-    )
 
 
 def _curve(sweep: xr.Dataset | None) -> tuple[Array, Array] | None:
@@ -536,27 +465,9 @@ def _curve(sweep: xr.Dataset | None) -> tuple[Array, Array] | None:
 
 def _speeds(modes: xr.Dataset | None) -> Array:
     """Speeds of the resonances [%]."""
-    known = modes is not None and "resonance_speed" in modes.variables
-    return 100 * numbers(modes, "resonance_speed") if known and modes is not None else np.zeros(0)
-
-
-def _marks(modes: xr.Dataset | None, height: float, colour: str, words: str) -> go.Scatter:
-    """Resonances as strokes in the strip above the curve."""
-    assert modes is not None
-    speed = _speeds(modes)
-    each = [
-        f"{one} at {engineering(at)} % of the operating speed" for one, at in zip(_words(modes), speed, strict=True)
-    ]
-    return go.Scatter(
-        x=compact(speed),
-        y=[height] * len(speed),
-        yaxis="y2",
-        mode="markers",
-        marker={"symbol": "line-ns-open", "size": 11, "color": colour, "line": {"width": 1.5}},
-        name=words,
-        text=each,
-        hoverinfo="text",
-    )
+    if modes is None or "resonance_speed" not in modes.variables:
+        return np.zeros(0)
+    return 100 * numbers(modes, "resonance_speed")
 
 
 def _words(modes: xr.Dataset | None) -> list[str]:
@@ -572,9 +483,8 @@ def _words(modes: xr.Dataset | None) -> list[str]:
     ]
 
 
-def _names(drawn: go.Figure, modes: xr.Dataset | None, height: float) -> None:
+def _names(drawn: go.Figure, modes: xr.Dataset, height: float) -> None:
     """Names of the strongest resonances, upright above their strokes, as many as stand beside each other."""
-    assert modes is not None
     speed, words = _speeds(modes), _words(modes)
     force = np.nan_to_num(numbers(modes, "resonance_own_force"), nan=-1.0)
     excited = texts(modes, "resonance_excited", "resonance")

@@ -7,15 +7,16 @@ ring the signal over a turn of the carrier, its lines by family, and those of th
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...results.ties import ranked
 from ..series import (
     Array,
-    Series,
+    by_panel,
     compact,
     engineering,
     label,
@@ -23,13 +24,25 @@ from ..series import (
     numbers,
     of_first_stage,
     own_tones,
-    pair_title,
-    pairs,
     ramps,
     texts,
     thinned,
 )
-from .style import DASHES, INK, PALE, PALETTE, WARNING, branch_colour, figure, note, panels, translucent
+from .style import (
+    DASHES,
+    INK,
+    PALE,
+    PALETTE,
+    WARNING,
+    add_curve,
+    axis_titles,
+    branch_colour,
+    entry,
+    figure,
+    note,
+    panels,
+    translucent,
+)
 
 # Meshes drawn: the one of each pair whose force is largest, and at most so many pairs.
 _MOST_PAIRS = 4
@@ -51,20 +64,20 @@ def over_time(result: xr.Dataset, name: str, title: str, unit: str, scale: float
     along = next(str(dim) for dim in result[name].dims if dim != "mesh")
     values = scale * result[name].transpose("mesh", along).values
     time = numbers(result, along, along)
-    series = merged(texts(result, "mesh"), values, branches=True)
-    groups = pairs(series)
-    several = len({stage for stage, _ in groups}) > 1
-    drawn = panels(
-        title,
-        [pair_title(pair, several) for pair in groups],
-        height=120 + 210 * len(groups),
-        shared_xaxes=True,
-        vertical_spacing=0.2 / max(2, len(groups)),
-    )
+    groups = by_panel(merged(texts(result, "mesh"), values, branches=True))
+    space: dict[str, Any] = {"shared_xaxes": True, "vertical_spacing": 0.2 / max(2, len(groups))}
+    drawn = panels(title, list(groups), height=120 + 210 * len(groups), **space)
     shown: set[str] = set()
-    for row, pair in enumerate(groups, start=1):
-        for one in (one for one in series if (one.stage, one.pair) == pair):
-            drawn.add_trace(_curve_over_time(one, time, one.label not in shown), row=row, col=1)
+    for row, series in enumerate(groups.values(), start=1):
+        for one in series:
+            add_curve(
+                drawn,
+                *thinned(time, one.values),
+                panel=row,
+                **entry(one.label, first=one.label not in shown),
+                line={"color": branch_colour(one.branch), "width": 1.5, "dash": DASHES[one.side == "right"]},
+                hovertemplate=f"{one.label}: %{{y:.4g}} at %{{x:.4g}}<extra></extra>",
+            )
             shown.add(one.label)
         drawn.update_yaxes(title_text=unit, row=row, col=1)
     unit_of_time = "mesh cycles"
@@ -74,21 +87,6 @@ def over_time(result: xr.Dataset, name: str, title: str, unit: str, scale: float
     if len(time) > 1:
         drawn.update_xaxes(range=[float(time[0]), float(time[-1])])
     return drawn
-
-
-def _curve_over_time(one: Series, time: Array, legend: bool) -> go.Scatter:
-    """One curve over time (k,) [s or mesh cycles], thinned."""
-    x, y = thinned(time, one.values)
-    return go.Scatter(
-        x=compact(x),
-        y=compact(y),
-        mode="lines",
-        name=one.label,
-        legendgroup=one.label,
-        showlegend=legend,
-        line={"color": branch_colour(one.branch), "width": 1.5, "dash": DASHES[one.side == "right"]},
-        hovertemplate=f"{one.label}: %{{y:.4g}} at %{{x:.4g}}<extra></extra>",
-    )
 
 
 def mesh_forces(result: xr.Dataset) -> go.Figure:
@@ -103,24 +101,11 @@ def mesh_forces(result: xr.Dataset) -> go.Figure:
     if forces.size and np.nanmin(forces) < 0.15 * np.nanmax(forces):
         for row in range(1, len(drawn.layout.annotations) + 1):
             drawn.add_hline(y=0, line={"color": WARNING, "width": 1.2}, row=row, col=1)
-    lost = [
-        name
-        for name, value in zip(texts(result, "mesh"), numbers(result, "contact_lost", "mesh"), strict=True)
-        if value > 0
-    ]
+    lost = int(np.sum(numbers(result, "contact_lost", "mesh") > 0))
     if lost:
-        note(
-            drawn,
-            f"contact lost in {len(lost)} of {result.sizes['mesh']} meshes",
-            xref="paper",
-            yref="paper",
-            x=1,
-            xanchor="right",
-            y=1.0,
-            yanchor="bottom",
-            yshift=24,
-            font={"size": 12, "color": WARNING},
-        )
+        where = {"xref": "paper", "yref": "paper", "x": 1, "xanchor": "right", "y": 1.0, "yanchor": "bottom"}
+        words = f"contact lost in {lost} of {result.sizes['mesh']} meshes"
+        note(drawn, words, **where, yshift=24, font={"size": 12, "color": WARNING})
     return drawn
 
 
@@ -132,52 +117,29 @@ def force_envelopes(result: xr.Dataset) -> go.Figure:
     result : Dataset of `steady` with contact loss: mesh_force, mesh_force_least, mesh_force_most (mesh, mesh_phase)
         [N], open_share (mesh) [1].
     """
-    drawn = figure(
-        "Mesh force, mean and range over all shaft phases", x="mesh phase [mesh cycles]", y="force [kN]", height=440
-    )
+    title = "Mesh force, mean and range over all shaft phases"
+    drawn = figure(title, x="mesh phase [mesh cycles]", y="force [kN]", height=440)
     phase = numbers(result, "mesh_phase", "mesh_phase")
     mean, least, most = (
         1e-3 * result[name].transpose("mesh", "mesh_phase").values
         for name in ("mesh_force", "mesh_force_least", "mesh_force_most")
     )
     names, apart = texts(result, "mesh"), result["open_share"].values
-    for place, row in enumerate(_worst(names, most)):
+    worst: dict[str, int] = {}  # pair of gears -> its mesh with the largest force
+    for row in ranked(np.nanmax(most, axis=1)).tolist():
+        worst.setdefault("/".join(names[row].split("/")[:2]), row)
+    for place, row in enumerate([*worst.values()][:_MOST_PAIRS]):
         colour = PALETTE[place % len(PALETTE)]
         share = f", apart {apart[row]:.0%} of the time" if apart[row] > 0 else ""
-        look = {"legendgroup": names[row], "hoverinfo": "skip", "mode": "lines", "line": {"width": 0, "color": colour}}
-        drawn.add_trace(go.Scatter(x=compact(phase), y=compact(least[row]), showlegend=False, **look))
-        drawn.add_trace(
-            go.Scatter(
-                x=compact(phase),
-                y=compact(most[row]),
-                fill="tonexty",
-                fillcolor=translucent(colour, 0.22),
-                showlegend=False,
-                **look,
-            )
-        )
-        drawn.add_trace(
-            go.Scatter(
-                x=compact(phase),
-                y=compact(mean[row]),
-                mode="lines",
-                name=f"{names[row]}{share}",
-                legendgroup=names[row],
-                line={"color": colour, "width": 2},
-            )
-        )
+        edge: dict[str, Any] = {"hoverinfo": "skip", "showlegend": False, "line": {"width": 0, "color": colour}}
+        fill: dict[str, Any] = {"fill": "tonexty", "fillcolor": translucent(colour, 0.22)}
+        add_curve(drawn, phase, least[row], legendgroup=names[row], **edge)
+        add_curve(drawn, phase, most[row], legendgroup=names[row], **edge, **fill)
+        line = {"color": colour, "width": 2}
+        add_curve(drawn, phase, mean[row], name=f"{names[row]}{share}", legendgroup=names[row], line=line)
     if np.nanmin(least) < 0.15 * np.nanmax(most):
         drawn.add_hline(y=0, line={"color": WARNING, "width": 1.2})
-    drawn.update_layout(showlegend=True)
-    return drawn
-
-
-def _worst(names: list[str], most: np.ndarray) -> list[int]:
-    """Row of the largest force (m, phases) of each pair: names without branch and side."""
-    found: dict[str, int] = {}
-    for row in ranked(np.nanmax(most, axis=1)):
-        found.setdefault("/".join(names[int(row)].split("/")[:2]), int(row))
-    return list(found.values())[:_MOST_PAIRS]
+    return drawn.update_layout(showlegend=True)
 
 
 def transient_forces(result: xr.Dataset) -> go.Figure:
@@ -189,54 +151,35 @@ def transient_forces(result: xr.Dataset) -> go.Figure:
     """
     time = np.asarray(result["time"].values, dtype=np.float64)
     curves = merged(texts(result, "mesh"), result["mesh_force"].transpose("mesh", "time").values / 1e3, branches=True)
-    shown = pairs(curves)
-    several = len({stage for stage, _ in shown}) > 1
-    names = [pair_title(pair, several) for pair in shown] + (
-        [f"mesh frequency{of_first_stage(result)}"] if ramps(result) else []
-    )
-    drawn = panels(
-        "Mesh forces over time", names, height=120 + 240 * len(names), shared_xaxes=True,
-        vertical_spacing=min(0.12, 0.5 / len(names)),
-    )  # fmt: skip
-    for row, pair in enumerate(shown, start=1):
-        for one in curves:
-            if (one.stage, one.pair) == pair:
-                drawn.add_trace(_transient_curve(one, time), row=row, col=1)
+    groups, ramp = by_panel(curves), ramps(result)
+    names = [*groups, *([f"mesh frequency{of_first_stage(result)}"] if ramp else [])]
+    space: dict[str, Any] = {"shared_xaxes": True, "vertical_spacing": min(0.12, 0.5 / len(names))}
+    drawn = panels("Mesh forces over time", names, height=120 + 240 * len(names), **space)
+    seen: set[str] = set()
+    for row, series in enumerate(groups.values(), start=1):
+        for one in series:
+            dash = "solid" if not one.side or one.side.startswith("l") else DASHES[2]
+            add_curve(
+                drawn,
+                *thinned(time, one.values, most=_MOST_SAMPLES),
+                panel=row,
+                digits=(7, 5),
+                name=one.label,
+                legendgroup=one.label,
+                showlegend=False if one.label in seen else None,
+                line={"color": branch_colour(one.branch), "dash": dash, "width": 1.1},
+                hovertemplate=f"{one.label}: %{{y:.4g}} kN at %{{x:.5g}} s<extra></extra>",
+            )
+            seen.add(one.label)
         drawn.add_hline(y=0, line={"color": INK, "width": 1}, row=row, col=1)
         drawn.update_yaxes(title_text="force [kN]", row=row, col=1)
-    if ramps(result):
-        x, y = thinned(time, np.asarray(result["mesh_frequency"].values, dtype=np.float64), most=_MOST_SAMPLES)
+    if ramp:
+        curve = thinned(time, np.asarray(result["mesh_frequency"].values, dtype=np.float64), most=_MOST_SAMPLES)
         line = {"color": INK, "width": 1.6}
-        trace = go.Scatter(x=compact(x, digits=7), y=compact(y), mode="lines", line=line, showlegend=False)
-        drawn.add_trace(trace, row=len(names), col=1)
+        add_curve(drawn, *curve, panel=len(names), digits=(7, 5), line=line, showlegend=False)
         drawn.update_yaxes(title_text="frequency [Hz]", row=len(names), col=1)
     drawn.update_xaxes(title_text="time [s]", row=len(names), col=1)
-    _once(drawn)
     return drawn
-
-
-def _transient_curve(one: Series, time: Array) -> go.Scatter:
-    """One curve over time (k,) [s], thinned."""
-    x, y = thinned(time, one.values, most=_MOST_SAMPLES)
-    dash = "solid" if not one.side or one.side.startswith("l") else DASHES[2]
-    return go.Scatter(
-        x=compact(x, digits=7),
-        y=compact(y),
-        mode="lines",
-        name=one.label,
-        legendgroup=one.label,
-        line={"color": branch_colour(one.branch), "dash": dash, "width": 1.1},
-        hovertemplate=f"{one.label}: %{{y:.4g}} kN at %{{x:.5g}} s<extra></extra>",
-    )
-
-
-def _once(drawn: go.Figure) -> None:
-    """Every name once in the legend."""
-    seen: set[str] = set()
-    for trace in drawn.data:
-        if trace.name in seen:
-            trace.showlegend = False
-        seen.add(trace.name)
 
 
 def spectrogram(result: xr.Dataset, mesh: str | None = None) -> go.Figure:
@@ -252,66 +195,46 @@ def spectrogram(result: xr.Dataset, mesh: str | None = None) -> go.Figure:
     from scipy.signal import spectrogram as windows
 
     names, force = texts(result, "mesh"), result["mesh_force"].transpose("mesh", "time").values
-    place = (
-        names.index(mesh)
-        if mesh is not None
-        else int(np.nanargmax(np.nanmax(force, axis=1) - np.nanmin(force, axis=1)))
-    )
+    swing = np.nanmax(force, axis=1) - np.nanmin(force, axis=1)
+    place = int(np.nanargmax(swing)) if mesh is None else names.index(mesh)
     time = np.asarray(result["time"].values, dtype=np.float64)
     signal = np.nan_to_num(force[place] / 1e3)
     size = max(16, min(len(signal), round(len(signal) / (1 + (_WINDOWS - 1) * (1 - _OVERLAP)))))
-    frequency, middle, power = windows(
-        signal - signal.mean(), fs=1 / (time[1] - time[0]), nperseg=size, noverlap=int(_OVERLAP * size), window="hann",
-        scaling="spectrum",
-    )  # fmt: skip
+    signal, overlap = signal - signal.mean(), int(_OVERLAP * size)
+    options = {"nperseg": size, "noverlap": overlap, "window": "hann", "scaling": "spectrum"}
+    frequency, middle, power = windows(signal, fs=1 / (time[1] - time[0]), **options)
     amplitude = np.sqrt(2 * power)
     tone = np.asarray(result["mesh_frequency"].values, dtype=np.float64) * own_tones(result)[place]
     top = min(float(frequency[-1]), (_ORDERS + 0.5) * float(tone.max()))
     level = 20 * np.log10(np.maximum(amplitude[frequency <= top], 1e-30))
     high = float(level.max())
-    drawn = figure(
-        f"What {label(names[place], stage=False)} carries over time", x="time [s]", y="frequency [Hz]", height=520
-    )
-    bar = {"title": {"text": "amplitude<br>[kN]", "side": "top"}, **_ticks(high)}
-    heat = go.Heatmap(
+    title = f"What {label(names[place], stage=False)} carries over time"
+    drawn = figure(title, x="time [s]", y="frequency [Hz]", height=520)
+    # ticks at powers of ten of the amplitude, of which the colours show the logarithm
+    powers = [p for p in range(-9, 10) if high - _RANGE <= 20 * p <= high]
+    ticks = {"tickvals": [20.0 * p for p in powers], "ticktext": [f"{10.0**p:g}" for p in powers]}
+    drawn.add_heatmap(
         x=compact(middle + time[0], digits=6),
         y=compact(frequency[frequency <= top]),
         z=[compact(row, digits=4) for row in np.maximum(level, high - _RANGE)],
         colorscale="Blues",
         zmin=high - _RANGE,
         zmax=high,
-        colorbar=bar,
+        colorbar={"title": {"text": "amplitude<br>[kN]", "side": "top"}, **ticks},
         hovertemplate="%{x:.4g} s, %{y:.4g} Hz<extra></extra>",
     )
-    drawn.add_trace(heat)
     ends = [0, len(time) - 1] if len(time) < 2 else np.linspace(0, len(time) - 1, 40).astype(int).tolist()
+    line = {"color": INK, "width": 0.8, "dash": "dot"}
     for order in range(1, _ORDERS + 1):
-        line = {"color": INK, "width": 0.8, "dash": "dot"}
-        drawn.add_trace(
-            go.Scatter(x=time[ends], y=order * tone[ends], mode="lines", line=line, showlegend=False, hoverinfo="skip")
-        )
-        name = "mesh frequency" if order == 1 else f"× {order}"
-        note(
-            drawn,
-            name,
-            x=float(time[-1]),
-            y=order * float(tone[-1]),
-            xanchor="right",
-            yanchor="bottom",
-            font={"size": 11, "color": PALE},
-        )
+        look: dict[str, Any] = {"mode": "lines", "line": line, "showlegend": False, "hoverinfo": "skip"}
+        drawn.add_scatter(x=time[ends], y=order * tone[ends], **look)
+        where = {"x": float(time[-1]), "y": order * float(tone[-1]), "xanchor": "right", "yanchor": "bottom"}
+        words = "mesh frequency" if order == 1 else f"× {order}"
+        note(drawn, words, **where, font={"size": 11, "color": PALE})
     drawn.update_yaxes(range=[0, top])
-    drawn.update_xaxes(range=[float(time[0]), float(time[-1])])
-    return drawn
+    return drawn.update_xaxes(range=[float(time[0]), float(time[-1])])
 
 
-def _ticks(high: float) -> dict[str, list[float] | list[str]]:
-    """Ticks at powers of ten of the amplitude, of which the colours show the logarithm."""
-    powers = [p for p in range(-9, 10) if high - _RANGE <= 20 * p <= high]
-    return {"tickvals": [20.0 * p for p in powers], "ticktext": [f"{10.0**p:g}" for p in powers]}
-
-
-Index = NDArray[np.int64]
 _FAULT_FREE = {
     "mesh": "#1F2933",
     "planets passing": "#7A7A7A",
@@ -336,31 +259,44 @@ def modulation(result: xr.Dataset) -> go.Figure:
         carrier_order, family, causes (line), passage (planet) [s]; attributes carrier_frequency, stage_mesh_frequency
         [Hz].
     """
-    unit = str(result["signal"].attrs["units"]).replace("s2", "s²")
+    carrier = float(result.attrs["carrier_frequency"])
     names = [
-        "signal over one turn of the carrier: dotted, a planet under the sensor" if _turning(result) else "signal",
+        "signal over one turn of the carrier: dotted, a planet under the sensor" if carrier > 0 else "signal",
         "lines: what is there without any fault in black, greys and pale blue; ○ the line without deviations",
         "round the mesh frequency",
     ]
     drawn = panels("Vibration at a fixed place beside the ring", names, height=980, vertical_spacing=0.09)
-    _signal(drawn, result, unit)
-    colours = _colours(result)
-    level = _level(result, "signal_amplitude")
-    shown = np.flatnonzero(level > -_DECIBELS)
-    x, title = _abscissa(result)
+    _signal(drawn, result, carrier)
+    level, fault_free = (_level(result, name) for name in ("signal_amplitude", "fault_free_amplitude"))
+    shown: list[int] = np.flatnonzero(level > -_DECIBELS).tolist()
+    there = [i for i in shown if fault_free[i] > -_DECIBELS]
+    variable, title = "line_frequency", "frequency [Hz]"
+    if carrier > 0:
+        variable, title = "carrier_order", "frequency per speed of the carrier [1]"
+    x = np.asarray(result[variable].values, float)
+    rings = {"color": PALE, "size": 9, "symbol": "circle-open"}
     for row in (2, 3):
-        for family, colour in colours.items():
-            mine = np.array([i for i in shown if str(result["family"].values[i]) == family], dtype=int)
-            _stems(drawn, result, mine, x, level, colour=colour, family=family, row=row)
-        _without(drawn, result, shown, x, row)
-        drawn.update_xaxes(title_text=title, row=row, col=1)
-        drawn.update_yaxes(title_text="level re largest [dB]", range=[-_DECIBELS, 8], row=row, col=1)
+        for family, colour in _colours(result).items():
+            lines = [i for i in shown if str(result["family"].values[i]) == family]
+            if lines:
+                _stems(drawn, result, lines, x, level, colour=colour, family=family, row=row)
+        # rings at the level that each line has in the train as drawn
+        drawn.add_scatter(
+            x=[round(float(x[i]), 6) for i in there],
+            y=[round(float(fault_free[i]), 2) for i in there],
+            mode="markers",
+            marker=rings,
+            name="without deviations",
+            legendgroup="without",
+            showlegend=row == 2,
+            hoverinfo="skip",
+            row=row,
+            col=1,
+        )
+        axis_titles(drawn, title, "level re largest [dB]", row=row)
+        drawn.update_yaxes(range=[-_DECIBELS, 8], row=row, col=1)
     _zoom(drawn, result, shown, x, level)
     return drawn
-
-
-def _turning(result: xr.Dataset) -> bool:
-    return float(result.attrs["carrier_frequency"]) > 0
 
 
 def _colours(result: xr.Dataset) -> dict[str, str]:
@@ -380,41 +316,30 @@ def _level(result: xr.Dataset, name: str) -> Array:
     return level
 
 
-def _abscissa(result: xr.Dataset) -> tuple[Array, str]:
-    if _turning(result):
-        return np.asarray(result["carrier_order"].values, float), "frequency per speed of the carrier [1]"
-    return np.asarray(result["line_frequency"].values, float), "frequency [Hz]"
-
-
-def _signal(drawn: go.Figure, result: xr.Dataset, unit: str) -> None:
-    carrier = float(result.attrs["carrier_frequency"])
+def _signal(drawn: go.Figure, result: xr.Dataset, carrier: float) -> None:
+    """The signal over a turn of the carrier [Hz], or over time where that stands still, and planets passing."""
     time = np.asarray(result["sample_time"].values, float)
     values = np.asarray(result["signal"].values, float)
     if carrier:
         time = time * carrier
         values, time = values[time <= 1.0], time[time <= 1.0]
-    x, y = thinned(time, values, most=2000)
     line = {"color": INK, "width": 1.1}
-    drawn.add_trace(
-        go.Scatter(x=compact(x, digits=6), y=compact(y), mode="lines", line=line, name="signal", showlegend=False),
-        row=1,
-        col=1,
-    )
-    drawn.update_xaxes(title_text="turns of the carrier [1]" if carrier else "time [s]", row=1, col=1)
-    drawn.update_yaxes(title_text=f"signal [{unit}]", row=1, col=1)
+    x, y = thinned(time, values, most=2000)
+    add_curve(drawn, x, y, panel=1, digits=(6, 5), line=line, name="signal", showlegend=False)
+    unit = str(result["signal"].attrs["units"]).replace("s2", "s²")
+    axis_titles(drawn, "turns of the carrier [1]" if carrier else "time [s]", f"signal [{unit}]", row=1)
+    where = {"xref": "x", "y": 1, "yref": "y domain", "xanchor": "left", "yanchor": "top", "xshift": 3}
     for planet, passage in zip(result["planet"].values, result["passage"].values, strict=True):
         if np.isfinite(passage):
             at = float(passage) * carrier % 1.0
             drawn.add_vline(x=at, line={"color": branch_colour(int(planet)), "width": 1.6, "dash": "dot"}, row=1, col=1)
-            note(
-                drawn, f"planet {planet}", x=at, xref="x", y=1, yref="y domain", xanchor="left", yanchor="top", xshift=3
-            )
+            note(drawn, f"planet {planet}", x=at, **where)
 
 
 def _stems(
     drawn: go.Figure,
     result: xr.Dataset,
-    lines: Index,
+    lines: list[int],
     x: Array,
     level: Array,
     *,
@@ -423,57 +348,26 @@ def _stems(
     row: int,
 ) -> None:
     """Lines of one family at x (lines,), from the bottom up to their level (lines,) [dB]."""
-    if not len(lines):
-        return
-    floor = -_DECIBELS
-    stems = [value for i in lines for value in (float(x[i]), float(x[i]), None)]
-    tops = [value for i in lines for value in (floor, round(float(level[i]), 2), None)]
+    at, heads = [float(x[i]) for i in lines], [round(float(level[i]), 2) for i in lines]
     label, cause = texts(result, "line"), texts(result, "causes")
     hertz = result["line_frequency"].values
-    look = {"color": colour, "width": 1.8}
-    drawn.add_trace(
-        go.Scatter(x=stems, y=tops, mode="lines", line=look, legendgroup=family, showlegend=False, hoverinfo="skip"),
-        row=row,
-        col=1,
+    drawn.add_scatter(
+        x=[value for place in at for value in (place, place, None)],
+        y=[value for head in heads for value in (-_DECIBELS, head, None)],
+        **{"mode": "lines", "line": {"color": colour, "width": 1.8}, "legendgroup": family},
+        **{"showlegend": False, "hoverinfo": "skip", "row": row, "col": 1},
     )
-    drawn.add_trace(
-        go.Scatter(
-            x=[round(float(x[i]), 6) for i in lines],
-            y=[round(float(level[i]), 2) for i in lines],
-            mode="markers",
-            marker={"color": colour, "size": 5},
-            name=family,
-            legendgroup=family,
-            showlegend=row == 2,
-            text=[f"{label[i]}, {engineering(float(hertz[i]))} Hz<br>{cause[i].replace('; ', '<br>')}" for i in lines],
-            hovertemplate="%{text}<br>%{y:.1f} dB<extra></extra>",
-        ),
-        row=row,
-        col=1,
+    drawn.add_scatter(
+        x=[round(place, 6) for place in at],
+        y=heads,
+        **{"mode": "markers", "marker": {"color": colour, "size": 5}, "name": family, "legendgroup": family},
+        text=[f"{label[i]}, {engineering(float(hertz[i]))} Hz<br>{cause[i].replace('; ', '<br>')}" for i in lines],
+        hovertemplate="%{text}<br>%{y:.1f} dB<extra></extra>",
+        **{"showlegend": row == 2, "row": row, "col": 1},
     )
 
 
-def _without(drawn: go.Figure, result: xr.Dataset, shown: Index, x: Array, row: int) -> None:
-    """Rings at x (lines,) and the level [dB] that each line has in the train as drawn."""
-    level = _level(result, "fault_free_amplitude")
-    there = [i for i in shown if level[i] > -_DECIBELS]
-    drawn.add_trace(
-        go.Scatter(
-            x=[round(float(x[i]), 6) for i in there],
-            y=[round(float(level[i]), 2) for i in there],
-            mode="markers",
-            marker={"color": PALE, "size": 9, "symbol": "circle-open"},
-            name="without deviations",
-            legendgroup="without",
-            showlegend=row == 2,
-            hoverinfo="skip",
-        ),
-        row=row,
-        col=1,
-    )
-
-
-def _zoom(drawn: go.Figure, result: xr.Dataset, shown: Index, x: Array, level: Array) -> None:
+def _zoom(drawn: go.Figure, result: xr.Dataset, shown: list[int], x: Array, level: Array) -> None:
     """The third panel: lines x (lines,) round the mesh frequency, the highest of `level` (lines,) [dB] named."""
     mesh = float(result.attrs["stage_mesh_frequency"])
     carrier = float(result.attrs["carrier_frequency"])
@@ -484,9 +378,8 @@ def _zoom(drawn: go.Figure, result: xr.Dataset, shown: Index, x: Array, level: A
     inside = [i for i in shown if abs(x[i] - centre) < reach]
     label = texts(result, "line")
     drawn.add_vline(x=centre, line={"color": PALE, "width": 1, "dash": "dot"}, layer="below", row=3, col=1)
-    note(
-        drawn, f"mesh {engineering(centre)}", x=centre, xref="x3", y=1, yref="y3 domain", xanchor="left", yanchor="top"
-    )
+    where = {"xref": "x3", "y": 1, "yref": "y3 domain", "xanchor": "left", "yanchor": "top"}
+    note(drawn, f"mesh {engineering(centre)}", x=centre, **where)
     named: list[float] = []
     for i in sorted(inside, key=lambda i: -level[i])[: 2 * _NAMED]:
         if len(named) == _NAMED or any(abs(x[i] - other) < 0.11 * reach for other in named):

@@ -9,6 +9,7 @@ and of other targets.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -17,7 +18,7 @@ import xarray as xr
 from ..series import (
     DRAWN,
     Array,
-    Series,
+    by_panel,
     compact,
     engineering,
     even_bins,
@@ -26,8 +27,6 @@ from ..series import (
     numbers,
     of_definition,
     pair_labels,
-    pair_title,
-    pairs,
     percent,
     readable,
     scattering_pair,
@@ -36,7 +35,21 @@ from ..series import (
     texts,
 )
 from .over_time import over_time
-from .style import INK, PALE, PALETTE, WARNING, branch_colour, figure, note, panels, tint
+from .style import (
+    INK,
+    OUTSIDE,
+    PALE,
+    PALETTE,
+    WARNING,
+    add_curve,
+    branch_colour,
+    entry,
+    figure,
+    level_legend,
+    note,
+    panels,
+    tint,
+)
 
 # Ratios that differ from 1 by less are one line at 1, which says so: they would be drawn over a range of nothing.
 _EVEN, _AROUND = 1e-5, 0.01
@@ -71,54 +84,34 @@ def load_sharing(sharing: xr.Dataset) -> go.Figure:
     values = sharing["load_sharing"].transpose("mesh", "definition").values
     definitions = [readable(name) for name in texts(sharing, "definition")]
     series = merged(texts(sharing, "mesh"), values)
-    groups = pairs(series)
-    several = len({stage for stage, _ in groups}) > 1
-    names = [pair_title(pair, several) for pair in groups]
-    gap = 0.3 / max(2, len(groups))
-    drawn = panels("Load-sharing coefficients", names, height=120 + 230 * len(groups), vertical_spacing=gap)
+    groups = by_panel(series)
+    space: dict[str, Any] = {"vertical_spacing": 0.3 / max(2, len(groups))}
+    drawn = panels("Load-sharing coefficients", list(groups), height=120 + 230 * len(groups), **space)
     # more numbers than this do not fit on the bars; the table has them
     numbered = len(definitions) * len({one.label for one in series}) <= 21
-    low, high = _limits(values)
-    shown: set[str] = set()
-    for row, pair in enumerate(groups, start=1):
-        for one in series:
-            if (one.stage, one.pair) == pair:
-                drawn.add_trace(_bars(one, definitions, one.label not in shown, numbered), row=row, col=1)
-                shown.add(one.label)
-        drawn.add_hline(y=1, line={"color": INK, "width": 1.5}, row=row, col=1)
-        drawn.update_yaxes(title_text="coefficient [-]", range=[low, high], row=row, col=1)
-    drawn.update_layout(barmode="group", bargap=0.25, bargroupgap=0.08)
-    drawn.update_xaxes(showgrid=False)
-    return drawn
-
-
-def _limits(values: Array) -> tuple[float, float]:
-    """Range of the axis of coefficients (m, definitions) [1]: 1 in it, room for numbers on the bars."""
     finite = values[np.isfinite(values)]
     low, high = min(1.0, float(finite.min(initial=1.0))), max(1.0, float(finite.max(initial=1.0)))
-    span = max(high - low, 0.02)
-    return low - 0.25 * span, high + 0.3 * span
-
-
-def _bars(one: Series, definitions: list[str], legend: bool, numbered: bool) -> go.Bar:
-    return go.Bar(
-        x=definitions,
-        y=[value - 1 if value is not None else None for value in compact(one.values, digits=6)],
-        base=1,
-        name=one.label,
-        legendgroup=one.label,
-        showlegend=legend,
-        marker={
-            "color": branch_colour(one.branch),
-            "pattern": {"shape": "/" if one.side == "right" else "", "fgcolor": "white", "size": 5},
-        },
-        text=[f"{value:.3f}" if np.isfinite(value) else "" for value in one.values],
-        textposition="outside" if numbered else "none",
-        textangle=0,
-        textfont={"size": 11},
-        cliponaxis=False,
-        hovertemplate=f"{one.label}<br>%{{x}}: %{{text}}<extra></extra>",
-    )
+    span = max(high - low, 0.02)  # room for numbers on the bars
+    shown: set[str] = set()
+    for row, bars in enumerate(groups.values(), start=1):
+        for one in bars:
+            pattern = {"shape": "/" if one.side == "right" else "", "fgcolor": "white", "size": 5}
+            drawn.add_bar(
+                x=definitions,
+                y=[value - 1 if value is not None else None for value in compact(one.values, digits=6)],
+                base=1,
+                **entry(one.label, first=one.label not in shown),
+                marker={"color": branch_colour(one.branch), "pattern": pattern},
+                text=[f"{value:.3f}" if np.isfinite(value) else "" for value in one.values],
+                **{**OUTSIDE, "textposition": "outside" if numbered else "none"},
+                **{"textangle": 0, "textfont": {"size": 11}, "row": row, "col": 1},
+                hovertemplate=f"{one.label}<br>%{{x}}: %{{text}}<extra></extra>",
+            )
+            shown.add(one.label)
+        drawn.add_hline(y=1, line={"color": INK, "width": 1.5}, row=row, col=1)
+        drawn.update_yaxes(title_text="coefficient [-]", range=[low - 0.25 * span, high + 0.3 * span], row=row, col=1)
+    drawn.update_layout(barmode="group", bargap=0.25, bargroupgap=0.08)
+    return drawn.update_xaxes(showgrid=False)
 
 
 def worst_branches(result: xr.Dataset) -> go.Figure:
@@ -129,26 +122,20 @@ def worst_branches(result: xr.Dataset) -> go.Figure:
     result : Dataset of `tolerance`: worst_load_sharing (worst, mesh), worst_k_gamma (worst) [1].
     """
     values = result["worst_load_sharing"].transpose("worst", "mesh").values[0]
-    series = merged(texts(result, "mesh"), values[:, None])
-    groups = pairs(series)
-    several = len({stage for stage, _ in groups}) > 1
+    groups = by_panel(merged(texts(result, "mesh"), values[:, None]))
     largest = float(result["worst_k_gamma"].values[0])
     title = f"The worst of {int(result.attrs.get('done', 0)):,} trains: Kγ = {largest:.3f}".replace(",", "\u2009")
-    names = [pair_title(pair, several) for pair in groups]
-    drawn = panels(title, names, height=400, columns=len(groups), shared_yaxes=True, horizontal_spacing=0.05)
-    for column, pair in enumerate(groups, start=1):
-        own = [one for one in series if (one.stage, one.pair) == pair]
-        drawn.add_trace(
-            go.Bar(
-                x=[one.label.removeprefix("branch ") for one in own],
-                y=compact(np.array([one.values[0] for one in own])),
-                marker={"color": [branch_colour(one.branch) for one in own]},
-                text=[f"{one.values[0]:.2f}" for one in own],
-                textposition="outside",
-                cliponaxis=False,
-                showlegend=False,
-                hovertemplate=f"{pair[1]}, branch %{{x}}: %{{y:.3f}}<extra></extra>",
-            ),
+    space: dict[str, Any] = {"shared_yaxes": True, "horizontal_spacing": 0.05}
+    drawn = panels(title, list(groups), height=400, columns=len(groups), **space)
+    for column, series in enumerate(groups.values(), start=1):
+        drawn.add_bar(
+            x=[one.label.removeprefix("branch ") for one in series],
+            y=compact([one.values[0] for one in series]),
+            marker={"color": [branch_colour(one.branch) for one in series]},
+            text=[f"{one.values[0]:.2f}" for one in series],
+            showlegend=False,
+            hovertemplate=f"{series[0].pair}, branch %{{x}}: %{{y:.3f}}<extra></extra>",
+            **OUTSIDE,
             row=1,
             col=column,
         )
@@ -193,49 +180,40 @@ def tolerance_shares(result: xr.Dataset) -> go.Figure:
     first, total = (one[name].transpose("pair", "tolerance").values[pair] for name in ("sobol_first", "sobol_total"))
     order = np.argsort(np.nan_to_num(total), kind="stable")
     names = [short_entries(texts(one, "tolerance"))[i] for i in order]
-    probability, slope = _slopes(one, pair)
+    # the largest probability up to 0.99 that has slopes
+    given, slopes = numbers(one, "probability"), one["quantile_slope"].transpose("pair", "probability", "tolerance")
+    known = [i for i, p in enumerate(given) if p <= 0.99 + 1e-9 and np.isfinite(slopes.values[pair, i]).any()]
+    at = max(known, key=lambda i: float(given[i])) if known else 0
+    slope = np.where(micrometres(one), slopes.values[pair, at], np.nan)
     where = pair_labels(texts(one, "pair"))[pair]
-    slope = np.where(micrometres(one), slope, np.nan)
     drawn = panels(
         f"Scatter of Kγ comes most from {names[-1]} ({where})",
-        ["share of the variance", f"change of Kγ at {percent(probability)}"],
+        ["share of the variance", f"change of Kγ at {percent(float(given[at]))}"],
         height=190 + 46 * len(names),
         columns=2,
         shared_yaxes=True,
         horizontal_spacing=0.06,
     )
     alone, whole = np.maximum(first, 0), np.maximum(total, 0)
-    for values, colour, words in ((whole, _TOTAL, "with interactions (total)"), (alone, _FIRST, "alone (first order)")):
-        drawn.add_trace(_entry_bars(names, 100 * values[order], colour, words, "%"), row=1, col=1)
-    words = "slope per µm of standard deviation"
-    drawn.add_trace(_entry_bars(names, 1e-6 * slope[order], _SLOPE, words, "per µm"), row=1, col=2)
+    for values, colour, words, unit, column in (
+        (100 * whole, _TOTAL, "with interactions (total)", "%", 1),
+        (100 * alone, _FIRST, "alone (first order)", "%", 1),
+        (1e-6 * slope, _SLOPE, "slope per µm of standard deviation", "per µm", 2),
+    ):
+        drawn.add_bar(
+            **{"y": names, "x": compact(values[order]), "orientation": "h", "name": words, "marker": {"color": colour}},
+            text=[_number(float(value)) for value in values[order]],
+            hovertemplate=f"%{{y}}, {words}: %{{text}} {unit}<extra></extra>",
+            **{**OUTSIDE, "row": 1, "col": column},
+        )
     drawn.update_xaxes(title_text="share [%]", row=1, col=1)
     drawn.update_xaxes(title_text="Kγ per µm of standard deviation [1/µm]", row=1, col=2)
     drawn.update_yaxes(showgrid=False)
     room = (1.18 * 100 * float(np.nanmax(total, initial=0.01)), 1.3e-6 * float(np.nanmax(slope, initial=0.0)) or 1.0)
     for column, high in enumerate(room, start=1):
         drawn.update_xaxes(range=[0, high], row=1, col=column)
-    legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": 0.01, "yanchor": "bottom", "yref": "container"}
+    legend = level_legend(0.01, x=1, yref="container")
     return drawn.update_layout(barmode="group", bargap=0.3, legend=legend, margin={"t": 84, "b": 92})
-
-
-def _slopes(one: xr.Dataset, pair: int) -> tuple[float, Array]:
-    """Largest probability up to 0.99 that has slopes, and the slopes (tolerance,) [1/m]."""
-    given = numbers(one, "probability")
-    values = one["quantile_slope"].transpose("pair", "probability", "tolerance").values[pair]
-    known = [i for i, p in enumerate(given) if p <= 0.99 + 1e-9 and np.isfinite(values[i]).any()]
-    at = max(known, key=lambda i: float(given[i])) if known else 0
-    return float(given[at]), np.asarray(values[at], dtype=np.float64)
-
-
-def _entry_bars(names: list[str], values: Array, colour: str, words: str, unit: str) -> go.Bar:
-    return go.Bar(
-        **{"y": names, "x": compact(values), "orientation": "h", "name": words, "marker": {"color": colour}},
-        text=[_number(float(value)) for value in values],
-        textposition="outside",
-        cliponaxis=False,
-        hovertemplate=f"%{{y}}, {words}: %{{text}} {unit}<extra></extra>",
-    )
 
 
 def _number(value: float) -> str:
@@ -251,39 +229,40 @@ def k_gamma_histogram(result: xr.Dataset) -> go.Figure:
     result : Dataset of `tolerance`: system_histogram (definition, bin), bin_edge (edge), system_k_gamma_quantile
         (definition, probability) [1]; reference_k_gamma (reference) [1] if any.
     """
-    quantiles, references = system_quantiles(result), _references(result)
-    drawn = figure(_title(quantiles), x="mesh-load factor Kγ [-]", y="share of the trains per bin [%]", height=460)
+    quantiles, references = system_quantiles(result), dict[str, float]()
+    if "reference_k_gamma" in result:
+        references = dict(zip(texts(result, "reference"), numbers(result, "reference_k_gamma").tolist(), strict=True))
+    words = " and below ".join(f"{value:.3f} in {percent(p)}" for p, value in quantiles.items() if p > 0.5)
+    title = f"Kγ stays below {words} of the trains" if words else "Mesh-load factor Kγ"
+    drawn = figure(title, x="mesh-load factor Kγ [-]", y="share of the trains per bin [%]", height=460)
     counts = of_definition(result)["system_histogram"].values
     marked = [*quantiles.values(), *references.values()]
     low, high = _range(result, counts, marked)
-    turns = _TURNING in texts(result, "definition")
-    if turns:
-        also = _range(result, of_definition(result, _TURNING)["system_histogram"].values, marked)
+    turning = counts
+    if _TURNING in texts(result, "definition"):
+        turning = of_definition(result, _TURNING)["system_histogram"].values
+        also = _range(result, turning, marked)
         low, high = min(low, also[0]), max(high, also[1])
     limits = {f"limit {value:g}": value for value in numbers(result, "limit").tolist() if low < value < high}
     x, y = even_bins(numbers(result, "bin_edge"), counts, low, high, _BINS)
-    bars = {"x": compact(x, digits=6), "y": compact(100 * y), "width": (high - low) / _BINS}
-    look = {"color": tint(PALETTE[0], 0.35), "line": {"width": 0}}
-    words = "Kγ %{x:.3f}: %{y:.2f} %<extra></extra>"
-    drawn.add_trace(go.Bar(**bars, name="Kγ, mean load", marker=look, hovertemplate=words))
-    if turns:
-        _add_turning(drawn, result, counts, low, high)
+    drawn.add_bar(
+        x=compact(x, digits=6),
+        y=compact(100 * y),
+        width=(high - low) / _BINS,
+        name="Kγ, mean load",
+        marker={"color": tint(PALETTE[0], 0.35), "line": {"width": 0}},
+        hovertemplate="Kγ %{x:.3f}: %{y:.2f} %<extra></extra>",
+    )
+    if not np.array_equal(turning, counts):  # the largest over the hunting period, as an outline
+        outline = even_bins(numbers(result, "bin_edge"), turning, low, high, _BINS)
+        line = {"color": PALETTE[1], "width": 1.6, "shape": "hvh"}
+        words = "largest while turning"
+        add_curve(drawn, outline[0], 100 * outline[1], digits=(6, 5), line=line, name=words, hoverinfo="skip")
     _add_lines(drawn, quantiles, references, limits)
     drawn.update_xaxes(range=[low, high])
     drawn.update_yaxes(rangemode="tozero")
-    legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": -0.17, "yanchor": "top"}
+    legend = level_legend(-0.17, x=1)
     return drawn.update_layout(bargap=0, legend=legend, showlegend=True, margin={"t": 118, "b": 80})
-
-
-def _title(quantiles: dict[float, float]) -> str:
-    words = [f"{value:.3f} in {percent(p)}" for p, value in quantiles.items() if p > 0.5]
-    return f"Kγ stays below {' and below '.join(words)} of the trains" if words else "Mesh-load factor Kγ"
-
-
-def _references(result: xr.Dataset) -> dict[str, float]:
-    if "reference_k_gamma" not in result:
-        return {}
-    return dict(zip(texts(result, "reference"), numbers(result, "reference_k_gamma").tolist(), strict=True))
 
 
 def _range(result: xr.Dataset, counts: Array, shown: list[float]) -> tuple[float, float]:
@@ -294,17 +273,6 @@ def _range(result: xr.Dataset, counts: Array, shown: list[float]) -> tuple[float
     high = max([float(edges[min(last + 1, len(edges) - 1)]), *shown])
     room = 0.04 * max(high - low, 1e-6)
     return low - room, high + room
-
-
-def _add_turning(drawn: go.Figure, result: xr.Dataset, still: Array, low: float, high: float) -> None:
-    """The largest over the hunting period as an outline, where it is another distribution."""
-    counts = of_definition(result, _TURNING)["system_histogram"].values
-    if np.array_equal(counts, still):
-        return
-    x, y = even_bins(numbers(result, "bin_edge"), counts, low, high, _BINS)
-    line = {"color": PALETTE[1], "width": 1.6, "shape": "hvh"}
-    trace = {"x": compact(x, digits=6), "y": compact(100 * y), "mode": "lines", "line": line}
-    drawn.add_trace(go.Scatter(**trace, name="largest while turning", hoverinfo="skip"))
 
 
 def _add_lines(
@@ -346,15 +314,16 @@ def _add_curves(drawn: go.Figure, result: xr.Dataset, x: Array, values: Array, p
     for place, (i, p) in enumerate(_probabilities(result)):
         known = np.isfinite(values[:, i])
         colour = _COLOURS.get(p, PALETTE[(3 + place) % len(PALETTE)])
-        drawn.add_trace(
-            go.Scatter(
-                **{"x": compact(x[known], digits=7), "y": compact(values[known, i], digits=6), "mode": "lines+markers"},
-                **{"name": percent(p), "legendgroup": percent(p), "showlegend": panel == 0},
-                **{"line": {"color": colour, "width": 2}, "marker": {"size": 5}},
-                hovertemplate=f"{percent(p)}: Kγ %{{y:.3f}} at %{{x}}<extra></extra>",
-            ),
-            row=row + 1,
-            col=column + 1,
+        add_curve(
+            drawn,
+            x[known],
+            values[known, i],
+            panel=(row + 1, column + 1),
+            digits=(7, 6),
+            mode="lines+markers",
+            **entry(percent(p), first=panel == 0),
+            **{"line": {"color": colour, "width": 2}, "marker": {"size": 5}},
+            hovertemplate=f"{percent(p)}: Kγ %{{y:.3f}} at %{{x}}<extra></extra>",
         )
 
 
@@ -369,7 +338,7 @@ def _finished(drawn: go.Figure, count: int) -> go.Figure:
     for row in range(-(-count // _ACROSS)):
         drawn.update_yaxes(title_text="Kγ [-]", row=row + 1, col=1)
     drawn.update_xaxes(showticklabels=True)
-    legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": 0.99, "yanchor": "top", "yref": "container"}
+    legend = level_legend(0.99, x=1, yref="container", yanchor="top")
     return drawn.update_layout(showlegend=True, legend=legend, margin={**drawn.layout.margin.to_plotly_json(), "t": 84})
 
 
@@ -407,17 +376,15 @@ def _curves(result: xr.Dataset) -> Iterator[tuple[str, str, Array, Array, float]
         own = int(np.argmin(np.abs(np.log(numbers(result, "support_scale")))))
         values = result["k_gamma_by_support"].transpose("support", "support_scale", "probability").values
         stiffness = result["support_stiffness"].transpose("support", "support_scale").values
-        for name, x, curve in zip(_supports(texts(result, "support")), stiffness, values, strict=True):
+        # stages.main.sun.support.radial -> sun
+        entries = short_entries(texts(result, "support"))
+        names = [entry.removesuffix(" radial").removesuffix(" support") for entry in entries]
+        for name, x, curve in zip(names, stiffness, values, strict=True):
             yield f"support of {name}", "stiffness [N/m]", x, curve, float(x[own])
     if "k_gamma_by_planets" in result:
         values = result["k_gamma_by_planets"].transpose("planets", "probability").values
         known = np.isfinite(values).any(axis=1)
         yield "number of planets", "planets [-]", numbers(result, "planets")[known], values[known], np.nan
-
-
-def _supports(paths: list[str]) -> list[str]:
-    """``stages.main.sun.support.radial`` -> ``sun``."""
-    return [name.removesuffix(" radial").removesuffix(" support") for name in short_entries(paths)]
 
 
 def k_gamma_by_tolerance(result: xr.Dataset) -> go.Figure:
@@ -434,8 +401,8 @@ def k_gamma_by_tolerance(result: xr.Dataset) -> go.Figure:
     order = np.argsort(-rise, kind="stable")[:_MOST_PANELS].tolist()
     moving = [i for i in order if rise[i] > _FLAT * rise[order[0]]] or order[:1]
     drawn = _k_gamma_panels(f"Which tolerance moves Kγ: {entries[order[0]]} most", [entries[i] for i in moving])
-    for panel, entry in enumerate(moving):
-        _add_curves(drawn, result, scale, values[entry], panel)
+    for panel, place in enumerate(moving):
+        _add_curves(drawn, result, scale, values[place], panel)
         _mark_drawn(drawn, 1.0, panel)
         if panel + _ACROSS >= len(moving):
             row, column = divmod(panel, _ACROSS)
@@ -463,10 +430,9 @@ def grade_prices(result: xr.Dataset) -> go.Figure:
     drawn = figure(title, x="total price [-]", y=f"Kγ at {p} [-]", height=480)
     if "front_price" in result:
         x, y = numbers(result, "front_price"), numbers(result, "front_k_gamma")
-        step = {"line": {"color": PALE, "width": 1.5, "shape": "hv"}, "marker": {"size": 5, "color": PALE}}
-        words = "cheapest for other targets"
-        trace = go.Scatter(x=compact(x, digits=7), y=compact(y, digits=6), mode="lines+markers", name=words, **step)
-        drawn.add_trace(trace)
+        look: dict[str, Any] = {"mode": "lines+markers", "name": "cheapest for other targets"}
+        line = {"color": PALE, "width": 1.5, "shape": "hv"}
+        add_curve(drawn, x, y, digits=(7, 6), line=line, marker={"size": 5, "color": PALE}, **look)
     names = short_entries(texts(result, "tolerance"))
     said: list[tuple[float, float, str]] = []
     for words, colour, sign, steps in (
@@ -476,15 +442,14 @@ def grade_prices(result: xr.Dataset) -> go.Figure:
         said += _add_neighbours(drawn, result, names, price, words, colour, sign, steps)
     paid = float(result["drawn_price"]) if "drawn_price" in result else np.nan
     if np.isfinite(paid):
-        as_drawn = {"x": [paid], "y": [float(result["drawn_k_gamma"])], "name": "as drawn"}
-        drawn.add_trace(go.Scatter(**as_drawn, mode="markers", marker={"symbol": "x", "size": 12, "color": INK}))
+        cross = {"symbol": "x", "size": 12, "color": INK}
+        drawn.add_scatter(x=[paid], y=[float(result["drawn_k_gamma"])], mode="markers", marker=cross, name="as drawn")
     star = {"symbol": "star", "size": 18, "color": PALETTE[1]}
-    drawn.add_trace(go.Scatter(x=[price], y=[found], mode="markers", marker=star, name="the grades found"))
+    drawn.add_scatter(x=[price], y=[found], mode="markers", marker=star, name="the grades found")
     drawn.add_hline(y=target, line={"color": WARNING, "width": 1.5, "dash": "dash"})
     note(drawn, "target", x=1, xref="paper", xanchor="right", y=target, yanchor="bottom", font={"color": WARNING})
     _name_points(drawn, said, target)
-    legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": 1.0, "yanchor": "bottom"}
-    return drawn.update_layout(showlegend=True, legend=legend, margin={"t": 96})
+    return drawn.update_layout(showlegend=True, legend=level_legend(1.0, x=1), margin={"t": 96})
 
 
 def _add_neighbours(
@@ -503,17 +468,16 @@ def _add_neighbours(
     kept = [i for i in range(len(names)) if np.isfinite(steps[i]) and np.isfinite(values[i])]
     if not kept:
         return []
-    drawn.add_trace(
-        go.Scatter(
-            x=[price + sign * float(steps[i]) for i in kept],
-            y=compact(values[kept], digits=6),
-            **{"mode": "markers", "name": words, "marker": {"size": 9, "color": colour}},
-            text=[names[i] for i in kept],
-            customdata=[f"{grades[i]}: {'+' if sign > 0 else '−'}{engineering(float(steps[i]))}" for i in kept],
-            hovertemplate="%{text}, %{customdata}<br>Kγ %{y:.4f}<extra></extra>",
-        )
+    prices = [price + sign * float(steps[i]) for i in kept]
+    drawn.add_scatter(
+        x=prices,
+        y=compact(values[kept], digits=6),
+        **{"mode": "markers", "name": words, "marker": {"size": 9, "color": colour}},
+        text=[names[i] for i in kept],
+        customdata=[f"{grades[i]}: {'+' if sign > 0 else '−'}{engineering(float(steps[i]))}" for i in kept],
+        hovertemplate="%{text}, %{customdata}<br>Kγ %{y:.4f}<extra></extra>",
     )
-    return [(price + sign * float(steps[i]), float(values[i]), names[i]) for i in kept]
+    return [(at, float(values[i]), names[i]) for at, i in zip(prices, kept, strict=True)]
 
 
 def _name_points(drawn: go.Figure, said: list[tuple[float, float, str]], target: float) -> None:

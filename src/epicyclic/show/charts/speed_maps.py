@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -18,7 +19,22 @@ from numpy.typing import NDArray
 
 from ..series import Array, compact, engineering, mode_groups, numbers, stability_verdict, texts
 from .over_speed import abscissa, mark_operating
-from .style import GRID, INK, PALE, PALETTE, WARNING, figure, lines_across, mode_colour, note, panels, translucent
+from .style import (
+    GRID,
+    INK,
+    PALE,
+    PALETTE,
+    WARNING,
+    add_curve,
+    add_key,
+    figure,
+    level_legend,
+    lines_across,
+    mode_colour,
+    note,
+    panels,
+    translucent,
+)
 
 # Drawn at most: lines, and marked resonances.  Amplitudes below this part of the largest are not drawn.
 _LINES, _MARKS, _LEAST = 30, 5, 1e-3
@@ -70,12 +86,8 @@ def waterfall(sweep: xr.Dataset, modes: xr.Dataset | None = None, *, mesh: str |
     top = max((float(np.nanmax(ray.amplitude, initial=0.0)) for ray in every), default=0.0)
     strong = sorted(every, key=lambda ray: -float(np.nanmax(ray.amplitude, initial=0.0)))[:_LINES]
     shown = [ray for ray in strong if float(np.nanmax(ray.amplitude, initial=0.0)) > _LEAST * top]
-    drawn = figure(
-        "Order spectrum of the mesh forces over speed" + (f": {mesh}" if mesh else ""),
-        x=unit,
-        y="frequency [Hz]",
-        height=620,
-    )
+    title = "Order spectrum of the mesh forces over speed" + (f": {mesh}" if mesh else "")
+    drawn = figure(title, x=unit, y="frequency [Hz]", height=620)
     highest = _highest(shown, x, top, modes)
     for ray in shown:
         _draw(drawn, ray, x, top, highest)
@@ -85,10 +97,8 @@ def waterfall(sweep: xr.Dataset, modes: xr.Dataset | None = None, *, mesh: str |
     if len(x):
         drawn.update_xaxes(range=[float(x.min()), float(x.max())])
     drawn.update_yaxes(range=[0, highest])
-    return drawn.update_layout(coloraxis=_scale(top), margin={"r": 130, "t": 70}, legend=_LEGEND, showlegend=True)
-
-
-_LEGEND = {"orientation": "h", "x": 0, "xanchor": "left", "y": -0.14, "yanchor": "top"}
+    look: dict[str, Any] = {"margin": {"r": 130, "t": 70}, "legend": level_legend(-0.14), "showlegend": True}
+    return drawn.update_layout(coloraxis=_scale(top), **look)
 
 
 def rays(sweep: xr.Dataset) -> list[Ray]:
@@ -177,37 +187,26 @@ def _draw(drawn: go.Figure, ray: Ray, x: Array, top: float, highest: float) -> N
     """A thin line along x (P,) [Hz], and marks where there is something, larger and darker with the amplitude."""
     rank = np.argsort(x)
     ends = np.array([x.min(), x.max()])
-    ray_line = {"color": GRID, "width": 1}
-    drawn.add_trace(
-        go.Scatter(
-            x=compact(ends),
-            y=compact(ray.order * ends),
-            mode="lines",
-            line=ray_line,
-            showlegend=False,
-            hoverinfo="skip",
-        )
-    )
+    line = {"color": GRID, "width": 1}
+    add_curve(drawn, ends, ray.order * ends, line=line, showlegend=False, hoverinfo="skip")
     there = [i for i in rank if ray.amplitude[i] > _LEAST * top and ray.order * x[i] <= highest]
     if not there:
         return
     size = np.log10(ray.amplitude[there] / (_LEAST * top)) / -np.log10(_LEAST)
-    drawn.add_trace(
-        go.Scatter(
-            x=compact(x[there]),
-            y=compact(ray.order * x[there]),
-            mode="markers",
-            marker={
-                "color": compact(np.log10(ray.amplitude[there] / 1e3), digits=4),
-                "size": compact(2 + 7 * size, digits=2),
-                "coloraxis": "coloraxis",
-                "line": {"width": 0},
-            },
-            customdata=[[engineering(float(ray.amplitude[i]) / 1e3), ray.mesh[i], ray.labels[i]] for i in there],
-            hovertemplate="%{customdata[2]}: %{customdata[0]} kN, %{customdata[1]}<br>%{y:.5g} Hz at %{x:.5g} Hz"
-            "<extra></extra>",
-            showlegend=False,
-        )
+    colours = compact(np.log10(ray.amplitude[there] / 1e3), digits=4)
+    words = "%{customdata[2]}: %{customdata[0]} kN, %{customdata[1]}<br>%{y:.5g} Hz at %{x:.5g} Hz<extra></extra>"
+    add_curve(
+        drawn,
+        x[there],
+        ray.order * x[there],
+        mode="markers",
+        marker={
+            **{"color": colours, "coloraxis": "coloraxis"},
+            **{"size": compact(2 + 7 * size, digits=2), "line": {"width": 0}},
+        },
+        customdata=[[engineering(float(ray.amplitude[i]) / 1e3), ray.mesh[i], ray.labels[i]] for i in there],
+        hovertemplate=words,
+        showlegend=False,
     )
 
 
@@ -215,27 +214,16 @@ def _scale(top: float) -> dict[str, object]:
     """Colours of the logarithm of the amplitude, ticks in kN."""
     high = np.log10(top / 1e3) if top > 0 else 0.0
     low = high + np.log10(_LEAST)
-    ticks = _ticks(float(low), float(high))
-    return {
-        "colorscale": _COLOURS,
-        "cmin": float(low),
-        "cmax": float(high),
-        "colorbar": {
-            "title": {"text": "amplitude [kN]", "side": "right"},
-            "tickvals": [float(np.log10(tick)) for tick in ticks],
-            "ticktext": [engineering(tick) for tick in ticks],
-            "len": 0.9,
-            "thickness": 14,
-        },
-    }
-
-
-def _ticks(low: float, high: float) -> list[float]:
-    """1, 2, 5 of every decade between two logarithms; 1 alone where these are too many."""
+    # 1, 2, 5 of every decade; 1 alone where these are too many
     decades = range(int(np.floor(low)), int(np.ceil(high)) + 1)
     fine = [step * 10.0**decade for decade in decades for step in (1, 2, 5)]
-    inside = [tick for tick in fine if low <= np.log10(tick) <= high]
-    return inside if len(inside) <= 10 else [tick for tick in inside if np.isclose(np.log10(tick) % 1, 0)]
+    ticks = [tick for tick in fine if low <= np.log10(tick) <= high]
+    if len(ticks) > 10:
+        ticks = [tick for tick in ticks if np.isclose(np.log10(tick) % 1, 0)]
+    bar = {"title": {"text": "amplitude [kN]", "side": "right"}, "len": 0.9, "thickness": 14}
+    bar["tickvals"] = [float(np.log10(tick)) for tick in ticks]
+    bar["ticktext"] = [engineering(tick) for tick in ticks]
+    return {"colorscale": _COLOURS, "cmin": float(low), "cmax": float(high), "colorbar": bar}
 
 
 def _natural(drawn: go.Figure, modes: xr.Dataset | None, highest: float) -> None:
@@ -247,35 +235,30 @@ def _natural(drawn: go.Figure, modes: xr.Dataset | None, highest: float) -> None
     }
     lines_across(drawn, [(one.frequency, {"line": looks[one.kind], "layer": "below"}) for one in inside], along="y")
     for kind, line in looks.items():
-        drawn.add_trace(go.Scatter(x=[None], y=[None], mode="lines", line=line, name=f"{kind} mode"))
+        add_key(drawn, f"{kind} mode", line)
 
 
 def _label(drawn: go.Figure, shown: list[Crest], x: Array, highest: float) -> None:
     """The strongest resonances within x (P,) [Hz], ringed and named, each name at a place of its own."""
     if not shown:
         return
-    drawn.add_trace(
-        go.Scatter(
-            x=compact(np.array([one.x for one in shown])),
-            y=compact(np.array([one.y for one in shown])),
-            mode="markers",
-            marker={"symbol": "circle-open", "size": 16, "color": INK, "line": {"width": 2}},
-            name="strongest resonances",
-            text=[f"{one.label}, {one.mesh}" for one in shown],
-            hoverinfo="text",
-        )
+    add_curve(
+        drawn,
+        [one.x for one in shown],
+        [one.y for one in shown],
+        mode="markers",
+        marker={"symbol": "circle-open", "size": 16, "color": INK, "line": {"width": 2}},
+        name="strongest resonances",
+        text=[f"{one.label}, {one.mesh}" for one in shown],
+        hoverinfo="text",
     )
     words = [f"{_short(one.label)}: {engineering(one.amplitude / 1e3, 3)} kN" for one in shown]
     rings = [((one.x - float(x.min())) / max(float(np.ptp(x)), 1e-300), one.y / highest) for one in shown]
     for one, text, (right, up) in zip(shown, words, label_places(rings, [len(text) for text in words]), strict=True):
-        drawn.add_annotation(
-            {
-                **{"text": text, "x": one.x, "y": one.y, "ax": right * _AREA[0], "ay": -up * _AREA[1]},
-                **{"showarrow": True, "arrowhead": 0, "arrowwidth": 1, "arrowcolor": PALE, "standoff": 8},
-                **{"xanchor": "center", "yanchor": "middle"},
-                **{"bgcolor": "rgba(255,255,255,0.75)", "font": {"size": 12, "color": INK}},
-            }
-        )
+        arrow = {"ax": right * _AREA[0], "ay": -up * _AREA[1], "showarrow": True, "standoff": 8}
+        look = {"arrowhead": 0, "arrowwidth": 1, "arrowcolor": PALE, "bgcolor": "rgba(255,255,255,0.75)"}
+        anchors = {"xanchor": "center", "yanchor": "middle", "font": {"size": 12, "color": INK}}
+        note(drawn, text, x=one.x, y=one.y, **arrow, **look, **anchors)
 
 
 def label_places(rings: list[tuple[float, float]], letters: list[int]) -> list[tuple[float, float]]:
@@ -352,43 +335,33 @@ def stability_over_speed(result: xr.Dataset) -> go.Figure:
     """
     x = numbers(result, "mesh_frequency")
     rank = np.argsort(x)
-    kind = np.array(texts(result, "instability"))[rank]
+    kind, taking = (np.array(texts(result, name))[rank] for name in ("instability", "taking_part"))
     shown = (("largest_multiplier", "largest |μ| [-]", 1.0), ("growth_rate", "growth rate [1/s]", 0.0))
     drawn = panels(stability_verdict(kind, "speeds"), ("", ""), height=560, shared_xaxes=True, vertical_spacing=0.06)
-    for row, (name, words, limit) in enumerate(shown, start=1):
-        values = numbers(result, name)[rank]
-        curve = go.Scatter(
-            x=compact(x[rank]), y=compact(values), mode="lines", line={"color": PALE, "width": 1.6}, showlegend=False
-        )
-        drawn.add_trace(curve, row=row, col=1)
-        _marks(drawn, result, x[rank], values, kind, rank, row)
+    for row, (variable, words, limit) in enumerate(shown, start=1):
+        values = numbers(result, variable)[rank]
+        add_curve(drawn, x[rank], values, panel=row, line={"color": PALE, "width": 1.6}, showlegend=False)
+        for name, (colour, meaning) in _KINDS.items():
+            at = kind == name
+            if at.any():
+                add_curve(
+                    drawn,
+                    x[rank][at],
+                    values[at],
+                    panel=row,
+                    mode="markers",
+                    marker={"color": colour, "size": 6},
+                    name=meaning,
+                    legendgroup=name,
+                    showlegend=row == 1,
+                    customdata=taking[at],
+                    hovertemplate="%{x:.5g} Hz: %{y:.4g}<br>%{customdata}<extra></extra>",
+                )
         drawn.add_hline(y=limit, line={"color": INK, "width": 1.2, "dash": "dash"}, row=row, col=1)
         drawn.update_yaxes(title_text=words, row=row, col=1)
     drawn.update_xaxes(title_text="mesh frequency [Hz]", row=2, col=1)
     _bands(drawn, result, x)
     return drawn.update_layout(showlegend=True)
-
-
-def _marks(
-    drawn: go.Figure, result: xr.Dataset, x: Array, values: Array, kind: np.ndarray, rank: np.ndarray, row: int
-) -> None:
-    """Unstable speeds x (P,) [Hz] at their values (P,), a colour for each kind."""
-    taking = np.array(texts(result, "taking_part"))[rank]
-    for name, (colour, words) in _KINDS.items():
-        at = kind == name
-        if at.any():
-            points = go.Scatter(
-                x=compact(x[at]),
-                y=compact(values[at]),
-                mode="markers",
-                marker={"color": colour, "size": 6},
-                name=words,
-                legendgroup=name,
-                showlegend=row == 1,
-                customdata=taking[at],
-                hovertemplate="%{x:.5g} Hz: %{y:.4g}<br>%{customdata}<extra></extra>",
-            )
-            drawn.add_trace(points, row=row, col=1)
 
 
 def _bands(drawn: go.Figure, result: xr.Dataset, x: Array) -> None:
@@ -400,9 +373,7 @@ def _bands(drawn: go.Figure, result: xr.Dataset, x: Array) -> None:
     for one, other in zip(low, high, strict=True):
         drawn.add_vrect(x0=one, x1=other, fillcolor=fill, line_width=0, layer="below", row="all", col="all")
     key = {"color": fill, "size": 12, "symbol": "square"}
-    drawn.add_trace(
-        go.Scatter(x=[None], y=[None], mode="markers", marker=key, name="predicted (averaging)"), row=1, col=1
-    )
+    drawn.add_scatter(x=[None], y=[None], mode="markers", marker=key, name="predicted (averaging)", row=1, col=1)
     names, centre = texts(result, "resonance"), numbers(result, "resonance_centre")
     drawn.update_xaxes(range=[float(x.min()), float(x.max())])
     for place in _apart(np.argsort(-rate), centre, (x.max() - x.min()) / 14, x):
@@ -424,32 +395,29 @@ def stability_map(result: xr.Dataset) -> go.Figure:
     y = np.arange(result.sizes["value"], dtype=float) if texted else numbers(result, "value")
     rate = result["growth_rate"].transpose("value", "speed").values
     kind = result["instability"].transpose("value", "speed").values.astype(str)
-    grows = np.isin(kind, list(_KINDS))
-    drawn = figure(
-        stability_verdict(kind, "points"), x="mesh frequency [Hz]", y=f"{name} [{unit}]" if unit else name, height=520
-    )
-    drawn.add_trace(_cells(x, y, rate, grows))
+    ordinate = f"{name} [{unit}]" if unit else name
+    drawn = figure(stability_verdict(kind, "points"), x="mesh frequency [Hz]", y=ordinate, height=520)
+    _add_cells(drawn, x, y, rate, np.isin(kind, list(_KINDS)))
     _boundaries(drawn, result, y)
     if texted:
         drawn.update_yaxes(tickvals=list(y), ticktext=texts(result, "value"))
     drawn.update_xaxes(range=[float(x.min()), float(x.max())], showgrid=False)
     drawn.update_yaxes(range=[float(y.min()), float(y.max())] if len(y) > 1 else None, showgrid=False)
-    return drawn.update_layout(showlegend=True, legend={"y": -0.18, "yanchor": "top", "orientation": "h", "x": 0})
+    return drawn.update_layout(showlegend=True, legend={"orientation": "h", "x": 0, "y": -0.18, "yanchor": "top"})
 
 
-def _cells(x: Array, y: Array, rate: Array, grows: np.ndarray) -> go.Heatmap:
+def _add_cells(drawn: go.Figure, x: Array, y: Array, rate: Array, grows: np.ndarray) -> None:
     """Growth rate (values, P) [1/s] over x (P,) [Hz] and y (values,): pale where it decays, blank where it failed."""
     top = float(np.max(rate[grows], initial=0.0)) or 1.0
     shown = np.where(np.isfinite(rate), np.where(grows, rate, -_DECAYS * top), np.nan)
     edge = _DECAYS / (1 + _DECAYS)
-    return go.Heatmap(
+    colours = [[0, "#E4EEF7"], [edge, "#E4EEF7"], [edge, "#FDE3C8"], [0.5 + edge / 2, PALETTE[1]], [1, "#7A1F00"]]
+    drawn.add_heatmap(
         x=compact(x, digits=7),
         y=compact(y, digits=7),
         z=[compact(row) for row in shown],
         customdata=[compact(row) for row in rate],
-        zmin=-_DECAYS * top,
-        zmax=top,
-        colorscale=[[0, "#E4EEF7"], [edge, "#E4EEF7"], [edge, "#FDE3C8"], [0.5 + edge / 2, PALETTE[1]], [1, "#7A1F00"]],
+        **{"zmin": -_DECAYS * top, "zmax": top, "colorscale": colours},
         colorbar={
             "title": {"text": "growth rate [1/s]", "side": "right"},
             "tickvals": [-_DECAYS * top / 2, top / 4, top / 2, top],
@@ -466,40 +434,24 @@ def _boundaries(drawn: go.Figure, result: xr.Dataset, y: Array) -> None:
     names = texts(result, "resonance")
     order = np.argsort(-np.nansum(high - low, axis=0), kind="stable")[:_CURVES]
     for place, one in enumerate(order):
-        open_ = np.isfinite(low[:, one])
         line = {"color": INK, "width": 1.3, "dash": "solid" if place < _LABELS else "dot"}
-        xs, ys = _outline(low[:, one], high[:, one], y, open_)
-        drawn.add_trace(
-            go.Scatter(
-                x=compact(xs, digits=7),
-                y=compact(ys, digits=7),
-                mode="lines",
-                line=line,
-                name="predicted boundary (averaging)",
-                legendgroup="boundary",
-                showlegend=place == 0,
-                hovertemplate=f"{names[one]}: %{{x:.5g}} Hz<extra></extra>",
-            )
-        )
+        words = f"{names[one]}: %{{x:.5g}} Hz<extra></extra>"
+        legend: dict[str, Any] = {"legendgroup": "boundary", "showlegend": place == 0, "hovertemplate": words}
+        xs, ys = _outline(low[:, one], high[:, one], y)
+        add_curve(drawn, xs, ys, digits=(7, 7), line=line, name="predicted boundary (averaging)", **legend)
     x = numbers(result, "mesh_frequency")
     centre = np.nanmean((low + high) / 2, axis=0) if len(names) else np.zeros(0)
     for one in _apart(order, centre, (x.max() - x.min()) / 10, x):
         inside = np.flatnonzero(np.isfinite(low[:, one]))
         # at the top of the map, unless the range closes below it
         closes = inside[-1] < len(y) - 1 and inside.size > 1
-        at = float(y[inside[-1]])
-        note(
-            drawn,
-            names[one],
-            x=centre[one],
-            y=at,
-            yanchor="bottom",
-            font={"size": 12, "color": INK if closes else PALE},
-        )
+        font = {"size": 12, "color": INK if closes else PALE}
+        note(drawn, names[one], x=centre[one], y=float(y[inside[-1]]), yanchor="bottom", font=font)
 
 
-def _outline(low: Array, high: Array, y: Array, open_: np.ndarray) -> tuple[Array, Array]:
+def _outline(low: Array, high: Array, y: Array) -> tuple[Array, Array]:
     """Up the lower and down the upper ends (values,) [Hz] of each run of values at which a range is open."""
+    open_ = np.isfinite(low)
     xs: list[float] = []
     ys: list[float] = []
     runs = np.split(np.arange(len(y)), np.flatnonzero(open_[1:] != open_[:-1]) + 1)

@@ -25,7 +25,6 @@ from .section_layout import (
     Coupling,
     Group,
     SectionLayout,
-    SectionLink,
     appearance,
     base_of,
     beyond,
@@ -146,7 +145,8 @@ def _web(group: Group, low: float, layout: SectionLayout) -> tuple[float, float]
     form = group.first.form
     assert form is not None
     thick = 0.82 if len(group.bodies) == 1 else 0.5
-    if len(group.bodies) > 1 and not any(_between(link, group) for link in layout.links):
+    names = {part.name for part in group.bodies}
+    if len(group.bodies) > 1 and not any({link.first, link.second} <= names for link in layout.links):
         return None
     if group.internal:
         return group.high - thick * (group.high - group.low), group.high
@@ -154,11 +154,6 @@ def _web(group: Group, low: float, layout: SectionLayout) -> tuple[float, float]
         return low, max(low, thick * group.high)
     middle = group.first.radius
     return max(0.0, middle - thick * (middle - group.low)), middle + thick * (group.high - middle)
-
-
-def _between(link: SectionLink, group: Group) -> bool:
-    names = {part.name for part in group.bodies}
-    return link.first in names and link.second in names
 
 
 def _helix(
@@ -205,17 +200,13 @@ def _pins(column: Column, layout: SectionLayout) -> list[go.Scatter]:
     carriers = {part.name: group for group in column.groups for part in group.bodies}
     pins = [group for group in column.groups if group.first.branch]
     for radius, half, carrier in sorted({(pin.first.radius, pin.half, pin.first.carried_by) for pin in pins}):
-        look = appearance(carriers[carrier]) if carrier in carriers else _housing()
-        ends = [cheek(column, side, layout)[1] for side in ("left", "right")]
-        if carrier in carriers:
-            ends = [cheek(column, side, layout)[0] for side in ("left", "right")]
+        held = carrier in carriers
+        housing = {"line": {"color": INK, "width": 1}, "fill": "toself", "fillcolor": tint(INK, 0.8)}
+        look = appearance(carriers[carrier]) if held else housing
+        ends = [cheek(column, side, layout)[0 if held else 1] for side in ("left", "right")]
         thick = layout.length(0.5 * LANE)
         traces.append(box((ends[0], ends[1]), (half * radius - thick, half * radius + thick), look))
     return traces
-
-
-def _housing() -> dict[str, Any]:
-    return {"line": {"color": INK, "width": 1}, "fill": "toself", "fillcolor": tint(INK, 0.8)}
 
 
 def _meshes(check: xr.Dataset, layout: SectionLayout) -> list[go.Scatter]:
@@ -264,7 +255,7 @@ def _couplings(layout: SectionLayout) -> list[go.Scatter]:
         lanes = [lane_radii(number, layout) for number in _levels(one, left, at_left, right, at_right)]
         bound = max(start, beyond(before, "right", before.room_right, layout)) if before is not at_left else start
         middle, air = (bound + stop) / 2, layout.length(3)
-        flange = layout.length(4)
+        flange, link = layout.length(4), next(link for link in layout.links if link.name == one.name)
         for sign in (1, -1) if layout.both else (1,):
             runs = (
                 ((start, middle - air), lanes[0] if one.lane < 0 else lanes[1], left),
@@ -276,7 +267,7 @@ def _couplings(layout: SectionLayout) -> list[go.Scatter]:
                 step = (min(lanes[0][0], lanes[1][0]), max(lanes[0][1], lanes[1][1]))
                 traces.append(box((start - flange, start), (sign * step[0], sign * step[1]), appearance(left, 0.75)))
             reach = (min(lanes[1][0], lanes[2][0]), max(lanes[1][1], lanes[2][1]) + layout.length(7))
-            hover = {"hoverinfo": "text", "hoveron": "fills", "text": spring(_link(one.name, layout))}
+            hover = {"hoverinfo": "text", "hoveron": "fills", "text": spring(link)}
             plate = {"fill": "toself", "fillcolor": INK, "line": {"color": INK, "width": 1}, **hover}
             for near, far in ((middle - air - flange, middle - air), (middle + air, middle + air + flange)):
                 traces.append(box((near, far), (sign * reach[0], sign * reach[1]), plate))
@@ -297,10 +288,6 @@ def _levels(one: Coupling, left: Group, at_left: Column, right: Group, at_right:
     if at_right.lone:
         end = begin
     return begin, begin, end
-
-
-def _link(name: str, layout: SectionLayout) -> SectionLink:
-    return next(link for link in layout.links if link.name == name)
 
 
 def _names(drawn: go.Figure, layout: SectionLayout) -> None:
@@ -357,13 +344,6 @@ def _power(group: Group) -> str:
     return f"{engineering(size / 1e6)} MW {way}" if size >= 1e6 else f"{engineering(size / 1e3)} kW {way}"
 
 
-def _floats(group: Group, layout: SectionLayout) -> bool:
-    """Whether nothing holds a member about the axis radially."""
-    names = {part.name for part in group.bodies}
-    mine = [link for link in layout.links if link.kind == "support" and link.first in names]
-    return not group.first.branch and not any(link.radial for link in mine)
-
-
 def _name(drawn: go.Figure, group: Group, column: Column, layout: SectionLayout) -> None:
     words = group.word + (" (held)" if group.held else "")
     if group.first.form is None:
@@ -371,7 +351,9 @@ def _name(drawn: go.Figure, group: Group, column: Column, layout: SectionLayout)
         level = pins[0].half * 1.05 * pins[0].first.radius if pins else _height(column, layout)
         side, towards = ("left", "right") if _crowded(column, "right") else ("right", "left")
         return _write(drawn, words, beyond(column, side, 2.0 * PLATE, layout), level, yanchor="middle", xanchor=towards)
-    if _floats(group, layout):
+    names = {part.name for part in group.bodies}
+    held = any(link.radial for link in layout.links if link.kind == "support" and link.first in names)
+    if not group.first.branch and not held:
         words += ", floats"
     left, right = (one + column.shift for one in (group.faces[0][0], group.faces[-1][1]))
     top = group.high

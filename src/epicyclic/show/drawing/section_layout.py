@@ -297,7 +297,7 @@ def _ordered(groups: Sequence[Group], coupled: Sequence[tuple[str, Group, Group]
         place = next(near, waiting[0])
         waiting.remove(place)
         tries = [[*order[:at], place, *order[at:]] for at in range(len(order), -1, -1)]
-        order = min(tries, key=lambda one: _span(one, pairs))
+        order = min(tries, key=lambda places: _span(places, pairs))
     middle = {place: round((column.low + column.high) / 2, 6) for place, column in columns.items()}
     return [columns[place] for place in sorted(order, key=lambda place: middle[place])]
 
@@ -376,19 +376,16 @@ def _passed(column: Column, place: int, found: Sequence[Coupling], places: Mappi
 def _room(column: Column, side: str) -> float:
     """What a column needs beside its gears [px]: discs, shafts, names."""
     if column.lone:
-        half = max(BODY, *(text_width(_said(group)) for group in column.groups)) / 2
-        return half + AIR / 2
+        names = [f"{group.word}<br>{'9999 kW out' if group.power else ''}" for group in column.groups]
+        return max(BODY, *map(text_width, names)) / 2 + AIR / 2
     stack = column.left if side == "left" else column.right
     shafts = 4 * PLATE + SEGMENT * len(stack)
     ports = [group for group in column.groups if group.key in stack and group.power]
     words = max((text_width("9999 kW out") + AIR for _ in ports), default=0.0)
-    names = [group for group in column.groups if not group.first.branch and not group.internal]
-    named = max((text_width(group.word) + 3 * PLATE + AIR for group in names), default=0.0) if side == "right" else 0.0
+    central = [group for group in column.groups if not group.first.branch and not group.internal]
+    named = max((text_width(group.word) + 3 * PLATE + AIR for group in central), default=0.0)
+    named = named if side == "right" else 0.0
     return max(shafts + words, named)
-
-
-def _said(group: Group) -> str:
-    return f"{group.word}<br>{'9999 kW out' if group.power else ''}"
 
 
 def _scale(columns: Sequence[Column], top: float, both: bool) -> float:
@@ -540,21 +537,14 @@ def supports(layout: SectionLayout) -> list[go.Scatter]:
                 walls.add((round(end, 9), sign * lane_radii(lane_of(group, column, side), layout)[1] / 2, side))
             if not (fixed and group.internal) and (link.radial or link.axial):
                 marks.setdefault((round(z, 9), sign * r), []).append(link)
-    walls |= _pin_walls(layout)
+    for column in layout.columns:  # pins of planets that no carrier holds stand in the housing
+        for group in column.groups:
+            if group.first.branch and not group.first.carried_by:
+                height = group.half * group.first.radius
+                walls |= {(round(cheek(column, side, layout)[1], 9), height, side) for side in ("left", "right")}
     stem = {"line": {"color": INK, "width": 1.6}}
     lines = [trace([z, z], [low, high], stem) for z, low, high in dict.fromkeys(stems)]
     return [*lines, *_grounds(walls, layout), *_marked(marks, layout)]
-
-
-def _pin_walls(layout: SectionLayout) -> set[tuple[float, float, str]]:
-    """Where pins of planets that no carrier holds stand in the housing."""
-    return {
-        (round(cheek(column, side, layout)[1], 9), group.half * group.first.radius, side)
-        for column in layout.columns
-        for group in column.groups
-        if group.first.branch and not group.first.carried_by
-        for side in ("left", "right")
-    }
 
 
 def _seat(link: SectionLink, group: Group, column: Column, layout: SectionLayout) -> tuple[float, float]:
