@@ -20,12 +20,16 @@ from numpy.typing import NDArray
 from ..errors import ConvergenceError, ModelError
 from ..system.system import Array, ComplexArray, System
 from .equilibrium import LEFT
-from .load_map import LawMap, LoadMap, law_forces, law_map, load_map
-from .mean_load import (
+from .load_map import (
+    LawMap,
+    LoadMap,
     SlowPhases,
     closed_loads,
     falls_below,
+    law_forces,
+    law_map,
     least_forces,
+    load_map,
     loads_at_phases,
     phase_points,
     phase_steps,

@@ -17,7 +17,7 @@ from ...errors import ModelError
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
 from ...questions.response.resonances import BAND
 from ...statics.equilibrium import compliance_of
-from ...statics.unheld import unheld_warnings
+from ...statics.record import unheld_warnings
 from ...system.system import System
 from ...system.tooth_pairs import mean_force, pair_of, tooth_warnings
 from ...train.train import Train

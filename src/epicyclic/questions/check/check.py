@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ...document.tolerances import Tolerance
 from ...results.dataset import dataset
 from ...statics.equilibrium import compliance_of
-from ...statics.unheld import unheld_warnings
+from ...statics.record import unheld_warnings
 from ...system.assembly import train_provenance
 from ...train.bodies import DIRECTIONS, Body, GearData, Mesh
 from ...train.tolerances import tolerances_of

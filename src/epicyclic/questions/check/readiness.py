@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from ...errors import ConvergenceError, ModelError
 from ...statics.equilibrium import compliance_of, require_balance
+from ...statics.record import standing_load
 from ...statics.tangent import linear
-from ...statics.unheld import standing_load
 from ...system.assembly import assemble
 from ...system.system import System
 from ...system.tooth_pairs import loaded_mesh, mean_force, pair_of, tooth_warnings

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...statics.unheld import contradicting_radii, unheld, unheld_error
+from ...statics.record import contradicting_radii, unheld, unheld_error
 from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import Modal
 from .lattice import Lattice, Point

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...statics.mean_load import MEAN_LOADS
+from ...statics.load_map import MEAN_LOADS
 from ...statics.record import MeshGroup, idle_warnings, loaded_meshes, parallel_meshes
 from ...statics.sample_loads import mean_loads
 from ...system.system import Array, System, faces

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from ...engine.cost import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
-from ...statics.quasi_static import balanced, held_train, quasi_static, settled
 from ...statics.record import (
     MeshGroup,
     Record,
@@ -33,7 +32,7 @@ from ...statics.record import (
     samples_per_cycle,
     short_record,
 )
-from ...statics.static import OPEN_RATIO, flank_contact, rounding_of
+from ...statics.static import OPEN_RATIO, balanced, flank_contact, held_train, quasi_static, rounding_of, settled
 from ...statics.tangent import linear
 from ...system.system import Array, Faces, System, faces
 from ...warning_codes import CodedText, coded

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...statics.equilibrium import closed_force
-from ...statics.quasi_static import HeldTrain, RecordPiece, balanced, held_train, quasi_static, settled
 from ...statics.record import (
     MeshGroup,
     Record,
@@ -26,17 +25,23 @@ from ...statics.record import (
     positive_count,
     reference_tone,
     samples_per_cycle,
+    standing_load,
 )
 from ...statics.static import (
+    HeldTrain,
+    RecordPiece,
+    balanced,
     contact_shares,
     flank_contact,
     free_position_warnings,
     group_columns,
+    held_train,
     law_attributes,
     mesh_contact,
+    quasi_static,
     rounding_of,
+    settled,
 )
-from ...statics.unheld import standing_load
 from ...system.gaps import flanks, groups_past_the_end, past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText

@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...statics.equilibrium import Compliance, Values, closed_approach, closed_force, require_balance, require_forces
-from ...statics.quasi_static import HeldTrain
 from ...statics.record import MeshGroup, mesh_stiffness, turn_fraction
+from ...statics.static import HeldTrain
 from ...system.gaps import flanks
 from ...system.system import Array, ComplexArray, System
 from .definitions import cycle_peak_ratio

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...document.tolerances import Grade, Tolerance
 from ...engine.sampling import piece_uniforms, sampling_plan
-from ...statics.mean_load import MEAN_LOADS
+from ...statics.load_map import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
 from .tolerance_map import ToleranceMap
 

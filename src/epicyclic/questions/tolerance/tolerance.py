@@ -23,7 +23,7 @@ from ...engine.workers import one_thread
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...results.files import write_text
-from ...statics.mean_load import MEAN_LOADS
+from ...statics.load_map import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
 from ...system.assembly import train_provenance
 from ...train.resolution import load

@@ -20,9 +20,8 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...statics.record import group_gap
+from ...statics.record import contradicting_radii, group_gap, unheld, unheld_error
 from ...statics.tangent import linear
-from ...statics.unheld import contradicting_radii, unheld, unheld_error
 from ...system.flank_laws import LEAST
 from ...system.gaps import Flanks, flanks
 from ...system.group_laws import Laws

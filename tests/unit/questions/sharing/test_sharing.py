@@ -25,7 +25,7 @@ from epicyclic.questions.sharing.views import tables
 from epicyclic.questions.sharing.waves import cycle_forces, independent_blocks, line_phases, periodic_waves, worst_case
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
-from epicyclic.statics.mean_load import MEAN_LOADS
+from epicyclic.statics.load_map import MEAN_LOADS
 from epicyclic.statics.record import excitation, parallel_meshes
 from epicyclic.statics.static import static
 from epicyclic.system.system import Line, System, faces

@@ -20,9 +20,9 @@ from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.tolerance.tolerance_map import SAMPLES, SampleValues, ToleranceMap, tolerance_map
 from epicyclic.show.console import warnings_of
 from epicyclic.statics import sample_loads
-from epicyclic.statics.quasi_static import held_train, settled
 from epicyclic.statics.record import excitation
 from epicyclic.statics.sample_loads import mean_loads, net_forces
+from epicyclic.statics.static import held_train, settled
 from epicyclic.system.assembly import assemble
 from epicyclic.system.gaps import net_force
 from epicyclic.system.system import System

@@ -19,8 +19,8 @@ from epicyclic.questions.transient.integrators import adaptive_states, integrate
 from epicyclic.questions.transient.program import constant, program
 from epicyclic.questions.transient.right_hand_side import AHEAD, at_equilibrium, at_rest
 from epicyclic.questions.transient.transient import group_force, group_stretch, transient
-from epicyclic.statics.quasi_static import held_train, quasi_static
 from epicyclic.statics.record import record_of
+from epicyclic.statics.static import held_train, quasi_static
 from epicyclic.system.group_laws import LawGroup, stacked
 from epicyclic.system.radial_laws import Law
 from epicyclic.system.system import Line, System
