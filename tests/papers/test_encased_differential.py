@@ -22,7 +22,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from epicyclic.questions.check.check import check
-from epicyclic.questions.modes.basis import mean_modes
+from epicyclic.questions.modes.eigen import mean_modes
 from epicyclic.questions.response.periodic import periodic
 from epicyclic.questions.response.steady import steady
 from epicyclic.questions.sharing.sharing import sharing

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from ...questions.modes.basis import mean_modes
 from ...questions.modes.campbell import OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
-from ...questions.modes.eigen import classify_modes, normalisation
+from ...questions.modes.eigen import classify_modes, mean_modes, normalisation
 from ...questions.response.measures import force_extremes, mean
 from ...questions.response.resonances import BAND, excited_modes, of_one_tone
 from ...questions.response.response import Response, respond_part, response, response_parts, unstable_speeds

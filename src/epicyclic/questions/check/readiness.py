@@ -23,7 +23,7 @@ from ...train.power import require_contact, require_flow
 from ...train.stage_bodies import link_row, tilt_groups
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
-from ..modes.basis import mean_modes
+from ..modes.eigen import mean_modes
 from ..response.excitation import mesh_tones, require_damping
 
 _TILTS = ("rx", "ry")

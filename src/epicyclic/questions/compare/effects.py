@@ -23,8 +23,7 @@ from ...system.assembly import assemble
 from ...system.system import System
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
-from ..modes.basis import mean_modes
-from ..modes.eigen import classify_modes, repeated_roots
+from ..modes.eigen import classify_modes, mean_modes, repeated_roots
 from ..sharing.sharing import sharing
 
 Array = NDArray[np.float64]

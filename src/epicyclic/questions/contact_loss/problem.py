@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, Faces, faces
-from ..modes.basis import Modal
+from ..modes.eigen import Modal
 from ..response.balance import diagonal_inverse, diagonal_product
 from ..response.lattice import kept_points
 from ..response.response import FrameSpeed, Response

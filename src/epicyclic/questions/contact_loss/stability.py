@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray
-from ..modes.basis import Modal
+from ..modes.eigen import Modal
 from ..stability.floquet import (
     BREAKING,
     CIRCLE,

@@ -22,8 +22,8 @@ from ...system.assembly import assemble, train_provenance
 from ...system.system import System
 from ...train.resolution import load
 from ...train.train import Train
+from ..modes.campbell import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
 from ..modes.eigen import classify_modes, eigen
-from ..modes.tracking import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
 from ..sensitivity.derivatives import Parameter, parameter_at
 
 if TYPE_CHECKING:

@@ -31,7 +31,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray, System
-from ..modes.basis import Modal
+from ..modes.eigen import Modal
 from .gmres import FLOOR, gmres, near_sharp_resonance, sharpened
 from .lattice import Kernel, product, to_real, truncated_product
 

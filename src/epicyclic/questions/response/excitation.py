@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...statics.record import contradicting_radii, unheld, unheld_error
 from ...system.system import Array, ComplexArray, Line, System
-from ..modes.basis import Modal
+from ..modes.eigen import Modal
 from .lattice import Lattice, Point
 
 # Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array
-from ..modes.basis import Modal
+from ..modes.eigen import Modal
 
 _TINY = 1e-300
 # Least |D| of the preconditioner, per omega_r^2.  At a resonance of the mean system without damping D is 0 although the

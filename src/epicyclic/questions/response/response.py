@@ -23,8 +23,7 @@ from ...machine_code import numba_available, require_numba
 from ...statics.tangent import linear
 from ...system.system import Array, System
 from ...warning_codes import CodedText, coded
-from ..modes.basis import Modal, modal_form
-from ..modes.eigen import eigen, whirl
+from ..modes.eigen import Modal, eigen, modal_form, whirl
 from .balance import Batch, CondensedOperators, Guess, HarmonicSolution, condensed_operators, solve
 from .excitation import LineExcitation, excitation, line_excitation
 from .lattice import Integers, Kernel, LineFrequencies, frequency_unit, integer_frequencies, kernel, line_frequencies

@@ -19,8 +19,8 @@ from ...statics.record import parallel_meshes
 from ...statics.static import rounding_of
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText
-from ..modes.basis import Modal
 from ..modes.campbell import OPERATION, mesh_crossings
+from ..modes.eigen import Modal
 from .excitation import LineExcitation
 from .measures import Layout
 from .response import FrameSpeed, Response

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...system.system import Array, ComplexArray, Line, System, faces
-from ..modes.basis import Modal, modal_weights
+from ..modes.eigen import Modal, modal_weights
 from ..response.balance import Batch, HarmonicSolution, solve
 from ..response.lattice import Gather, Kernel, product, to_complex, to_real
 from ..response.response import Block, Response

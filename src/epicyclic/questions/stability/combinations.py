@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 
 from ...results.ties import largest
 from ...system.system import Array, ComplexArray, System
-from ..modes.basis import Modal, modal_weights
-from ..modes.eigen import repeated_roots
+from ..modes.eigen import Modal, modal_weights, repeated_roots
 
 Index = NDArray[np.int64]
 # Modes closer than this part of their frequency are taken together: the width of the widest boundaries.

@@ -22,7 +22,7 @@ from ...results.ties import largest
 from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, System
 from ...warning_codes import CodedText, coded
-from ..modes.basis import Modal, modal_form
+from ..modes.eigen import Modal, modal_form
 from ..response.excitation import mesh_tones
 from ..response.resonances import of_one_tone
 from ..response.response import FrameSpeed

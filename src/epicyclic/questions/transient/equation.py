@@ -27,7 +27,7 @@ from ...system.gaps import Flanks, flanks
 from ...system.group_laws import Laws
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
-from ..modes.basis import mean_modes
+from ..modes.eigen import mean_modes
 from .program import FlankNumbers, LawNumbers, Program, constant, flank_numbers, law_numbers, per_instant
 
 Contact = Literal["unilateral", "linear"]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...statics.tangent import linear
 from ...system.system import Array, System
-from ..modes.basis import mean_modes
+from ..modes.eigen import mean_modes
 from .equation import Contact, Motion, motion
 from .program import program
 

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.questions.modes.basis import mean_modes
+from epicyclic.questions.modes.eigen import mean_modes
 from epicyclic.questions.response.response import respond, response
 from epicyclic.questions.response.steady import steady
 from epicyclic.questions.response.waveform import force_signal, link_signal, motion_signal

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.questions.modes.basis import mean_modes
+from epicyclic.questions.modes.eigen import mean_modes
 from epicyclic.questions.response.periodic import periodic
 from epicyclic.system.assembly import assemble
 from epicyclic.train.resolution import load

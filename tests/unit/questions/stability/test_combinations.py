@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from epicyclic.questions.modes.basis import modal_form
+from epicyclic.questions.modes.eigen import modal_form
 from epicyclic.questions.response.excitation import mesh_tones
 from epicyclic.questions.stability.combinations import Combination, combinations, growth, half_width, resonances
 from epicyclic.questions.stability.stability import floquet_scan, parametric_system
