@@ -28,14 +28,20 @@ from ..response.periodic import TOLERANCE, solve_speed
 from ..response.response import Block, Response
 from ..response.steady import tension_warnings
 from ..response.waveform import force_signal, mesh_axis, whole_mesh_signal
-from .path import ACCELERATION, SensorPosition, Transfer, Window, mesh_stages, named_window, sensor_position
 from .spectrum import (
+    ACCELERATION,
     DIRECTIONS,
     LineSource,
     SensorLines,
+    SensorPosition,
     StageSpectrum,
+    Transfer,
+    Window,
     merged_lines,
+    mesh_stages,
+    named_window,
     sensor_motion,
+    sensor_position,
     stage_spectrum,
     synthesised_signal,
     windowed_forces,
