@@ -53,9 +53,9 @@ from .definitions import (
     meshes_with_load,
     require_speed,
     sharing_warnings,
+    worst_case,
 )
 from .tone_forces import Method, ToneForces, carrying_flank, cycle_starts, mean_force, sharing_of_record, tone_forces
-from .waves import worst_case
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -48,19 +48,25 @@ from ...warning_codes import CodedText
 from ..response.periodic import periodic_by_tone, superposed
 from .definitions import (
     Extremes,
+    Waves,
     bound_warnings,
     coefficients,
+    cycle_forces,
     cycle_peak_ratio,
     far_warnings,
+    far_waves,
+    force_bound,
     force_columns,
     instant_ratio,
     known_mean_loads,
     labelled,
+    line_phases,
     meshes_with_load,
+    periodic_waves,
     require_speed,
     sharing_warnings,
+    static_waves,
 )
-from .waves import Waves, cycle_forces, far_waves, force_bound, line_phases, periodic_waves, static_waves
 
 if TYPE_CHECKING:
     import xarray as xr
