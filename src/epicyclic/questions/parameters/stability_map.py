@@ -19,8 +19,8 @@ from ...engine.source import Source, system_of
 from ...errors import ConvergenceError, ModelError
 from ...results.dataset import dataset
 from ...warning_codes import CodedText, coded
-from ..stability.combinations import Combination
 from ..stability.stability import (
+    Combination,
     FloquetScan,
     ParametricSystem,
     combination_name,
