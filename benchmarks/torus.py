@@ -109,9 +109,8 @@ def _timed(run: Callable[[float], TorusPoint], speeds: Sequence[float]) -> tuple
 
 def _error(given: Torus, point: TorusPoint, cycles: int, steps: int = 256) -> tuple[float, float]:
     """Error of the RMS, and the relative change of the reference over its super-period."""
-    from epicyclic.questions.transient.equation import motion
+    from epicyclic.questions.transient.equation import constant, motion
     from epicyclic.questions.transient.integrators import integrate
-    from epicyclic.questions.transient.program import constant
     from epicyclic.questions.transient.transient import mesh_force
 
     y, speed = point.state.y, point.state.speed

@@ -31,9 +31,8 @@ from epicyclic.questions.contact_loss.refinement import (
 from epicyclic.questions.contact_loss.stability import floquet_multipliers
 from epicyclic.questions.contact_loss.sweep_direction import initial_state
 from epicyclic.questions.response.response import Response, response
-from epicyclic.questions.transient.equation import motion
+from epicyclic.questions.transient.equation import constant, motion
 from epicyclic.questions.transient.integrators import integrate, steps_for
-from epicyclic.questions.transient.program import constant
 from epicyclic.questions.transient.transient import flank_force as record_force
 from epicyclic.statics.tangent import linear
 from epicyclic.system.gaps import flanks

@@ -23,9 +23,8 @@ from typing import Any, Literal
 import numpy as np
 
 from ...system.system import Array
-from ..transient.equation import in_modes_of_its_speed, motion
+from ..transient.equation import constant, in_modes_of_its_speed, motion
 from ..transient.integrators import integrate, steps_for
-from ..transient.program import constant
 from ..transient.transient import flank_force
 from .branch_set import BranchSet, Crossing
 from .corrector import linear_start, solve

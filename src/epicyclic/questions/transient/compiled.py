@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from ...machine_code import machine_code
 from ...system.system import Array
-from .equation import Numbers
-from .program import Steps
+from .equation import Numbers, Steps
 
 Index = NDArray[np.int64]
 

@@ -32,9 +32,8 @@ from epicyclic.questions.contact_loss.torus import (
 from epicyclic.questions.contact_loss.transforms import Size, edges
 from epicyclic.questions.response.gmres import gmres
 from epicyclic.questions.response.response import response
-from epicyclic.questions.transient.equation import motion
+from epicyclic.questions.transient.equation import constant, motion
 from epicyclic.questions.transient.integrators import integrate
-from epicyclic.questions.transient.program import constant
 from epicyclic.questions.transient.transient import mesh_force
 from epicyclic.system.system import System
 

@@ -17,7 +17,7 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.transient import run as run_module
+from epicyclic.questions.transient import scenario as run_module
 from epicyclic.questions.transient.scenario import History, Scenario, scenario_motion
 from epicyclic.system.system import System
 
