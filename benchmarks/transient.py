@@ -23,7 +23,7 @@ import table
 from known import bench56
 
 from epicyclic.machine_code import numba_available
-from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.response.measures import periodic
 from epicyclic.questions.transient.equation import constant, motion
 from epicyclic.questions.transient.integrators import at_equilibrium, integrate, steps_for
 from epicyclic.system.system import System

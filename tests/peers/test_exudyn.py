@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.response.measures import periodic
 from epicyclic.questions.transient.equation import constant, motion
 
 pytest.importorskip("exudyn", reason="Exudyn is not installed: pip install 'epicyclic[peers]'")

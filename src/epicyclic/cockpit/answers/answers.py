@@ -15,7 +15,7 @@ from ...document.units import factor
 from ...document.written_numbers import written
 from ...errors import ModelError
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
-from ...questions.response.resonances import BAND
+from ...questions.response.sweep_table import BAND
 from ...statics.equilibrium import compliance_of
 from ...statics.record import unheld_warnings
 from ...system.system import System

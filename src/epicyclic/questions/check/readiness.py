@@ -24,7 +24,7 @@ from ...train.stage_bodies import link_row, tilt_groups
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import mean_modes
-from ..response.excitation import mesh_tones, require_damping
+from ..response.spectra import mesh_tones, require_damping
 
 _TILTS = ("rx", "ry")
 _NO_LEVER = 1e-12  # [m, or 1 of an angle] rounding of cosines, a lever of no rigid direction

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...system.system import Array
-from ..response.gmres import gmres_of_one
+from ..response.balance import gmres_of_one
 from .corrector import TOLERANCE, KeptPreconditioner
 from .problem import Problem, State, dynamic_size, evaluate, jacobian, speed_derivative
 

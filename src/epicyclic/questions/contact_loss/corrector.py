@@ -27,7 +27,7 @@ from scipy import fft
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...system.system import Array, ComplexArray
-from ..response.gmres import gmres_of_one
+from ..response.balance import gmres_of_one
 from .problem import Problem, State, balanced_forces, dynamic_size, evaluate, jacobian, unknowns
 from .transforms import contiguous
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...system.gaps import net_force
 from ...system.system import Array, ComplexArray, System, faces
-from ..response.waveform import peak
+from ..response.spectra import peak
 from .problem import Problem, State, flank_force, gap_rows, rate_rows
 
 if TYPE_CHECKING:

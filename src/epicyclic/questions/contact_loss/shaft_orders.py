@@ -20,10 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
-from ..response.excitation import Shaft
 from ..response.measures import mean_square
 from ..response.response import Block, Response, respond, unstable_speeds
-from ..response.waveform import alias_free_samples, force_signal, whole_mesh_signal
+from ..response.spectra import Shaft, alias_free_samples, force_signal, whole_mesh_signal
 from .corrector import linear_start, newton_step
 from .outputs import Measures, torus_amplitudes, torus_outputs
 from .problem import Problem, dynamic_size, elastic_forces, embedded, evaluate, gap_rows, problem, rate_rows

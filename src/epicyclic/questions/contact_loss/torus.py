@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, Faces, faces
-from ..response.excitation import LineExcitation, Shaft
 from ..response.lattice import Point
 from ..response.response import Response
+from ..response.spectra import LineExcitation, Shaft
 from .corrector import (
     TOLERANCE,
     WORK,

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, System, faces
 from ..response.response import Block, Response
-from ..response.waveform import Spectrum, force_spectrum, motion_spectrum
+from ..response.spectra import Spectrum, force_spectrum, motion_spectrum
 
 HOUSING = "housing"
 # Planets count as evenly spaced within this angle [turns]: angles go through degrees and radians.

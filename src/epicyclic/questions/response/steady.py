@@ -21,17 +21,20 @@ from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
 from .lattice import on_axis
 from .measures import (
+    TOLERANCE,
     Layout,
     Signals,
+    checked_samples,
     dynamic_factor,
     force_extremes,
     link_measures,
     mean,
     mean_square,
     order_harmonics,
+    solve_speed,
+    superposed,
     sweep_measures,
 )
-from .periodic import TOLERANCE, checked_samples, solve_speed, superposed
 from .response import (
     MEAN_UNSTABLE,
     Block,
@@ -43,8 +46,7 @@ from .response import (
     response_parts,
     unstable_speeds,
 )
-from .sweep_table import SpeedOptions, SweepTable, empty_table, speeds_of, sweep_dataset, with_bounds_named
-from .waveform import (
+from .spectra import (
     Spectrum,
     alias_free_samples,
     force_signal,
@@ -56,6 +58,7 @@ from .waveform import (
     torus_waveform,
     whole_mesh_signal,
 )
+from .sweep_table import SpeedOptions, SweepTable, empty_table, speeds_of, sweep_dataset, with_bounds_named
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -53,7 +53,7 @@ from ...warning_codes import CodedText, coded
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..response.periodic import Periodic
+    from ..response.measures import Periodic
 
 DEFINITIONS = ("cycle-peak", "simultaneous", "record-peak", "signed-overload", "worst-case", *MEAN_LOADS)
 

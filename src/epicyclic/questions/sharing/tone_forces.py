@@ -45,7 +45,7 @@ from ...statics.static import (
 from ...system.gaps import flanks, groups_past_the_end, past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText
-from ..response.periodic import periodic_by_tone, superposed
+from ..response.measures import periodic_by_tone, superposed
 from .definitions import (
     Extremes,
     Waves,

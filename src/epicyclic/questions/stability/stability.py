@@ -37,9 +37,9 @@ from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, System
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import Modal, modal_form, modal_weights, repeated_roots
-from ..response.excitation import mesh_tones
-from ..response.resonances import of_one_tone
 from ..response.response import FrameSpeed
+from ..response.spectra import mesh_tones
+from ..response.sweep_table import of_one_tone
 from .floquet import STABLE, Floquet, floquet, multiplier_kind, steps_needed
 
 if TYPE_CHECKING:

@@ -30,7 +30,7 @@ from epicyclic.questions.contact_loss.torus import (
     torus_of,
 )
 from epicyclic.questions.contact_loss.transforms import Size, edges
-from epicyclic.questions.response.gmres import gmres
+from epicyclic.questions.response.balance import gmres
 from epicyclic.questions.response.response import response
 from epicyclic.questions.transient.equation import constant, motion
 from epicyclic.questions.transient.integrators import integrate

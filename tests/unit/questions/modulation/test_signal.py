@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from epicyclic.questions.modulation.modulation import modulation
 from epicyclic.questions.modulation.spectrum import Window, tabulated_transfer
-from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.response.measures import periodic
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

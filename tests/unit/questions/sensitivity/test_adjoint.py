@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from epicyclic.errors import ModelError
 from epicyclic.questions.response import balance
 from epicyclic.questions.response.lattice import product, truncated_product
-from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.response.measures import periodic
 from epicyclic.questions.response.response import Block, Response, _block, response
 from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.questions.sensitivity.adjoint import (

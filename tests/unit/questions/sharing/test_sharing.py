@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.response.periodic import Periodic, ShaftLine, periodic
+from epicyclic.questions.response.measures import Periodic, ShaftLine, periodic
 from epicyclic.questions.response.steady import steady
 from epicyclic.questions.sharing import tone_forces
 from epicyclic.questions.sharing.definitions import (

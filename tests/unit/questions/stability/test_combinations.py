@@ -11,7 +11,7 @@ import pytest
 import scipy.optimize
 
 from epicyclic.questions.modes.eigen import modal_form
-from epicyclic.questions.response.excitation import mesh_tones
+from epicyclic.questions.response.spectra import mesh_tones
 from epicyclic.questions.stability.stability import (
     Combination,
     combinations,
