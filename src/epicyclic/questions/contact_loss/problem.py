@@ -30,8 +30,20 @@ from ..modes.eigen import Modal
 from ..response.balance import diagonal_inverse, diagonal_product
 from ..response.lattice import kept_points
 from ..response.response import FrameSpeed, Response
-from .rows import GapRows, GridLaws, gap_rows_of, grid_laws, line_gaps
-from .transforms import PlacedLine, Transforms, WidthTangents, contiguous, edges, grid, phases_of
+from .rows import (
+    GapRows,
+    GridLaws,
+    PlacedLine,
+    Transforms,
+    WidthTangents,
+    contiguous,
+    edges,
+    gap_rows_of,
+    grid,
+    grid_laws,
+    line_gaps,
+    phases_of,
+)
 
 Index = NDArray[np.int64]
 _T = TypeVar("_T", bound=np.generic)

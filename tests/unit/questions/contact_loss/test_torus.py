@@ -11,14 +11,15 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic.questions.contact_loss import torus as room
-from epicyclic.questions.contact_loss.corrector import newton_step, solve
-from epicyclic.questions.contact_loss.outputs import torus_outputs
+from epicyclic.questions.contact_loss.continuation import newton_step, solve
 from epicyclic.questions.contact_loss.problem import Problem, State, elastic_forces, gap_forces, jacobian
+from epicyclic.questions.contact_loss.rows import Size, edges
 from epicyclic.questions.contact_loss.shaft_orders import (
     MeshOrders,
     shaft_response,
     superposed_lines,
     superposition_is_exact,
+    torus_outputs,
 )
 from epicyclic.questions.contact_loss.steady import steady_motion
 from epicyclic.questions.contact_loss.torus import (
@@ -29,7 +30,6 @@ from epicyclic.questions.contact_loss.torus import (
     respond_torus,
     torus_of,
 )
-from epicyclic.questions.contact_loss.transforms import Size, edges
 from epicyclic.questions.response.balance import gmres
 from epicyclic.questions.response.response import response
 from epicyclic.questions.transient.equation import constant, motion
