@@ -30,8 +30,7 @@ from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from .effects import effects_of, without_effect
-from .histograms import WIDTH
-from .statistics import CONFIDENCE, SampleTally, piece_statistics, probabilities_of
+from .statistics import CONFIDENCE, WIDTH, SampleTally, piece_statistics, probabilities_of
 from .tolerance_map import ToleranceMap, tolerance_map
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.questions.tolerance.grade_search import (
+from epicyclic.questions.tolerance.allocation import (
     GradeColumns,
     allocate_grades,
     allowed_above,
