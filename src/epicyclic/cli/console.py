@@ -14,14 +14,16 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from ..engine.cost import Counted
 from ..errors import ConvergenceError, ModelError
 from ..input_files import as_output, outputs_apart
 from ..results.files import require_writable
+
+if TYPE_CHECKING:
+    from ..engine.plan import Counted
 
 
 def collect_again() -> None:
@@ -249,6 +251,8 @@ def progress_bar(title: str, steps: int = 0) -> Iterator[Step]:
         TimeRemainingColumn,
     )
 
+    from ..engine.plan import Counted  # numpy, which help does without
+
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -304,6 +308,8 @@ class _Rate:
 
 def _tell(title: str, done: str | float, rate: _Rate) -> None:
     """A line for a named step, and for a count or a share now and then."""
+    from ..engine.plan import Counted  # numpy, which help does without
+
     if isinstance(done, str):
         complain(f"{title}: {done}")
     elif isinstance(done, Counted):

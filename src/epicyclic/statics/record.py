@@ -22,7 +22,7 @@ from math import lcm
 import numpy as np
 from numpy.typing import NDArray
 
-from ..engine.cost import MOST_NUMBERS, require_memory
+from ..engine.plan import MOST_NUMBERS, require_memory
 from ..errors import ModelError
 from ..system.flank_laws import LinearLaw
 from ..system.gaps import FlanksAt, flanks

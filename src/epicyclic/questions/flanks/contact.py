@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...document.written_numbers import stated
-from ...engine.cost import MOST_NUMBERS, require_memory
+from ...engine.plan import MOST_NUMBERS, require_memory
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...system.assembly import train_provenance

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from ...engine.cost import require_time
+from ...engine.plan import require_time
 from ...engine.source import Source, system_of
 from ...errors import ConvergenceError, ModelError
 from ...results.dataset import dataset

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.cost import MOST_NUMBERS, require_memory
+from ...engine.plan import MOST_NUMBERS, require_memory
 from ...engine.workers import each, import_results
 from ...errors import ModelError
 from ...statics.record import idle_warnings, parallel_meshes

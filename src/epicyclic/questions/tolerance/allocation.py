@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.tolerances import Grade, Tolerance
-from ...engine.sampling import piece_uniforms, sampling_plan
+from ...engine.plan import piece_uniforms, sampling_plan
 from ...engine.source import Overrides, Source, train_of
 from ...engine.workers import one_thread
 from ...errors import ModelError

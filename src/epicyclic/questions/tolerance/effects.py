@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.tolerances import Tolerance
-from ...engine.sampling import PIECE, SamplingPlan, scramble_uniforms
+from ...engine.plan import PIECE, SamplingPlan, scramble_uniforms
 from ...errors import ConvergenceError, ModelError
 from ...statics.load_map import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import bdtrik, betaincinv, stdtrit
 
-from ...engine.sampling import SamplingPlan, sample_number
+from ...engine.plan import SamplingPlan, sample_number
 from .tolerance_map import SampleValues
 
 Array = NDArray[np.float64]

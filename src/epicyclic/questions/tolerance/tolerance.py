@@ -16,8 +16,16 @@ from numpy.typing import NDArray
 
 from ...document.writer import model_text
 from ...engine.block_store import BlockJob, hash_of, machine, run_blocks
-from ...engine.cost import Counted, require_time
-from ...engine.sampling import PIECE, Sampler, SamplingPlan, piece_uniforms, sampling_plan, scramble_uniforms
+from ...engine.plan import (
+    PIECE,
+    Counted,
+    Sampler,
+    SamplingPlan,
+    piece_uniforms,
+    require_time,
+    sampling_plan,
+    scramble_uniforms,
+)
 from ...engine.source import Overrides, Source, train_of
 from ...engine.workers import one_thread
 from ...errors import ModelError

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.cli.main import app
-from epicyclic.engine.sampling import piece_uniforms, sampling_plan
+from epicyclic.engine.plan import piece_uniforms, sampling_plan
 from epicyclic.errors import ModelError
 from epicyclic.questions.tolerance.allocation import GradeSet, SampledGrades, allocate, allocated_model, grade_columns
 from epicyclic.questions.tolerance.tolerance_map import tolerance_map

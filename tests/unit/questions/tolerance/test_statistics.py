@@ -11,7 +11,7 @@ from floating_sun import FloatingSun
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from epicyclic.engine.sampling import Sampler, piece_uniforms, sampling_plan
+from epicyclic.engine.plan import Sampler, piece_uniforms, sampling_plan
 from epicyclic.questions.tolerance.statistics import (
     BINS,
     FAILED,
