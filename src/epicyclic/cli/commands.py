@@ -159,7 +159,7 @@ def _compare(
 ) -> None:
     require_output(output, figures, ("compare",), as_json=as_json)
     import_model_rooms()
-    from ..questions.compare.compare import compare as run
+    from ..questions.studies.compare import compare as run
 
     overrides = parsed_overrides(sets) or None
     try:
@@ -320,7 +320,7 @@ def _run(
 
 def _compared(models: Sequence[str], sets: list[str] | None) -> Any:
     """What differs between the models, as `compare` says it; None where it cannot."""
-    from ..questions.compare.compare import compare as run
+    from ..questions.studies.compare import compare as run
 
     try:
         return run(*models, overrides=parsed_overrides(sets) or None)
@@ -470,7 +470,7 @@ def _study(
 ) -> None:
     require_output(output, figures, ["study"], as_json=as_json)
     import_model_rooms()
-    from ..questions.parameters.verbs import study as run
+    from ..questions.studies.verbs import study as run
 
     with progress_bar(f"study {job}") as step:
         result = run(job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=step)
