@@ -531,7 +531,8 @@ class RunFolder:
     """Results kept in an open folder.
 
     known : results that lay there, by part and place.  pending : new ones, (part, place, result).
-    latest : what replaces itself, by name, not yet written.  refer, restore : as of `plain`, set before the first use.
+    latest : what replaces itself, by name, not yet written.
+    refer, restore : as of `write_plain`, set before the first use.
     segments : number of segments, -1 before they are read.  written : when the last one was [s].
     """
 

@@ -1,6 +1,6 @@
 """Harmonic balance of flanks that part and touch: residual and Jacobian.
 
-In energy-weighted modal coordinates (see `questions.modes.basis`) the residual at lattice points a is
+In energy-weighted modal coordinates (see `questions.modes.eigen`) the residual at lattice points a is
 
     R = y + D^-1 [couple y + pulls^T {f(delta) - k0 B^T q - c0 (B^T q)'} - b],   D = omega_r^2 - w^2 + i w d_r
 

@@ -1,7 +1,7 @@
 """Measures of a response at many speeds: pure functions of signals, whichever method solved for them.
 
 A linear sweep, one with contact loss, or samples of an integration give `Signal`s (complex amplitudes and exact
-frequencies; `waveform.signal_of_samples` makes one of samples); `sweep_measures` makes the variables of `table` of
+frequencies; `spectra.signal_of_samples` makes one of samples); `sweep_measures` makes the variables of `table` of
 them.
 
 With F(t) the force of a mesh and F_m its mean over time, the transmitted force,

@@ -10,7 +10,7 @@ A group is the meshes of one pair and one side, N of them, one per branch; the s
     worst-case       cycle-peak over the whole hunting period
     mean-load, mean-load-turning
                      without mesh-frequency content, of the quasi-static forces at mean mesh stiffness whatever the
-                     record (`statics.mean_load`); the first is K_gamma
+                     record (`statics.load_map`); the first is K_gamma
 
 Beside them the labelled result, and the checks and warnings that both kinds of record have.
 

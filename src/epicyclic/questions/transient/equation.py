@@ -272,12 +272,12 @@ class Numbers(NamedTuple):
     squared, rate : (n,) omega_r^2, d_r.  damp : (n, n) transposed C, G (P, ..).  stiff : transposed Kg, Cskew, E.
     gaps : (n, M).  pulls : (M, n).  linear : (F,) k0 inside omega_r^2.  block : (R, R) tangents inside it.
     drag, opening : (F,) damper, backlash.  tone : (F,) index into tones : (D,) [Hz].
-    mean, wave, table, lead, sense, tables, cubics, forces : laws of the flanks, see `program.FlankNumbers`.
+    mean, wave, table, lead, sense, tables, cubics, forces : laws of the flanks, see `FlankNumbers`.
     least : least stiffness of a linear row per its mean.  pull : whether flanks are linear and pull too.
     gap_at : (J,) [Hz] and gap : (2, J, M) errors.  rated : whether e' counts.
     force_at : (Jf,) [Hz] and force : (2, 4, Jf, n) for s^0, s, s^2, s'.
     steady : (n,).  load : (C, n).  spin : (n,) per s'.
-    laws : (G, 10) and anchor : (R,) or (0,), see `program.LawNumbers`.
+    laws : (G, 10) and anchor : (R,) or (0,), see `LawNumbers`.
     whole : (F,) whole mesh of every flank.  loaded : number m of loaded flanks, which are the first ones.
     time, speed, phase : (K,), level : (K, C) the program.
     """
@@ -360,7 +360,7 @@ def motion(
 
     Parameters
     ----------
-    program : of speed and loads; the operating speed for ever where None (`program.constant` for another).
+    program : of speed and loads; the operating speed for ever where None (`constant` for another).
     contact : ``unilateral``: flanks only push, far flanks behind their backlash, links follow their laws; ``linear``:
         flanks pull as they push and laws are replaced by their tangents, as the steady response has it.
     loads : (C, n) generalised forces that the levels of the program multiply [N, N m]; they come on top of the torques
