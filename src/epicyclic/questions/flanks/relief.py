@@ -133,7 +133,7 @@ def relief(
     train = train_of(source, overrides=overrides)
     angle = stated(misalignment, "angle", "misalignment")
     settings = ContactSettings(samples=samples, slices=slices, corner=corner, misalignment=angle)
-    _check_options(objectives, factors, torque, settings, tolerance)
+    _check_options(objectives, factors, torque, tolerance)
     meshes = _meshes(train, mesh)
     flanks: dict[str, Flank] = {}
     for helix in chain(*meshes):
@@ -231,13 +231,8 @@ def relief_model(result: xr.Dataset) -> str:
 # statement of the problem ---------------------------------------------------------------------------------------------
 
 
-def _check_options(
-    objectives: Sequence[str], factors: Sequence[float], torque: object, settings: ContactSettings, tolerance: float
-) -> None:
+def _check_options(objectives: Sequence[str], factors: Sequence[float], torque: object, tolerance: float) -> None:
     check_tolerance(tolerance)
-    if (settings.samples is not None and settings.samples < 3) or (settings.slices is not None and settings.slices < 1):
-        given = settings.samples, settings.slices
-        raise ModelError("out of range", path="samples, slices", given=given, allowed="3 or more, 1 or more")
     unknown = [name for name in objectives if name not in OBJECTIVES]
     if unknown or not objectives or len(set(objectives)) != len(objectives):
         raise ModelError("objectives", path="objectives", given=list(objectives), allowed=", ".join(OBJECTIVES))
@@ -501,11 +496,8 @@ def genetic_search(
 
     Raises
     ------
-    ModelError : a record of another search; pymoo not installed; numbers out of range.
+    ModelError : a record of another search; pymoo not installed.
     """
-    for name, number, least in (("population", population, 4), ("generations", generations, 1), ("seed", seed, 0)):
-        if not number >= least:
-            raise ModelError("out of range", path=name, given=number, allowed=f"{least} or more")
     identity = {"format": _FORMAT, "problem": problem, "seed": seed, "population": population}
     recorded = [] if record is None else _read_record(record, identity)
     if record is not None:

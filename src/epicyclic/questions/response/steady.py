@@ -100,8 +100,6 @@ def steady(
     """
     from ...results.dataset import dataset
 
-    if method not in ("exact", "superposition"):
-        raise ModelError("no such method", path="method", given=method, allowed="exact, superposition")
     # complex signals of the meshes, displacements and links at all samples at once
     width = 4 * (len(system.dofs.names) + len(system.meshes.name) + len(system.links.name))
     most = f"at most {MOST_NUMBERS // width}"

@@ -546,15 +546,9 @@ def range_ends(speed_range: SpeedRange, tone: float, natural: Array) -> tuple[fl
     ----------
     tone : mesh frequency of the first mesh at the operating speed [Hz].  natural : natural frequencies above zero,
         rising [Hz].
-
-    Raises
-    ------
-    ModelError : an unknown range.
     """
     if speed_range == "operation":
         return OPERATION[0] * tone, OPERATION[1] * tone
-    if speed_range != "modes":
-        raise ModelError("unknown choice", path="range", given=speed_range, allowed="operation, modes")
     known = [tone, *natural.tolist()]
     return 0.2 * min(known), 1.2 * max(known)
 
