@@ -11,7 +11,6 @@ whose rows would press otherwise by `LEFT` of the largest force.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
@@ -71,9 +70,8 @@ _ROUNDS, _FIRST_STEP, _SHORTER = 14, 0.5, 0.6
 _INSTANTS = 40_000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SampleLoads:
-    """Load sharing of S samples, definitions as of `mean_load.MEAN_LOADS`.
+class SampleLoads(NamedTuple):
+    """Load sharing of S samples, definitions as of `load_map.MEAN_LOADS`.
 
     k : (S, 2, g) coefficient of each group [1], nan of samples that failed and of groups without load.
     load : (S, 2, w) N F_i / sum F of each whole mesh [1].

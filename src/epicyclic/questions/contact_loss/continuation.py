@@ -49,7 +49,7 @@ Operator = Callable[[Array], Array]
 NewtonStep = Callable[[Problem, State, Array, float], tuple[Array, int]]
 """Solves the linearised balance for a right side to a target, and counts the products."""
 
-# |R| per dynamic size that is a solution: far below what truncation leaves (`refinement`, `truncation_residual`).
+# |R| per dynamic size that is a solution: far below what truncation leaves (`solutions`, `truncation_residual`).
 TOLERANCE = 1e-6
 # Jacobian-vector products before a point counts as lost: three times what the hardest that succeed take.
 WORK = 300
@@ -402,9 +402,8 @@ def truncation_residual(balance: Problem, at: State, truncated: TruncatedOrders)
 _FAR, _TURN = 0.5, float(np.cos(np.radians(30.0)))
 # A step grows by this after so few Newton steps and so small a move, as a part of it.
 _GROW, _QUICK, _NEAR = 1.4, 3, 0.2
-# Newton steps of a corrector; residual of the GMRES of a bordered step per right side, and the part of the residual
-# wanted below which it need not solve.
-_NEWTON, _BORDERED_FORCING, _BORDERED_TARGET = 10, 1e-3, 0.1
+# Newton steps of a corrector; residual of the GMRES of a bordered step per right side.
+_NEWTON, _BORDERED_FORCING = 10, 1e-3
 # A fold is found when ds/d(length) is below this; so many steps at most, every third of which halves the interval.
 _FLAT, _TRIES, _BISECT = 1e-3, 12, 3
 # Times the interval about the highest point is halved.
@@ -554,7 +553,7 @@ def _corrected(path: Path, y: Array, speed: float, tangent: Tangent, *, far: flo
         size = dynamic_size(state.y)
         if state.norm <= TOLERANCE * size:
             return state, count, calls
-        target = _BORDERED_TARGET * TOLERANCE * size / unit.motion
+        target = _TARGET * TOLERANCE * size / unit.motion
         step, ds, used = _bordered(path, state, tangent, state.residual / unit.motion, 0.0, target)
         moved_y, moved_s, calls = moved_y + step, moved_s + ds, calls + used
         if np.hypot(np.linalg.norm(moved_y), moved_s) > 2 * far or speed - moved_s * unit.speed <= 0:

@@ -98,7 +98,7 @@ def superposed_lines(torus: Torus, point: TorusPoint) -> list[SuperposedLine]:
     return [_line_response(torus, point, shaft) for shaft in torus.shaft_tones.superposed]
 
 
-def superposition_is_exact(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLine]) -> bool:
+def superposition_is_exact(point: TorusPoint, lines: Sequence[SuperposedLine]) -> bool:
     """Whether no flank of a motion of mesh orders parts or closes whatever the phases of the lines.
 
     With laws whose tangents vary: and what the lines miss of their own forces is below 1e-3.
@@ -279,7 +279,7 @@ def shaft_response(torus: Torus, at: MeshOrders) -> ShaftResponse:
     if not mesh_point.converged or float(np.linalg.norm(mesh_point.state.y - y)) / dynamic_size(at.y) > _NEAR:
         return ShaftResponse(measures=None, status="the torus left the motion of mesh orders")
     lines = superposed_lines(torus.mesh_orders_only, mesh_point)
-    if superposition_is_exact(torus.mesh_orders_only, mesh_point, lines):
+    if superposition_is_exact(mesh_point, lines):
         return _torus_response(torus.mesh_orders_only, mesh_point, lines)
     needed, large = memory(torus, at.speed)
     if large:
@@ -377,7 +377,7 @@ def unchanging_lines(torus: Torus, linear: LinearMotion) -> list[SuperposedLine]
     if not linear.unchanging:
         return None
     lines = [_line(torus.ready, linear, place, shaft) for place, shaft in enumerate(torus.shaft_lines)]
-    return lines if superposition_is_exact(torus.mesh_orders_only, linear.point, lines) else None
+    return lines if superposition_is_exact(linear.point, lines) else None
 
 
 def linear_error(torus: Torus, linear: LinearMotion, size: Size, counts: Sequence[int]) -> tuple[float, float]:

@@ -154,7 +154,7 @@ def steady_motion(
                 return torus.mesh_orders_only, mesh_point, []
             mesh_point = respond_torus(torus.mesh_orders_only, speed, start=start)
         lines = superposed_lines(torus.mesh_orders_only, mesh_point) if mesh_point.converged else []
-        if not mesh_point.converged or (mesh_point.status == "ok" and superposition_is_exact(torus, mesh_point, lines)):
+        if not mesh_point.converged or (mesh_point.status == "ok" and superposition_is_exact(mesh_point, lines)):
             return torus.mesh_orders_only, mesh_point, lines
         start = mesh_point.problem.grid.points, mesh_point.state.y
     while torus.shaft_tones.tones and memory(torus, speed)[1]:

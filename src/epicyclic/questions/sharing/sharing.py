@@ -245,7 +245,7 @@ def _record_extremes(
         force = part.own(index)
         total += force.sum(axis=(0, 2))
         pieces.append(extremes(force, part.members))
-        slices.append(pieces[-1].least if part.least_slice is None else part.least_slice(index))
+        slices.append(part.least_slice(index) if part.face.cut.any() else pieces[-1].least)
         if progress is not None:
             progress((index[-1] + 1) / cycles)
     return reduce(merge_extremes, pieces), reduce(np.minimum, slices), total / (cycles * part.samples)

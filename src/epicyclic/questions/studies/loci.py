@@ -291,7 +291,7 @@ def stability_map(
     for i, value in enumerate(values):
         share = None if progress is None else partial(_row_progress, progress, i * frequency.size, cells)
         done = None if kept is None else kept.part(f"value {i}")
-        rows.append(_row(source, {path: value}, overrides or {}, frequency, frame_speed, share, done))
+        rows.append(_row(source, path, value, overrides or {}, frequency, frame_speed, share, done))
     if all(row.floquet is None for row in rows):
         raise ModelError(rows[0].status)
     return _labelled_map(path, values, frequency, rows, frame_speed)
@@ -304,20 +304,20 @@ def _row_progress(progress: Callable[[int, int], None], before: int, whole: int,
 
 def _row(
     source: Source,
-    setting: Mapping[str, Any],
+    path: str,
+    value: Any,
     overrides: Mapping[str, Any],
     frequency: NDArray[np.float64],
     frame_speed: FrameSpeed,
     progress: Callable[[int, int], None] | None,
     kept: KeptPart | None,
 ) -> _MapRow:
-    """Growth rates (P,) and predicted combinations at one value, setting : path -> value."""
+    """Growth rates (P,) and predicted combinations at one value of the path."""
     try:
-        ((path, value),) = setting.items()
         if path in FACTORS:
             ready = parametric_system(system_of(source), frame_speed=frame_speed, **{path: _factor(path, value)})
         else:
-            ready = parametric_system(system_of(source, overrides={**overrides, **setting}), frame_speed=frame_speed)
+            ready = parametric_system(system_of(source, overrides={**overrides, path: value}), frame_speed=frame_speed)
     except (ModelError, ConvergenceError) as error:
         return _MapRow(status=str(error))
     floquet = floquet_scan(ready, frequency, progress=progress, kept=kept)
@@ -338,13 +338,12 @@ def _labelled_map(
     """Dataset of the map: V values, frequency : (P,) of the first mesh [Hz], rows : one a value."""
     ready = next(row.ready for row in rows if row.ready is not None)
     several = len(ready.tones) > 1
-    scans = [row.floquet for row in rows]
     numbers, unit = _value_axis(values)
     status = [
         np.full(frequency.size, row.status, dtype=object) if row.floquet is None else row.floquet.status for row in rows
     ]
     unknown = np.full(frequency.size, "", dtype=object)
-    kinds = _stacked([None if scan is None else scan.kind for scan in scans], unknown)
+    kinds = _stacked(rows, "kind", unknown)
     names = [
         [""] * frequency.size if row.floquet is None else combination_names(row.floquet, row.ranges, frequency, several)
         for row in rows
@@ -352,8 +351,8 @@ def _labelled_map(
     cells, blank = ("value", "speed"), np.full(frequency.size, np.nan)
     result = dataset(
         {
-            "largest_multiplier": (cells, _stacked([None if scan is None else scan.largest for scan in scans], blank)),
-            "growth_rate": (cells, _stacked([None if scan is None else scan.growth for scan in scans], blank)),
+            "largest_multiplier": (cells, _stacked(rows, "largest", blank)),
+            "growth_rate": (cells, _stacked(rows, "growth", blank)),
             "stable": (cells, kinds == "stable"),
             "instability": (cells, kinds),
             "taking_part": (cells, np.array(names, dtype=object)),
@@ -375,9 +374,9 @@ def _labelled_map(
     return result.assign_attrs(over=path)
 
 
-def _stacked(rows: Sequence[Any], blank: Any) -> Any:
-    """Rows (P,) as (V, P), `blank` in place of a row that failed."""
-    return np.array([blank if row is None else row for row in rows], dtype=blank.dtype)
+def _stacked(rows: Sequence[_MapRow], name: str, blank: Any) -> Any:
+    """One array (P,) of the scans as (V, P), `blank` in place of a row that failed."""
+    return np.array([blank if row.floquet is None else getattr(row.floquet, name) for row in rows], dtype=blank.dtype)
 
 
 def _value_axis(values: Sequence[Any]) -> tuple[Any, str]:

@@ -123,18 +123,14 @@ class GradeColumns:
         return order_statistic(self.factors(combination), probability)
 
     def meets(self, combination: Combination, target: float, probability: float) -> bool:
-        """Whether no more samples than the probability leaves lie above the target."""
-        return self.may_meet(combination, target, probability)
+        """Whether no more samples than the probability leaves lie above the target.
 
-    def may_meet(self, part: Combination, target: float, probability: float) -> bool:
-        """Whether a bound leaves it open that some choice of the free entries meets the target.
-
-        The bound takes of every free entry the least that any of its grades adds, mesh by mesh and sample by sample:
-        no combination lies below it.  Of a whole combination the answer is exact.
+        With free entries: whether a bound leaves it open that some choice of them does.  The bound takes of every free
+        entry the least that any of its grades adds, mesh by mesh and sample by sample: no combination lies below it.
         """
         allowed, above, start = allowed_above(len(self.base), probability), 0, 0
         for stop in (*_PIECES, len(self.base)):
-            above += int(np.count_nonzero(self._loads(part, slice(start, stop)).max(axis=1) > target))
+            above += int(np.count_nonzero(self._loads(combination, slice(start, stop)).max(axis=1) > target))
             if above > allowed:
                 return False
             start = min(stop, len(self.base))
@@ -278,7 +274,7 @@ def allocate_grades(
 
     A greedy search gives a first answer.  A best-first search by price improves it, where what fails with the finest
     grades of all free entries is given up: that is right where finer grades never make it worse.  Of linear columns a
-    second one, which gives up only what the bound of `GradeColumns.may_meet` excludes, proves the answer on its
+    second one, which gives up only what the bound of `GradeColumns.meets` excludes, proves the answer on its
     samples, or finds a better one.
 
     Parameters
@@ -296,16 +292,15 @@ def allocate_grades(
         return meets(tuple(max(grade, 0) for grade in part))
 
     known: dict[Combination, bool] = {}
-    first = _greedy(grades, prices, meets, target, probability)
+    first = _greedy(grades, prices, meets, probability)
     below = math.inf if first is None else total_price(prices, first)
     better, bound, complete, tried = _best_first(prices, may_meet_monotone, below, most)
     cheapest = better or first
     price = math.inf if cheapest is None else total_price(prices, cheapest)
     proof: Proof = "monotone" if complete else "open"
     if isinstance(grades, GradeColumns) and most_proof:
-        columns = grades
         better, _, complete, more = _best_first(
-            prices, lambda part: columns.may_meet(part, target, probability), price, most_proof
+            prices, lambda part: grades.meets(part, target, probability), price, most_proof
         )
         tried += more
         if better is not None:
@@ -365,7 +360,6 @@ def _greedy(
     grades: Grades,
     prices: Sequence[Sequence[float]],
     meets: Callable[[Combination], bool],
-    target: float,
     probability: float,
 ) -> Combination | None:
     """From the finest grades, as long as the target is met, the change of one entry that saves most; None: no start.
@@ -517,7 +511,7 @@ def allocate(
     ModelError : a wrong model or option, no prices, a target out of reach.
     """
     train = train_of(source, overrides=overrides)
-    _check_options(target, probability, definition, samples)
+    _check_samples(probability, samples)
     costs = costs_of(train)
     drawn = tolerance_map(train)
     offered = _offered(drawn, costs)
@@ -570,13 +564,8 @@ def allocated_model(result: xr.Dataset) -> str:
 # statement of the problem ---------------------------------------------------------------------------------------------
 
 
-def _check_options(target: float, probability: float, definition: str, samples: int) -> None:
-    if not (math.isfinite(target) and target > 1):
-        raise ModelError("no target of a load factor", path="target", given=target, allowed="above 1, e.g. 1.15")
-    if not 0 < probability < 1:
-        raise ModelError("no probability", path="probability", given=probability, allowed="above 0, below 1")
-    if definition not in MEAN_LOADS:
-        raise ModelError("no such definition", path="definition", given=definition, allowed=", ".join(MEAN_LOADS))
+def _check_samples(probability: float, samples: int) -> None:
+    """Refuse samples too few of which lie above a value of the probability."""
     above = (1 - probability) * sampling_plan(samples).samples
     if above < _LEAST_ABOVE * (1 - _ROUNDING):
         least = math.ceil(_LEAST_ABOVE / (1 - probability))

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from scipy.special import bdtrik, betaincinv, stdtrit
 
 from ...engine.plan import SamplingPlan, sample_number
-from .tolerance_map import SampleValues
+from ...statics.sample_loads import SampleLoads
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -186,7 +186,7 @@ def probabilities_of(samples: int) -> Array:
     return np.array([p for p in _PROBABILITIES if samples * (1 - p) >= _BEYOND or p == _PROBABILITIES[0]])
 
 
-def piece_statistics(values: SampleValues, plan: SamplingPlan, piece: int) -> dict[str, NDArray[Any]]:
+def piece_statistics(values: SampleLoads, plan: SamplingPlan, piece: int) -> dict[str, NDArray[Any]]:
     """What a piece leaves, arrays of fixed shapes, s scrambles a piece, Q = g + 1 + w quantities (groups, the train,
     meshes).
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,7 +27,7 @@ from ...document.tables import value_at
 from ...document.tolerances import Tolerance
 from ...errors import ModelError
 from ...statics.load_map import LawMap, LoadMap, at_mesh_order, law_map, load_map
-from ...statics.sample_loads import ContactMethod, nominal_signs, sample_loads
+from ...statics.sample_loads import ContactMethod, SampleLoads, nominal_signs, sample_loads
 from ...statics.tangent import linear, linear_columns
 from ...system.assembly import assemble
 from ...system.excitation import unit_lines
@@ -426,22 +426,6 @@ SAMPLES = 2**13
 _LEAST_SAMPLES = 2**8
 
 
-class SampleValues(NamedTuple):
-    """Load sharing of S samples, definitions D "mean-load" and "mean-load-turning".
-
-    k : (S, D, g) coefficient of every group [1].  load : (S, D, w) N F_i / sum F of each mesh [1].
-    least : (S, w) least force of each mesh at any slow phases [N]; 0 or less: it separates; nan of pairs without load.
-    open, failed : (S,) whether contact opens or a far flank touches; whether no state was found or a group carries no
-        load of its nominal sense, with nan in all else.
-    """
-
-    k: Array
-    load: Array
-    least: Array
-    open: NDArray[np.bool_]
-    failed: NDArray[np.bool_]
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Moved:
     """A torque or stiffness that an entry draws.
@@ -507,8 +491,11 @@ class ToleranceMap:
         torque: float = 1.0,
         method: ContactMethod = "auto",
         dense: bool = False,
-    ) -> SampleValues:
+    ) -> SampleLoads:
         """Load sharing of S samples, `SAMPLES` at a time, the last piece filled up to a power of two.
+
+        Of the groups g that carry load; a sample in which one of them has no load of its nominal sense has failed, with
+        nan in all but whether contact opens.
 
         Parameters
         ----------
@@ -528,12 +515,12 @@ class ToleranceMap:
         factors = self._scale(scale)
         if not len(uniform):
             g, w, no = len(self.group), len(self.mesh), np.zeros(0, bool)
-            return SampleValues(np.zeros((0, 2, g)), np.zeros((0, 2, w)), np.zeros((0, w)), no, no)
+            return SampleLoads(np.zeros((0, 2, g)), np.zeros((0, 2, w)), np.zeros((0, w)), no, no)
         pieces = [
             self._piece(uniform[first : first + SAMPLES], factors, torque, method, dense)
             for first in range(0, len(uniform), SAMPLES)
         ]
-        return SampleValues(*(np.concatenate(values) for values in zip(*pieces, strict=True)))
+        return SampleLoads(*(np.concatenate(values) for values in zip(*pieces, strict=True)))
 
     def overrides(self, u_row: ArrayLike, *, scale: ArrayLike | None = None) -> dict[str, object]:
         """Overrides with which `load` resolves the train of one sample; u_row : (d,)."""
@@ -614,7 +601,7 @@ class ToleranceMap:
 
     def _piece(
         self, u: Array, scale: Sequence[float], torque: float, method: ContactMethod, dense: bool
-    ) -> SampleValues:
+    ) -> SampleLoads:
         """Load sharing of at most `SAMPLES` samples."""
         S = len(u)
         size = max(_LEAST_SAMPLES, 1 << (S - 1).bit_length())
@@ -634,11 +621,10 @@ class ToleranceMap:
         k = loads.k[:, :, self.chosen]
         # without load, or with a load of the other sense, nothing is shared
         failed = loads.failed | ~np.isfinite(k).all(axis=(1, 2))
-        return SampleValues(
+        return loads._replace(
             k=np.where(failed[:, None, None], np.nan, k),
             load=np.where(failed[:, None, None], np.nan, loads.load),
             least=np.where(failed[:, None], np.nan, loads.least),
-            open=loads.open,
             failed=failed,
         )
 
