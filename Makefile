@@ -9,6 +9,9 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
             $$p -c 'import sys, venv; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && echo $$p && break; done)
 REPORT := epicyclic-report.html
 
+# Processes that tests start load the package's bytecode, as those of a user do.
+export PYTHONDONTWRITEBYTECODE :=
+
 OLDEST := $(addprefix tests/unit/,test_results.py test_cli_help.py show/test_terminal.py verbs/test_help.py document system)
 
 # Numbers of every room; what a kernel's rounding once moved comes first.

@@ -21,13 +21,11 @@ import tomllib
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from epicyclic.cockpit.answers.words import body_labels, mesh_labels
 from epicyclic.cockpit.computing.compute import compile_all, compute
-from epicyclic.cockpit.computing.sharing_view import error_view, live_sharing, twin_of
 from epicyclic.cockpit.computing.speed_view import efforts, force_curves, mode_view, speed_model
-from epicyclic.cockpit.computing.train_view import train_head
-from epicyclic.cockpit.state.frames import Request, pack
-from epicyclic.document.drives import drive_text
+from epicyclic.cockpit.computing.train_view import error_view, live_sharing, train_head, twin_of
+from epicyclic.cockpit.state.frames import Request, body_labels, mesh_labels, pack
+from epicyclic.document.document import drive_text
 from epicyclic.machine_code import numba_available
 from epicyclic.system.assembly import assemble
 from epicyclic.train.resolution import load

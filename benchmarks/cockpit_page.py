@@ -111,8 +111,8 @@ def model_of(name: str, folder: Path) -> str:
         return drive
     from cockpit import RUN_OUTS
 
+    from epicyclic.cockpit.state.model_file import text_of
     from epicyclic.cockpit.state.state import opened, with_values
-    from epicyclic.cockpit.state.written_text import text_of
 
     path = folder / f"{drive}-run-outs.toml"
     path.write_text(text_of(with_values(opened(drive), RUN_OUTS)), encoding="utf-8")

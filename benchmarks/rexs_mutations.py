@@ -34,10 +34,9 @@ from rexs_nasty import JSON_NASTY, NASTY, TYPES
 from epicyclic.document.document import read
 from epicyclic.engine.source import train_of
 from epicyclic.errors import ModelError
+from epicyclic.rexs.encodings import read_rexs_file, rexs_bytes
+from epicyclic.rexs.export import rexs_of
 from epicyclic.rexs.import_train import read_rexs
-from epicyclic.rexs.reading import read_rexs_file
-from epicyclic.rexs.writing import rexs_bytes
-from epicyclic.rexs_export.export import rexs_of
 from epicyclic.train.resolution import resolve
 
 __all__ = ["ENCODINGS", "Fault", "damaged", "good_files", "tried"]

@@ -23,8 +23,7 @@ from epicyclic.statics.contact_equilibrium import ContactEquilibrium, ContactPro
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.record import excitation
 from epicyclic.system.assembly import assemble
-from epicyclic.system.face_contact import face_laws, with_three_rows
-from epicyclic.system.tooth_pairs import mean_force, pair_of
+from epicyclic.system.tooth_pairs import face_laws, mean_force, pair_of, with_three_rows
 from epicyclic.teeth.loaded_contact import contact_table
 from epicyclic.train.resolution import load
 

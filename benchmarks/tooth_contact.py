@@ -21,7 +21,7 @@ import table
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from epicyclic.teeth import compiled_pivoting, contact_solver, geometry
+from epicyclic.teeth import contact_solver, geometry
 from epicyclic.teeth.compliance import tooth_compliance
 from epicyclic.teeth.form import Flank, GearForm, Relief
 from epicyclic.teeth.gear_pair import ContactPair
@@ -145,7 +145,7 @@ def _nnls(pieces: ContactSegments) -> tuple[Array, Array]:
 
 def _many(pieces: ContactSegments, count: NDArray[np.int64], times: int) -> table.Row:
     def run() -> tuple[Array, Array]:
-        return compiled_pivoting.principal_pivoting_batch(pieces.compliance, pieces.gap, count, LOADS)
+        return contact_solver.principal_pivoting_batch(pieces.compliance, pieces.gap, count, LOADS)
 
     took = _median(run, times)
     force, approach = run()

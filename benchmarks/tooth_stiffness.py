@@ -12,8 +12,8 @@ import table
 
 from epicyclic.teeth import geometry
 from epicyclic.teeth.compliance import face_coupling, tooth_compliance
-from epicyclic.teeth.energy_stiffness import MeshedTeeth, energy_series, section_stiffness
 from epicyclic.teeth.form import GearForm
+from epicyclic.teeth.gear_pair import MeshedTeeth, energy_series, section_stiffness
 
 REPEATS = 9
 

@@ -248,7 +248,7 @@ def _sentence(text: str) -> str:
 
 def schema_page() -> str:
     """Text of schema.md: tables and keys of the model file, from its JSON Schema."""
-    from epicyclic.document.json_schema import json_schema
+    from epicyclic.document.writer import json_schema
 
     schema = json_schema()
     tables = {"The file": schema} | {

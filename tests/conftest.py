@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import time
@@ -17,6 +18,21 @@ os.environ.setdefault("EPICYCLIC_JOBS", "1")
 os.environ.pop("COLUMNS", None)
 # A shell lets what it starts in the background ignore Ctrl-C, and so would the processes that tests stop by it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection_finish() -> None:
+    _freeze()
+
+
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    if nextitem is None or nextitem.path != item.path:
+        _freeze()
+
+
+def _freeze() -> None:
+    """Leave what lives out of later collections, of which each test of the page asks for two."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture

@@ -9,13 +9,13 @@ import plotly.graph_objects as go
 import xarray as xr
 
 import epicyclic
-from epicyclic.show.charts.sharing import worst_branches
-from epicyclic.show.charts.tolerance import (
+from epicyclic.show.charts.sharing import (
     grade_prices,
     k_gamma_by_design,
     k_gamma_by_tolerance,
     k_gamma_histogram,
     tolerance_shares,
+    worst_branches,
 )
 
 __all__ = ["FIGURES"]

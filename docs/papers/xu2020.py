@@ -14,7 +14,7 @@ from common import PUBLISHED
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.show.charts.modulation import modulation
+from epicyclic.show.charts.over_time import modulation
 from epicyclic.show.charts.style import DASHES, INK, PALETTE, WARNING, figure, note, panels, translucent
 
 Array = NDArray[np.float64]

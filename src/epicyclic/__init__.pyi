@@ -29,15 +29,15 @@ from .results.dataset import load_result as load_result
 from .results.dataset import save_result as save_result
 from .results.dataset import to_json as to_json
 from .results.files import save_matrices as save_matrices
+from .rexs.export import write_rexs as write_rexs
 from .rexs.import_train import read_rexs as read_rexs
-from .rexs_export.export import write_rexs as write_rexs
 from .show.plot import figure_names as figure_names
 from .show.plot import plot as plot
 from .show.report import write_report as write_report
 from .statics.verbs import static as static
 from .system.assembly import assemble as assemble
 from .system.system import System as System
-from .terms.explain import explain as explain
+from .terms import explain as explain
 from .train.new_train import differential as differential
 from .train.new_train import planetary as planetary
 from .train.new_train import star as star

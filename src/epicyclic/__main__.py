@@ -6,7 +6,7 @@ import sys
 
 def main() -> None:
     """Run the command line; Ctrl-C while it is imported ends it as at any other time."""
-    gc.disable()  # `cli.console` enables it
+    gc.disable()  # `cli.output` enables it
     try:
         from .cli.main import main as run
     except KeyboardInterrupt:

@@ -140,6 +140,11 @@ def launched() -> Iterator[Any]:
         browser.close()
 
 
+def still(browser: Any, **options: Any) -> Any:
+    """A context of a user who wants no motion: shapes that move are tested by the canvas, and cost a core a page."""
+    return browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce", **options)
+
+
 class Tab:
     """A tab on the cockpit, with all that its console said."""
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.cockpit_driver import PATIENCE, Cockpit, Tab, start
+from tests.app.cockpit_driver import PATIENCE, Cockpit, Tab, start, still
 
 pytestmark = pytest.mark.browser
 
@@ -26,7 +26,7 @@ QUIET = 0.06  # share of a core that an idle server and its processes may take, 
 
 @pytest.fixture
 def context(browser: Any) -> Iterator[Any]:
-    made = browser.new_context(viewport={"width": 1280, "height": 800}, accept_downloads=True)
+    made = still(browser, accept_downloads=True)
     yield made
     made.close()
 
@@ -169,8 +169,7 @@ def open_link(tab: Tab, link: str) -> None:
 
 def long_job(tab: Tab) -> Any:
     """A job of minutes, which runs: contact loss of a train with two mesh frequencies."""
-    from epicyclic.cockpit.state.history import fragment_of
-    from epicyclic.cockpit.state.state import opened
+    from epicyclic.cockpit.state.state import fragment_of, opened
 
     open_link(tab, fragment_of(opened("encased-differential")))
     tab.page.get_by_text("encased-differential").first.wait_for()
@@ -233,8 +232,7 @@ def another_site(link: str) -> Iterator[str]:
 
 
 def test_a_link_followed_on_another_site_reopens_the_state(tab: Tab, cockpit: Cockpit, browser: Any) -> None:
-    from epicyclic.cockpit.state.history import fragment_of
-    from epicyclic.cockpit.state.state import opened, with_value
+    from epicyclic.cockpit.state.state import fragment_of, opened, with_value
 
     state = with_value(opened("lin1999-n4"), "title", "the linked train")
     link = f"{cockpit.origin}/#{fragment_of(state)}"
@@ -246,7 +244,7 @@ def test_a_link_followed_on_another_site_reopens_the_state(tab: Tab, cockpit: Co
         tab.painted()
         assert "#" not in tab.page.url
         tab.page.get_by_text("lin1999-n4").first.wait_for()
-        stranger = browser.new_context()  # a browser that was never let in
+        stranger = still(browser)  # a browser that was never let in
         page = stranger.new_page()
         page.goto(address)
         page.get_by_role("link").click()
@@ -256,8 +254,7 @@ def test_a_link_followed_on_another_site_reopens_the_state(tab: Tab, cockpit: Co
 
 
 def test_a_link_put_into_a_tab_loses_nothing(tab: Tab) -> None:
-    from epicyclic.cockpit.state.history import fragment_of
-    from epicyclic.cockpit.state.state import opened, with_value
+    from epicyclic.cockpit.state.state import fragment_of, opened, with_value
 
     first = box(tab).input_value()
     nudge(tab)
@@ -294,7 +291,7 @@ def test_a_state_is_saved_downloaded_reopened_and_outlives_a_restart(tmp_path: P
 
     path = tmp_path / "box.toml"
     path.write_text(opened("ren2021").base, encoding="utf-8")
-    context = browser.new_context(viewport={"width": 1280, "height": 800}, accept_downloads=True)
+    context = still(browser, accept_downloads=True)
     server = start(tmp_path, str(path))
     try:
         tab = Tab(context, server.address)

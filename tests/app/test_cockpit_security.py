@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.cockpit_driver import Cockpit, Tab
+from tests.app.cockpit_driver import Cockpit, Tab, still
 
 pytestmark = pytest.mark.browser
 
@@ -168,7 +168,7 @@ def hostile_model(folder: Path) -> Path:
 
 def test_hostile_titles_stay_text_in_every_view(cockpit: Cockpit, browser: Any) -> None:
     path = hostile_model(cockpit.folder)
-    context = browser.new_context(viewport={"width": 1280, "height": 800})
+    context = still(browser)
     tab = Tab(context, cockpit.address)
     rev = tab.rev
     tab.page.locator("input[type=file]").first.set_input_files(str(path))
@@ -229,7 +229,7 @@ def test_a_model_of_others_names_no_file(cockpit: Cockpit, browser: Any, tmp_pat
     path = tmp_path / "box.toml"
     path.write_text(opened("ren2021").base.replace('sun.run_out     = "20 um"', f"sun.pitch = '{name}'"), "utf-8")
     (tmp_path / "box.csv").write_text("1\n" * 23)
-    context = browser.new_context()
+    context = still(browser)
     tab = Tab(context, cockpit.address)
     rev = tab.rev
     tab.page.locator("input[type=file]").first.set_input_files(str(path))
@@ -252,7 +252,7 @@ HOSTILE_LINKS = {
 
 
 def test_links_of_others_do_no_harm(cockpit: Cockpit, browser: Any) -> None:
-    context = browser.new_context()
+    context = still(browser)
     tab = Tab(context, cockpit.address)
     for name, text in HOSTILE_LINKS.items():
         with tab.page.expect_event("load"):
@@ -261,6 +261,6 @@ def test_links_of_others_do_no_harm(cockpit: Cockpit, browser: Any) -> None:
         assert tab.page.evaluate("window.hacked") is None, name
         tab.painted()  # the model of the command line stands there instead
     context.close()
-    quick = Tab(browser.new_context(), cockpit.address)  # the server is as before
+    quick = Tab(still(browser), cockpit.address)  # the server is as before
     assert quick.rev >= 0
     quick.page.close()

@@ -14,7 +14,7 @@ import plotly.graph_objects as go
 import pytest
 
 from epicyclic.show.report import write_report
-from epicyclic.verbs.report import run_report
+from epicyclic.verbs.record import run_report
 
 pytestmark = pytest.mark.browser
 

@@ -15,8 +15,7 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.audits.audit_file import attempts
-from epicyclic.audits.audit_reader import audited_drives, read_audit
+from epicyclic.audits.audit_file import attempts, audited_drives, read_audit
 from epicyclic.audits.views import tally
 
 PAGES = Path(__file__).parents[2] / "docs" / "papers"

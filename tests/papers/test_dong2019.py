@@ -21,7 +21,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.audits.audit_reader import read_audit
+from epicyclic.audits.audit_file import read_audit
 from epicyclic.statics.record import Record, record_of
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble

@@ -10,9 +10,8 @@ from typing import Any
 
 import pytest
 
-from epicyclic.train.bodies import Body, Frame, Link, Mesh
 from epicyclic.train.kinematics import Kinematics
-from epicyclic.train.train import Train
+from epicyclic.train.train import Body, Frame, Link, Mesh, Train
 
 INF = float("inf")
 

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.system.system import System
-from epicyclic.train.bodies import DIRECTIONS, Body
 from epicyclic.train.resolution import load
-from epicyclic.train.train import Train
+from epicyclic.train.train import DIRECTIONS, Body, Train
 
 Array = NDArray[np.float64]
 Document = dict[str, Any]

@@ -12,7 +12,13 @@ import epicyclic
 from epicyclic.questions.transient.equation import motion, phase_at, program
 from epicyclic.questions.transient.integrators import at_equilibrium, integrate
 from epicyclic.questions.transient.scenario import Scenario, scenario_motion
-from epicyclic.system.inertia import centrifugal_stiffness, euler_matrix, gyroscopic_matrix, mass_diagonal, spin_up_load
+from epicyclic.system.assembly import (
+    centrifugal_stiffness,
+    euler_matrix,
+    gyroscopic_matrix,
+    mass_diagonal,
+    spin_up_load,
+)
 from epicyclic.system.system import Dofs, LinkRows, MeshRows, System
 
 Array = NDArray[np.float64]

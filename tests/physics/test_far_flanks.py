@@ -13,9 +13,8 @@ import pytest
 import epicyclic
 from epicyclic.statics.static import OPEN_RATIO
 from epicyclic.system.system import System
-from epicyclic.train.bodies import Mesh
 from epicyclic.train.resolution import load
-from epicyclic.train.train import Train
+from epicyclic.train.train import Mesh, Train
 
 TEETH = {"sun": 22, "planet": 23, "ring": 68}
 SHIFTS = {"sun": 0.2, "planet": 0.15}

@@ -12,8 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic.errors import ModelError
-from epicyclic.system.assembly import assemble
-from epicyclic.system.inertia import carried_stiffness, centrifugal_stiffness, gyroscopic_matrix
+from epicyclic.system.assembly import assemble, carried_stiffness, centrifugal_stiffness, gyroscopic_matrix
 from epicyclic.train.train import Displacement, Train
 
 Array = NDArray[np.float64]

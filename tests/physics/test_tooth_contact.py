@@ -13,9 +13,8 @@ import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.compliance import ToothCompliance
-from epicyclic.teeth.energy_stiffness import MeshedTeeth, section_stiffness
 from epicyclic.teeth.form import Flank, Relief
-from epicyclic.teeth.gear_pair import ContactPair
+from epicyclic.teeth.gear_pair import ContactPair, MeshedTeeth, section_stiffness
 from epicyclic.teeth.loaded_contact import loaded_contact
 from epicyclic.train.train import Train
 

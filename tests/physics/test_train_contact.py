@@ -16,10 +16,9 @@ from epicyclic.errors import ModelError
 from epicyclic.statics.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.record import excitation
-from epicyclic.system.face_contact import face_laws, with_three_rows
 from epicyclic.system.flank_laws import FaceForce
 from epicyclic.system.system import System, faces
-from epicyclic.system.tooth_pairs import pair_of
+from epicyclic.system.tooth_pairs import face_laws, pair_of, with_three_rows
 from epicyclic.teeth.loaded_contact import loaded_contact
 from epicyclic.teeth.segments import RowStations, contact_segments, row_response, row_weights
 from epicyclic.train.resolution import load

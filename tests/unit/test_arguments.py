@@ -13,8 +13,8 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.arguments import checked
 from epicyclic.errors import ModelError
+from epicyclic.user_input import checked
 from epicyclic.verbs.record import verbs
 
 FUNCTIONS = [

@@ -6,9 +6,9 @@ import pytest
 import typer.main
 from typer.testing import CliRunner
 
-from epicyclic.cli.console import progress_bar
-from epicyclic.cli.help import PANELS, panel_of
+from epicyclic.cli.command import PANELS, panel_of
 from epicyclic.cli.main import app
+from epicyclic.cli.output import progress_bar
 
 
 def commands() -> dict[str, object]:
@@ -47,7 +47,7 @@ def test_a_share_is_told_now_and_then_without_a_terminal(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     clock = iter([100.0, 130.0, *[190.0] * 3, 200.0])
-    monkeypatch.setattr("epicyclic.cli.console.time.monotonic", lambda: next(clock))
+    monkeypatch.setattr("epicyclic.cli.output.time.monotonic", lambda: next(clock))
     with progress_bar("sweep ren2021") as step:
         for share in (0.1, 0.25, 0.3):
             step(share)

@@ -19,9 +19,8 @@ import epicyclic
 from epicyclic.cli import output as cli_output
 from epicyclic.cli.main import app
 from epicyclic.results.dataset import has_digest
-from epicyclic.show import figure_files
-from epicyclic.show.figure_files import write_figure
-from epicyclic.show.plot import figure_names
+from epicyclic.show import plot
+from epicyclic.show.plot import figure_names, write_figure
 from epicyclic.verbs.record import verbs
 
 DRIVE = "lin1999-n4"
@@ -179,7 +178,7 @@ def test_several_figures_are_files_of_their_names(command: Command) -> None:
 
 
 def test_two_lists_of_files_of_figures_are_one() -> None:
-    assert figure_files.FIGURE_FILES == cli_output._FIGURES
+    assert plot.FIGURE_FILES == cli_output._FIGURES
 
 
 def test_help_names_the_figures(command: Command) -> None:

@@ -98,8 +98,8 @@ def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr("epicyclic.cli.commands._study", lambda *_, **__: seen.append("study"))
     monkeypatch.setattr("epicyclic.cli.commands._compare", lambda *_, **__: seen.append("compare"))
     monkeypatch.setattr("epicyclic.cli.commands._explain", lambda *_, **__: seen.append("explain"))
-    monkeypatch.setattr("epicyclic.cli.rexs._import", lambda *_, **__: seen.append("import"))
-    monkeypatch.setattr("epicyclic.cli.rexs._export", lambda *_, **__: seen.append("export"))
+    monkeypatch.setattr("epicyclic.cli.new._import", lambda *_, **__: seen.append("import"))
+    monkeypatch.setattr("epicyclic.cli.new._export", lambda *_, **__: seen.append("export"))
     with pytest.raises(SystemExit) as stop:
         app(words)
     assert stop.value.code == 0

@@ -11,15 +11,14 @@ from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.cli.main import app
-from epicyclic.document.distributions import FORMS
+from epicyclic.document.deviations import FORMS
 from epicyclic.document.document import read, ready_drives
 from epicyclic.questions.modes.eigen import _KINDS
 from epicyclic.questions.sharing.definitions import DEFINITIONS
 from epicyclic.results.variables import VARIABLES
 from epicyclic.show.brief_check import phasing
 from epicyclic.show.plot import figure_names
-from epicyclic.terms.explain import known_words
-from epicyclic.terms.file_paths import Explanation, explained_paths
+from epicyclic.terms import Explanation, explained_paths, known_words
 from epicyclic.verbs.record import verbs
 from epicyclic.warning_codes import WARNING_CODES
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.input_files import read_bytes
+from epicyclic.user_input import read_bytes
 
 
 def test_a_large_limit_sets_no_memory_aside(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from epicyclic.cli.help import model_names
+from epicyclic.cli.command import model_names
 from epicyclic.cli.main import app
 
 
@@ -108,7 +108,7 @@ def test_verbs_options_models_and_words_are_completed(shell: str) -> None:
 def test_completion_imports_nothing_heavy() -> None:
     code = (
         "import sys, os; sys.argv[0] = 'epicyclic'; from epicyclic.cli.main import app\n"
-        "from epicyclic.cli.help import model_names; model_names('r')\n"
+        "from epicyclic.cli.command import model_names; model_names('r')\n"
         "print([name for name in ('numpy', 'xarray', 'pydantic', 'plotly', 'scipy', 'pandas') if name in sys.modules])"
     )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)

@@ -14,9 +14,8 @@ import pytest
 import xarray as xr
 
 from epicyclic.errors import ModelError
-from epicyclic.results import tables_out
-from epicyclic.results.dataset import save_result
-from epicyclic.results.tables_out import cells_of, save_csv, save_xlsx
+from epicyclic.results import dataset
+from epicyclic.results.dataset import cells_of, save_csv, save_result, save_xlsx
 
 FORMULAS = ["=cmd()", "+1", "-1x", "@sum", "\tx", "\rx", "'quoted", 'a "b", c\nd', "", "ordinary"]
 
@@ -149,14 +148,14 @@ def test_a_workbook_says_what_it_is(odd: xr.Dataset, tmp_path: Path) -> None:
 
 
 def test_limits_of_a_workbook(odd: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tables_out, "_ROWS", 26)
-    monkeypatch.setattr(tables_out, "_COLUMNS", 4)
+    monkeypatch.setattr(dataset, "_ROWS", 26)
+    monkeypatch.setattr(dataset, "_COLUMNS", 4)
     path = save_xlsx(odd, tmp_path / "odd.xlsx")
     parts = [name for name in openpyxl.load_workbook(path).sheetnames if name.startswith("speed x")]
     assert parts == ["speed x mesh x sample", "speed x mesh x sample 2", "speed x mesh x sample 3"]
     whole = pd.concat([pd.read_excel(path, sheet_name=name) for name in parts])
     assert np.array_equal(whole["force [N]"].astype(float), odd["force"].values.ravel(), equal_nan=True)
-    monkeypatch.setattr(tables_out, "CELLS_OF_XLSX", cells_of(odd) - 1)
+    monkeypatch.setattr(dataset, "CELLS_OF_XLSX", cells_of(odd) - 1)
     with pytest.raises(ModelError, match="too many"):
         save_xlsx(odd, tmp_path / "many.xlsx")
     monkeypatch.undo()

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.document.drives import drive_titles
+from epicyclic.document.document import drive_titles
 from epicyclic.warning_codes import WARNING_CODES, code_of, coded, placed
 
 ROOT = Path(__file__).parents[2]
@@ -86,7 +86,7 @@ def test_every_code_is_known_and_used() -> None:
         if path == HOME:
             continue
         if isinstance(call.args[0], ast.Name):
-            assert (path.name, call.args[0].id) == ("stage_checks.py", "code")
+            assert (path.name, call.args[0].id) == ("resolution.py", "code")
             continue
         used.add(ast.literal_eval(call.args[0]))
     used |= {

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..show.elements import Company, Section, Styled, Table
-from ..show.view import ResultView
+from ..show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

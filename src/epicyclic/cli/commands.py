@@ -14,19 +14,21 @@ import typer
 from ..errors import ConvergenceError, ModelError
 from ..results.files import write_text
 from ..rexs.file import is_rexs_name
-from .command import Json, Output, Sets, file_name, kept, kept_store
-from .console import (
+from .command import Json, Output, Sets, explained_names, file_name, kept, kept_store, model_names, source_names
+from .output import (
+    FORMATS,
     complain,
+    figure_option,
     import_model_rooms,
     on_stdout,
     parsed_overrides,
     progress_bar,
+    put,
     reported,
+    require_output,
     require_stdout,
     target_of,
 )
-from .help import explained_names, model_names, source_names
-from .output import FORMATS, figure_option, put, require_output
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -62,7 +64,7 @@ def app(
             raise ModelError(
                 f"needs {' and '.join(missing)}", path="epicyclic app", allowed="pip install 'epicyclic[app]'"
             )
-        from ..cockpit.server.run import serve
+        from ..cockpit.server import serve
 
         serve(model, port=port, browser=browser, tell=_tell)
 
@@ -207,7 +209,7 @@ def explain(
 
 
 def _explain(word: str, *, as_json: bool) -> None:
-    from ..terms.explain import explain as run
+    from ..terms import explain as run
 
     found = run(word)
     with on_stdout():
@@ -268,7 +270,7 @@ def _report(models: Sequence[str], sets: list[str] | None, sections: str | None,
             raise ModelError("too many models", path="MODEL", given=len(models), allowed=f"{_MOST} at most")
         if several and resume:
             raise ModelError("goes with one model alone", path="--resume", given=", ".join(models))
-        from ..verbs.report import STUDIES, report_verbs
+        from ..verbs.record import STUDIES, report_verbs
 
         if several:
             _require_models(models, sets)
@@ -308,7 +310,7 @@ def _named(models: Sequence[str]) -> dict[str, str]:
 def _run(
     model: str, sets: list[str] | None, sections: list[str] | None, step: Any, more: dict[str, Any]
 ) -> dict[str, Any]:
-    from ..verbs.report import run_report
+    from ..verbs.record import run_report
 
     try:
         return run_report(model, overrides=parsed_overrides(sets), sections=sections, progress=step, **more)
@@ -331,7 +333,7 @@ def _compared(models: Sequence[str], sets: list[str] | None) -> Any:
 
 def _write(found: dict[str, dict[str, Any]], output: Path, compared: Any) -> None:
     from ..show.report import write_report, write_variants_report
-    from ..verbs.report import side_by_side
+    from ..verbs.record import side_by_side
 
     if len(found) == 1:
         write_report(output, next(iter(found.values())), each=side_by_side)
@@ -513,7 +515,7 @@ def systems(
 
 def _file_of(name: str, output: Path | None, *, force: bool, as_json: bool) -> None:
     """Print or copy the model file of a drive."""
-    from ..document.drives import drive_text
+    from ..document.document import drive_text
 
     if as_json:
         raise ModelError("prints names and titles only", path="--json", allowed=f"epicyclic systems {name}, without it")
@@ -531,7 +533,7 @@ def _file_of(name: str, output: Path | None, *, force: bool, as_json: bool) -> N
 
 def _list(*, as_json: bool) -> None:
     """Print names and titles."""
-    from ..document.drives import drive_titles
+    from ..document.document import drive_titles
 
     titles = drive_titles()
     if as_json:

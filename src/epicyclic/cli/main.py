@@ -16,14 +16,11 @@ import typer
 
 from ..results.files import write_text
 from ..verbs.record import verbs
-from .command import Json, Model, Output, Sets, command, file_name
+from .command import Commands, Json, Model, Output, Sets, command, file_name
 from .commands import app as cockpit
 from .commands import audit, compare, explain, report, show, study, systems
-from .console import collect_again, on_stdout, open_streams, parsed_overrides, reported, target_of
-from .help import Commands
-from .new import new
-from .output import figure_option
-from .rexs import export, import_rexs
+from .new import export, import_rexs, new
+from .output import collect_again, figure_option, on_stdout, open_streams, parsed_overrides, reported, target_of
 
 app = typer.Typer(
     name="epicyclic",
@@ -118,7 +115,7 @@ def schema(
 ) -> None:
     """The JSON Schema of the model file, for editors."""
     with reported():
-        from ..document.json_schema import json_schema_text
+        from ..document.writer import json_schema_text
 
         text = json_schema_text()
         if output is None:

@@ -1,29 +1,285 @@
-"""Model file -> validated, normalised document in SI, with overrides laid over it.
+"""Model file -> validated, normalised document in SI, with overrides laid over it; and the ready drives.
 
 Paths of `[assumed]` must exist.  What a person wrote without a unit is refused by its path.
+
+CSV files of the user are all of one form, those that a document names and histories of torques: one heading line with
+the unit of a column in brackets, then rows of as many cells; commas between, or semicolons where the heading has one;
+decimal points.  Empty lines and those that begin with # are passed over.
+
+Nothing here imports NumPy: `epicyclic systems` lists titles and texts of the ready drives at once.
 """
 
 from __future__ import annotations
 
+import csv
+import math
+import re
 import tomllib
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from ..errors import ModelError
-from ..input_files import read_bytes
 from ..rexs.file import is_rexs_name
+from ..user_input import read_bytes, read_text
 from ..warning_codes import CodedText, coded
-from .csv_files import with_files
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import FORMAT, ModelFile, Names, check_names, collect, nearest
-from .shorthand import expand, expand_path
-from .tables import PlainTable, clean, dotted_line, finite_float, leaves, merge, nested, value_at
+from .schema_fields import curve_fault
+from .tables import PlainTable, clean, dotted_line, expand, expand_path, leaves, merge, nested, value_at
 from .tolerances import check_tolerance, still_toleranced
+from .units import COMMON, KINDS, BareNumber, factor, finite_float
 from .validation import bare_numbers, validate
-from .written_numbers import BareNumber
+
+_NAME_AND_UNIT = re.compile(r"([^\[\]]*)(?:\[([^\[\]]*)\])?")
+_MOST_BYTES = 4_000_000  # of a file that a document names, as of a model file
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CsvTable:
+    """Cells of a CSV file.
+
+    name : of the file.  path : of the key that names it, for errors; "" of a file that no key names.
+    heading : cells of the first line.  rows : cells of the others, each of as many.
+    lines : numbers of the lines in the file, that of the heading first.
+    """
+
+    name: str
+    path: str
+    heading: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    lines: Sequence[int]
+
+    @property
+    def columns(self) -> list[tuple[str, str]]:
+        """Name and unit of every column, "" where the heading states none."""
+        matches = [_NAME_AND_UNIT.fullmatch(cell) for cell in self.heading]
+        return [(match[1].strip(), (match[2] or "").strip()) if match else ("", "") for match in matches]
+
+    def numbers(self, column: int) -> list[float]:
+        """Return the numbers of a column. Raises ModelError for a cell that is no finite number."""
+        name = self.columns[column][0] or f"column {column + 1}"
+        values = []
+        for line, row in zip(self.lines[1:], self.rows, strict=True):
+            cell = row[column]
+            if not cell:
+                raise self.error(line, f"no value of {name}", given="(nothing)", allowed="a number in every column")
+            try:
+                value = float(cell)
+            except ValueError:
+                value = math.nan
+            if not math.isfinite(value) or "_" in cell:
+                allowed = "a number with a decimal point"
+                raise self.error(line, f"{name} is not a finite number", given=cell, allowed=allowed)
+            values.append(value)
+        return values
+
+    def error(self, line: int, problem: str, *, given: object, allowed: str = "") -> ModelError:
+        """Return the error of a line of the file."""
+        return _line_error(self.name, self.path, line, problem, given=given, allowed=allowed)
+
+
+def read_table(file: str | Path, *, most: int, allowed: str, path: str = "", given: str = "") -> CsvTable:
+    """Return the cells of a CSV file.
+
+    most : bytes it may have.  allowed : what it should hold.  path, given : the key that names the file, and how.
+    Raises ModelError for a file that cannot be read, an empty one, and a row longer or shorter than its heading.
+    """
+    text, name = read_text(file, most=most, path=path, given=given, allowed=allowed), given or str(file)
+    numbered = ((number, line.strip()) for number, line in enumerate(text.splitlines(), start=1))
+    kept = [(number, line) for number, line in numbered if line and not line.startswith("#")]
+    if not kept:
+        raise ModelError("holds no line", path=f"{path}, {name}" if path else name, allowed=allowed)
+    separator = ";" if ";" in kept[0][1] else ","
+    table: list[list[str]] = []
+    for number, line in kept:
+        try:
+            cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+        except csv.Error as error:  # a cell of more than 131072 characters
+            raise _line_error(name, path, number, f"no row of a table: {error}", given=line, allowed=allowed) from None
+        if table and len(cells) != len(table[0]):
+            problem, count = "another number of columns than the heading", str(len(table[0]))
+            raise _line_error(name, path, number, problem, given=len(cells), allowed=count)
+        table.append(cells)
+    return CsvTable(name=name, path=path, heading=table[0], rows=table[1:], lines=[number for number, _ in kept])
+
+
+def _line_error(name: str, path: str, line: int, problem: str, *, given: object, allowed: str) -> ModelError:
+    """Return an error that names the key, if any, the file and the line."""
+    if path:
+        return ModelError(f"{name}, line {line}: {problem}", path=path, given=given, allowed=allowed)
+    return ModelError(problem, path=f"{name}, line {line}", given=given, allowed=allowed)
+
+
+# files that a document names ------------------------------------------------------------------------------------------
+
+_COLUMNS = ("deflection", "force")
+# a word of another spelling is no label: "forces [N]" is refused
+_FORCE_NAME = re.compile(r"(deflection|force)(?:[^A-Za-z].*)?")
+_LENGTH = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?\s*(?:[kcdmnuµμ]?m|in|inch)\s*$")
+_FORCE_HEADING = "deflection [um], force [kN]; of several phases one column each: deflection [um], force 1 [kN], ..."
+
+
+def with_files(data: PlainTable, folder: Path | None) -> PlainTable:
+    """Return a document with the numbers of the CSV files that it names, of force and of pitch, in place of the names.
+
+    folder : where the files are looked for.  Raises ModelError with path, file and line.
+    """
+    result = {}
+    for name, value in data.items():
+        if name in ("stages", "bodies", "couplings"):
+            value = _with_forces(value, name, folder)
+        elif name == "deviations" and isinstance(value, dict):
+            value = {k: _with_pitches(entry, f"{name}.{k}", folder) for k, entry in value.items()}
+        result[name] = value
+    return result
+
+
+def _with_forces(value: Any, path: str, folder: Path | None) -> Any:
+    """Return a table with the columns of the files that it, or a table in it, names."""
+    if not isinstance(value, dict):
+        return value
+    if isinstance(name := value.get("file"), str):
+        if beside := [column for column in _COLUMNS if column in value]:
+            raise ModelError(f"stands beside {beside[0]}", path=f"{path}.file", given=name, allowed="one of the two")
+        rest = {other: entry for other, entry in value.items() if other != "file"}
+        return {**_force_table(name, f"{path}.file", folder), **rest}
+    return {name: _with_forces(entry, f"{path}.{name}", folder) for name, entry in value.items()}
+
+
+def _with_pitches(value: Any, path: str, folder: Path | None) -> Any:
+    """Return a table of deviations with the lists of the files that its `pitch` names, one or one for each planet."""
+    if not isinstance(value, dict):
+        return value
+    result = {}
+    for name, entry in value.items():
+        where = f"{path}.{name}"
+        if name != "pitch":
+            entry = _with_pitches(entry, where, folder)
+        elif isinstance(entry, list) and all(isinstance(row, (list, str)) for row in entry):
+            entry = [_pitch_list(row, where, folder) if is_file_name(row) else row for row in entry]
+        elif is_file_name(entry):
+            entry = _pitch_list(entry, where, folder)
+        result[name] = entry
+    return result
+
+
+def _force_table(name: str, path: str, folder: Path | None) -> dict[str, object]:
+    """Return deflections and forces of a CSV file as a model file states them. Raises ModelError."""
+    allowed = f"a CSV file beside the model file: {_FORCE_HEADING}"
+    table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=path, given=name)
+    columns: dict[str, list[int]] = {key: [] for key in _COLUMNS}
+    for column, (heading, unit) in enumerate(table.columns):
+        match = _FORCE_NAME.fullmatch(heading)
+        if match is None or not unit:
+            given = table.heading[column]
+            raise table.error(table.lines[0], "no heading of a column", given=given, allowed=_FORCE_HEADING)
+        columns[match[1]].append(column)
+    counts = {key: len(places) for key, places in columns.items()}
+    if not all(counts.values()) or (min(counts.values()) > 1 and len(set(counts.values())) > 1):
+        problem = f"{counts['deflection']} columns of deflections and {counts['force']} of forces"
+        raise table.error(table.lines[0], problem, given=", ".join(table.heading), allowed=_FORCE_HEADING)
+    if len(table.rows) < 2:
+        raise ModelError(f"{name}: too few rows", path=path, given=len(table.rows), allowed="two or more")
+    values = [table.numbers(column) for column in range(len(table.heading))]
+    _check_curves(table, columns, values)
+    found: dict[str, object] = {}
+    for key, places in columns.items():
+        lists = [f"[{', '.join(map(repr, values[at]))}] {table.columns[at][1]}" for at in places]
+        found[key] = lists if len(lists) > 1 else lists[0]
+    return found
+
+
+def _check_curves(table: CsvTable, columns: dict[str, list[int]], values: Sequence[Sequence[float]]) -> None:
+    """Raise ModelError with the line of a point that no curve may have."""
+    for phase in range(max(map(len, columns.values()))):
+        at = {key: places[phase if len(places) > 1 else 0] for key, places in columns.items()}
+        if (fault := curve_fault(*(values[at[key]] for key in _COLUMNS))) is not None:
+            key, point, problem, allowed = fault
+            where = f"{table.name}, line {table.lines[point + 1]}, column {at[key] + 1}: {key} {problem}"
+            given = f"{values[at[key]][point]!r} {table.columns[at[key]][1]}"
+            raise ModelError(where, path=table.path, given=given, allowed=allowed)
+
+
+def is_file_name(value: object) -> bool:
+    """Return whether what stands at `pitch` is the name of a file: a text that is neither a list nor a length."""
+    return isinstance(value, str) and not value.lstrip().startswith("[") and not _LENGTH.match(value)
+
+
+def _pitch_list(name: str, path: str, folder: Path | None) -> str:
+    """Return the last column of a CSV file as a list with its unit, m without a heading. Raises ModelError."""
+    allowed = "a CSV file beside the model file: one tooth a line, heading `pitch [um]` for a unit other than m"
+    table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=path, given=name)
+    unit = table.columns[-1][1]
+    if not unit:  # the first line is a tooth too
+        rows, lines = [table.heading, *table.rows], [0, *table.lines]
+        unit, table = "m", replace(table, heading=["pitch"], rows=rows, lines=lines)
+    return f"[{', '.join(map(repr, table.numbers(len(table.heading) - 1)))}] {unit}"
+
+
+# histories ------------------------------------------------------------------------------------------------------------
+
+_MOST_HISTORY_BYTES = 200_000_000
+_HISTORY_HEADING = "time [s], sun [N m]"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorqueTable:
+    """Rows of a history: time [s], member -> torque [N m], and the line of the file each row stands in."""
+
+    time: tuple[float, ...]
+    torque: dict[str, tuple[float, ...]]
+    line: tuple[int, ...]
+
+
+def read_history(path: str | Path) -> TorqueTable:
+    """Read ``time [s], sun [N m], ...``.
+
+    Raises
+    ------
+    ModelError : no such file, a header without time, names or units, a hole, a text that is no finite number, times
+        that do not rise, fewer than two rows; with the number of the line.
+    """
+    table = read_table(path, most=_MOST_HISTORY_BYTES, allowed=_HISTORY_HEADING)
+    names = [name for name, _ in table.columns]
+    scales = [_scale(table, column) for column in range(len(names))]
+    if "time" not in names or len(names) < 2:
+        problem = "a history needs a column of time and one of a member"
+        raise table.error(table.lines[0], problem, given=", ".join(names), allowed=_HISTORY_HEADING)
+    if len(set(names)) < len(names):
+        raise table.error(table.lines[0], "a name stands in two columns", given=", ".join(names))
+    if len(table.rows) < 2:
+        raise ModelError("too few rows", path=str(path), given=len(table.rows), allowed="two or more")
+    values: dict[str, tuple[float, ...]] = {}
+    for column, (name, scale) in enumerate(zip(names, scales, strict=True)):
+        values[name] = tuple(number * scale for number in table.numbers(column))
+        limit = KINDS["time" if name == "time" else "torque"]
+        for line, row, value in zip(table.lines[1:], table.rows, values[name], strict=True):
+            if not abs(value) <= limit.limit:
+                allowed = f"<= {limit.limit:g} {limit.unit}"
+                raise table.error(line, f"{name} is out of range", given=row[column], allowed=allowed)
+    time = values.pop("time")
+    for line, before, now in zip(table.lines[2:], time[:-1], time[1:], strict=True):
+        if not now > before:
+            raise table.error(line, "times must rise", given=now, allowed=f"more than {before:g} s")
+    return TorqueTable(time=time, torque=values, line=tuple(table.lines[1:]))
+
+
+def _scale(table: CsvTable, column: int) -> float:
+    """Return the factor to SI of a column of a history. Raises ModelError."""
+    name, unit = table.columns[column]
+    given = table.heading[column]
+    if not name or not unit:
+        problem = "a column needs a name and a unit"
+        raise table.error(table.lines[0], problem, given=given, allowed=_HISTORY_HEADING)
+    quantity, target = ("time", "s") if name == "time" else ("torque", "N m")
+    scale, base = COMMON.get(unit, (0.0, ""))
+    scale_to_si = scale if base == target else factor(unit, target)
+    if scale_to_si is None:
+        raise table.error(table.lines[0], f"not a unit of {quantity}", given=given)
+    return scale_to_si
 
 
 def check_assumed(layer: PlainTable, data: PlainTable, names: Names) -> None:
@@ -250,3 +506,21 @@ def parse_text(text: str, name: str) -> PlainTable:
         raise ModelError(f"not TOML: {error}", path=name, allowed="a TOML file") from None
     cleaned: PlainTable = clean(table)
     return cleaned
+
+
+def drive_titles() -> dict[str, str]:
+    """Name -> title of every ready drive, the model files that come with the package."""
+    return {name: str(tomllib.loads(drive_text(name))["title"]) for name in ready_drives()}
+
+
+def drive_text(name: str) -> str:
+    """Model file of a ready drive, with its comments.
+
+    Raises
+    ------
+    ModelError : no drive of this name.
+    """
+    names = ready_drives()
+    if name not in names:
+        raise ModelError(f"no ready drive{nearest(name, names)}", path="NAME", given=name, allowed=", ".join(names))
+    return resources.files("epicyclic.systems").joinpath(f"{name}.toml").read_text(encoding="utf-8")

@@ -20,10 +20,9 @@ from typing import Any
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from .schema import SIDES, Names, nearest
-from .tables import REMOVE, PlainTable, clean, dotted_line, finite_float, leaves, nested, split_path, union, value_at
-from .units import KINDS, Bounds, Quantity, read_quantity
+from .tables import REMOVE, PlainTable, clean, dotted_line, leaves, nested, split_path, union, value_at
+from .units import KINDS, Bounds, Quantity, finite_float, is_typed, read_quantity, typed
 from .writer import quantity_text
-from .written_numbers import is_typed, typed
 
 _NAMED = ("stages", "bodies", "couplings", "loads")  # tables whose entries an override changes but does not invent
 

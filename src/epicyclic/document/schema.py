@@ -31,8 +31,7 @@ from .schema_fields import (
     Unit,
     key,
 )
-from .units import Quantity
-from .written_numbers import MESH, SMALL
+from .units import MESH, SMALL, Quantity
 
 FORMAT = 2  # version of the format of the file
 Kind = Literal["sun", "planet", "ring", "carrier", "gear"]

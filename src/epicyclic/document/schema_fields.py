@@ -30,8 +30,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from ..errors import ModelError
-from .units import KINDS, Bounds, Quantity, read_quantity
-from .written_numbers import SMALL, Ladder, Reading
+from .units import KINDS, SMALL, Bounds, Ladder, Quantity, Reading, read_quantity
 
 PerPlanet = float | tuple[float, ...]  # one value, or one per planet
 
@@ -45,7 +44,7 @@ class Unit:
     many : a list, one value per planet, is allowed (a tuple then).  lists : only a list is allowed, of `count` entries.
     words : words allowed in place of a number, kept as they are.  table : the schema of a table allowed there.
     reason : why the bounds are as they are, for the error.
-    likely : units that a bare number likely means, where they are others than of the kind (`written_numbers.LIKELY`).
+    likely : units that a bare number likely means, where they are others than of the kind (`units.LIKELY`).
     """
 
     kinds: str
@@ -139,7 +138,7 @@ _INFINITY = 1.7976931348623157e308
 
 
 def text_form(kind: str, *, inf: bool, many: bool) -> dict[str, Any]:
-    """Return the reference to the schema of the texts of one kind of quantity; `json_schema` puts these beside it."""
+    """Return the reference to the schema of texts of a kind of quantity; `writer.json_schema` puts these beside it."""
     return {"x-texts": f"{kind}{'_or_inf' if inf else ''}{'_list' if many else ''}"}
 
 

@@ -1,7 +1,11 @@
-"""Nested tables of plain values: clean, merge, walk, and written as TOML.
+"""Nested tables of a model file: cleaned, merged, walked, written as TOML, shorthands expanded, normalised.
 
 Own writer, because a model file is read by people: small tables stand in braces and lists on one line, where `tomli_w`
 gives every table a heading and every entry of a list a line.
+
+Shorthands are those of one layer of a file: each layer is expanded before one is laid over the other.  What a table
+is, is known from its place.  Values of a wrong form pass through: validation names them.  The expanded document is then
+normalised for the schema: values by full member path, lists as tuples.
 """
 
 from __future__ import annotations
@@ -9,10 +13,13 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any, Final
 
 from ..errors import ModelError
+from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
+from .schema import SIDES, STAGE_KEYS, Names, full_path, mesh_name, nearest, reference
+from .schema_fields import LINK_KEYS
 
 PlainTable = dict[str, Any]
 MAX_DEPTH = 24
@@ -99,14 +106,6 @@ def _most_points(line: str) -> int:
             points += 1
         most, before = max(most, points), kind
     return most
-
-
-def finite_float(text: str) -> float:
-    """Return a float of a TOML text, infinity of `inf` alone. Raises OverflowError for a number that is none."""
-    number = float(text)
-    if math.isinf(number) and "inf" not in text:
-        raise OverflowError(f"{text} is too large")
-    return number
 
 
 def split_path(text: str, *, path: str = "") -> tuple[str, ...]:
@@ -235,3 +234,380 @@ def value_text(value: object) -> str:
 def _text(text: str) -> str:
     """Return a basic TOML string; JSON's escapes are TOML's, but for DEL, which TOML wants escaped too."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
+
+
+TOLERANCE_TABLES = ("cost", "correlation")
+"""Tables of `[tolerance]` that are no tolerances."""
+
+_MOST_CHARACTERS = 1000  # of a path: 24 names of 60 letters at most do not all stand in one
+PAIRS = {"radial": ("x", "y"), "tilt": ("rx", "ry")}
+"""Keys of stiffnesses that stand for two."""
+_BARE = bare_keys(MemberDeviationsTable) | bare_keys(MeshDeviationsTable)
+
+
+def expand(layer: PlainTable, names: Names) -> PlainTable:
+    """Return a layer with its shorthands expanded and its references as full paths.
+
+    Raises ModelError for a shorthand beside what it stands for, and for a reference to nothing.
+    """
+    parts: dict[str, Callable[[PlainTable, Names], PlainTable]] = {
+        "stages": _stages,
+        "bodies": _bodies,
+        "couplings": _couplings,
+        "operation": _operation,
+        "loads": _loads,
+        "deviations": _deviations,
+        "assumed": lambda table, names: _by_path(table, names, "assumed"),
+        "tolerance": _tolerances,
+    }
+    return {k: parts[k](v, names) if k in parts and isinstance(v, dict) else v for k, v in layer.items()}
+
+
+def expand_path(text: str, names: Names, *, path: str) -> tuple[str, ...]:
+    """Return the paths a path with shorthands stands for: the stage put in, `radial` and `tilt` as their two.
+
+    path : where the text stands.  Raises ModelError there for a text that is no path, or refers to nothing.
+    """
+    segments = split_path(text, path=path)
+    try:
+        table = expand(nested(segments, REMOVE), names)
+    except ModelError as error:
+        raise ModelError(error.problem, path=path, given=text, allowed=error.allowed) from None
+    return tuple(found for found, _ in leaves(table))
+
+
+def _each(table: PlainTable, path: str, change: Callable[[PlainTable, str], Any]) -> PlainTable:
+    """Return a table of named tables, each changed."""
+    return {k: change(v, f"{path}.{k}") if isinstance(v, dict) else v for k, v in table.items()}
+
+
+def _stages(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[stages]`: the members of each and the names of its meshes."""
+    result = dict(table)
+    for stage, keys in table.items():
+        if not isinstance(keys, dict):
+            continue
+        result[stage] = {}
+        for name, value in keys.items():
+            path = f"stages.{stage}.{name}"
+            if name == "meshes" and isinstance(value, dict):
+                value = _renamed(value, stage, names, path)
+            elif name not in STAGE_KEYS and isinstance(value, dict):
+                value = _member(value, path, stage, names)
+            result[stage][name] = value
+    return result
+
+
+def _renamed(table: PlainTable, stage: str, names: Names, path: str) -> PlainTable:
+    """Return a table of meshes with their gears in the order sun, planet, ring."""
+    result: PlainTable = {}
+    for name, value in table.items():
+        right = mesh_name(name, stage, names, path=f"{path}.{name}")
+        result = union(result, {right: value}, path)
+    return result
+
+
+def _member(table: PlainTable, path: str, stage: str, names: Names) -> PlainTable:
+    """Expand one gear or carrier, or one side of it."""
+    result: PlainTable = {}
+    for name, value in table.items():
+        where = f"{path}.{name}"
+        if isinstance(value, dict) and name in ("support", "bearing", "neck", "shaft"):
+            value = _link(value, where, names)
+        elif isinstance(value, dict) and name in SIDES:
+            value = _member(value, where, stage, names)
+        elif name == "on" and isinstance(value, str):
+            value = reference(value if "." in value else f"{stage}.{value}", names, path=where, sides=False)
+        result[name] = value
+    return result
+
+
+def _link(table: PlainTable, path: str, names: Names) -> PlainTable:
+    """Expand a link: `radial`, `tilt`, a bare damper, and its named sub-tables."""
+    result = _pairs(table, path)
+    for name, value in result.items():
+        where = f"{path}.{name}"
+        if name == "damping" and value is not REMOVE:
+            result[name] = _pairs(value, where) if isinstance(value, dict) else {d: value for d in ("x", "y", "z")}
+        elif name not in LINK_KEYS and isinstance(value, dict):
+            result[name] = _link(value, where, names)
+        elif name == "to" and isinstance(value, str) and value != "housing":
+            result[name] = reference(value, names, path=where)
+    return result
+
+
+def _pairs(table: PlainTable, path: str) -> PlainTable:
+    """Replace `radial` by x and y, `tilt` by rx and ry."""
+    result: PlainTable = {}
+    for name, value in table.items():
+        both = PAIRS.get(name, (name,))
+        if any(d in result for d in both):
+            raise ModelError(f"stands beside {' or '.join(both)}", path=f"{path}.{name}", given=value, allowed="one")
+        result |= dict.fromkeys(both, value)
+    return result
+
+
+def _bodies(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[bodies]`."""
+
+    def body(entry: PlainTable, path: str) -> PlainTable:
+        support = entry.get("support")
+        return entry | {"support": _link(support, f"{path}.support", names)} if isinstance(support, dict) else entry
+
+    return _each(table, "bodies", body)
+
+
+def _couplings(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[couplings]`."""
+
+    def coupling(entry: PlainTable, path: str) -> PlainTable:
+        result, where = _link(entry, path, names), f"{path}.between"
+        if isinstance(between := entry.get("between"), list):
+            result["between"] = [reference(end, names, path=where) for end in between]
+        return result
+
+    return _each(table, "couplings", coupling)
+
+
+def _loads(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[loads]`."""
+
+    def load(entry: PlainTable, path: str) -> PlainTable:
+        on = entry.get("on")
+        return entry | {"on": reference(on, names, path=f"{path}.on")} if isinstance(on, str) else entry
+
+    return _each(table, "loads", load)
+
+
+def _operation(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[operation]`: the stage put in front of every member."""
+    result = dict(table)
+    for name in ("speed", "torque", "power"):
+        if isinstance(by_member := table.get(name), dict):
+            result[name] = _full(by_member, names, f"operation.{name}")
+    if isinstance(held := table.get("held"), list):
+        result["held"] = [reference(m, names, path="operation.held", sides=False) for m in held]
+    return result
+
+
+def _full(table: PlainTable, names: Names, path: str) -> PlainTable:
+    """Return a table by members with the stage put in front of each where it was left out."""
+    result: PlainTable = {}
+    for name, value in table.items():
+        segments = full_path(split_path(name, path=path), names)
+        result = union(result, nested(segments, value), path)
+    return result
+
+
+def _deviations(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[deviations]`: the stage put in front, mesh names in order, bare amplitudes, members of errors."""
+    result = _full(table, names, "deviations")
+    for stage in names.stages:
+        if isinstance(entry := result.get(stage), dict):
+            if isinstance(meshes := entry.get("meshes"), dict):
+                path = f"deviations.{stage}.meshes"
+                renamed = _renamed(meshes, stage, names, path)
+                entry = entry | {"meshes": {k: _errors(v, f"{path}.{k}", stage, names) for k, v in renamed.items()}}
+            result[stage] = entry
+    return {k: _amplitudes(v) if isinstance(v, dict) else v for k, v in result.items()}
+
+
+def _errors(table: Any, path: str, stage: str, names: Names) -> Any:
+    """Write out the member that each error of a mesh, or of a side of it, turns with."""
+    if not isinstance(table, dict):
+        return table
+
+    def error(entry: PlainTable, where: str) -> PlainTable:
+        member = entry.get("turns_with")
+        if not isinstance(member, str):
+            return entry
+        full, path = member if "." in member else f"{stage}.{member}", f"{where}.turns_with"
+        try:
+            return entry | {"turns_with": reference(full, names, path=path, sides=False)}
+        except ModelError as problem:
+            allowed = "a gear of the mesh, or the carrier of the stage"
+            raise ModelError(problem.problem, path=path, given=member, allowed=allowed) from None
+
+    result = {k: _errors(v, f"{path}.{k}", stage, names) if k in SIDES else v for k, v in table.items()}
+    if isinstance(errors := table.get("errors"), dict):
+        result["errors"] = _each(errors, f"{path}.errors", error)
+    return result
+
+
+def _amplitudes(table: PlainTable) -> PlainTable:
+    """Replace bare `run_out = "20 um"` and the like by their table, at any depth."""
+    result: PlainTable = {}
+    for name, value in table.items():
+        if isinstance(value, dict):
+            result[name] = value if name in _BARE else _amplitudes(value)
+        else:
+            result[name] = {_BARE[name]: value} if name in _BARE and value is not REMOVE else value
+    return result
+
+
+def _by_path(table: PlainTable, names: Names, path: str) -> PlainTable:
+    """Return a table by paths with every path written out, `radial` as x and y."""
+    result: PlainTable = {}
+    for text, value in leaves(table):
+        for found in expand_path(text, names, path=f"{path}.{text}"):
+            result[found] = value
+    return result
+
+
+def _tolerances(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[tolerance]`: the stage put into every path, in its costs and correlations too."""
+    result: PlainTable = {}
+    for text, value in _innermost({k: v for k, v in table.items() if k not in TOLERANCE_TABLES}, _is_entry):
+        path = one_path(text, names, f"tolerance.{text}")
+        if path in result:
+            raise ModelError("given twice", path=f"tolerance.{text}", given=value, allowed="one of the two")
+        result[path] = value
+    for name in TOLERANCE_TABLES:
+        inner = table.get(name)
+        if isinstance(inner, dict):
+            by_path: PlainTable = {}
+            for text, value in _innermost(inner, _holds_no_table):
+                where = f"tolerance.{name}.{text}"
+                by_path = union(by_path, {one_path(text, names, where): value}, f"tolerance.{name}")
+            result[name] = by_path
+        elif name in table:
+            result[name] = inner
+    return result
+
+
+def _innermost(table: PlainTable, ends: Callable[[PlainTable], bool], path: str = "") -> Iterator[tuple[str, object]]:
+    """Yield path and value of the tables at which a path ends, and of what is no table."""
+    for name, value in table.items():
+        where = f"{path}.{name}" if path else name
+        if isinstance(value, dict) and not ends(value):
+            yield from _innermost(value, ends, where)
+        else:
+            yield where, value
+
+
+def _is_entry(table: PlainTable) -> bool:
+    """Whether a table is empty, or holds the distributions of one entry: its own, and that common to all planets."""
+    return not table or (bool({"own", "common"} & set(table)) and _holds_no_table(table))
+
+
+def _holds_no_table(table: PlainTable) -> bool:
+    return not any(isinstance(value, dict) for value in table.values())
+
+
+def one_path(text: str, names: Names, path: str) -> str:
+    """Return one path with the stage put in; `radial`, `tilt` and a bare damper, one number of several keys, stay.
+
+    Raises ModelError for a text that is no path.
+    """
+    if len(text) > _MOST_CHARACTERS:
+        problem, allowed = f"a path of {len(text)} characters", f"at most {_MOST_CHARACTERS}"
+        raise ModelError(problem, path=f"{path[:80]}...", given=text, allowed=allowed)
+    found = expand_path(text, names, path=path)
+    if len(found) == 1:
+        return found[0]
+    table, last = found[0].rpartition(".")[0], split_path(text, path=path)[-1]
+    return table if table.endswith(f".{last}") else f"{table}.{last}"
+
+
+STANDARD_GRAVITY = 9.81  # m/s^2
+
+
+def normalise(data: PlainTable, names: Names) -> PlainTable:
+    """Return the expanded document as `ModelFile` takes it.
+
+    Raises ModelError for a reference to nothing.
+    """
+    result = dict(data)
+    if isinstance(operation := data.get("operation"), dict):
+        result["operation"] = _normalised_operation(operation, names)
+    if isinstance(deviations := data.get("deviations"), dict):
+        result["deviations"] = _normalised_deviations(deviations, names)
+    if isinstance(couplings := data.get("couplings"), dict):
+        result["couplings"] = _each(couplings, "", lambda table, _: _with_tuple(table, "between"))
+    return result
+
+
+def _normalised_operation(table: PlainTable, names: Names) -> PlainTable:
+    """Flatten speeds, torques and powers to full member paths."""
+    result = _with_tuple(table, "held")
+    for name in ("speed", "torque", "power"):
+        if isinstance(table.get(name), dict):
+            result[name] = _by_member(table[name], names, f"operation.{name}", sides=name != "speed")
+    if isinstance(gravity := table.get("gravity"), bool):
+        result["gravity"] = f"[0, {-STANDARD_GRAVITY}, 0] m/s^2" if gravity else None
+    return result
+
+
+def _with_tuple(table: PlainTable, name: str) -> PlainTable:
+    """Return a table with one of its lists as a tuple."""
+    return table | {name: tuple(table[name])} if isinstance(table.get(name), list) else dict(table)
+
+
+def _by_member(table: PlainTable, names: Names, path: str, *, sides: bool) -> PlainTable:
+    """Return {full path: value} of nested stage, member and side tables."""
+    flat: PlainTable = {}
+    for first, value in table.items():
+        where = f"{path}.{first}"
+        if first in names.stages:
+            for member, entry in _table(value, where, "a table of members").items():
+                _known(member, names.stages[first], f"{where}.{member}", entry)
+                flat |= _sides(f"{first}.{member}", entry, f"{where}.{member}", sides)
+        else:
+            _known(first, (*names.bodies, *names.stages), where, value)
+            flat[first] = value
+    return flat
+
+
+def _sides(member: str, value: Any, path: str, sides: bool) -> PlainTable:
+    """Return {member: value}, or one entry for each side."""
+    if not isinstance(value, dict):
+        return {member: value}
+    for side, entry in value.items():
+        if not sides or side not in SIDES:
+            raise ModelError("no such side", path=f"{path}.{side}", given=entry, allowed=" or ".join(SIDES))
+    return {f"{member}.{side}": entry for side, entry in value.items()}
+
+
+def _normalised_deviations(table: PlainTable, names: Names) -> PlainTable:
+    """Flatten deviations to full member and mesh paths."""
+    members: PlainTable = {}
+    meshes: PlainTable = {}
+    keys = MemberDeviationsTable.model_fields
+    for first, value in table.items():
+        where = f"deviations.{first}"
+        if first in names.stages:
+            for name, entry in _table(value, where, "a table of members, and meshes").items():
+                if name == "meshes":
+                    for mesh, errors in _table(entry, f"{where}.meshes", "a table of meshes").items():
+                        mesh_name(mesh, first, names, path=f"{where}.meshes.{mesh}")
+                        meshes |= _by_side(f"{first}.meshes.{mesh}", errors, MeshDeviationsTable.model_fields)
+                else:
+                    _known(name, (*names.stages[first], "meshes"), f"{where}.{name}", entry)
+                    members |= _by_side(f"{first}.{name}", entry, keys)
+        else:
+            _known(first, (*names.bodies, *names.stages), where, value)
+            members |= _by_side(first, value, keys, sides=False)
+    return {"members": members, "meshes": meshes}
+
+
+def _by_side(path: str, value: Any, keys: Collection[str], *, sides: bool = True) -> PlainTable:
+    """Return the deviations at a path of `[deviations]`, and of the sides where it has them, by path."""
+    table = _table(value, f"deviations.{path}", f"a table of {', '.join(keys)}")
+    apart = {k: v for k, v in table.items() if sides and k in SIDES}
+    whole = {k: v for k, v in table.items() if k not in apart}
+    return ({path: whole} if whole or not apart else {}) | {f"{path}.{side}": v for side, v in apart.items()}
+
+
+def _table(value: Any, path: str, allowed: str) -> PlainTable:
+    """Return a table. Raises ModelError for anything else."""
+    if not isinstance(value, dict):
+        raise ModelError("not a table", path=path, given=value, allowed=allowed)
+    return value
+
+
+def _known(name: str, known: Any, path: str, value: object) -> None:
+    """Raise ModelError for a name that is none of those known."""
+    if name not in known:
+        words = tuple(known)
+        allowed = f"one of {', '.join(words)}"
+        raise ModelError(f"no such member{nearest(name, words)}", path=path, given=value, allowed=allowed)

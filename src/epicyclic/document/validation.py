@@ -27,10 +27,8 @@ from .schema import (
     nearest,
 )
 from .schema_fields import LinkDampingTable, LinkTable, Unit, metadata_of
-from .shorthand import expand, normalise
-from .tables import PlainTable, leaves, merge, nested, value_at
-from .units import Quantity
-from .written_numbers import ASKED, BareNumber, Probe, Reading
+from .tables import PlainTable, expand, leaves, merge, nested, normalise, value_at
+from .units import ASKED, BareNumber, Probe, Quantity, Reading
 
 _WORDS = {
     "int_type": "a whole number",

@@ -187,7 +187,7 @@ def computed(
 
 
 def _require_dask(workers: int | None, scheduler: str | None) -> None:
-    if "dask" in sys.modules and sys.modules["dask"] is None:  # left out by the command line (`cli/console.py`)
+    if "dask" in sys.modules and sys.modules["dask"] is None:  # left out by the command line (`cli/output.py`)
         del sys.modules["dask"]
     try:
         import distributed  # noqa: F401

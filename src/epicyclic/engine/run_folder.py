@@ -34,8 +34,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..input_files import read_bytes, read_text
 from ..results.files import package_version, whole_file, write_text
+from ..user_input import read_bytes, read_text
 
 try:
     import fcntl

@@ -23,19 +23,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..document.distributions import VECTORS, Distribution
+from ..document.deviations import VECTORS, Distribution
 from ..document.document import Document, read, ready_drives
 from ..document.schema import collect, nearest
 from ..document.tables import dotted_line
-from ..document.units import KINDS, Bounds, Quantity, read_quantity
+from ..document.units import KINDS, BareNumber, Bounds, Probe, Quantity, bare_in, read_quantity, typed
 from ..document.validation import quantity_at
-from ..document.written_numbers import BareNumber, Probe, bare_in, typed
 from ..errors import ModelError
-from ..input_files import read_text
 from ..system.system import System
-from ..train.resolution import load
-from ..train.tolerances import tolerances_of
+from ..train.resolution import load, tolerances_of
 from ..train.train import Train
+from ..user_input import read_text
 from ..warning_codes import CodedText, coded
 from .plan import Sampler, SamplingPlan, scramble_uniforms
 

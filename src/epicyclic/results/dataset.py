@@ -1,6 +1,9 @@
-"""Results: labelled Datasets with units, long names and provenance; saved to and reopened from netCDF.
+"""Results: labelled Datasets with units, long names and provenance; saved to and reopened from netCDF; and as tables.
 
 One table says what every variable means; analyses only hand over arrays.
+
+For other programs a result is written as `.csv`, one row a value, and `.xlsx`, one sheet a group of equal dims.  Both
+hold every number to the last bit and every text as text: none of it is taken for a formula.
 """
 
 from __future__ import annotations
@@ -9,20 +12,22 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..arguments import checked
 from ..errors import ModelError
-from ..input_files import read_text
+from ..user_input import checked, read_text
 from ..warning_codes import CodedText
 from .files import has_seal, package_version, require_contained, seal, sealed_file, whole_file
-from .tables_out import save_csv, save_xlsx
 from .variables import OF_KIND, VARIABLES
 
 SUFFIXES = (".nc", ".json", ".csv", ".xlsx")
@@ -140,7 +145,7 @@ def save_result(result: xr.Dataset, path: str | Path) -> Path:
     """Write a Dataset by the suffix of the file, as ``-o`` does.
 
     ``.nc`` netCDF-4 and ``.json`` `Dataset.to_dict()` reopen with `load_result`; ``.csv`` in long form and ``.xlsx``
-    are for other programs (`tables_out`).  Complex variables of the first two become a trailing ``part`` dimension
+    are for other programs.  Complex variables of the first two become a trailing ``part`` dimension
     (real, imaginary).  The file appears whole or not at all; one that reopens ends with a digest of what is in it.
 
     Raises
@@ -264,3 +269,379 @@ def _numbers(data: Any) -> Any:
     if not isinstance(array, np.ndarray) or not (array == None).any():  # noqa: E711
         return data
     return array.astype(np.float64)
+
+
+# Where a spreadsheet begins a text with one of these it may take it for a formula; the apostrophe itself is among them,
+# so that taking one away from the front of every text gives the text back.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "'")
+# Rows and columns of a sheet, and characters of a cell, by the file format (ECMA-376; Excel refuses more).
+_ROWS, _COLUMNS, _CHARACTERS = 1_048_576, 16_384, 32_767
+_NAME = 31  # characters of the name of a sheet
+CELLS_OF_XLSX = 10_000_000
+"""Most cells of one `.xlsx`: two minutes of work, and more than a spreadsheet opens with patience."""
+# Characters that XML cannot hold; of a carriage return it makes a line feed.
+_NO_XML = re.compile(r"[\x00-\x08\x0b-\x1f\ud800-\udfff\ufffe\uffff]")
+_WIDEST, _NARROWEST = 48, 9  # widths of columns [characters]
+_HEAD = ("variable", "type", "unit")
+_TAIL = ("value", "imaginary", "text")
+_LONG = 500  # characters of an attribute from which it stands last in the first sheet, as the model file does
+
+
+# --- long form -------------------------------------------------------------------------------------------------------
+
+
+def save_csv(result: xr.Dataset, path: str | Path) -> Path:
+    """Write a result as CSV in long form; whole or not at all.
+
+    One row a value: ``variable, type, unit``, a column for each dim of the result, ``value, imaginary, text``.  A dim
+    has the label of its coordinate, or its place from 0, and nothing where the variable does not have that dim.
+    Numbers stand in ``value``, truth values as 1 and 0, of complex numbers the imaginary part in ``imaginary``; texts
+    and times in ``text``.  Attributes (title, options, warnings, model) are rows of the type ``attribute``.  A text
+    that begins with one of = + - @ ' or a control character has an apostrophe before it.
+
+    Raises
+    ------
+    ModelError : the file cannot be written.
+    """
+    with whole_file(path) as file:
+        for piece in csv_pieces(result):
+            file.write(piece.encode("utf-8", "backslashreplace"))
+    return Path(path)
+
+
+def csv_pieces(result: xr.Dataset) -> Iterator[str]:
+    """The text of `save_csv` in pieces, lines that end with a line feed; numbers in the fewest digits that are exact.
+
+    ``pandas.read_csv(FILE, float_precision="round_trip")`` reads them to the bit.
+    """
+    dims = list(result.sizes)
+    yield ",".join([*_HEAD, *(_quoted(str(dim)) for dim in dims), *_TAIL]) + "\n"
+    labels: dict[Hashable, list[str]] = {}
+    for dim, size in result.sizes.items():
+        values = result.variables[dim].values.tolist() if dim in result.variables else range(size)
+        labels[dim] = [_quoted(repr(value) if isinstance(value, int | float) else str(value)) for value in values]
+    for name in result.variables:
+        variable = _in_order(result.variables[name], result)
+        before = f"{_quoted(str(name))},{_kind(variable)},{_quoted(str(variable.attrs.get('units', '')))},"
+        places = product(*(labels[dim] if dim in variable.dims else [""] for dim in dims))
+        lines = [
+            f"{before}{','.join(place)}{',' if dims else ''}{cells}\n"
+            for place, cells in zip(places, _csv_values(variable.values.ravel()), strict=True)
+        ]
+        yield "".join(lines)
+    empty = "," * (len(dims) + 2)
+    for name, value in result.attrs.items():
+        yield f"{_quoted(str(name))},attribute,,{empty}{_quoted(_text_of(value))}\n"
+
+
+def _dims(variable: xr.Variable, result: xr.Dataset) -> tuple[str, ...]:
+    """Dims of a variable in the order of the result's."""
+    return tuple(str(dim) for dim in result.sizes if dim in variable.dims)
+
+
+def _in_order(variable: xr.Variable, result: xr.Dataset) -> xr.Variable:
+    """A variable with its dims in the order of the result's."""
+    return variable.transpose(*(dim for dim in result.sizes if dim in variable.dims))
+
+
+def _kind(variable: xr.Variable) -> str:
+    """Word of a variable's type."""
+    words = {"f": "float", "i": "integer", "u": "integer", "b": "truth", "c": "complex", "M": "time"}
+    return words.get(variable.dtype.kind, "text")
+
+
+def _csv_values(values: np.ndarray[Any, Any]) -> list[str]:
+    """The last three cells of every value: number, imaginary part, text."""
+    kind = values.dtype.kind
+    if kind == "c":
+        parts = zip(values.real.tolist(), values.imag.tolist(), strict=True)
+        return [f"{real!r},{imaginary!r}," for real, imaginary in parts]
+    if kind in "fiu":
+        return [f"{value!r},," for value in values.tolist()]
+    if kind == "b":
+        return [f"{value:d},," for value in values.tolist()]
+    if kind == "M":
+        return [f",,{value}" for value in np.datetime_as_string(values).tolist()]
+    return [f",,{_quoted(_text_of(value))}" for value in values.tolist()]
+
+
+def _quoted(text: str) -> str:
+    """A text as a cell of a line, with an apostrophe where a spreadsheet could take it for a formula."""
+    if text.startswith(_FORMULA):
+        text = f"'{text}"
+    if any(sign in text for sign in ',"\n\r'):
+        return '"' + text.replace('"', '""') + '"'
+    return text
+
+
+def _text_of(value: Any) -> str:
+    """An attribute or an entry of texts as text."""
+    if value is None:
+        return ""
+    if isinstance(value, np.ndarray | list | tuple):
+        return json.dumps(np.asarray(value).tolist(), default=str)
+    return str(value)
+
+
+# --- sheets ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Sheet:
+    """One sheet: the variables of equal dims, a row for each point of them.
+
+    title : unique name of the sheet.  dims.  head, widths : of all columns, those of the dims first.
+    names : of the variables.  rows : makes the rows when they are written.
+    """
+
+    title: str
+    dims: tuple[str, ...]
+    head: tuple[str, ...]
+    widths: tuple[int, ...]
+    names: tuple[str, ...]
+    rows: Callable[[], Iterator[tuple[Any, ...]]]
+
+
+def save_xlsx(result: xr.Dataset, path: str | Path) -> Path:
+    """Write a result as a workbook; whole or not at all.
+
+    The first sheet, ``about``, says what it is: title, verb, version, options, warnings, every sheet with its dims in
+    full, and every variable with its sheet, unit and meaning; the model file at its end.  Then a sheet for each group
+    of variables of equal dims, a row for each of their points: labels of the dims, then a column a variable with its
+    unit in the heading, of complex ones two.  nan is an empty cell, infinity the text ``inf``.  Texts are texts,
+    whatever they begin with.  A group of more rows than a sheet has goes on in a further one.
+
+    Raises
+    ------
+    ModelError : more than `CELLS_OF_XLSX` cells, a text that no cell can hold, or the file cannot be written.
+    """
+    cells = cells_of(result)
+    if cells > CELLS_OF_XLSX:
+        problem = f"{cells} cells are too many for a workbook"
+        raise ModelError(problem, path=str(path), allowed=f"at most {CELLS_OF_XLSX}, or .nc, .json or .csv")
+    columns = [variable.values.ravel() for variable in result.variables.values() if _kind(variable) == "text"]
+    longest = max((len(_text_of(text)) for values in columns for text in values.tolist()), default=0)
+    if longest > _CHARACTERS:
+        problem = f"a text of {longest} characters is too long for a cell"
+        raise ModelError(problem, path=str(path), allowed=f"{_CHARACTERS}, or .nc, .json or .csv")
+    with whole_file(path) as file:
+        _write_book(result, file)
+    return Path(path)
+
+
+def _write_book(result: xr.Dataset, file: BinaryIO) -> None:
+    """The workbook of `save_xlsx`."""
+    from openpyxl import Workbook
+
+    sheets = _sheets(result)
+    book = Workbook(write_only=True)
+    try:
+        book.properties.creator = "epicyclic"
+        book.properties.title = _xml(str(result.attrs.get("title", "")))
+        _write_sheet(book, "about", ("what", "", "", "", ""), (24, 40, 14, 10, 60), _about(result, sheets), frozen=1)
+        for sheet in sheets:
+            frozen = len(sheet.dims) + 1 if sheet.names else 1
+            _write_sheet(book, sheet.title, sheet.head, sheet.widths, sheet.rows(), frozen=frozen)
+        book.save(file)
+    except BaseException:
+        for started in book.worksheets:  # else each of them complains when it is thrown away
+            with suppress(Exception):
+                started.close()
+        raise
+
+
+def cells_of(result: xr.Dataset) -> int:
+    """Number of cells of a result in a workbook; a hundred thousand take a second, on a busy machine three."""
+    columns: dict[tuple[str, ...], int] = {}
+    for name, variable in result.variables.items():
+        dims = _dims(variable, result)
+        parts = 0 if dims == (str(name),) else 2 if variable.dtype.kind == "c" else 1
+        columns[dims] = columns.get(dims, len(dims)) + parts
+    return sum(
+        count * math.prod(result.sizes[dim] for dim in dims) for dims, count in columns.items() if count > len(dims)
+    )
+
+
+def _sheets(result: xr.Dataset) -> list[_Sheet]:
+    """The groups of equal dims as sheets, those with fewer dims first."""
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for name, variable in result.variables.items():
+        group = groups.setdefault(_dims(variable, result), [])
+        if _dims(variable, result) != (str(name),):  # a label of a dim stands in the column of the dim
+            group.append(str(name))
+    taken = {"about", "history"}  # the second is a name that Excel keeps for itself
+    sheets: list[_Sheet] = []
+    for dims, names in sorted(groups.items(), key=lambda item: len(item[0])):
+        if names or (dims and not any(dims[0] in other for other in groups if other != dims)):
+            sheets += _group(result, dims, names, taken)
+    return sheets
+
+
+def _group(result: xr.Dataset, dims: tuple[str, ...], names: list[str], taken: set[str]) -> list[_Sheet]:
+    """Sheets of one group: several where it has more rows or columns than one holds."""
+    # labels of the dims as cells; places from 0 where a dim has no coordinate
+    coordinates = result.variables
+    labels = [_cells(coordinates[dim].values) if dim in coordinates else list(range(result.sizes[dim])) for dim in dims]
+    heads = [_heading(dim, coordinates[dim].attrs.get("units", "") if dim in coordinates else "") for dim in dims]
+    columns: list[tuple[str, str, Any]] = []  # variable, heading, values
+    for name in names:
+        variable = _in_order(result.variables[name], result)
+        unit = variable.attrs.get("units", "")
+        values = variable.values.ravel()
+        if values.dtype.kind == "c":
+            columns.append((name, _heading(f"{name} real", unit), values.real))
+            columns.append((name, _heading(f"{name} imaginary", unit), values.imag))
+        else:
+            columns.append((name, _heading(name, unit), values))
+    sizes = [len(entries) for entries in labels]
+    room = _COLUMNS - len(dims)
+    count, most = math.prod(sizes), _ROWS - 1
+    sheets = []
+    for left in range(0, max(len(columns), 1), room):
+        shown = columns[left : left + room]
+        head = (*heads, *(heading for _, heading, _ in shown))
+        widths = tuple(map(_width, head, [*labels, *(values for _, _, values in shown)]))
+        for first in range(0, max(count, 1), most):
+            sheets.append(
+                _Sheet(
+                    title=_title(_short(dims) or "numbers", taken),
+                    dims=dims,
+                    head=head,
+                    widths=widths,
+                    names=tuple(dict.fromkeys(name for name, _, _ in shown)),
+                    rows=partial(_rows, labels, sizes, shown, first, min(first + most, count)),
+                )
+            )
+    return sheets
+
+
+def _rows(
+    labels: list[list[Any]], sizes: list[int], columns: list[tuple[str, str, Any]], first: int, last: int
+) -> Iterator[tuple[Any, ...]]:
+    """Rows of a group from one of its points to another: labels of the dims, then the values."""
+    indices = np.unravel_index(np.arange(first, last), sizes) if sizes else ()
+    keys = [[entries[i] for i in places] for entries, places in zip(labels, indices, strict=True)]
+    cells = [_cells(values[first:last]) for _, _, values in columns]
+    return zip(*keys, *cells, strict=True)
+
+
+def _cells(values: np.ndarray[Any, Any]) -> list[Any]:
+    """Values as cells: nothing for nan, a text for infinity."""
+    kind = values.dtype.kind
+    if kind == "M":
+        return [None if text == "NaT" else text for text in np.datetime_as_string(values).tolist()]
+    plain: list[Any] = values.tolist()
+    if kind == "f":
+        if np.isfinite(values).all():
+            return plain
+        return [number if math.isfinite(number) else None if math.isnan(number) else str(number) for number in plain]
+    return plain if kind in "iub" else [_text_of(value) for value in plain]
+
+
+def _heading(name: str, unit: object) -> str:
+    return f"{name} [{unit}]" if str(unit) not in ("", "1") else name
+
+
+def _width(heading: str, column: Any) -> int:
+    """Width of a column: of its heading, and of its first texts where it holds texts."""
+    texts = [len(value) for value in column[:200] if isinstance(value, str)]
+    return min(_WIDEST, max(_NARROWEST, len(heading) + 2, *texts))
+
+
+def _short(dims: Sequence[str]) -> str:
+    """Dims as the name of a sheet: in full, else the last words of their paths, else these cut alike, ``~`` at the cut.
+
+    The full dims stand in the contents of the first sheet and head the columns.
+    """
+    full = " x ".join(dims)
+    last = [dim.rsplit(".", 1)[-1] for dim in dims]
+    if len(full) <= _NAME or len(" x ".join(last)) <= _NAME:
+        return full if len(full) <= _NAME else " x ".join(last)
+    room = max(2, (_NAME - 3 * (len(dims) - 1)) // len(dims))
+    return " x ".join(word if len(word) <= room else f"{word[: room - 1]}~" for word in last)
+
+
+def _title(wanted: str, taken: set[str]) -> str:
+    """A name for a sheet: 31 characters without ``[]:*?/\\``, unlike any other."""
+    plain = re.sub(r"[\[\]:*?/\\]", " ", _xml(wanted)).strip("' ") or "sheet"
+    title, number = plain[:_NAME].strip("' "), 1
+    while title.lower() in taken:
+        number += 1
+        title = f"{plain[: _NAME - 2 - len(str(number))].strip()} {number}"
+    taken.add(title.lower())
+    return title
+
+
+def _about(result: xr.Dataset, sheets: Sequence[_Sheet]) -> Iterator[tuple[Any, ...]]:
+    """Rows of the first sheet."""
+    texts = {name: _text_of(value) for name, value in result.attrs.items()}
+    first = [name for name in ("title", "verb", "package", "version", "options", "warnings") if name in texts]
+    last = [name for name in texts if name not in first]
+    for name in (*first, *(name for name in last if len(texts[name]) <= _LONG)):
+        entries = [texts[name]]
+        if name == "warnings":
+            # a list in JSON
+            with suppress(json.JSONDecodeError):
+                warnings = json.loads(str(result.attrs[name]))
+                entries = [str(entry) for entry in warnings] if isinstance(warnings, list) else entries
+        yield from ((_xml(name) if not place else "", text) for place, text in enumerate(entries or ["none"]))
+    yield ()
+    yield ("sheet", "a row for each of", "columns")
+    yield from ((sheet.title, " x ".join(sheet.dims) or "(one row)", len(sheet.head)) for sheet in sheets)
+    yield ()
+    yield ("variable", "sheet", "unit", "type", "meaning")
+    home = {name: sheet.title for sheet in reversed(sheets) for name in (*sheet.dims, *sheet.names)}
+    for key, variable in result.variables.items():
+        name = str(key)
+        unit, words = (str(variable.attrs.get(word, "")) for word in ("units", "long_name"))
+        yield (name, home.get(name, ""), unit, _kind(variable), words)
+    for name in (name for name in last if len(texts[name]) > _LONG):
+        yield ()
+        pieces = [texts[name][at : at + _CHARACTERS] for at in range(0, len(texts[name]), _CHARACTERS)]
+        yield from ((name if not place else "", piece) for place, piece in enumerate(pieces))
+
+
+def _write_sheet(
+    book: Any, title: str, head: Sequence[str], widths: Sequence[int], rows: Iterator[tuple[Any, ...]], *, frozen: int
+) -> None:
+    """Append a sheet; its heading stands still, and so do the columns before the one numbered `frozen`."""
+    from openpyxl.cell import WriteOnlyCell
+    from openpyxl.styles import Font
+    from openpyxl.utils import get_column_letter
+
+    sheet = book.create_sheet(title)
+    sheet.freeze_panes = f"{get_column_letter(frozen)}2"
+    for place, width in enumerate(widths, start=1):
+        sheet.column_dimensions[get_column_letter(place)].width = width
+
+    heading = []
+    for name in head:
+        cell = WriteOnlyCell(sheet, _xml(name))
+        cell.data_type, cell.font = "s", Font(bold=True)
+        heading.append(cell)
+    sheet.append(heading)
+    for row in rows:
+        sheet.append([_cell(sheet, value) for value in row])
+
+
+def _cell(sheet: Any, value: Any) -> Any:
+    """A value as openpyxl takes it: that writes numbers in 16 digits, so one that needs 17 goes as the text of one."""
+    from openpyxl.cell import WriteOnlyCell
+
+    if isinstance(value, str):
+        text = _xml(value)
+        if not text.startswith((*_FORMULA, "#")):
+            return text
+        cell = WriteOnlyCell(sheet, text)
+        cell.data_type, cell.quotePrefix = "s", True  # else = begins a formula, at the latest when it is edited
+        return cell
+    if value is None or isinstance(value, bool) or (float(f"{value:.16g}") == value and str(value) != "-0.0"):
+        return value
+    cell = WriteOnlyCell(sheet, repr(value))
+    cell.data_type = "n"
+    return cell
+
+
+def _xml(text: str) -> str:
+    """A text without characters that XML cannot hold: they are spelt out."""
+    return _NO_XML.sub(lambda match: f"\\x{ord(match[0]):02x}", text)

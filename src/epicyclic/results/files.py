@@ -20,9 +20,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from ..arguments import checked
 from ..errors import ModelError
-from ..input_files import as_input
+from ..user_input import as_input, checked
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,16 +11,15 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..arguments import checked
 from ..errors import ModelError
+from ..user_input import checked
 from ..warning_codes import CodedText, coded
+from .encodings import read_rexs_file
 from .file import RexsFile
 from .joint_tables import couplings_table, operation_table, tell_gravity
 from .members import MATERIAL, GearUnit, body_tables, material_of, unit_of
-from .reading import read_rexs_file
 from .stage_tables import stage_table, x_axis_of
-from .stages import Branch, StageParts
-from .view import Entry, View, view_of
+from .stages import Branch, Entry, StageParts, View, view_of
 
 _ARRAYS = ("support_vector", "u_axis_vector", "w_axis_vector", "is_engaged")
 # attributes whose value is a text by the standard

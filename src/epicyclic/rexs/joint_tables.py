@@ -13,8 +13,7 @@ from typing import NamedTuple
 
 from .file import Number
 from .members import BODY_NAME, GearUnit, StageMember
-from .stages import RIGID, Joint, Parts
-from .view import Vector, along, cross, minus
+from .stages import RIGID, Joint, Parts, Vector, along, cross, minus
 
 Table = dict[str, object]
 EndAt = Callable[[int], str | None]

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 
 from ..errors import ModelError
 from .file import Component, Number, shown
-from .stages import Joint, Parts, StageParts, joints_of, planetary_stages, rigid_parts
-from .view import Vector, View, along, minus
+from .stages import Joint, Parts, StageParts, Vector, View, along, joints_of, minus, planetary_stages, rigid_parts
 
 Table = dict[str, object]
 STEEL = 7850.0  # the density a model file has by default [kg/m^3]

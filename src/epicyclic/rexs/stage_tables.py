@@ -9,8 +9,7 @@ from ..errors import ModelError
 from .file import Component, Number, shown
 from .joint_tables import planet_bearings, support_table
 from .members import GearFacts, GearUnit, StageMember, gear_facts, is_lumped, mass_table, normal_module
-from .stages import StageParts
-from .view import Vector, View, along, cross, minus
+from .stages import StageParts, Vector, View, along, cross, minus
 
 Table = dict[str, object]
 _SAME_ANGLE = 0.01  # deg; files state places with 1e-12, angles by hand with a few digits

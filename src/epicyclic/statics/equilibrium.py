@@ -11,7 +11,7 @@ Static equilibrium with unilateral meshes and laws: the least energy, by Newton 
     E(q) = q'Kq/2 - F'q + sum_f Phi_f(B'q - e) + sum_g phi_g(B'q - e)
 
 with Phi_f the energy of a flank and phi_g that of a bearing with play or a spline, all convex (`system.flank_laws`,
-`system.radial_laws`).  The problem is condensed to the rows B of flanks and groups; derived here.  With H = K + B
+`system.link_laws`).  The problem is condensed to the rows B of flanks and groups; derived here.  With H = K + B
 diag(k0) B' (all meshes closed, all groups at their nominal stiffness), A = H^+ B, S = B'A and the pull p = k0 w - f of
 each row, q = H^+ F + A p, w = B'q, and the residual in row forces is r = p - k0 w + f(w - e).  This holds for any k0 >=
 0: far flanks, which are open in the mean, have k0 = 0 and p = -f.
@@ -38,11 +38,10 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
-from ..system.elimination import elastic_rows, free_motions
 from ..system.flank_laws import LinearAt
 from ..system.gaps import FlanksAt
-from ..system.group_laws import Laws, stacked
-from ..system.system import Array, System
+from ..system.link_laws import Laws, stacked
+from ..system.system import Array, System, elastic_rows, free_motions
 from .record import contradicting_radii, unheld, unheld_error
 
 Slope = Callable[[Array, NDArray[np.int64]], Array]

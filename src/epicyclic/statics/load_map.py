@@ -42,10 +42,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
-from ..system.elimination import elastic_rows
 from ..system.flank_laws import LinearAt
 from ..system.gaps import FlanksAt, flanks
-from ..system.system import Array, ComplexArray, Faces, Line, MeshRows, System, faces
+from ..system.system import Array, ComplexArray, Faces, Line, MeshRows, System, elastic_rows, faces
 from .equilibrium import Compliance, Values, compliance, imbalance, require_balance
 from .record import MeshGroup, RecordExcitation, group_gap, parallel_meshes
 from .static import HeldTrain, held_train, settled

@@ -21,10 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
-from ..system.elimination import elastic_rows
 from ..system.gaps import flanks, groups_past_the_end, net_force, past_the_end
-from ..system.group_laws import STATES, Laws
-from ..system.system import Array, Faces, FarFlanks, System, faces
+from ..system.link_laws import STATES, Laws
+from ..system.system import Array, Faces, FarFlanks, System, elastic_rows, faces
 from ..warning_codes import CodedText, coded
 from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance
 from .record import (

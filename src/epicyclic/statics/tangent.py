@@ -14,9 +14,8 @@ from fractions import Fraction
 import numpy as np
 
 from ..system.flank_laws import LawRows, LinearLaw
-from ..system.group_laws import STATES, Laws
-from ..system.symmetry import commutes
-from ..system.system import Array, Line, LinkRows, MeshRows, System, faces
+from ..system.link_laws import STATES, Laws
+from ..system.system import Array, Line, LinkRows, MeshRows, System, commutes, faces
 from ..warning_codes import CodedText, coded
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
 from .record import group_gap, standing_load

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..show.elements import Company, Drawing, Section, Table
 from ..show.tables import force_table
-from ..show.view import ResultView
+from ..show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

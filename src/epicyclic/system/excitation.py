@@ -14,9 +14,8 @@ import numpy as np
 
 from ..errors import ModelError
 from ..train.train import Displacement, Load, MeshError, Train
-from .elimination import eliminate
 from .structure import Structure, own_centres, structure_of
-from .system import Array, ComplexArray, Line
+from .system import Array, ComplexArray, Line, eliminate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

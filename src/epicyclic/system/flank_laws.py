@@ -34,7 +34,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .radial_laws import STRAIGHT, Array, cubic, cubic_energy, energy_before
+from .link_laws import STRAIGHT, Array, cubic, cubic_energy, energy_before
 
 Index = NDArray[np.int64]
 

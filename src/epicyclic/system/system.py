@@ -5,13 +5,24 @@
 with one column of B a mesh row, f_m = k_m(t) <B^T q - e>_m + c_m d/dt(...), all gaps along the tooth normal
 (docs/conventions.md, The mesh row).  A mesh cut along the face has a row a slice; `faces` names whole meshes and sums
 over them.
+
+Rank of rows: A q = eps of rigid connections becomes q = T p + S eps, exactly, without penalty springs, by Gauss-Jordan
+elimination with prescribed pivots (derived here).  With the rows of the mean stiffness weighted by the roots of
+stiffness, W = [sqrt(k) b], it is W W^T.  A rigid motion strains no mesh and no link, whatever their stiffness:
+kinematics tells it by the rank of the rows (derived here), the size of an eigenvalue does not.
+
+Cyclic symmetry of a stage is the operator that rotates it by one branch (cyclic modes: [lin1999]).
+
+A notebook shows which bodies the meshes and links of a System couple, and its key numbers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from html import escape
 from typing import TypeVar
 
 import numpy as np
@@ -19,9 +30,8 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..warning_codes import CodedText
-from .display import damping_text, system_html
 from .flank_laws import LawRows
-from .group_laws import LawGroup, Laws, stacked
+from .link_laws import LawGroup, Laws, stacked
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -350,4 +360,278 @@ def faces(meshes: MeshRows) -> Faces:
         row=row,
         first=np.flatnonzero(np.diff(row, prepend=-1)),
         count=np.bincount(row, minlength=len(whole)),
+    )
+
+
+# Entries below this share of the largest one in a row are rounding of eliminations.
+NEGLIGIBLE = 1e-12
+# Singular values of rows of unit length that are zero: rounding of rows is 1e-15, and radii printed to eight digits fit
+# one centre distance to 1e-8; rows that hold a motion on purpose have 1e-3 (a narrow face against tilt) and more.
+_RANK = 1e-8
+# What K has beside its links, per geometric mean of its diagonal: rounding of the sum.
+REST = 1e-12
+
+
+def eliminate(constraints: Array, pivots: NDArray[np.int64]) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Solve the constraints for as many coordinates as their rank.
+
+    Parameters
+    ----------
+    constraints : (c, N) rows A of A q = eps, in units that make their entries comparable.
+    pivots : (c,) the coordinate for which each row is solved if its coefficient is not negligible.
+
+    Returns
+    -------
+    T : (N, n) so that q = T p satisfies A q = 0; columns of kept coordinates are unit at that coordinate.
+    S : (N, c) so that q = T p + S eps satisfies A q = eps, as far as the rows are independent.
+    kept : (n,) the coordinates that remain.
+    """
+    count, size = constraints.shape
+    A = constraints.copy()
+    S = np.zeros((size, count))
+    active = np.ones(size, bool)
+    scale = np.abs(A).max(axis=1, initial=0.0)
+    pending = scale > 0
+    # Rows with one free coordinate determine it, many in a pass; that may leave other rows with one.
+    while True:
+        live = ((np.abs(A) > NEGLIGIBLE * scale[:, None]) & active).sum(axis=1)
+        pending &= live > 0
+        single = np.flatnonzero(pending & (live == 1))
+        if not single.size:
+            break
+        columns, first = np.unique(np.abs(A[single] * active).argmax(axis=1), return_index=True)
+        rows = single[first]
+        right = -A[rows] @ S
+        right[np.arange(rows.size), rows] += 1.0
+        S[columns] = right / A[rows, columns][:, None]
+        active[columns] = False
+        pending[rows] = False
+    T = np.zeros((size, size))
+    T[active, active] = 1.0
+    for row in np.flatnonzero(pending).tolist():
+        reduced, pivot, least = A[row] @ T, int(pivots[row]), NEGLIGIBLE * scale[row]
+        if abs(reduced[pivot]) <= least:
+            pivot = int(np.argmax(np.abs(reduced)))
+        if abs(reduced[pivot]) <= least:
+            continue
+        right = -(A[row] @ S)
+        right[row] += 1.0
+        column = T[:, pivot].copy()
+        S += np.outer(column, right / reduced[pivot])
+        T -= np.outer(column, reduced / reduced[pivot])
+        T[:, pivot] = 0.0
+    kept = np.flatnonzero(T.any(axis=0))
+    return T[:, kept], S, kept
+
+
+def stiffness_rows(system: System) -> Array | None:
+    """Rows W (n, R) [sqrt(N/m)] with W W^T the mean stiffness: meshes, links, and what else K holds.
+
+    None where a part of it is negative.
+    """
+    meshes, k = system.meshes, system.links.stiffness
+    linear = np.isfinite(k) & (k != 0)
+    if np.any(k[linear] < 0) or np.any(meshes.stiffness < 0):
+        return None
+    elastic = _elastic(system, linear)
+    return None if elastic is None else np.concatenate([meshes.B * np.sqrt(meshes.stiffness), elastic], axis=1)
+
+
+def elastic_rows(system: System, without: NDArray[np.int64] | None = None) -> Array:
+    """Rows W (n, R) [sqrt(N/m)] with W W^T = K: links, those `without` left out of it, and what else K holds.
+
+    Raises
+    ------
+    ModelError : K is negative along some motion.
+    """
+    k = system.links.stiffness
+    linear = np.isfinite(k) & (k > 0)
+    elastic = _elastic(system, linear)
+    if elastic is None:
+        raise ModelError("the stiffness of links is negative along some motion", path="stages", allowed="0 or more")
+    if without is None or not without.size:
+        return elastic
+    return np.delete(elastic, np.flatnonzero(np.isin(np.flatnonzero(linear), without)), axis=1)
+
+
+def _elastic(system: System, linear: NDArray[np.bool_]) -> Array | None:
+    """Rows (n, R) of the linear links and of what else K holds; None where that is negative."""
+    links = system.links
+    rows = links.B[:, linear] * np.sqrt(links.stiffness[linear])
+    rest = system.K - rows @ rows.T
+    size = np.sqrt(np.maximum(np.diag(system.K), 0.0))
+    rest[np.abs(rest) <= REST * np.outer(size, size)] = 0.0
+    further = _factor((rest + rest.T) / 2)
+    return None if further is None else np.concatenate([rows, further], axis=1)
+
+
+def _factor(matrix: Array) -> Array | None:
+    """F (n, r) with F F^T a symmetric matrix (n, n) without negative eigenvalues; None where it has some."""
+    if not matrix.any():
+        return np.zeros((len(matrix), 0))
+    size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    scale = np.where(size > 0, size, 1.0)
+    values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
+    limit = REST * len(values) * float(np.abs(values).max())
+    if values[0] < -limit:
+        return None
+    kept = values > limit
+    factor: Array = scale[:, None] * vectors[:, kept] * np.sqrt(values[kept])
+    return factor
+
+
+def free_motions(rows: Array) -> tuple[Array, Array]:
+    """Orthonormal bases of the motions that strain no row, (n, r), and of the others, (n, n - r).
+
+    rows : (n, R) in comparable coordinates, as those of unit mass; their lengths do not count.
+    """
+    length = np.linalg.norm(rows, axis=0)
+    left, size, _ = np.linalg.svd(rows[:, length > 0] / length[length > 0])
+    rank = int(np.count_nonzero(size > _RANK * float(size.max(initial=0.0))))
+    return left[:, rank:], left[:, :rank]
+
+
+# Angles and stiffnesses of a drawing carry about 1e-12 of rounding; a real asymmetry is far above.
+_TOLERANCE = 1e-9
+
+
+def turn_operator(count: int, *, moves: Sequence[tuple[int, int]], turned: Sequence[int], angle: float) -> Array:
+    """Operator that rotates the displacements of a stage by one branch.
+
+    Parameters
+    ----------
+    count : number of bodies.
+    moves : (from, to) indices of the bodies on branches; their own axes rotate with them.
+    turned : bodies on the axis, whose x y and rx ry rotate by `angle` [rad].
+
+    Returns
+    -------
+    (6 count, 6 count) [1]; identity on all other bodies.
+    """
+    R = np.eye(6 * count)
+    for source, _ in moves:
+        R[6 * source : 6 * source + 6] = 0.0
+    for source, target in moves:
+        R[6 * target : 6 * target + 6] = 0.0
+        R[6 * target : 6 * target + 6, 6 * source : 6 * source + 6] = np.eye(6)
+    c, s = np.cos(angle), np.sin(angle)
+    rotation = np.array([[c, -s], [s, c]])
+    for body in turned:
+        for i in (6 * body, 6 * body + 3):
+            R[i : i + 2, i : i + 2] = rotation
+    return R
+
+
+def reduced_operator(R: Array, expand: Array) -> Array | None:
+    """Operator R (6 nb, 6 nb) on the reduced coordinates, (n, n) [1]; None where rigid connections break the symmetry.
+
+    expand : (6 nb, n), q_full = expand @ q.
+    """
+    moved = R @ expand
+    # every column has a unit entry of its own, so the normal equations are well conditioned; the residual is checked
+    reduced = np.linalg.solve(expand.T @ expand, expand.T @ moved)
+    off = np.abs(expand @ reduced - moved).max(initial=0.0)
+    return np.asarray(reduced, np.float64) if off <= _TOLERANCE * max(1.0, np.abs(expand).max(initial=1.0)) else None
+
+
+def commutes(R: Array, matrix: Array) -> bool:
+    """Whether R' matrix R = matrix within rounding, (n, n), entry by entry on the scale of the diagonal."""
+    diagonal = np.sqrt(np.abs(np.diag(matrix)))
+    scale = np.maximum(np.outer(diagonal, diagonal), 1e-12 * float(np.max(diagonal, initial=0.0)) ** 2)
+    difference = np.abs(R.T @ matrix @ R - matrix)
+    return bool(np.all(difference <= _TOLERANCE * np.where(scale > 0, scale, 1.0)))
+
+
+_CELL, _LABEL = 13, 10  # side of a cell of the pattern and size of its letters [px]
+_MESH, _LINK, _BODY = "#e07b39", "#6ea8d8", "#c8c8c8"  # colours of couplings and of a body with itself
+
+
+def system_html(system: System) -> str:
+    """Coupling pattern and key numbers of a system as one well-formed HTML element, without outside references."""
+    rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(text)}</td></tr>" for name, text in _facts(system))
+    title = escape(str(system.provenance.get("title", "")))
+    return f"<div><p><b>{title}</b></p>{_pattern(system)}<table>{rows}</table></div>"
+
+
+def damping_text(system: System) -> str:
+    """What damping is given: the ratio of the modes, dampers of connections, or none."""
+    dampers = bool(np.any(system.C)) or bool(np.any(system.meshes.damping))
+    named = ([] if system.zeta is None else [f"modal {system.zeta:.4g}"]) + ["dampers"] * dampers
+    return ", ".join(named) or "none"
+
+
+def _facts(system: System) -> list[tuple[str, str]]:
+    meshes, slices = system.meshes, sum(number > 0 for number in system.meshes.slice)
+    laws = Counter(group.law.kind for group in system.groups)
+    facts = [
+        ("degrees of freedom", f"{len(system.dofs.names)} of {len(set(system.dofs.body))} bodies"),
+        ("mesh rows", f"{len(meshes.name)}" + (f", {slices} of them slices" if slices else "")),
+        ("mean mesh stiffness [N/m]", _range(meshes.stiffness)),
+        ("far flanks", str(len(system.far.mesh)) if system.far is not None else "none"),
+        ("meshes with a law", f"{sum(len(block.rows) for block in meshes.laws)} rows" if meshes.laws else ""),
+        ("linear link rows", str(len(system.links.name))),
+        ("links with a law", ", ".join(f"{count} {kind}" for kind, count in laws.items()) or "none"),
+        ("mesh frequencies [Hz]", ", ".join(f"{float(tone):.5g}" for tone in system.tones) or "no speed given"),
+        ("excitation lines", str(len(system.lines))),
+        ("damping", damping_text(system)),
+        ("cyclic stages", ", ".join(f"{s.stage} ({s.branches})" for s in system.symmetries if s.holds) or "none"),
+        ("missing inertia", ", ".join(system.missing_inertia)),
+    ]
+    return [(name, text) for name, text in facts if text]
+
+
+def _range(values: NDArray[np.float64]) -> str:
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return ""
+    low, high = float(known.min()), float(known.max())
+    return f"{low:.4g}" if high - low <= 1e-9 * abs(high) else f"{low:.4g} .. {high:.4g}"
+
+
+def _pattern(system: System) -> str:
+    """Bodies against bodies as SVG: coupled by a mesh below and by links above the diagonal, both in one cell."""
+    names = list(dict.fromkeys(system.dofs.body))
+    owner = np.array([names.index(body) for body in system.dofs.body])
+    groups = [system.links.B, *(group.B for group in system.groups)]
+    meshes, links = _coupled(system.meshes.B, owner), _coupled(np.concatenate(groups, axis=1), owner)
+    left = 0.62 * _LABEL * max((len(name) for name in names), default=0) + 6
+    cells = [_cell(left, i, i, _BODY, name) for i, name in enumerate(names)]
+    for i, j in sorted(links):
+        cells.append(_cell(left, i, j, _LINK, f"{names[i]}, {names[j]}: link"))
+        if (i, j) not in meshes:
+            cells.append(_cell(left, j, i, _LINK, f"{names[i]}, {names[j]}: link"))
+    for i, j in sorted(meshes):
+        if (i, j) not in links:
+            cells.append(_cell(left, i, j, _MESH, f"{names[i]}, {names[j]}: mesh"))
+        cells.append(_cell(left, j, i, _MESH, f"{names[i]}, {names[j]}: mesh"))
+    labels = "".join(
+        f'<text x="{left - 4:.1f}" y="{_CELL * i + _LABEL:.1f}">{escape(name)}</text>' for i, name in enumerate(names)
+    )
+    size, foot = _CELL * len(names), _CELL * len(names) + _LABEL + 6
+    legend = (
+        f'<rect x="{left:.1f}" y="{foot - 9}" width="9" height="9" fill="{_MESH}"/>'
+        f'<rect x="{left + 60:.1f}" y="{foot - 9}" width="9" height="9" fill="{_LINK}"/>'
+        f'<g text-anchor="start"><text x="{left + 13:.1f}" y="{foot}">mesh</text>'
+        f'<text x="{left + 73:.1f}" y="{foot}">link</text></g>'
+    )
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{max(left + size, left + 110):.0f}" height="{foot + 6}" '
+        f'font-family="sans-serif" font-size="{_LABEL}" text-anchor="end" fill="currentColor">'
+        f"{labels}{''.join(cells)}{legend}</svg>"
+    )
+
+
+def _coupled(B: NDArray[np.float64], owner: NDArray[np.int64]) -> set[tuple[int, int]]:
+    """Pairs i < j of bodies that some row, a column of B (n, R), couples; owner : (n,) body of each coordinate."""
+    pairs: set[tuple[int, int]] = set()
+    for column in np.abs(B).T:
+        touched = sorted(set(owner[column > NEGLIGIBLE * column.max(initial=0.0)].tolist()))
+        pairs |= {(i, j) for k, i in enumerate(touched) for j in touched[k + 1 :]}
+    return pairs
+
+
+def _cell(left: float, row: int, column: int, colour: str, text: str) -> str:
+    return (
+        f'<rect x="{left + _CELL * column:.1f}" y="{_CELL * row}" width="{_CELL - 1}" height="{_CELL - 1}" '
+        f'fill="{colour}"><title>{escape(text)}</title></rect>'
     )

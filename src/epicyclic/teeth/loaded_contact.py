@@ -31,7 +31,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError
 from . import gear_pair
-from .contact_solver import ContactSolution, products, solve_hertzian, solve_linear, tangent_stiffness, with_residuals
+from .contact_solver import (
+    ContactSolution,
+    principal_pivoting_batch,
+    products,
+    solve_hertzian,
+    solve_linear,
+    tangent_stiffness,
+    with_residuals,
+)
 from .gear_pair import ContactPair, Torsion
 from .mesh_stiffness import DEFAULT_HARMONICS, ContactTable, evaluate_series, table_series
 from .path_of_contact import LineWindows, contact_lines, corner_reach, line_windows, tip_separation
@@ -223,14 +231,11 @@ def _extrapolated(solved: list[tuple[Array, Array]], load: Array) -> Array | Non
 
 def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:
     """Contact at loads (F,) [N] of a linear law, by numba."""
+    order, count = np.argsort(loads, kind="stable"), segments.valid.sum(axis=1)
     try:
-        from .compiled_pivoting import principal_pivoting_batch
+        force, approach = principal_pivoting_batch(segments.compliance, segments.gap, count, loads[order])
     except ImportError:
         raise ModelError("needs numba", path="compiled", allowed='pip install "epicyclic[fast]"') from None
-    order = np.argsort(loads, kind="stable")
-    force, approach = principal_pivoting_batch(
-        segments.compliance, segments.gap, segments.valid.sum(axis=1), loads[order]
-    )
     back = np.argsort(order, kind="stable")
     return [
         with_residuals(

@@ -113,11 +113,6 @@ def series_in_time(coefficients: ArrayLike, *, lead: Fraction | float, sense: in
     return np.asarray((series if sense > 0 else series.conj()) * np.exp(2j * np.pi * np.array(cycles)))
 
 
-def mesh_phasor(order: int, lead: Fraction | float) -> complex:
-    """Phasor exp(2 pi i order lead) [1], whole cycles removed before rounding; lead [mesh cycles]."""
-    return complex(np.exp(2j * np.pi * float(order * lead % 1)))
-
-
 # mean value, ISO 6336-1 ----------------------------------------------------------------------------------------------
 
 STEEL_MODULUS = 206e9  # Young's modulus of the steel the coefficients below were fitted for [Pa]

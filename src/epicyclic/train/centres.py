@@ -10,7 +10,6 @@ from ..errors import ModelError
 from ..teeth import geometry
 from ..teeth.geometry import Angle, Phase
 from ..warning_codes import coded
-from .bodies import GearData
 from .gears import (
     GivenLength,
     Teeth,
@@ -24,7 +23,7 @@ from .gears import (
     width_of,
 )
 from .stages import GearPair, Plan
-from .train import NAN, ResolutionLog, same, turns_of
+from .train import NAN, GearData, ResolutionLog, same, turns_of
 
 Place = tuple[float, float]
 STEEPEST = math.radians(60)  # working pressure angle, as in the file format

@@ -14,9 +14,8 @@ from ..document.writer import quantity_text
 from ..errors import ModelError
 from ..teeth import geometry
 from ..warning_codes import coded
-from .bodies import GearData
 from .stages import GearPair, Plan, origin_of, sides_of, stated, stated_value
-from .train import ResolutionLog, same
+from .train import GearData, ResolutionLog, same
 
 DEFAULTS = {"pressure_angle": math.radians(20.0), "helix_angle": 0.0}
 HANDS = {"right": 1, "left": -1}

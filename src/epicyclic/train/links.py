@@ -16,12 +16,11 @@ from ..document.schema_fields import BoltsTable, ForceTableOf, LinkTable, SolidT
 from ..document.units import Quantity
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import ForceCurve, force_curve
-from .bodies import DIRECTIONS, Body, Link
 from .centres import StageShape
 from .gears import gap_of, width_of
 from .stage_bodies import body_name, held_by_distance, member_bodies, member_centre
 from .stages import Plan, elastic_constants, file_material, gear_below, member_material, overlaid, sides_of
-from .train import ResolutionLog, per_branch
+from .train import DIRECTIONS, Body, Link, ResolutionLog, per_branch
 
 
 def shaft_stiffness(

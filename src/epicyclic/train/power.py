@@ -27,14 +27,17 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.path_of_contact import touches_always
-from .bodies import Body, Mesh
 from .kinematics import Gearing, Kinematics, Tie
+
+if TYPE_CHECKING:
+    from .train import Body, Mesh
 
 # Power below this share of the input power is rounding of torques that balance.
 _NONE = 1e-9

@@ -27,7 +27,7 @@ from typing import Any, Literal
 from ..document.writer import quantity_text
 from ..errors import ModelError
 from ..teeth import geometry
-from ..teeth.grades import in_flank_range, run_out_width
+from ..teeth.geometry import in_flank_range, run_out_width
 from .phasing import ToothedGear, ToothMesh, stage_leads
 
 Held = Literal["ring", "sun", "carrier"]

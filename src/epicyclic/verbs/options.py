@@ -1,14 +1,26 @@
-"""Annotated types of keywords that several verbs share, so that one word has one meaning and one help text."""
+"""Types of keywords that several verbs share, so that one word has one meaning and one help; and texts to numbers.
+
+Texts are speeds and their ranges, times, relative loads, torque steps, settings.  Errors carry the keyword of the verb
+as path; the command line puts its flag there.
+"""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+from ..errors import ModelError
 from .record import Option
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+    from ..engine.source import Overrides, Source
+    from ..questions.response.sweep_table import SpeedRange
+    from ..system.system import System
+    from ..train.train import Train
 
 RANGE_LOADS = 7
 """Loads of a range where their number is not given: enough to draw a curve through."""
@@ -89,3 +101,372 @@ LinearAt = Annotated[
     ),
 ]
 Misalignment = Annotated[float | str, Option('Of the flanks [rad], or e.g. "0.1 mrad"; positive opens the right end.')]
+
+
+_NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+_UNIT = r"([A-Za-z%°µ].*?)"
+SPEED_HINT = 'a speed of a member, e.g. speed.sun = "100 rpm"'
+_SPEED = 'a positive mesh frequency, speed or share of the operating speed: "20 Hz", "0.6 kHz", "100 rpm", "50 %"'
+_MOST_LOAD = 10_000  # per operating load: beyond any drive; squares of much more are no numbers
+# short circuits of generators and jammed mills reach some ten times the rated torque; a hundred times that is a slip
+_LARGEST_FACTOR = 1000.0
+_HERTZ = {"Hz": 1.0, "kHz": 1e3}
+_SECONDS = {"s": 1.0, "ms": 1e-3, "min": 60.0}
+
+
+def mesh_frequency(value: float | str, *, path: str, tone: float, train: Train | None) -> float:
+    """A mesh frequency [Hz] from a number [Hz], or a text with its unit Hz, kHz, rpm or %.
+
+    Parameters
+    ----------
+    path : keyword, for an error.  tone : mesh frequency at the operating speed [Hz].
+    train : says which member rpm means: the first that `operation.speed` gives, and that turns.
+
+    Raises
+    ------
+    ModelError : no such text, a text without a unit, or rpm without a train or a member that turns.
+    """
+    if not isinstance(value, str):
+        return float(value)
+    number, unit = _quantity(value, ("Hz", "kHz", "rpm", "%"), path)
+    if not 0 < number < 1e9:
+        raise ModelError("not a speed", path=path, given=value, allowed=_SPEED)
+    if unit == "rpm":
+        return number / _given_speed(train, path, value) * tone
+    return number * tone / 100 if unit == "%" else number * _HERTZ[unit]
+
+
+def _given_speed(train: Train | None, path: str, value: str) -> float:
+    """Size of the speed of the first member given that turns [rpm]."""
+    speed = {} if train is None else train.kinematics.speed or {}
+    operation: Any = None if train is None else train.document.get("operation")
+    for member in _members((operation or {}).get("speed") or {}):
+        if speed.get(member):
+            return abs(float(speed[member]))
+    raise ModelError(
+        "nothing says which member that is the speed of",
+        path=path,
+        given=value,
+        allowed="a model whose operation.speed gives a member that turns, or Hz, %",
+    )
+
+
+def _members(given: Mapping[str, Any], before: str = "") -> list[str]:
+    """Names of the members in the order of the file, ``main.sun``."""
+    names: list[str] = []
+    for key, value in given.items():
+        names += _members(value, f"{before}{key}.") if isinstance(value, Mapping) else [f"{before}{key}"]
+    return names
+
+
+def share(value: float | str, path: str) -> float:
+    """A share [1] from a number [1], or a text with or without %.
+
+    Raises
+    ------
+    ModelError : a text that is no positive number.
+    """
+    if not isinstance(value, str):
+        return float(value)
+    found = re.fullmatch(rf"\s*{_NUMBER}\s*(%)?\s*", value)
+    number = float(found[1]) / (100 if found[2] else 1) if found else 0.0
+    if not 0.0 < number < 1e9:
+        raise ModelError("not a share", path=path, given=value, allowed='above zero, e.g. "20 %" or 0.2')
+    return number
+
+
+def frequency_band(text: str, path: str) -> tuple[float, float]:
+    """Least and largest frequency [Hz] of ``500..6000 Hz``; a unit behind the last holds for both.
+
+    Raises
+    ------
+    ModelError : not two frequencies, the lower one first.
+    """
+    ends = [end.strip() for end in text.split("..")]
+    if len(ends) == 2:
+        unit = ends[1].lstrip("0123456789.eE+- ")
+        low, high = (frequency(end if end.endswith(unit) else f"{end} {unit}", path) for end in ends)
+        if low < high:
+            return low, high
+    raise ModelError("not a band", path=path, given=text, allowed='"20 %" or "500..6000 Hz"')
+
+
+def frequency(value: float | str, path: str) -> float:
+    """A frequency [Hz] from a number [Hz], or a text with its unit Hz or kHz.
+
+    Raises
+    ------
+    ModelError : no positive frequency, or a text without a unit.
+    """
+    if not isinstance(value, str):
+        number, unit = float(value), "Hz"
+    else:
+        number, unit = _quantity(value, tuple(_HERTZ), path)
+    if not 0.0 < number < 1e9:
+        raise ModelError("not a frequency", path=path, given=value, allowed='a positive frequency, e.g. "20 Hz"')
+    return number * _HERTZ[unit]
+
+
+def ends(start: float | str | None, stop: float | str | None) -> tuple[float, float] | None:
+    """Both ends of a range of mesh frequencies [Hz]; None where neither is given.
+
+    Raises
+    ------
+    ModelError : one without the other, or no frequency.
+    """
+    if start is None and stop is None:
+        return None
+    if start is None or stop is None:
+        raise ModelError("go together", path="start, stop", allowed='two mesh frequencies, "200 Hz" and "2 kHz"')
+    return frequency(start, "start"), frequency(stop, "stop")
+
+
+def seconds(value: float | str, path: str) -> float:
+    """A time [s] from a number [s], or a text with its unit s, ms or min.
+
+    Raises
+    ------
+    ModelError : a text that is no time of zero or more, or that has no unit.
+    """
+    if not isinstance(value, str):
+        return float(value)
+    number, unit = _quantity(value, tuple(_SECONDS), path)
+    if not 0.0 <= number < 1e9:
+        raise ModelError("not a time", path=path, given=value, allowed='a time, e.g. "0.5 s" or "20 ms"')
+    return number * _SECONDS[unit]
+
+
+def torque_step(value: tuple[float, float] | str) -> tuple[float, float]:
+    """Factor and time [s] of a torque step, from ``FACTOR@TIME`` where it is a text.
+
+    Raises
+    ------
+    ModelError : no such text, or a factor beyond 1000.
+    """
+    if not isinstance(value, str):
+        return _real_step(*value, value)
+    factor, at, time = value.partition("@")
+    found = re.fullmatch(rf"\s*{_NUMBER}\s*", factor)
+    if found is None or not at:
+        raise ModelError("not a torque step", path="torque_step", given=value, allowed='FACTOR@TIME, e.g. "1.5@0.2 s"')
+    return _real_step(float(found[1]), seconds(time, "torque_step"), value)
+
+
+def _real_step(factor: float, time: float, given: object) -> tuple[float, float]:
+    """A torque step as it is, refused where no machine has it."""
+    if not abs(factor) <= _LARGEST_FACTOR:
+        reason = "the worst short circuits are ten times the rated torque"
+        allowed = f"a factor from -{_LARGEST_FACTOR:g} to {_LARGEST_FACTOR:g}; {reason}"
+        raise ModelError("no torque of a machine", path="torque_step", given=given, allowed=allowed)
+    return factor, time
+
+
+def spread(text: str, points: int, path: str = "values") -> list[Any]:
+    """Values of ``a..b`` evenly spaced, or of a list ``a, b, c``; a unit behind the last holds for all.
+
+    Parameters
+    ----------
+    points : number of values of a range.  path : keyword, for an error.
+
+    Returns
+    -------
+    numbers, or texts with the unit where there is one.
+
+    Raises
+    ------
+    ModelError : neither a range nor a list of numbers.
+    """
+    import numpy as np
+
+    found = re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*\.\.\s*{_NUMBER}\s*{_UNIT}?\s*", text)
+    if found:
+        first, one, last, other = found.groups()
+        numbers = [float(value) for value in np.linspace(float(first), float(last), max(points, 1))]
+        unit = other or one
+    else:
+        parts = [re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*", part) for part in text.split(",")]
+        if not all(parts):
+            raise ModelError("not values", path=path, given=text, allowed='"0..2", "1 %..5 %" or "1, 2, 5"')
+        numbers = [float(part[1]) for part in parts if part]
+        unit = next((part[2] for part in parts[::-1] if part and part[2]), None)
+    return [f"{value:.12g} {unit}" for value in numbers] if unit else numbers
+
+
+def loads_of(value: Sequence[float] | str | None, points: int | None, default: int) -> tuple[float, ...] | None:
+    """Relative loads [1] from numbers, or from a text ``0..1.5`` or ``0.5, 2``; None stays None.
+
+    Parameters
+    ----------
+    points : number of loads of a range, `default` where None.
+
+    Raises
+    ------
+    ModelError : a text that is neither a range nor a list of numbers, or that has negative ones; points without range.
+    """
+    if points is not None and not (isinstance(value, str) and ".." in value):
+        raise ModelError(
+            "is the number of loads in a range", path="load_points", given=points, allowed='loads "0..1.5"'
+        )
+    if value is None:
+        return None
+    points = default if points is None else points
+    if not isinstance(value, str):
+        return tuple(value)
+    found = spread(value, points, path="loads")
+    if any(isinstance(one, str) or not 0 <= one <= _MOST_LOAD for one in found):
+        allowed = f'"0..1.5" or "0.5, 2", 0 to {_MOST_LOAD}'
+        raise ModelError("relative loads", path="loads", given=value, allowed=allowed)
+    return tuple(float(one) for one in found)
+
+
+def settings(value: Mapping[str, object] | Sequence[str], path: str) -> dict[str, object]:
+    """Name -> text of entries ``NAME=TEXT``; a mapping stays what it is.
+
+    Raises
+    ------
+    ModelError : no name or no text in an entry, or a name that comes twice.
+    """
+    if isinstance(value, Mapping):
+        return dict(value)
+    found: dict[str, object] = {}
+    for text in value:
+        name, _, bounds = text.partition("=")
+        if not name.strip() or not bounds.strip():
+            raise ModelError("not bounds", path=path, given=text, allowed='tip_relief.amount="0..40 um"')
+        if name.strip() in found:
+            raise ModelError("stated twice", path=f"{path}.{name.strip()}", given=bounds.strip(), allowed="once")
+        found[name.strip()] = bounds.strip()
+    return found
+
+
+def load_per_length(value: float | str, path: str) -> float:
+    """A load per length [N/m] from a number [N/m], or a text with its unit.
+
+    Raises
+    ------
+    ModelError : a text without a unit, or of another quantity.
+    """
+    from ..document.units import Bounds, stated
+
+    if isinstance(value, str):
+        _refuse_bare(value, "N/mm", path)  # teeth bear some hundreds of N/mm
+    try:
+        return stated(value, "stiffness", path, bounds=Bounds(low=0.0, above=True))
+    except ModelError as error:
+        allowed = 'a load per length above 0, e.g. "200 N/mm"'
+        raise ModelError(error.problem, path=path, given=value, allowed=allowed) from None
+
+
+def _quantity(text: str, units: tuple[str, ...], path: str) -> tuple[float, str]:
+    """Number and unit of a text; nan where it is no number of these units.
+
+    Raises
+    ------
+    ModelError : a number other than 0 without a unit.
+    """
+    _refuse_bare(text, units[0], path)
+    found = re.fullmatch(rf"\s*{_NUMBER}\s*({'|'.join(units)})?\s*", text)
+    return (float(found[1]), found[2] or units[0]) if found else (float("nan"), units[0])
+
+
+def _refuse_bare(text: str, unit: str, path: str) -> None:
+    """Refuse a number other than 0 without a unit, with the likely one."""
+    number = text.strip()
+    if re.fullmatch(_NUMBER, number) and float(number) != 0.0:
+        raise ModelError(f'a number without a unit: "{number} {unit}"?', path=path, given=text)
+
+
+def train_and_system(source: Source, overrides: Overrides | None) -> tuple[Train | None, System]:
+    """The Train of a source, None where it is assembled already, and its System."""
+    from ..engine.source import system_of, train_of
+    from ..system.system import System
+
+    if isinstance(source, System):
+        return None, system_of(source, overrides=overrides)
+    train = train_of(source, overrides=overrides)
+    return train, system_of(train)
+
+
+def relative(speed: float | str, system: System, train: Train | None) -> float:
+    """Speed per operating speed [1] from a number, or a text: a number, or a mesh frequency or speed with its unit.
+
+    Parameters
+    ----------
+    train : as of `mesh_frequency`.
+
+    Raises
+    ------
+    ModelError : no such text, a speed out of range, or one with a unit where the model has no speed.
+    """
+    if not isinstance(speed, str):
+        return speed
+    try:
+        share = float(speed)
+    except ValueError:
+        share = _of_operation(speed, system, train)
+    if not 0 <= share <= MOST_SPEED:
+        allowed = f"0 to {MOST_SPEED} times the operating speed"
+        raise ModelError("out of range", path="relative_speed", given=speed, allowed=allowed)
+    return share
+
+
+def _of_operation(speed: str, system: System, train: Train | None) -> float:
+    """Speed per operating speed [1] of a mesh frequency or speed with its unit."""
+    if not system.tones:
+        raise ModelError("is relative to an operating speed", path="operation.speed", given=speed, allowed=SPEED_HINT)
+    from ..statics.record import reference_tone
+
+    tone = float(reference_tone(system))
+    return mesh_frequency(speed, path="relative_speed", tone=tone, train=train) / tone
+
+
+def mesh_frequencies(
+    system: System,
+    train: Train | None,
+    start: float | str | None,
+    stop: float | str | None,
+    points: int,
+    speed_range: SpeedRange = "operation",
+) -> list[float]:
+    """Evenly spaced mesh frequencies of the first mesh (points,) [Hz].
+
+    Parameters
+    ----------
+    train : as of `mesh_frequency`.
+    start, stop : ends, numbers [Hz] or texts; None: that of the range, or, where an end lies beyond it, of the modes.
+    speed_range : as of `range_ends`.
+
+    Raises
+    ------
+    ModelError : no speed in the model, an end that is no speed, or an empty range.
+    """
+    import numpy as np
+
+    from ..questions.modes.eigen import eigen
+    from ..questions.response.sweep_table import range_ends
+    from ..statics.record import reference_tone
+
+    if not system.tones:
+        raise ModelError("a sweep needs a speed", path="operation.speed", allowed=SPEED_HINT)
+    omega = eigen(system).omega
+    natural = omega[omega > 0] / (2 * np.pi)
+    tone = float(reference_tone(system))
+    low, high = (
+        None if end is None else mesh_frequency(end, path=path, tone=tone, train=train)
+        for end, path in ((start, "start"), (stop, "stop"))
+    )
+    first, last = range_ends(speed_range, tone, natural)
+    widest = range_ends("modes", tone, natural)
+    if low is None:
+        low = first if high is None or first <= high else widest[0]
+    if high is None:
+        high = last if low <= last else max(widest[1], low)
+    if not 0 < low <= high:
+        raise ModelError(
+            "the range is empty", path="start, stop", given=f"{low:g} Hz to {high:g} Hz", allowed="0 < first <= last"
+        )
+    if points == 1 and start is not None and stop is not None and low < high:
+        raise ModelError(
+            "one speed is no range", path="points", given=1, allowed="2 or more; or start and stop the same"
+        )
+    return [float(frequency) for frequency in np.linspace(low, high, points)]

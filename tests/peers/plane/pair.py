@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from epicyclic.teeth import gear_pair, geometry
 from epicyclic.teeth.compliance import tooth_compliance
 from epicyclic.teeth.contact_solver import solve_hertzian
-from epicyclic.teeth.energy_stiffness import MeshedTeeth
 from epicyclic.teeth.form import GearForm
+from epicyclic.teeth.gear_pair import MeshedTeeth
 
 from .gear import Load, solve
 

@@ -8,9 +8,8 @@ from typing import get_args
 
 import pytest
 
-from epicyclic.audits.audit_file import Audit, Verdict, attempts, claim_of
-from epicyclic.audits.audit_reader import audited_drives
-from epicyclic.audits.audit_reader import read_audit as read_file
+from epicyclic.audits.audit_file import Audit, Verdict, attempts, audited_drives, claim_of
+from epicyclic.audits.audit_file import read_audit as read_file
 from epicyclic.errors import ModelError
 
 HEAD = 'format = 2\nsource = "A. Author 2020"\n[runs.modes]\nverb = "modes"\n'
@@ -246,7 +245,7 @@ def test_the_example_of_the_documentation_is_right(tmp_path: Path) -> None:
 
 
 def test_audits_are_no_drives() -> None:
-    from epicyclic.document.drives import drive_titles
+    from epicyclic.document.document import drive_titles
 
     assert set(audited_drives()) <= set(drive_titles())
     assert not any("audit" in name for name in drive_titles())

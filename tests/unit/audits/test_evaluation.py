@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from epicyclic.audits.audit import Measured, converted, evaluate
 from epicyclic.audits.audit_file import Value
-from epicyclic.audits.evaluation import Measured, converted, evaluate
 from epicyclic.errors import ModelError
 
 RESULT = xr.Dataset(

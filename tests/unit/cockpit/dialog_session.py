@@ -8,9 +8,17 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from epicyclic.cockpit.state.history import StateHistory, Step, command_line, script
-from epicyclic.cockpit.state.state import PageState, with_text, with_value, with_values
-from epicyclic.cockpit.state.written_text import text_of
+from epicyclic.cockpit.state.model_file import text_of
+from epicyclic.cockpit.state.state import (
+    PageState,
+    StateHistory,
+    Step,
+    command_line,
+    script,
+    with_text,
+    with_value,
+    with_values,
+)
 from epicyclic.errors import ModelError
 
 

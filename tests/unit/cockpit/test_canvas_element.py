@@ -13,7 +13,7 @@ from nicegui import Client, ui
 from nicegui.events import GenericEventArguments
 from nicegui.page import page as nicegui_page
 
-from epicyclic.cockpit.canvas.element import Board, EvidencePane, SweepPane, TrainPane, send
+from epicyclic.cockpit.page.controls import Board, EvidencePane, SweepPane, TrainPane, send
 
 from .canvas_frames import job, live
 

@@ -19,17 +19,21 @@ from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import seen, until, visit
 
 import epicyclic
-from epicyclic.cockpit.dialogs.controls import safe_name
-from epicyclic.cockpit.dialogs.fields_panel import FieldsPanel
-from epicyclic.cockpit.dialogs.open_model import open_button, rexs_entries, save_buttons
-from epicyclic.cockpit.dialogs.take_away import VERBS, bytes_of_picture, figures, take_away_button
-from epicyclic.cockpit.dialogs.text_panel import TextPanel
-from epicyclic.cockpit.page.header import compare_controls, link_button, undo_buttons
-from epicyclic.cockpit.processes.jobs import Job, jobs_done
-from epicyclic.cockpit.processes.tasks import compared_states, figure_of
-from epicyclic.cockpit.state.history import from_fragment
-from epicyclic.cockpit.state.state import PageState, from_text, opened, request_of, with_value
-from epicyclic.document.drives import drive_text
+from epicyclic.cockpit.page.controls import safe_name
+from epicyclic.cockpit.page.file_panels import FieldsPanel, TextPanel
+from epicyclic.cockpit.page.header import (
+    VERBS,
+    bytes_of_picture,
+    compare_controls,
+    figures,
+    link_button,
+    take_away_button,
+    undo_buttons,
+)
+from epicyclic.cockpit.page.open_model import open_button, rexs_entries, save_buttons
+from epicyclic.cockpit.processes.jobs import Job, compared_states, figure_of, jobs_done
+from epicyclic.cockpit.state.state import PageState, from_fragment, from_text, opened, request_of, with_value
+from epicyclic.document.document import drive_text
 from epicyclic.errors import ModelError
 from epicyclic.verbs.record import verbs
 

@@ -14,7 +14,8 @@ from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import put, seen, until, visit
 
-from epicyclic.cockpit.dialogs.field_list import (
+from epicyclic.cockpit.page.file_panels import FieldsPanel
+from epicyclic.cockpit.state.model_file import (
     all_fields,
     current_tables,
     explanation_of,
@@ -23,9 +24,7 @@ from epicyclic.cockpit.dialogs.field_list import (
     typed_text,
     typed_value,
 )
-from epicyclic.cockpit.dialogs.fields_panel import FieldsPanel
-from epicyclic.cockpit.state.history import command_line
-from epicyclic.cockpit.state.state import opened, with_value
+from epicyclic.cockpit.state.state import command_line, opened, with_value
 from epicyclic.document.document import read, ready_drives
 from epicyclic.document.overrides import parse_setting
 

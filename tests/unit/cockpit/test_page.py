@@ -12,11 +12,10 @@ from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import visit
 
-from epicyclic.cockpit.canvas.element import Board
 from epicyclic.cockpit.page import page
+from epicyclic.cockpit.page.controls import Board
 from epicyclic.cockpit.page.evidence import progress_text
-from epicyclic.cockpit.page.levers_column import LeverControl
-from epicyclic.cockpit.page.page import cockpit_page
+from epicyclic.cockpit.page.page import LeverControl, cockpit_page
 from epicyclic.cockpit.processes.jobs import Job
 from epicyclic.cockpit.state.frames import PageFrame, pack
 from epicyclic.cockpit.state.state import opened
@@ -448,10 +447,10 @@ def test_words_of_a_job() -> None:
 
 
 def test_the_options_of_jobs_are_those_the_jobs_know() -> None:
-    from epicyclic.cockpit.answers import jobs
+    from epicyclic.cockpit.computing import job_kinds
     from epicyclic.cockpit.page.evidence import OPTIONS
 
-    assert set(OPTIONS) <= set(jobs.JOBS)
+    assert set(OPTIONS) <= set(job_kinds.JOBS)
     for name, (_, choices) in OPTIONS.items():
-        assert {key for options in choices.values() for key in options} <= set(jobs.JOBS[name].options)
+        assert {key for options in choices.values() for key in options} <= set(job_kinds.JOBS[name].options)
         assert not next(iter(choices.values()))  # the first one is the job's own

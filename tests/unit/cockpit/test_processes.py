@@ -17,13 +17,11 @@ import psutil
 import pytest
 from tests.unit.cockpit import fake_compute
 
+from epicyclic.cockpit.processes.jobs import Task, levers_at
 from epicyclic.cockpit.processes.session import Session
-from epicyclic.cockpit.processes.spawned import Spare
-from epicyclic.cockpit.processes.tasks import Task, levers_at
-from epicyclic.cockpit.processes.worker import Worker
+from epicyclic.cockpit.processes.worker import Spare, Worker
 from epicyclic.cockpit.state.frames import PageFrame, pack, unpack
-from epicyclic.cockpit.state.history import StateHistory, Step
-from epicyclic.cockpit.state.state import PageState, opened, request_of, with_value
+from epicyclic.cockpit.state.state import PageState, StateHistory, Step, opened, request_of, with_value
 from epicyclic.errors import ModelError
 
 TEXT = 'format = 2\ntitle = "{}"\n'

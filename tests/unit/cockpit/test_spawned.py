@@ -9,7 +9,7 @@ from multiprocessing.connection import Connection
 
 import pytest
 
-from epicyclic.cockpit.processes.spawned import spawned
+from epicyclic.cockpit.processes.worker import spawned
 
 
 def echo(connection: Connection) -> None:

@@ -16,28 +16,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import epicyclic
-from epicyclic.cockpit.state.history import (
+from epicyclic.cockpit.state.model_file import text_of, written_value
+from epicyclic.cockpit.state.state import (
+    PageState,
     StateHistory,
     Step,
+    at_speed,
     command_line,
     download_needed,
     fragment_of,
     from_fragment,
-    script,
-    setting,
-)
-from epicyclic.cockpit.state.state import (
-    PageState,
-    at_speed,
     from_text,
     opened,
     request_of,
+    script,
+    setting,
     tables_of,
     uploaded,
     with_text,
     with_value,
 )
-from epicyclic.cockpit.state.written_text import text_of, written_value
 from epicyclic.document.document import parse_text, read, ready_drives
 from epicyclic.document.overrides import parse_setting
 from epicyclic.document.tables import leaves

@@ -11,9 +11,9 @@ from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import seen, until, visit
 
-from epicyclic.cockpit.dialogs.text_panel import TextPanel, line_of, line_of_error
+from epicyclic.cockpit.page.file_panels import TextPanel, line_of, line_of_error
 from epicyclic.cockpit.state.state import from_text, opened
-from epicyclic.document.drives import drive_text
+from epicyclic.document.document import drive_text
 
 TEXT = """format = 2
 [stages.main]  # with a comment

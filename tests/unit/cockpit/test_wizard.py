@@ -11,7 +11,7 @@ from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import put, seen, until, visit
 
-from epicyclic.cockpit.dialogs.wizard import BESIDE, needed, new_button, preview_of, sets_in
+from epicyclic.cockpit.page.wizard import BESIDE, needed, new_button, preview_of, sets_in
 from epicyclic.cockpit.state.state import request_of, tables_of
 from epicyclic.errors import ModelError
 from epicyclic.train.new_train import new_train

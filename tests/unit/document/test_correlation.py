@@ -7,11 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy import stats
 
-from epicyclic.document.correlation import Correlations
 from epicyclic.document.document import read
+from epicyclic.document.tolerances import Correlations
 from epicyclic.errors import ModelError
-from epicyclic.train.resolution import load
-from epicyclic.train.tolerances import correlations_of, tolerances_of
+from epicyclic.train.resolution import correlations_of, load, tolerances_of
 
 PLAIN = read("ren2021", {"tolerance": None}).data
 X, Y, R, SUN = (

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from epicyclic.document.csv_files import read_history
-from epicyclic.document.document import read
+from epicyclic.document.document import read, read_history
 from epicyclic.errors import ModelError
 from epicyclic.questions.modulation.verbs import read_window
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy import stats
 
-from epicyclic.document.distributions import (
+from epicyclic.document.deviations import (
     EXAMPLES,
     Distribution,
     StandardGrade,

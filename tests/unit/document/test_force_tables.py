@@ -266,7 +266,7 @@ def test_a_resolved_train_is_written_and_read_again(tmp_path: Path) -> None:
 
 
 def test_the_schema_knows_the_tables() -> None:
-    from epicyclic.document.json_schema import json_schema
+    from epicyclic.document.writer import json_schema
 
     defs = json_schema()["$defs"]
     refs = [form.get("$ref") for form in defs["Mesh"]["properties"]["stiffness"]["anyOf"]]

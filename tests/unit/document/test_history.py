@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.document.csv_files import read_history
+from epicyclic.document.document import read_history
 from epicyclic.errors import ModelError
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from epicyclic.document.document import read
-from epicyclic.document.json_schema import json_schema, json_schema_text
+from epicyclic.document.writer import json_schema, json_schema_text
 
 FILES = Path(__file__).parents[2] / "files"
 GOOD = sorted((FILES / "good").glob("*.toml"))

@@ -8,8 +8,7 @@ import pytest
 
 from epicyclic.document.overrides import check_alternatives, replace_alternatives
 from epicyclic.document.schema import collect
-from epicyclic.document.shorthand import expand
-from epicyclic.document.tables import REMOVE
+from epicyclic.document.tables import REMOVE, expand
 from epicyclic.errors import ModelError
 
 Tables = dict[str, Any]

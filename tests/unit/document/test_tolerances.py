@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from epicyclic.document.document import Document, read
 from epicyclic.document.tolerances import costs, tolerances
 from epicyclic.errors import ModelError
-from epicyclic.train.resolution import load
-from epicyclic.train.tolerances import tolerances_of
+from epicyclic.train.resolution import load, tolerances_of
 
 PLAIN = read("ren2021", {"tolerance": None}).data
 RUN_OUT = "deviations.main.sun.run_out.amplitude"

@@ -9,7 +9,7 @@ import pytest
 
 from epicyclic.document.document import read
 from epicyclic.document.tables import to_toml
-from epicyclic.document.written_numbers import written
+from epicyclic.document.units import written
 from epicyclic.questions.studies.derivatives import parameter_at
 
 

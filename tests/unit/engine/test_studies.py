@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.document.drives import drive_titles
+from epicyclic.document.document import drive_titles
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.questions.studies.parameter_studies import run_out_study, support_study
-from epicyclic.verbs.record import verbs
-from epicyclic.verbs.report import STUDIES, TO_MODES, report_verbs, run_report
+from epicyclic.verbs.record import STUDIES, TO_MODES, report_verbs, run_report, verbs
 
 
 def test_a_verb_takes_a_name_a_train_or_a_system() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from epicyclic.rexs.import_train import RexsImport, read_rexs
-from epicyclic.rexs.view import Entry
+from epicyclic.rexs.stages import Entry
 
 __all__ = ["imported", "lines", "stage_of", "value_of"]
 

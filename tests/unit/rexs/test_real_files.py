@@ -11,8 +11,8 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
+from epicyclic.rexs.encodings import read_rexs_file
 from epicyclic.rexs.import_train import read_rexs
-from epicyclic.rexs.reading import read_rexs_file
 
 Find = Callable[[str], Path]
 XML, ZIP, DAMAGED, SECOND = "gearing_1.1.rexs", "gearing_1.1.rexsz", "gearing_1.1.rexsj", "gearing_1.1_vers2.rexsj"

@@ -11,9 +11,8 @@ from pathlib import Path
 import pytest
 
 from epicyclic.errors import ModelError
+from epicyclic.rexs.encodings import encoding_of, read_rexs_file, rexs_bytes
 from epicyclic.rexs.file import Attribute, Component, LoadCase, Relation, RexsFile
-from epicyclic.rexs.reading import read_rexs_file
-from epicyclic.rexs.writing import encoding_of, rexs_bytes
 
 ENCODINGS = ("xml", "json", "zip")
 VALUES = {

@@ -15,7 +15,7 @@ from epicyclic.show.console import warnings_of
 from epicyclic.show.report import report
 from epicyclic.show.series import merged
 from epicyclic.show.views import key_figures_of, sections_of, tables_of
-from epicyclic.verbs.report import TO_MODES, run_report
+from epicyclic.verbs.record import TO_MODES, run_report
 
 
 @pytest.fixture(scope="module")

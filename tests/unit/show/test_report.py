@@ -20,8 +20,15 @@ from tests.unit.packed_page import unpacked
 from epicyclic.errors import ModelError
 from epicyclic.questions.modes.views import modes_tables
 from epicyclic.show.elements import Finding, Table
-from epicyclic.show.page import finding_list, html_table, html_warning
-from epicyclic.show.report import difference_table, report, variants_report, write_report
+from epicyclic.show.report import (
+    difference_table,
+    finding_list,
+    html_table,
+    html_warning,
+    report,
+    variants_report,
+    write_report,
+)
 
 Datasets = dict[str, xr.Dataset]
 

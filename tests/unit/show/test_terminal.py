@@ -12,7 +12,7 @@ import xarray as xr
 from rich.console import Console
 
 import epicyclic
-from epicyclic.document.drives import drive_titles
+from epicyclic.document.document import drive_titles
 from epicyclic.show.brief_check import phasing
 from epicyclic.show.console import laid_out, show, show_table, show_warnings, wrapped
 from epicyclic.show.elements import Styled, Table, number, shown_columns

@@ -18,10 +18,10 @@ from epicyclic.audits.views import tally
 from epicyclic.show import charts, drawing, views
 from epicyclic.show.console import show
 from epicyclic.show.elements import Section, Styled, Table, number, shown_columns
-from epicyclic.show.page import html_table
-from epicyclic.show.report import report
-from epicyclic.show.view import GENERAL, ResultView
+from epicyclic.show.report import html_table, report
 from epicyclic.show.views import (
+    GENERAL,
+    ResultView,
     brief_of,
     findings_of,
     front_of,

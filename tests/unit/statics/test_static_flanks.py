@@ -20,8 +20,7 @@ from epicyclic.statics.record import excitation, record_of
 from epicyclic.statics.static import held_train, settled, static
 from epicyclic.system.flank_laws import LawRows, LinearAt, TabulatedLaw
 from epicyclic.system.gaps import FlanksAt, flanks
-from epicyclic.system.group_laws import LawGroup, stacked
-from epicyclic.system.radial_laws import Law
+from epicyclic.system.link_laws import Law, LawGroup, stacked
 from epicyclic.system.system import FarFlanks, Line, System
 
 Array = NDArray[np.float64]

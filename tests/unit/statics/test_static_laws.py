@@ -22,8 +22,7 @@ from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.record import Record, excitation, parallel_meshes, record_of
 from epicyclic.statics.static import held_train, quasi_static, static
 from epicyclic.statics.tangent import linear
-from epicyclic.system.group_laws import LawGroup
-from epicyclic.system.radial_laws import Law
+from epicyclic.system.link_laws import Law, LawGroup
 from epicyclic.system.system import Line, LinkRows, System
 
 Array = NDArray[np.float64]

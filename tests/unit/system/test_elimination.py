@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epicyclic.system.elimination import eliminate
+from epicyclic.system.system import eliminate
 
 
 @settings(max_examples=100, deadline=None)

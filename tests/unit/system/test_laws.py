@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from epicyclic.system.group_laws import STATES, LawGroup, Laws, stacked
-from epicyclic.system.radial_laws import Law
+from epicyclic.system.link_laws import STATES, Law, LawGroup, Laws, stacked
 
 Array = NDArray[np.float64]
 K, CLEARANCE, FRICTION = 1e7, 2e-5, 60.0

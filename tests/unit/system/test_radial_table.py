@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.system.group_laws import LawGroup, Laws, stacked
-from epicyclic.system.radial_laws import Law, RadialLaw, RadialTable
+from epicyclic.system.link_laws import Law, LawGroup, Laws, RadialLaw, RadialTable, stacked
 from epicyclic.teeth.mesh_stiffness import force_curve
 
 Array = NDArray[np.float64]

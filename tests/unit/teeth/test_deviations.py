@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from epicyclic.teeth import grades as d
+from epicyclic.teeth import geometry as d
 
 
 @pytest.mark.parametrize("sense", [1, -1])

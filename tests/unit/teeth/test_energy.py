@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from epicyclic.errors import ModelError
 from epicyclic.teeth import gear_pair, geometry
 from epicyclic.teeth.compliance import tooth_compliance
-from epicyclic.teeth.energy_stiffness import MeshedTeeth, energy_series, interference_warnings, section_stiffness
 from epicyclic.teeth.form import GearForm
+from epicyclic.teeth.gear_pair import MeshedTeeth, energy_series, interference_warnings, section_stiffness
 from epicyclic.teeth.mesh_stiffness import evaluate_series
 
 Array = NDArray[np.float64]

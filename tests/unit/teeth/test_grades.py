@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from epicyclic.teeth.grades import (
+from epicyclic.teeth.geometry import (
     FLANK_GRADES,
     SIZE_GRADES,
     cumulative_pitch_width,

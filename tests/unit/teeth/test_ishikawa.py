@@ -13,7 +13,7 @@ import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.compliance import ToothCompliance
-from epicyclic.teeth.energy_stiffness import IshikawaTooth, MeshedTeeth, ishikawa_stiffness, ishikawa_tooth
+from epicyclic.teeth.gear_pair import IshikawaTooth, MeshedTeeth, ishikawa_stiffness, ishikawa_tooth
 
 # s_F 8, s_K 4, h_r 2, h 9 mm: h_i = (9 8 - 2 4)/(8 - 4) = 16 mm
 TOOTH = IshikawaTooth(

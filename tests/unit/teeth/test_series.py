@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from epicyclic.errors import ModelError
-from epicyclic.teeth.mesh_stiffness import evaluate_series, fourier_series, mesh_phasor, series_in_time, table_series
+from epicyclic.teeth.geometry import mesh_phasor
+from epicyclic.teeth.mesh_stiffness import evaluate_series, fourier_series, series_in_time, table_series
 
 
 @given(st.lists(st.floats(0.5, 2.0), min_size=1, max_size=33))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize, nnls
 
 from epicyclic.teeth import contact_solver
-from epicyclic.teeth.contact_solver import principal_pivoting
+from epicyclic.teeth.contact_solver import principal_pivoting, principal_pivoting_batch
 from epicyclic.teeth.gear_pair import ContactPair
 from epicyclic.teeth.loaded_contact import loaded_contact
 from epicyclic.teeth.segments import ContactSegments, contact_segments
@@ -148,8 +148,6 @@ def test_pivots_meet_every_load_on_the_way(pair_of: Build) -> None:
 
 @pytest.mark.skipif(importlib.util.find_spec("numba") is None, reason="needs numba (extra fast)")
 def test_compiled_contact_is_the_same(pair_of: Build) -> None:
-    from epicyclic.teeth.compiled_pivoting import principal_pivoting_batch
-
     segments = crowned(pair_of, 3e5)
     count = segments.valid.sum(axis=1)
     loads = np.array([1e3, 9e3])

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.train.bodies import Mesh
 from epicyclic.train.resolution import load
+from epicyclic.train.train import Mesh
 
 FACE = 0.020
 

@@ -10,9 +10,9 @@ import pytest
 
 from epicyclic.document.deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
 from epicyclic.document.document import read
-from epicyclic.document.json_schema import json_schema
 from epicyclic.document.schema_fields import Unit, metadata_of
 from epicyclic.document.units import KINDS
+from epicyclic.document.writer import json_schema
 from epicyclic.errors import ModelError
 from epicyclic.train.deviations import MEMBER_KINDS, MESH_KINDS
 from epicyclic.train.resolution import load

@@ -13,8 +13,8 @@ import epicyclic
 from epicyclic.document.writer import model_text
 from epicyclic.errors import ModelError
 from epicyclic.teeth.compliance import tooth_compliance
-from epicyclic.teeth.energy_stiffness import MeshedTeeth, section_stiffness
 from epicyclic.teeth.form import GearForm
+from epicyclic.teeth.gear_pair import MeshedTeeth, section_stiffness
 from epicyclic.teeth.geometry import contact_limits
 from epicyclic.train.resolution import resolved_document
 from epicyclic.train.train import Train

@@ -12,9 +12,8 @@ from epicyclic.document.writer import model_text
 from epicyclic.errors import ModelError
 from epicyclic.teeth.form import PLAIN, Flank, Relief, Wave
 from epicyclic.teeth.mesh_stiffness import ToothPair
-from epicyclic.train.bodies import Mesh
 from epicyclic.train.resolution import resolved_document
-from epicyclic.train.train import Train
+from epicyclic.train.train import Mesh, Train
 
 STAGE = "stages.main"
 

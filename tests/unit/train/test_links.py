@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.train.bodies import Link
 from epicyclic.train.links import shaft_stiffness, shear_coefficient
 from epicyclic.train.resolution import load
-from epicyclic.train.train import Train
+from epicyclic.train.train import Link, Train
 
 MODELS = Path(__file__).parent / "models"
 INF = math.inf

@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from epicyclic.document.writer import model_text
-from epicyclic.train.bodies import Body, GearData, Link, Mesh
 from epicyclic.train.resolution import load, resolved_document
-from epicyclic.train.train import Train
+from epicyclic.train.train import Body, GearData, Link, Mesh, Train
 
 MODELS = Path(__file__).parent / "models"
 DRIVES = (

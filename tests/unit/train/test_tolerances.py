@@ -10,8 +10,7 @@ import pytest
 from epicyclic.document.document import read
 from epicyclic.document.tolerances import Tolerance
 from epicyclic.errors import ModelError
-from epicyclic.train.resolution import load
-from epicyclic.train.tolerances import costs_of, tolerances_of
+from epicyclic.train.resolution import costs_of, load, tolerances_of
 
 PLAIN = read("ren2021", {"tolerance": None}).data
 WIDE = read("wind-five").data

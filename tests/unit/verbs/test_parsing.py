@@ -6,10 +6,9 @@ import re
 
 import pytest
 
-from epicyclic.document.units import Bounds, read_quantity
-from epicyclic.document.written_numbers import stated
+from epicyclic.document.units import Bounds, read_quantity, stated
 from epicyclic.errors import ModelError
-from epicyclic.verbs.parsing import ends, frequency, load_per_length, loads_of, seconds, settings, spread, torque_step
+from epicyclic.verbs.options import ends, frequency, load_per_length, loads_of, seconds, settings, spread, torque_step
 
 
 @pytest.mark.parametrize(("text", "value"), [("20 Hz", 20.0), ("0.6kHz", 600.0), ("2e1 Hz", 20.0)])

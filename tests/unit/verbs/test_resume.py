@@ -22,7 +22,7 @@ from epicyclic.engine.run_folder import locked_folder
 from epicyclic.errors import ModelError
 from epicyclic.questions.contact_loss import sweep as contact_module
 from epicyclic.show.report import report
-from epicyclic.verbs.report import run_report
+from epicyclic.verbs.record import run_report
 
 # A resonance at which teeth part, a branch folds and both directions jump.
 PARTING: dict[str, Any] = {

@@ -9,7 +9,7 @@ import xarray as xr
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.train.train import Train
-from epicyclic.verbs.parsing import mesh_frequency, relative
+from epicyclic.verbs.options import mesh_frequency, relative
 
 TONE = 27.3125
 

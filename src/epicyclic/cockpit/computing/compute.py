@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.drives import drive_text
+from ...document.document import drive_text
 from ...errors import ConvergenceError, ModelError
 from ...machine_code import numba_available
 from ...questions.sharing.definitions import require_speed
@@ -30,10 +30,19 @@ from ...system.assembly import assemble
 from ...system.system import System
 from ...train.resolution import load
 from ...train.train import Train
-from ..answers import answers
-from ..answers.words import SpeedAxis, body_labels, mesh_labels, override_at, speed_axis
-from ..state.frames import PageFrame, Request, failed_frame
-from .sharing_view import (
+from ..state.frames import (
+    PageFrame,
+    Request,
+    SpeedAxis,
+    body_labels,
+    failed_frame,
+    mesh_labels,
+    override_at,
+    speed_axis,
+)
+from . import answers
+from .speed_view import ForceCurves, ModeView, SpeedModel, efforts, force_curves, mode_view, speed_head, speed_model
+from .train_view import (
     ErrorView,
     SharingView,
     Twin,
@@ -41,11 +50,11 @@ from .sharing_view import (
     error_view,
     full_sharing,
     live_sharing,
+    operation_head,
     sharing_head,
+    train_head,
     twin_of,
 )
-from .speed_view import ForceCurves, ModeView, SpeedModel, efforts, force_curves, mode_view, speed_head, speed_model
-from .train_view import operation_head, train_head
 
 _ready = threading.Event()
 _started = threading.Event()

@@ -22,7 +22,7 @@ from ...results.ties import largest, ranked
 from ...statics.tangent import linear
 from ...system.system import Array, System, faces
 from ...train.train import Train
-from ..answers.words import SpeedAxis, member_words, number, ordinal
+from ..state.frames import SpeedAxis, member_words, number, ordinal
 
 # A list of more modes is read by nobody, and their shapes would be most of the message.
 _MOST = 60

@@ -1,20 +1,37 @@
-"""The train as the page draws it from the front and in axial section, turning; its operation in numbers."""
+"""The train as the page draws it from the front and in axial section, turning; its operation in numbers; and its load
+sharing: coefficients, the hunting period, the twin whose sun floats, each deviation.
+
+What a deviation costs is K_gamma of the train without it; all of them come from one linear map.
+"""
 
 from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
+import numpy as np
+import xarray as xr
+
+from ...errors import ConvergenceError, ModelError
 from ...questions.check.check import drawing
+from ...questions.sharing.definitions import DEFINITIONS
+from ...questions.sharing.sharing import spread_sharing
 from ...show.drawing.bodies import Part, faces, parts, turns
 from ...show.drawing.section_layout import BODY, PLATE, SectionLayout, layout_of
-from ...train.bodies import Body, Mesh
-from ...train.train import Train
+from ...statics.load_map import law_map, load_map
+from ...statics.sample_loads import mean_loads, sample_loads
+from ...statics.tangent import linear
+from ...system.assembly import assemble
+from ...system.excitation import unit_lines
+from ...system.system import Array, System
+from ...train.train import Body, Displacement, Mesh, MeshError, Train
+from ..state.frames import as_overridden, largest_known, member_words, number
 
 # Torques below this part of the largest are rounding of a member that carries none.
-_NONE = 1e-9
+_NO_TORQUE = 1e-9
 
 
 def operation_head(train: Train, *, relative_speed: float = 1.0) -> dict[str, Any]:
@@ -33,7 +50,7 @@ def operation_head(train: Train, *, relative_speed: float = 1.0) -> dict[str, An
         return f"{stage} {word}" if several and stage else word
 
     largest = max((abs(value) for value in torque.values()), default=0.0)
-    loaded = {member: value for member, value in torque.items() if abs(value) > _NONE * largest}
+    loaded = {member: value for member, value in torque.items() if abs(value) > _NO_TORQUE * largest}
     unit, scale = ("kN m", 1e-3) if largest >= 1e3 else ("N m", 1.0)
     ports = [abs(float(speed[member])) for member in loaded if speed.get(member)]
     return {
@@ -255,3 +272,343 @@ def _contact(drawn: _Drawing, mesh: Mesh) -> dict[str, Any]:
         "y": _mm(part.y + radius * math.sin(mesh.direction)),
         "z": [_mm(mesh.station - half + shift), _mm(mesh.station + half + shift)],
     }
+
+
+# What is shown of a list that nobody reads to its end.
+_MOST = 12
+# Above 1 a K_gamma this close to it is 1; a share below the second is rounding of it.
+_NONE, _ROUNDING = 1e-9, 1e-6
+_WORDS = {
+    "run_out": "run-out",
+    "position": "position",
+    "bearing_run_out": "bearing run-out",
+    "tilt": "tilt",
+    "profile": "profile",
+    "gap": "gap",
+    "pitch": "pitch",
+    "errors": "turning error",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ErrorView:
+    """K_gamma without each deviation, of E deviations, by their path in the model file.
+
+    path, label : (E,).  k_gamma, k_turning : of the train as it is [1].  without, without_turning : (E,) the same of
+    the train without that deviation [1].
+    """
+
+    path: tuple[str, ...]
+    label: tuple[str, ...]
+    k_gamma: float
+    k_turning: float
+    without: Array
+    without_turning: Array
+
+    @property
+    def turning(self) -> bool:
+        """Whether nothing stands still in the train that would part the load, so that the turning K_gamma ranks."""
+        return not self.k_gamma > 1 + _NONE
+
+
+def error_view(train: Train, system: System) -> ErrorView | None:
+    """K_gamma of a train and of the train without each of its deviations; None without deviations that count.
+
+    What follows the mesh frequency, at a multiple of it above zero, is no part of K_gamma.
+
+    Raises
+    ------
+    ModelError, ConvergenceError : no load, or a load without equilibrium.
+    """
+    groups: dict[str, list[Displacement | MeshError]] = {}
+    deviations: list[Displacement | MeshError] = [*train.displacements, *train.mesh_errors]
+    for item in deviations:
+        at_mesh_order = any((item.frequency / tone).denominator == 1 for tone in set(system.tones) if item.frequency)
+        size = abs(item.amplitude) if isinstance(item, MeshError) else np.abs(item.vector).max(initial=0.0)
+        if item.cause != "contact" and not at_mesh_order and size > 0:
+            groups.setdefault(item.path, []).append(item)
+    if not groups:
+        return None
+    items = [item for group in groups.values() for item in group]
+    columns = unit_lines(train, items)
+    train_map = load_map(linear(system), columns)
+    laws = law_map(system, columns) if system.groups else None
+    factors = np.zeros((1 + len(groups), len(items)))
+    last = 0
+    for row, group in enumerate(groups.values()):
+        factors[1 + row, last : last + len(group)] = -1.0
+        last += len(group)
+    loads = sample_loads(train_map, factors, laws=laws)
+    k = np.array([[largest_known(values) for values in sample] for sample in loads.k])
+    return ErrorView(
+        path=tuple(groups),
+        label=tuple(_label(train, group) for group in groups.values()),
+        k_gamma=float(k[0, 0]),
+        k_turning=float(k[0, 1]),
+        without=k[1:, 0],
+        without_turning=k[1:, 1],
+    )
+
+
+def _label(train: Train, group: Sequence[Displacement | MeshError]) -> str:
+    """A deviation in words with its size: ``pin position of planet 1, 20 um``."""
+    first = group[0]
+    word = _WORDS.get(first.cause, first.cause.replace("_", " "))
+    unit = "um"
+    if isinstance(first, MeshError):
+        mesh = next(mesh for mesh in train.meshes if mesh.name == first.mesh)
+        stage = f"{mesh.stage} " if len(train.planets) > 1 else ""
+        whose = f"{word} of {stage}{mesh.pair.rpartition('.')[2]}"
+    else:
+        bodies = {body.name: body for body in train.bodies}
+        bearers = [bodies[item.body] for item in group if isinstance(item, Displacement)]
+        branches = sorted({body.branch for body in bearers if body.branch is not None})
+        pin = "pin " if bearers[0].kind == "planet" and first.cause == "position" else ""
+        member = member_words(train, bearers[0].member, branches)
+        # all of a member are "the planets", some of them "planets 1, 2"
+        whose = f"{pin}{word} of {'' if member[-1].isdigit() else 'the '}{member}"
+        if np.any(first.vector[3:]) and not np.any(first.vector[:3]):
+            unit = "urad"
+    sizes = sorted({float(number(_length(item))) for item in group})
+    size = " to ".join(number(value) for value in dict.fromkeys((sizes[0], sizes[-1])))
+    return f"{whose}, {size} {unit}"
+
+
+def _length(item: Displacement | MeshError) -> float:
+    """Length of a deviation [um, urad]: radius of what turns, length of what stands still."""
+    if isinstance(item, MeshError):
+        return 1e6 * abs(item.amplitude)
+    vector = item.vector[:3] if np.any(item.vector[:3]) else item.vector[3:]
+    # of a turning vector (1, -i) r the radius is that of either component
+    length = np.abs(vector).max() if item.frequency != 0 else float(np.linalg.norm(vector))
+    return 1e6 * float(length)
+
+
+def error_head(view: ErrorView, overrides: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, Array]]:
+    """``head["errors"]`` and its arrays, those that cost most first: ``share`` (row,) of what K_gamma is above 1 that
+    goes with the deviation [%], ``turning`` the same of the largest over the hunting period [%], ``without`` (row,)
+    K_gamma without it [1].
+    """
+    k, without = (view.k_turning, view.without_turning) if view.turning else (view.k_gamma, view.without)
+    share, turning = _share(k, without), _share(view.k_turning, view.without_turning)
+    order = np.lexsort((-turning, -share))[:_MOST]
+    head = {
+        "rows": [
+            {
+                "label": view.label[i],
+                "path": as_overridden(view.path[i], overrides),
+                "share": float(share[i]),
+                "turning": float(turning[i]),
+                "without": float(without[i]),
+            }
+            for i in order
+        ],
+        "of": "K_gamma while turning" if view.turning else "mean-load K_gamma",
+        "unit": "%",
+        "k_gamma": k,
+    }
+    return head, {"share": share[order], "turning": turning[order], "without": without[order]}
+
+
+def _share(k: float, without: Array) -> Array:
+    """Share of K_gamma above 1 that goes with each deviation, (E,) [%]; 0 where there is none."""
+    above = k - 1
+    if not above > _NONE:
+        return np.zeros(len(without))
+    share = np.nan_to_num((k - without) / above)
+    result: Array = np.where(np.abs(share) < _ROUNDING, 0.0, 100 * share)
+    return result
+
+
+# Parts of the hunting period that are drawn, each by the largest ratio in it: a strip is some 500 pixels wide.
+_PARTS = 256
+# Support of a sun below this part of its stiffest mesh is a float.
+_SOFT = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SharingView:
+    """Load sharing of w whole meshes.
+
+    coefficient, turning : (w,) N F_i / sum F without mesh-frequency content, and the largest of that over the hunting
+        period [1], nan of meshes without load.  cycle_peak : (w,) largest deviation of a cycle peak, 1 + max |b - 1|.
+    over_period : (w, parts) largest ratio b in each part of the hunting period [1].  load : (w,) mean force over the
+        mean of its parallel meshes [1].  period : mesh cycles.  whole : whether every cycle or the search is behind it.
+    quick : whether that takes less than a second.
+    """
+
+    mesh: tuple[str, ...]
+    coefficient: Array
+    turning: Array
+    cycle_peak: Array
+    over_period: Array
+    load: Array
+    period: int
+    whole: bool
+    quick: bool
+
+    @property
+    def k_gamma(self) -> float:
+        """Largest coefficient of any mesh [1]; nan where unknown."""
+        return largest_known(self.coefficient)
+
+    @property
+    def k_gamma_turning(self) -> float:
+        """The same of the largest over the hunting period [1]."""
+        return largest_known(self.turning)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Twin:
+    """The same train with the radial support of a sun taken away, or, where it floats, made rigid.
+
+    label : in words.  stage : whose sun.  path, value : override that makes the model so.  coefficient : (w,) [1].
+    """
+
+    label: str
+    stage: str
+    path: str
+    value: object
+    coefficient: Array
+
+    @property
+    def head(self) -> dict[str, Any]:
+        """``head["sharing"]["twin"]``."""
+        return {
+            "label": self.label,
+            "k_gamma": largest_known(self.coefficient),
+            "stage": self.stage,
+            "path": self.path,
+            "value": self.value,
+        }
+
+
+def live_sharing(system: System, *, patience: float = 0.1) -> SharingView:
+    """Load sharing at rest from spread mesh cycles; patience : as of `spread_sharing` [s].
+
+    Raises
+    ------
+    ModelError : no load, or what the static method raises.  ConvergenceError : no equilibrium.
+    """
+    spread = spread_sharing(system, patience=patience)
+    coefficient, turning = spread.mean_load[0], spread.mean_load[1]
+    parts = int(np.clip(min(spread.ratio.shape[1] // 4, spread.period), 1, _PARTS))  # as many as have some cycles each
+    # the mean over the hunting period is exact, that of a few cycles stands in where it is not known
+    load = np.array(coefficient)
+    for group in spread.groups:
+        total = float(spread.mean[group].mean())
+        if total > 0:
+            load[group] = np.where(np.isnan(coefficient[group]), spread.mean[group] / total, coefficient[group])
+    return SharingView(
+        mesh=spread.mesh,
+        coefficient=coefficient,
+        turning=turning,
+        cycle_peak=spread.cycle_peak,
+        over_period=spread.over_period(parts),
+        load=load,
+        period=spread.period,
+        whole=False,
+        quick=spread.quick,
+    )
+
+
+def full_sharing(result: xr.Dataset, live: SharingView) -> SharingView:
+    """The same from the Dataset of `sharing`; the strip over the hunting period stays that of spread cycles."""
+    values = result["load_sharing"].transpose("definition", "mesh").values
+    place = {name: i for i, name in enumerate(DEFINITIONS)}
+    worst = values[place["worst-case"]]
+    return replace(
+        live,
+        coefficient=values[place["mean-load"]],
+        turning=values[place["mean-load-turning"]],
+        cycle_peak=np.where(np.isnan(worst), values[place["cycle-peak"]], worst),
+        whole=True,
+    )
+
+
+def sharing_head(
+    view: SharingView, twin: Twin | None, train: Train, labels: Mapping[str, str]
+) -> tuple[dict[str, Any], dict[str, Array]]:
+    """``head["sharing"]``, and its arrays ``coefficient``, ``turning``, ``cycle_peak``, ``over_period`` and ``twin``.
+
+    labels : of the meshes.
+    """
+    pair = {mesh.name: mesh.pair.rpartition(".")[2] for mesh in train.meshes}
+    head = {
+        "definition": "mean-load",
+        "stage": "whole" if view.whole else "at rest",
+        "rows": [
+            {"label": labels.get(name, name), "mesh": row, "pair": pair.get(name, "")}
+            for row, name in enumerate(view.mesh)
+        ],
+        "k_gamma": view.k_gamma,
+        "k_gamma_turning": view.k_gamma_turning,
+        "cycle_peak": largest_known(view.cycle_peak),
+        "cycles": view.period,
+        "parts": view.over_period.shape[1],
+        "twin": None if twin is None else twin.head,
+    }
+    arrays = {
+        "coefficient": view.coefficient,
+        "turning": view.turning,
+        "cycle_peak": view.cycle_peak,
+        "over_period": view.over_period,
+    }
+    return head, arrays if twin is None else {**arrays, "twin": twin.coefficient}
+
+
+def twin_of(train: Train, view: SharingView) -> Twin | None:
+    """The twin of a train: with a floating sun, or, where it floats, with a rigid support of it.
+
+    The sun is that of the stage with the largest coefficient that has one.  None without a sun, and where the twin has
+    no equilibrium, as of a sun that only its support holds.
+    """
+    suns = {body.frame: body.member for body in reversed(train.bodies) if body.kind == "sun" and body.gear is not None}
+    stage_of = {mesh.name: mesh.stage for mesh in train.meshes}
+    loaded = [
+        (value, stage_of[name])
+        for name, value in zip(view.mesh, view.coefficient, strict=True)
+        if stage_of.get(name) in suns and value > 0
+    ]
+    if not loaded:
+        return None
+    stage = max(loaded, key=lambda pair: pair[0])[1]
+    changed, floats = twin_train(train, stage)
+    if changed is None:
+        return None
+    try:
+        coefficient = mean_loads(assemble(changed))[0]
+    except (ModelError, ConvergenceError):
+        return None
+    where = f" of {stage}" if len(train.planets) > 1 else ""
+    return Twin(
+        label=f"with a supported sun{where}" if floats else f"with a floating sun{where}",
+        stage=stage,
+        path=f"stages.{suns[stage]}.support.radial",
+        value="inf" if floats else 0,
+        coefficient=np.where(np.isnan(view.coefficient), np.nan, coefficient),
+    )
+
+
+def twin_train(train: Train, stage: str) -> tuple[Train | None, bool]:
+    """A train whose sun of a stage has no radial support, or a rigid one where it has none; and whether it has none.
+
+    None where nothing but a shaft or coupling could be taken away.
+    """
+    suns = {body.name for body in train.bodies if body.frame == stage and body.kind == "sun"}
+    supports = {link.name: link for link in train.links if link.kind == "support" and link.first in suns}
+    if not supports:
+        return None, False
+    stiffest = max((mesh.stiffness for mesh in train.meshes if mesh.stage == stage), default=1.0)
+    floats = all(max(link.stiffness[:2]) <= _SOFT * stiffest for link in supports.values())
+    radial = float("inf") if floats else 0.0
+    for name, link in supports.items():  # free or rigid, hence without a law or a damper there
+        supports[name] = replace(
+            link,
+            stiffness=(radial, radial, *link.stiffness[2:]),
+            damping=(0.0, 0.0, *link.damping[2:]),
+            clearance=0.0,
+            exponent=1.0,
+            curves=tuple(curve for curve in link.curves if curve[0] > 1),
+        )
+    return replace(train, links=tuple(supports.get(link.name, link) for link in train.links)), floats

@@ -1,18 +1,33 @@
-"""The header: which drive, undo, comparison with A, the link of its state, what it warns of, and the theme."""
+"""The header: which drive, undo, comparison with A, the link of its state, what it warns of, the theme.
+
+And what is taken away: the model, results as Datasets, figures, the report as a job of its own, a command line and a
+script.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import asyncio
+import base64
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
+from urllib.parse import unquote_to_bytes
 
-from nicegui import ui
+from nicegui import background_tasks, ui
 from nicegui.element import Element
 
 from ...errors import ConvergenceError, ModelError
-from ..dialogs.controls import (
+from ...show.plot import figure_names
+from ..processes.jobs import Job, compared_states, figure_of, job_file, jobs_done
+from ..processes.session import Session
+from ..state.model_file import text_of
+from ..state.state import PageState, command_line, file_name_of, fragment_of, request_of, script
+from .controls import (
     Words,
     box,
     button,
+    copy,
+    give,
     heard,
     hide,
     icon_button,
@@ -21,16 +36,271 @@ from ..dialogs.controls import (
     prop,
     refused,
     rename,
+    safe_name,
     show_model,
     window,
 )
-from ..dialogs.open_model import open_button, save_buttons
-from ..dialogs.take_away import take_away_button
-from ..dialogs.wizard import new_button
-from ..processes.session import Session
-from ..processes.tasks import compared_states
-from ..state.history import fragment_of
-from ..state.state import request_of
+from .open_model import open_button, save_buttons
+from .wizard import new_button
+
+_BEFORE = "all that the model allows, in one file; some ten seconds"
+
+
+def line(heading: str) -> ui.row:
+    """A line of a window with its heading."""
+    row = ui.row().classes("w-full items-center no-wrap")
+    with row:
+        ui.label(heading).classes("text-subtitle2").style("width: 7.5rem; flex: none")
+    return row
+
+
+class ReportJob:
+    """The newest report of a page, and its controls in the window that shows it.
+
+    anchor : element of the page that stays while windows come and go.
+    """
+
+    def __init__(self, session: Session, anchor: Element) -> None:
+        self.session, self.anchor = session, anchor
+        self.job: Job | None = None
+        self.name = "report.html"
+        self.words = _BEFORE
+        self.row: ui.row | None = None
+        heard(session, anchor, jobs=self._changed)
+
+    def line(self) -> None:
+        """The controls, in the present slot."""
+        with line("Report") as self.row:
+            self.start = plain_button("HTML report", self.begin, icon="article")
+            self.bar = ui.linear_progress(0, show_value=False, size="8px").classes("col")
+            self.bar.props('aria-label="Progress of the report"')
+            self.label = ui.label(self.words).classes("text-caption").props('role="status"')
+            self.stop = plain_button("Cancel", self.cancel)
+        self._show(0.0)
+
+    @property
+    def busy(self) -> bool:
+        return self.job is not None and self.job.status in ("waits", "runs")
+
+    def begin(self) -> None:
+        state = self.session.state
+        if state is None or self.busy:
+            return
+        self.name = safe_name(file_name_of(state, ""), "-report.html")
+        try:
+            self.job = self.session.jobs.start("html", {})
+        except ModelError as error:
+            return refused(error)
+        self._changed()
+
+    def cancel(self) -> None:
+        if self.job is not None:
+            self.session.jobs.cancel(self.job)
+
+    def _changed(self, _: object = None) -> None:
+        job = self.job
+        if job is None:
+            return
+        if self.busy:
+            left = f", {job.remaining:.0f} s left" if job.remaining is not None else ""
+            self.words = f"{job.progress:.0%}{left}" if job.status == "runs" else "waits for another job"
+        else:
+            self.job = None
+            self.words = f"failed: {job.message}" if job.status == "failed" else job.status
+            if job.status == "done" and job.dataset_path is not None:
+                background_tasks.create(self._give(job.dataset_path))
+            elif job.status == "failed":
+                ui.notify(f"The report {self.words}", type="negative", close_button="Close")
+        if self.row is not None and not self.row.is_deleted:
+            self._show(job.progress)
+
+    def _show(self, progress: float) -> None:
+        busy = self.busy
+        self.start.set_visibility(not busy)
+        self.bar.set_visibility(busy)
+        self.stop.set_visibility(busy)
+        if busy:
+            self.bar.set_value(progress)
+        if self.label.text != self.words:
+            self.label.set_text(self.words)
+
+    async def _give(self, path: Path) -> None:
+        content = await asyncio.to_thread(path.read_bytes)
+        if not self.anchor.is_deleted:
+            with self.anchor:
+                give(content, self.name, "text/html")
+
+
+VERBS: tuple[str, ...] = ("check", "modes", "sharing", "static", "steady", "sweep", "stiffness", "efficiency")
+"""Verbs of a train alone that take seconds; longer ones are jobs, and stand in the report."""
+
+
+def figures() -> dict[str, tuple[str, ...]]:
+    """Verb -> names of its figures, of `VERBS`."""
+    return {verb: names for verb in VERBS if (names := figure_names(verb))}
+
+
+_TYPES = {
+    "nc": "application/x-netcdf",
+    "csv": "text/csv",
+    "xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
+}
+# [px] of a picture, as the figures of `--figure` have; raster with two dots a point
+_WIDTH, _HEIGHT, _DOTS = 900, 420, 2
+_CODE = "font-family: monospace; white-space: pre-wrap; overflow-wrap: anywhere; overflow: auto; max-height: 6rem"
+# [s] a browser may take to draw a large figure
+_DRAWN = 30.0
+
+
+def take_away_button(session: Session) -> None:
+    """A button with all that leaves the page; nothing is written on the machine of the server."""
+
+    def show() -> None:
+        state = session.state
+        if state is None:
+            return
+        with window("Take away", width=720):
+            _model(state)
+            _results(session, state)
+            _figures(session, state)
+            report.line()
+            _command(state)
+            _script(state)
+            if state.relative_speed != 1:
+                ui.label(f"At the speed of the model: the page shows {100 * state.relative_speed:.4g} % of it.")
+
+    report = ReportJob(session, plain_button("Take away", show, icon="download"))
+
+
+def _model(state: PageState) -> None:
+    async def save() -> None:
+        try:
+            text = await asyncio.to_thread(text_of, state)
+        except ModelError as error:
+            return refused(error)
+        give(text, file_name_of(state), "application/toml")
+
+    with line("Model"):
+        plain_button("Model file (.toml)", save, icon="description")
+        ui.label("with comments, and with what was set on the page").classes("text-caption")
+
+
+def _results(session: Session, state: PageState) -> None:
+    """Dataset of a verb, or of a job that was run of this state, in three formats."""
+    done = {f"job {name}": job for name, job in jobs_done(session.jobs.visible(), session.rev).items()}
+    options = {verb: verb for verb in VERBS} | {name: f"{job.label} (job)" for name, job in done.items()}
+    with line("Results"):
+        choice = ui.select(options, value="sharing", label="of").props("dense options-dense").style("width: 9rem")
+        for kind in _TYPES:
+
+            async def save(kind: str = kind) -> None:
+                name = str(choice.value)
+                job = done.get(name)
+                work = session.take(kind, name) if job is None else session.call(job_file, job.dataset_path, kind)
+                content = await _computed(work)
+                if content is not None:
+                    stem = f"{file_name_of(state, '')}-{name.removeprefix('job ')}"
+                    give(content, safe_name(stem, f".{kind}"), _TYPES[kind])
+
+            _busy(f".{kind}", save)
+        ui.label("with units and the whole model; of a job once it has run").classes("text-caption")
+
+
+def _figures(session: Session, state: PageState) -> None:
+    """A figure of the report, drawn by the browser."""
+    options = {f"{verb}/{name}": f"{verb}: {name}" for verb, names in figures().items() for name in names}
+    media = {"svg": "image/svg+xml", "png": "image/png"}
+    with line("Figure"):
+        choice = ui.select(options, value="sweep/sweep").style("width: 14rem")
+        choice.props('dense options-dense aria-label="Figure"')
+        for kind in media:
+
+            async def save(kind: str = kind) -> None:
+                verb, _, name = str(choice.value).partition("/")
+                figure = await _computed(session.call(figure_of, request_of(state), verb, name))
+                content = None if figure is None else await _drawn(figure, kind)
+                if content is not None:
+                    give(content, safe_name(f"{file_name_of(state, '')}-{name}", f".{kind}"), media[kind])
+
+            _busy(kind.upper(), save)
+
+
+async def _drawn(figure: dict[str, Any], kind: str) -> bytes | None:
+    """Bytes of a figure as the browser draws it, on white and of the size of the report's."""
+    layout = {key: value for key, value in figure.get("layout", {}).items() if key != "updatemenus"}
+    layout |= {"paper_bgcolor": "white"}
+    height = int(layout.get("height") or _HEIGHT)
+    with ui.element("div").style("position: fixed; left: -9999px; width: 900px") as hidden:
+        plotted = ui.plotly({"data": figure.get("data", []), "layout": layout, "config": {"responsive": False}})
+        options = {"format": kind, "width": _WIDTH, "height": height, "scale": _DOTS if kind == "png" else 1}
+    try:
+        uri = await ui.run_javascript(
+            f"""const {{ Plotly }} = await import("nicegui-plotly");
+            return await Plotly.toImage(getElement({plotted.id}).$el, {options!r});""",
+            timeout=_DRAWN,
+        )
+    except TimeoutError:
+        ui.notify("The browser has not drawn the figure in half a minute", type="negative")
+        return None
+    finally:
+        hidden.delete()
+    return bytes_of_picture(str(uri))
+
+
+def bytes_of_picture(uri: str) -> bytes | None:
+    """Content of a data URI of a picture; None where it is none."""
+    head, comma, body = uri.partition(",")
+    if not comma or not head.startswith("data:image/"):
+        ui.notify("The browser gave no picture", type="negative")
+        return None
+    return base64.b64decode(body) if head.endswith(";base64") else unquote_to_bytes(body)
+
+
+def _command(state: PageState) -> None:
+    """The command line of a verb, with a button that copies it."""
+    with line("Command line"):
+        verb = ui.select(["report", *VERBS], value="report").props('dense options-dense aria-label="verb"')
+        verb.style("width: 8rem")
+        # a label, since what shows code with colours goes through Markdown, and a model may hold anything
+        shown = ui.label(command_line(state)).classes("col cockpit-command").style(_CODE)
+        verb.on_value_change(lambda: shown.set_text(command_line(state, verb=str(verb.value))))
+        icon_button("content_copy", "Copy the command line", lambda: copy(shown.text, "Command line"))
+    if state.drive is None and state.path is None:
+        words = "The command and the script read the model file: download it into their folder."
+        ui.label(words).classes("text-caption")
+
+
+def _script(state: PageState) -> None:
+    """The Python script that gives the same numbers."""
+    text, name = script(state), safe_name(file_name_of(state, ""), ".py")
+    with line("Python"):
+        with ui.expansion("Script").classes("col").props("dense"):
+            ui.label(text).classes("w-full").style(f"{_CODE}; max-height: 16rem")
+        icon_button("content_copy", "Copy the script", lambda: copy(text, "Script"))
+        icon_button("download", "Download the script", lambda: give(text, name, "text/x-python"))
+
+
+async def _computed(work: Awaitable[Any]) -> Any:
+    """The result of what a process computes; None where it cannot, which is said."""
+    try:
+        return await work
+    except (ModelError, ConvergenceError) as error:
+        refused(error)
+        return None
+
+
+def _busy(text: str, work: Callable[[], Awaitable[None]]) -> None:
+    """A button that turns while its work is under way."""
+
+    async def run() -> None:
+        turning.props("loading")
+        try:
+            await work()
+        finally:
+            if not turning.is_deleted:
+                turning.props(remove="loading")
+
+    turning = plain_button(text, run)
 
 
 def compare_controls(session: Session) -> None:

@@ -13,11 +13,23 @@ from typing import Any, Literal
 from ...errors import ModelError
 from ...results.files import write_text
 from ..state.frames import PageFrame, Request, failed_frame, unpack
-from ..state.history import StateHistory, Step, file_of, from_fragment, seal_of, snapshot_text
-from ..state.state import Origin, PageState, at_speed, request_of, with_text, with_value, with_values
-from ..state.written_text import text_of
-from .jobs import Job, Jobs
-from .tasks import levers_at, verb_file
+from ..state.model_file import text_of
+from ..state.state import (
+    Origin,
+    PageState,
+    StateHistory,
+    Step,
+    at_speed,
+    file_of,
+    from_fragment,
+    request_of,
+    seal_of,
+    snapshot_text,
+    with_text,
+    with_value,
+    with_values,
+)
+from .jobs import Job, Jobs, levers_at, verb_file
 from .worker import Client, Worker, start_worker
 
 Levers = tuple[Mapping[str, Any], ...]

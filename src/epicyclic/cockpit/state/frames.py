@@ -1,4 +1,7 @@
-"""What travels between the computing process, the page and its drawings: requests, and frames of results.
+"""What travels between the computing process, the page and its drawings: requests, and frames of results; their words:
+one answer and its numbers, what bodies, meshes and speeds are called.
+
+A frame is
 
 uint32 little-endian   bytes of the JSON
 JSON, UTF-8            {"rev", "kind", "head", "arrays": [[name, [shape], offset in float32], ...]}, padded with
@@ -11,16 +14,17 @@ from __future__ import annotations
 import json
 import math
 import struct
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.tables import PlainTable
+from ...document.tables import PAIRS, PlainTable, leaves, value_at
 from ...errors import ModelError
+from ...train.train import Body, Train
 
 Numbers = NDArray[np.float32]
 _LENGTH = struct.Struct("<I")
@@ -121,3 +125,180 @@ def _plain(value: object) -> Any:
     if isinstance(value, int):
         return value
     raise TypeError(f"{type(value).__name__} in the head of a frame")
+
+
+Level = Literal["good", "warn", "bad", "none"]
+
+QUESTIONS: Mapping[str, str] = {
+    "resonance": "Does a mesh order meet a mode near operation?",
+    "planet": "Which planet carries most?",
+    "float": "What does a floating sun buy?",
+    "error": "Which error hurts most?",
+    "relief": "What tip relief to grind?",
+}
+"""Key of an answer -> its question, in the order of the page."""
+
+
+@dataclass(slots=True)
+class Answer:
+    """One line of the page.
+
+    key : of `QUESTIONS`, whose text is the question.  text : one sentence or two.  figure : the number to remember, ""
+    without one.  level : how it stands.  apply : overrides by path that act on it, None without.
+    apply_label : what they do.  evidence : what shows why: sweep, sharing, errors, relief or modes.
+    job : that says more, None without.  stale : whether it belongs to an earlier state.
+    mode : number of the mode that it is about, None without one.  speed : that it is about, on the axis of the sweep
+    [rpm], None without one.
+    """
+
+    key: str
+    question: str = field(init=False)
+    text: str
+    _: KW_ONLY
+    figure: str = ""
+    level: Level = "none"
+    apply: Mapping[str, object] | None = None
+    apply_label: str = ""
+    evidence: str = ""
+    job: str | None = None
+    stale: bool = False
+    mode: int | None = None
+    speed: float | None = None
+
+    def __post_init__(self) -> None:
+        self.question = QUESTIONS[self.key]
+        if not self.apply:
+            self.apply, self.apply_label = None, ""
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number of so many digits, without an exponent where people write none."""
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.10g}" if "e" in text and 1e-4 <= abs(value) < 1e9 else text
+
+
+def per_cent(share: float, digits: int = 2) -> str:
+    """A share [1] in per cent, to a tenth at most."""
+    value = 100 * share
+    return f"{value:.0f} %" if abs(value) >= 10 ** (digits - 1) else f"{value:.1f} %"
+
+
+def largest_known(values: NDArray[np.float64]) -> float:
+    """Largest of values that are finite; nan where none is."""
+    known = values[np.isfinite(values)]
+    return float(known.max()) if known.size else float("nan")
+
+
+SpeedAxis = tuple[str, float]
+"""Label of an axis of speeds with its unit, and how much of that is the operating speed."""
+
+
+def body_labels(train: Train) -> dict[str, str]:
+    """Label of every body by its name: ``planet 1 left``; with the stage before it where there are several."""
+    several = len(train.planets) > 1
+    labels = {}
+    for body in train.bodies:
+        label = _seat(body, body.side)
+        labels[body.name] = f"{body.frame}: {label}" if several and body.frame in train.planets else label
+    return labels
+
+
+def mesh_labels(train: Train) -> dict[str, str]:
+    """Label of every whole mesh by its name: ``sun, planet 1 left``; ``sun, planet 1`` where no side is needed."""
+    bodies = {body.name: body for body in train.bodies}
+    several = len(train.planets) > 1
+    labels = {}
+    for mesh in train.meshes:
+        label = f"{_seat(bodies[mesh.a])}, {_seat(bodies[mesh.b], mesh.side)}"
+        labels[mesh.name] = f"{mesh.stage}: {label}" if several else label
+    return labels
+
+
+def _seat(body: Body, side: str | None = None) -> str:
+    """Member, branch and side of a body, those that it has."""
+    return " ".join(filter(None, [body.member.rpartition(".")[2], str(body.branch or ""), side]))
+
+
+def member_words(train: Train, member: str, branches: Sequence[int]) -> str:
+    """A member in words: ``sun``, ``planets``, ``planets 1, 3`` where only those are meant, ``planet star1 2``.
+
+    branches : those that are meant, rising; none of a member about the axis.
+    """
+    stage, _, word = member.rpartition(".")
+    before = f"{stage} " if len(train.planets) > 1 and stage else ""
+    all_branches = {body.branch for body in train.bodies if body.member == member and body.branch is not None}
+    if not all_branches:
+        return before + word
+    many = "planets" if len(branches) > 1 else "planet"
+    named = many if word == "planet" else f"{many} {word}"
+    return before + named + ("" if len(branches) == len(all_branches) else f" {listed(branches)}")
+
+
+def speed_axis(train: Train) -> SpeedAxis | None:
+    """The axis on which speeds of a train are shown; None without a member that turns.
+
+    It is that of the member whose rpm the verbs take: the first of `operation.speed` that turns; else the first that
+    turns at all.
+    """
+    speed = train.kinematics.speed or {}
+    stated = value_at(train.document, ("operation", "speed"))
+    members = [path for path, _ in leaves(stated)] if isinstance(stated, dict) else []
+    for member in (*members, *speed):
+        if speed.get(member):
+            stage, _, name = member.rpartition(".")
+            words = f"{name} of stage {stage}" if len(train.planets) > 1 and stage else name
+            return f"speed of the {words} [rpm]", abs(float(speed[member]))
+    return None
+
+
+def as_overridden(path: str, overrides: Mapping[str, object]) -> str:
+    """A path without the name of its stage, where an override at it, above or beneath it is written so.
+
+    A model of one stage takes ``deviations.sun.run_out`` for ``deviations.main.sun.run_out``, but not both.
+    """
+    for short in _without_stage(path):
+        if any(_within(short, key) or _within(key, short) for key in overrides):
+            return short
+    return path
+
+
+def override_at(path: str, overrides: Mapping[str, object]) -> str:
+    """The override that a path of a message is at or beneath; else the path.
+
+    With or without the name of its stage, and of x the shorthand ``radial`` that sets it.
+    """
+    table, _, key = path.rpartition(".")
+    short = [f"{table}.{pair}" for pair, keys in PAIRS.items() if key in keys]
+    for spelling in (path, *_without_stage(path), *short, *(other for name in short for other in _without_stage(name))):
+        for key in overrides:
+            if _within(spelling, key):
+                return key
+    return path
+
+
+def _without_stage(path: str) -> list[str]:
+    """A path without one of its inner words: any of them may be the stage."""
+    words = path.split(".")
+    return [".".join(words[:i] + words[i + 1 :]) for i in range(1, len(words) - 1)]
+
+
+def _within(path: str, other: str) -> bool:
+    """Whether a path is another or stands beneath it."""
+    return f"{path}.".startswith(f"{other}.")
+
+
+def ordinal(number: int) -> str:
+    """``1st``, ``2nd``, ``11th``."""
+    last = {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th") if number % 100 not in (11, 12, 13) else "th"
+    return f"{number}{last}"
+
+
+def listed(numbers: Sequence[int]) -> str:
+    """Rising whole numbers in short: ``1-3, 5``."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)

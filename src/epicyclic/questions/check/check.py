@@ -31,11 +31,10 @@ from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
 from ...system.system import System
 from ...system.tooth_pairs import loaded_mesh, mean_force, pair_of, tooth_warnings
-from ...train.bodies import DIRECTIONS, Body, GearData, Link, Mesh
 from ...train.power import require_contact, require_flow
+from ...train.resolution import tolerances_of
 from ...train.stage_bodies import link_row, tilt_groups
-from ...train.tolerances import tolerances_of
-from ...train.train import Displacement, Train
+from ...train.train import DIRECTIONS, Body, Displacement, GearData, Link, Mesh, Train
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import mean_modes
 from ..response.spectra import mesh_tones, require_damping

@@ -3,8 +3,7 @@
 from typing import TYPE_CHECKING
 
 from ...results.files import MATRIX_FILES, save_matrices
-from ...verbs.options import RelativeSpeed
-from ...verbs.parsing import relative, train_and_system
+from ...verbs.options import RelativeSpeed, relative, train_and_system
 from ...verbs.record import Verb, bounded
 
 if TYPE_CHECKING:

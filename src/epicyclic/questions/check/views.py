@@ -12,7 +12,7 @@ from ...show.brief_check import brief_tables, driven_kinds, power_ends, ratio_of
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table
 from ...show.series import Member, engineering, members_of, mesh_tones, numbers, short_names, texts
 from ...show.tables import assumed_tables, columns_of, value_tables
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -46,7 +46,7 @@ from ...statics.record import group_gap
 from ...statics.tangent import mean_stretch, small_motion_tangent
 from ...system.flank_laws import eased
 from ...system.gaps import Flanks, FlanksAt, flanks
-from ...system.group_laws import Laws, stacked
+from ...system.link_laws import Laws, stacked
 from ...system.system import Array, ComplexArray, Line, System
 from ...warning_codes import CodedText, coded
 from ..response.lattice import Point, kept_points, leads

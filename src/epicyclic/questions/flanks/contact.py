@@ -14,20 +14,18 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...document.written_numbers import stated
+from ...document.units import stated
 from ...engine.plan import MOST_NUMBERS, require_memory
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...system.assembly import train_provenance
-from ...system.face_contact import FaceLoad, MeshFaceLaw
-from ...system.tooth_pairs import End, loaded_mesh, mean_force, pair_of, tooth_warnings
+from ...system.tooth_pairs import End, FaceLoad, MeshFaceLaw, loaded_mesh, mean_force, pair_of, tooth_warnings
 from ...teeth.loaded_contact import LoadedContact, all_loaded, all_segments, first_images, harmonics
 from ...teeth.path_of_contact import averaging_length, cycle_harmonics, cycle_mean
 from ...teeth.root_stress import RootStress, pair_influences, root_stress
 from ...teeth.segments import ContactSegments, with_microgeometry
-from ...train.bodies import Mesh
-from ...train.tolerances import check_contact_errors
-from ...train.train import Train
+from ...train.deviations import check_contact_errors
+from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
 from .contact_resolution import NO_ERRORS, Resolution, ToothErrors, placed_errors, resolution, sigma_at
 

@@ -18,14 +18,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.units import Bounds
-from ...document.written_numbers import stated
+from ...document.units import Bounds, stated
 from ...errors import ModelError
 from ...teeth.gear_pair import ContactPair, MeshWave, uniform_along_face
 from ...teeth.loaded_contact import all_loaded, all_segments, loaded_contact
 from ...teeth.path_of_contact import corner_phases, graded_phases
-from ...train.bodies import Mesh
-from ...train.train import Train
+from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
 
 Array = NDArray[np.float64]
@@ -160,7 +158,7 @@ def placed_errors(
 def pair_gaps(train: Train, helix: Mesh, numbers: Index) -> Array:
     """Gaps (n,) of pairs of teeth by their numbers (n,), from the pitch deviations of the file [m].
 
-    The lines of the train are those of a gap that is linear from tooth to tooth (`teeth.grades.pitch_lines`), z of
+    The lines of the train are those of a gap that is linear from tooth to tooth (`teeth.geometry.pitch_lines`), z of
     them.  At the moment in which a pair is at the pitch point the orders j and z - j are the same: without the factor
     2 sinc^2 of each they add up to the deviation of its teeth, exactly.
     """

@@ -18,10 +18,9 @@ from ...system.tooth_pairs import mean_force, pair_of
 from ...teeth import geometry
 from ...teeth.loaded_contact import LoadedContact, all_loaded, all_segments
 from ...teeth.path_of_contact import Rolling, cycle_mean, loss_factor, mean_friction, path_load, sliding_distance
-from ...train.bodies import GearData, Mesh
 from ...train.kinematics import Gearing
 from ...train.power import LossyFlow, lossy_flow, require_contact, require_flow
-from ...train.train import Train
+from ...train.train import GearData, Mesh, Train
 from ...warning_codes import CodedText, coded, placed
 from .contact import TOLERANCE, flank_map, helices_of, normal_force, unresolved
 from .contact_resolution import resolution, sigma_at

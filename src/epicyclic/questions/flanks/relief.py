@@ -24,10 +24,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...document.written_numbers import stated
+from ...document.units import stated
 from ...engine.source import Source, train_of
 from ...errors import ModelError
-from ...input_files import read_text
 from ...results.dataset import dataset
 from ...results.files import require_writable, write_text
 from ...system.assembly import assemble, train_provenance
@@ -35,9 +34,9 @@ from ...system.system import System
 from ...teeth.form import Flank
 from ...teeth.gear_pair import check_pair
 from ...teeth.segments import ContactSegments
-from ...train.bodies import Mesh
 from ...train.resolution import load
-from ...train.train import Train
+from ...train.train import Mesh, Train
+from ...user_input import read_text
 from ...warning_codes import CodedText, coded
 from .contact import TOLERANCE, contact, helices_of, mesh_name, normal_force, unresolved
 from .contact_resolution import Resolution, check_tolerance, resolution, sigma_at

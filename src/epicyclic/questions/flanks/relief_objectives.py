@@ -28,8 +28,7 @@ from ...teeth.form import Flank, Relief
 from ...teeth.gear_pair import ContactPair, uniform_along_face
 from ...teeth.loaded_contact import MicrogeometryContact, all_segments, first_images, microgeometry_contact
 from ...teeth.segments import ContactSegments
-from ...train.bodies import Mesh
-from ...train.train import Train
+from ...train.train import Mesh, Train
 from ..response.steady import SweepOptions, sweep
 from .contact_resolution import Resolution, mesh_phases, sigma_at
 

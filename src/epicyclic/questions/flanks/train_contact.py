@@ -33,9 +33,8 @@ from ...statics.record import (
 )
 from ...statics.static import free_position_warnings, law_attributes, rounding_of
 from ...system.assembly import assemble
-from ...system.face_contact import FaceLoad, MeshFaceLaw, face_laws, with_three_rows
 from ...system.system import System, faces
-from ...system.tooth_pairs import tooth_warnings
+from ...system.tooth_pairs import FaceLoad, MeshFaceLaw, face_laws, tooth_warnings, with_three_rows
 from ...teeth.path_of_contact import averaging_length, corner_phases, largest_part_mean
 from ...train.train import Train
 from ...warning_codes import CodedText, code_of, coded

@@ -17,8 +17,11 @@ from ...verbs.options import (
     Of,
     Tolerance,
     Turns,
+    ends,
+    load_per_length,
+    loads_of,
+    settings,
 )
-from ...verbs.parsing import ends, load_per_length, loads_of, settings
 from ...verbs.record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
@@ -358,8 +361,7 @@ def _oil(friction: float | None, viscosity: float | str | None, roughness: float
             raise ModelError("is missing: friction by oil needs both", path=name, allowed="viscosity and roughness")
     if friction is not None:
         raise ModelError("a number and an oil", path="friction", given=friction, allowed="one of the two")
-    from ...document.units import Bounds
-    from ...document.written_numbers import stated
+    from ...document.units import Bounds, stated
     from .efficiency import Oil
 
     read: dict[str, float] = {}

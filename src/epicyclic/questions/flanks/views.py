@@ -11,7 +11,7 @@ import numpy as np
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, number
 from ...show.series import by_pair_and_side, engineering, losses_of_pairs, numbers, texts
 from ...show.tables import columns_of
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -239,7 +239,7 @@ def relief_tables(result: xr.Dataset) -> Sequence[Table]:
 
 def relief_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The search, and error, load and force before and after."""
-    from ...show.charts.relief import relief_effect, relief_search
+    from ...show.charts.flanks import relief_effect, relief_search
 
     parts = [
         Drawing(anchor="relief", figure=relief_search(result)),

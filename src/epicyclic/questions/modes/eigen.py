@@ -30,8 +30,7 @@ from scipy.linalg.lapack import dsygvd
 
 from ...errors import ModelError
 from ...statics.tangent import linear
-from ...system.elimination import REST, free_motions, stiffness_rows
-from ...system.system import Array, ComplexArray, Symmetry, System
+from ...system.system import REST, Array, ComplexArray, Symmetry, System, free_motions, stiffness_rows
 from ...warning_codes import CodedText, coded
 
 # Rounding of omega^2 from the eigenproblem, per largest one.

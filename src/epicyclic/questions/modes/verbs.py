@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from ...errors import ModelError
-from ...verbs.options import RelativeSpeed
-from ...verbs.parsing import SPEED_HINT, frequency_band, relative, share, train_and_system
+from ...verbs.options import SPEED_HINT, RelativeSpeed, frequency_band, relative, share, train_and_system
 from ...verbs.record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:

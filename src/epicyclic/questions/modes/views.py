@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...results.ties import EQUAL, ranked
 from ...show.elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table
 from ...show.series import engineering, mode_groups, numbers, stage_count, summed_shares, texts, unbroken
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -161,7 +161,7 @@ def _mean_force(company: Company) -> float:
 
 def modes_front(result: xr.Dataset, company: Company) -> Sequence[Part]:
     """The resonances within the band, the strongest of them, and where in the range of speeds all lie."""
-    from ...show.charts.operating_range import operating_range
+    from ...show.charts.over_speed import operating_range
 
     parts: list[Part] = []
     if result.sizes.get("resonance", 0):

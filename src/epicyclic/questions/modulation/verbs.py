@@ -3,11 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from ...document.units import factor
-from ...document.written_numbers import stated
+from ...document.units import factor, stated
 from ...errors import ModelError
-from ...verbs.options import RelativeSpeed
-from ...verbs.parsing import relative, train_and_system
+from ...verbs.options import RelativeSpeed, relative, train_and_system
 from ...verbs.record import Option, Verb, bounded
 
 if TYPE_CHECKING:
@@ -146,7 +144,7 @@ def quantity(value: float | str | None, kind: str, path: str) -> float | None:
 
 def _columns(path: str | Path, needed: tuple[str, ...]) -> Columns:
     """Columns of a CSV file by name: unit and numbers."""
-    from ...document.csv_files import read_table  # brings pydantic, which completion does not wait for
+    from ...document.document import read_table  # brings pydantic, which completion does not wait for
 
     table = read_table(path, most=_MAX_BYTES, allowed=f"the columns {', '.join(needed)}")
     names = [name.lower() for name, _ in table.columns]

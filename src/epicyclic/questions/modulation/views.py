@@ -9,7 +9,7 @@ import numpy as np
 
 from ...results.ties import ranked
 from ...show.elements import Company, Drawing, Section, Table, number
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +31,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Signal over a turn of the carrier, and its lines."""
-    from ...show.charts.modulation import modulation
+    from ...show.charts.over_time import modulation
 
     parts = [Drawing(anchor="modulation", figure=modulation(result))]
     return [Section(anchor="modulation", title="Vibration at the ring", parts=parts)]

@@ -14,8 +14,10 @@ from ...verbs.options import (
     ShaftTones,
     Start,
     Stop,
+    mesh_frequencies,
+    relative,
+    train_and_system,
 )
-from ...verbs.parsing import mesh_frequencies, relative, train_and_system
 from ...verbs.record import Option, Verb, bounded, given, refuse_without, require_folder
 
 if TYPE_CHECKING:

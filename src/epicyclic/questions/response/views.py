@@ -21,7 +21,7 @@ from ...show.tables import (
     speed_range_of,
     status_table,
 )
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -100,7 +100,7 @@ def sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     Of a sweep to the modes beside one about operation the mesh forces alone.
     """
     from ...show.charts.over_speed import bearing_forces, speed_sweep
-    from ...show.charts.waterfall import waterfall
+    from ...show.charts.speed_maps import waterfall
 
     modes = company.get("modes")
     to_modes = speed_range_of(result) == "modes"

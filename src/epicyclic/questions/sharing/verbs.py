@@ -3,8 +3,7 @@
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from ...errors import ModelError
-from ...verbs.options import MOST_SPEED, Cycles, Of, Samples, Turns
-from ...verbs.parsing import relative, train_and_system
+from ...verbs.options import MOST_SPEED, Cycles, Of, Samples, Turns, relative, train_and_system
 from ...verbs.record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from ...results.ties import largest
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
 from ...show.tables import force_table
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

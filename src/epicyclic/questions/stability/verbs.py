@@ -3,10 +3,20 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from ...document.written_numbers import typed
+from ...document.units import typed
 from ...errors import ModelError
-from ...verbs.options import Folder, FrameSpeed, MeshFrequencies, RelativeSpeeds, Resume, Start, Stop
-from ...verbs.parsing import mesh_frequencies, spread, train_and_system
+from ...verbs.options import (
+    Folder,
+    FrameSpeed,
+    MeshFrequencies,
+    RelativeSpeeds,
+    Resume,
+    Start,
+    Stop,
+    mesh_frequencies,
+    spread,
+    train_and_system,
+)
 from ...verbs.record import Option, Verb, bounded, given, refuse_without, require_folder
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from ...results.ties import ranked
 from ...show.elements import Company, Drawing, Section, Table, number
 from ...show.series import stability_verdict
 from ...show.tables import named_columns, status_table
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +41,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Growth rates as found, boundaries as averaging predicts them."""
-    from ...show.charts.stability import stability_map, stability_over_speed
+    from ...show.charts.speed_maps import stability_map, stability_over_speed
 
     drawn = stability_map(result) if "value" in result.dims else stability_over_speed(result)
     return [Section(anchor="stability", title="Stability", parts=[Drawing(anchor="stability", figure=drawn)])]

@@ -26,7 +26,6 @@ import scipy.optimize
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...arguments import checked
 from ...document.tables import leaves
 from ...document.units import KINDS, factor
 from ...engine.source import train_of
@@ -38,6 +37,7 @@ from ...system.assembly import assemble
 from ...system.system import System
 from ...train.resolution import load
 from ...train.train import Train
+from ...user_input import checked
 from ...warning_codes import CodedText, coded, placed
 from ..modes.eigen import classify_modes, mean_modes, repeated_roots
 from ..sharing.sharing import sharing

@@ -19,9 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...document.schema import collect, nearest
-from ...document.shorthand import expand_path
-from ...document.tables import leaves
-from ...document.written_numbers import Written, written
+from ...document.tables import expand_path, leaves
+from ...document.units import Written, written
 from ...errors import ConvergenceError, ModelError
 from ...statics.tangent import linear
 from ...system.assembly import assemble

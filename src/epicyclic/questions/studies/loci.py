@@ -23,7 +23,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...document.written_numbers import written
+from ...document.units import written
 from ...engine.plan import require_time
 from ...engine.source import Source, system_of
 from ...errors import ConvergenceError, ModelError

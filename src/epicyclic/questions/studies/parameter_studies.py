@@ -15,11 +15,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...arguments import checked
 from ...engine.workers import each
 from ...errors import ConvergenceError, ModelError
 from ...results.dataset import dataset
 from ...system.assembly import assemble, train_provenance
+from ...user_input import checked
 from ...warning_codes import coded
 
 if TYPE_CHECKING:

@@ -10,9 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from ...arguments import checked
-from ...verbs.options import MOST_SPEED
-from ...verbs.parsing import frequency, relative
+from ...user_input import checked
+from ...verbs.options import MOST_SPEED, frequency, relative
 from ...verbs.record import Option, Progress, Verb, bounded, keywords, verbs
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from ...results.ties import largest
 from ...show.elements import Company, Drawing, KeyFigure, Part, Section, Table, number
 from ...show.series import texts
 from ...show.tables import ComparedRow, compared_rows, letters, percent, shown
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

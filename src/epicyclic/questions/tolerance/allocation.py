@@ -28,8 +28,7 @@ from ...results.dataset import dataset
 from ...statics.load_map import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
 from ...system.assembly import train_provenance
-from ...train.resolution import load
-from ...train.tolerances import costs_of
+from ...train.resolution import costs_of, load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from .statistics import CONFIDENCE, Band

@@ -21,10 +21,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...document.correlation import Correlations
 from ...document.document import read
 from ...document.tables import value_at
-from ...document.tolerances import Tolerance
+from ...document.tolerances import Correlations, Tolerance
 from ...errors import ModelError
 from ...statics.load_map import LawMap, LoadMap, at_mesh_order, law_map, load_map
 from ...statics.sample_loads import ContactMethod, SampleLoads, nominal_signs, sample_loads
@@ -32,8 +31,7 @@ from ...statics.tangent import linear, linear_columns
 from ...system.assembly import assemble
 from ...system.excitation import unit_lines
 from ...system.system import Array, Line, System
-from ...train.resolution import load
-from ...train.tolerances import correlations_of, tolerances_of
+from ...train.resolution import correlations_of, load, tolerances_of
 from ...train.train import Displacement, MeshError, Train
 from ...warning_codes import CodedText, coded
 

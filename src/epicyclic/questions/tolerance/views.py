@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
-from ...show.series import engineering, texts
-from ...show.tolerance_labels import (
+from ...show.series import (
     DRAWN,
+    engineering,
     micrometres,
     of_definition,
     pair_labels,
@@ -19,8 +19,9 @@ from ...show.tolerance_labels import (
     scattering_pair,
     short_entries,
     system_quantiles,
+    texts,
 )
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,8 +48,13 @@ def tolerance_tables(result: xr.Dataset) -> Sequence[Table]:
 
 def tolerance_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Histogram and quantiles, shares, curves, the worst sample."""
-    from ...show.charts.sharing import worst_branches
-    from ...show.charts.tolerance import k_gamma_by_design, k_gamma_by_tolerance, k_gamma_histogram, tolerance_shares
+    from ...show.charts.sharing import (
+        k_gamma_by_design,
+        k_gamma_by_tolerance,
+        k_gamma_histogram,
+        tolerance_shares,
+        worst_branches,
+    )
 
     words = "K_gamma: mean load of the most loaded branch over its equal share, without mesh frequency content."
     if "reference_k_gamma" in result:
@@ -250,7 +256,7 @@ def allocate_tables(result: xr.Dataset) -> Sequence[Table]:
 
 def allocate_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """K_gamma over the price, and the tables."""
-    from ...show.charts.tolerance import grade_prices
+    from ...show.charts.sharing import grade_prices
 
     words = "Points: one entry changed by one grade. Steps: the cheapest grades for other targets."
     names = short_entries(texts(result, "tolerance"))

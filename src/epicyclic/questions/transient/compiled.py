@@ -23,7 +23,7 @@ _jit = machine_code
 # What every stage or step calls: a call copies the descriptors of all arrays of `Numbers`, a fifth of a step in all.
 _inlined = partial(machine_code, forceinline=True)
 TURN = 2 * np.pi
-# As in `system.group_laws`: a slider this near the clearance is at its stop; its angle there, to rounding [rad].
+# As in `system.link_laws`: a slider this near the clearance is at its stop; its angle there, to rounding [rad].
 _AT_STOP, _SEARCH, _ANGLE = 1e-12, 60, 1e-15
 # As `integrators.AHEAD`.
 _AHEAD = 1e-6
@@ -232,7 +232,7 @@ def _slid(law: Array, dx: float, dy: float, ax: float, ay: float, pair: bool) ->
 def _angle(
     k: float, friction: float, c: float, reach: float, radius: float, cross: float, dot: float
 ) -> tuple[float, float]:
-    """Angle [rad] from the stretch to the slider on the circle of the clearance, and its side (`group_laws`)."""
+    """Angle [rad] from the stretch to the slider on the circle of the clearance, and its side (`link_laws`)."""
     side = -1.0 if cross < 0 else 1.0
     end = np.arctan2(abs(cross), dot)
     stuck = radius >= c * (1 - _AT_STOP) and reach * np.cos(end) >= c and k * reach * np.sin(end) <= friction
@@ -260,7 +260,7 @@ def _held(
 ) -> tuple[float, float]:
     """Force (x, y) [N] of one group with a memory at a stretch and rate: its spring, and lag times tangent times rate.
 
-    The tangent is that of `group_laws`, a little ahead of the motion, see `integrators`.
+    The tangent is that of `link_laws`, a little ahead of the motion, see `integrators`.
     """
     k, friction, lag = law[2], -law[3], law[8]
     sx, sy, _ = _slid(law, dx, dy, ax, ay, pair)

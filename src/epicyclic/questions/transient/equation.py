@@ -12,7 +12,7 @@ In modal coordinates of the mean system, q = Phi y, Phi^T M Phi = 1:
     y'' = -omega_r^2 y - d_r y' + pulls^T (k0 gaps y - f) - (C + s G) y' - (s^2 Kg + s Cskew + s' E) y + push(t)
 
 so that only what differs from the mean system is multiplied out.  Every phase is counted in tau = integral of s dt.
-The forces f are those of the laws (`system.flank_laws`, `system.group_laws`).  A damper of a mesh is of the contact and
+The forces f are those of the laws (`system.flank_laws`, `system.link_laws`).  A damper of a mesh is of the contact and
 acts where its law presses, f = law(gap) + c gap'.  Modal damping belongs to the mean system and acts always.  Sliders
 of Coulomb friction are part of the state: fixed within a step, they move at its end (`integrators`).
 """
@@ -31,7 +31,7 @@ from ...statics.record import contradicting_radii, group_gap, unheld, unheld_err
 from ...statics.tangent import linear, mean_stretch, small_motion_tangent
 from ...system.flank_laws import LEAST, LinearLaw, TabulatedLaw, phase_cubics
 from ...system.gaps import Flanks, flanks
-from ...system.group_laws import Laws
+from ...system.link_laws import Laws
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import mean_modes

@@ -29,10 +29,9 @@ from scipy.integrate import DOP853, Radau
 from ...errors import ConvergenceError, ModelError
 from ...machine_code import numba_available
 from ...statics.equilibrium import compliance, equilibrium
-from ...system.elimination import elastic_rows
 from ...system.gaps import FlanksAt
-from ...system.group_laws import Laws
-from ...system.system import Array
+from ...system.link_laws import Laws
+from ...system.system import Array, elastic_rows
 from .equation import Motion, Steps, from_modal, highest_rate, phase_at, phases_at, tangent_series, times, to_modal
 from .equation import times as product
 

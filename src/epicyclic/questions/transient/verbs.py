@@ -4,9 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from ...errors import ModelError
-from ...verbs.options import Folder, Resume
-from ...verbs.parsing import frequency, seconds
-from ...verbs.parsing import torque_step as step_of
+from ...verbs.options import Folder, Resume, frequency, seconds
+from ...verbs.options import torque_step as step_of
 from ...verbs.record import Option, Progress, Verb, bounded, require_folder
 
 if TYPE_CHECKING:
@@ -121,7 +120,7 @@ def _history(path: str | Path) -> "History":
     """Torques of a CSV file as the analysis takes them."""
     import numpy as np
 
-    from ...document.csv_files import read_history
+    from ...document.document import read_history
     from .scenario import History
 
     table = read_history(path)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...show.elements import Company, Drawing, Part, Section, Table, number
 from ...show.series import of_first_stage, own_tones
-from ...show.view import ResultView
+from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,14 +1,42 @@
-"""Load sharing: the ratio of each branch over time, coefficients of the meshes as bars about 1, the worst sample."""
+"""Load sharing: ratio of each branch over time, coefficients of the meshes as bars about 1, K_gamma as a distribution.
+
+Of trains made by the drawing how often which K_gamma occurs, what its scatter comes from, and what grades cost.  Its
+quantiles stand over the spread of every drawing entry, and over what is no tolerance (torque, float and number of
+planets), side by side at one scale.  Prices are those of the grades found, of one grade finer or coarser in each entry,
+and of other targets.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ..series import Array, Series, compact, merged, pair_title, pairs, readable, texts
+from ..series import (
+    DRAWN,
+    Array,
+    Series,
+    compact,
+    engineering,
+    even_bins,
+    merged,
+    micrometres,
+    numbers,
+    of_definition,
+    pair_labels,
+    pair_title,
+    pairs,
+    percent,
+    readable,
+    scattering_pair,
+    short_entries,
+    system_quantiles,
+    texts,
+)
 from .over_time import over_time
-from .style import INK, branch_colour, note, panels
+from .style import INK, PALE, PALETTE, WARNING, branch_colour, figure, note, panels, tint
 
 # Ratios that differ from 1 by less are one line at 1, which says so: they would be drawn over a range of nothing.
 _EVEN, _AROUND = 1e-5, 0.01
@@ -129,3 +157,386 @@ def worst_branches(result: xr.Dataset) -> go.Figure:
     drawn.update_yaxes(title_text="load over its equal share [-]", row=1, col=1)
     drawn.update_yaxes(range=[min(0.0, 1.1 * float(values.min())), 1.15 * float(values.max())])
     return drawn
+
+
+_TOTAL, _FIRST, _SLOPE = tint(PALETTE[0], 0.55), PALETTE[0], PALETTE[1]
+_BINS = 90
+_TURNING = "mean-load-turning"
+# heights above the panel of words on lines, in turn: neighbours do not cover each other
+_HEIGHTS = (1.0, 1.075, 1.15)
+_ACROSS = 3
+"""Panels side by side."""
+_COLOURS = dict(zip(DRAWN, (PALETTE[2], PALETTE[0], PALETTE[1]), strict=True))
+# ratio of the ends of an axis from which on it is logarithmic
+_DECADES = 30
+# most tolerances in panels: the others move less
+_MOST_PANELS = 9
+# share of the largest rise below which a tolerance has no panel
+_FLAT = 0.02
+# Room for the points on a page of 900 px, and where names may stand against them, nearest first [px].
+_WIDE, _TALL, _NEAR = 700.0, 300.0, 15.0
+_SHIFTS = (-15.0, 15.0, -30.0, 30.0, -46.0, 46.0, -62.0, 62.0)
+_FINER, _COARSER = PALETTE[2], PALETTE[3]
+
+
+def tolerance_shares(result: xr.Dataset) -> go.Figure:
+    """Total and first-order variance shares of every entry [%], and slopes of a quantile over its spread [1/um].
+
+    Parameters
+    ----------
+    result : Dataset of `tolerance`: sobol_first, sobol_total (definition, pair, tolerance) [1], quantile_slope
+        (definition, pair, probability, tolerance) [1/m].  Shown is the pair with the largest spread; estimates below
+        zero are drawn as zero.
+    """
+    one = of_definition(result)
+    pair = scattering_pair(one)
+    first, total = (one[name].transpose("pair", "tolerance").values[pair] for name in ("sobol_first", "sobol_total"))
+    order = np.argsort(np.nan_to_num(total), kind="stable")
+    names = [short_entries(texts(one, "tolerance"))[i] for i in order]
+    probability, slope = _slopes(one, pair)
+    where = pair_labels(texts(one, "pair"))[pair]
+    slope = np.where(micrometres(one), slope, np.nan)
+    drawn = panels(
+        f"Scatter of Kγ comes most from {names[-1]} ({where})",
+        ["share of the variance", f"change of Kγ at {percent(probability)}"],
+        height=190 + 46 * len(names),
+        columns=2,
+        shared_yaxes=True,
+        horizontal_spacing=0.06,
+    )
+    alone, whole = np.maximum(first, 0), np.maximum(total, 0)
+    for values, colour, words in ((whole, _TOTAL, "with interactions (total)"), (alone, _FIRST, "alone (first order)")):
+        drawn.add_trace(_entry_bars(names, 100 * values[order], colour, words, "%"), row=1, col=1)
+    words = "slope per µm of standard deviation"
+    drawn.add_trace(_entry_bars(names, 1e-6 * slope[order], _SLOPE, words, "per µm"), row=1, col=2)
+    drawn.update_xaxes(title_text="share [%]", row=1, col=1)
+    drawn.update_xaxes(title_text="Kγ per µm of standard deviation [1/µm]", row=1, col=2)
+    drawn.update_yaxes(showgrid=False)
+    room = (1.18 * 100 * float(np.nanmax(total, initial=0.01)), 1.3e-6 * float(np.nanmax(slope, initial=0.0)) or 1.0)
+    for column, high in enumerate(room, start=1):
+        drawn.update_xaxes(range=[0, high], row=1, col=column)
+    legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": 0.01, "yanchor": "bottom", "yref": "container"}
+    return drawn.update_layout(barmode="group", bargap=0.3, legend=legend, margin={"t": 84, "b": 92})
+
+
+def _slopes(one: xr.Dataset, pair: int) -> tuple[float, Array]:
+    """Largest probability up to 0.99 that has slopes, and the slopes (tolerance,) [1/m]."""
+    given = numbers(one, "probability")
+    values = one["quantile_slope"].transpose("pair", "probability", "tolerance").values[pair]
+    known = [i for i, p in enumerate(given) if p <= 0.99 + 1e-9 and np.isfinite(values[i]).any()]
+    at = max(known, key=lambda i: float(given[i])) if known else 0
+    return float(given[at]), np.asarray(values[at], dtype=np.float64)
+
+
+def _entry_bars(names: list[str], values: Array, colour: str, words: str, unit: str) -> go.Bar:
+    return go.Bar(
+        **{"y": names, "x": compact(values), "orientation": "h", "name": words, "marker": {"color": colour}},
+        text=[_number(float(value)) for value in values],
+        textposition="outside",
+        cliponaxis=False,
+        hovertemplate=f"%{{y}}, {words}: %{{text}} {unit}<extra></extra>",
+    )
+
+
+def _number(value: float) -> str:
+    """Two digits; nothing of what is not known, 0 of what is less than a hundred thousandth."""
+    return "" if np.isnan(value) else "0" if abs(value) < 1e-5 else f"{value:.0f}" if value >= 10 else f"{value:.2g}"
+
+
+def k_gamma_histogram(result: xr.Dataset) -> go.Figure:
+    """Shares of the samples over K_gamma of the train [1], its percentiles, and lines that the user gave.
+
+    Parameters
+    ----------
+    result : Dataset of `tolerance`: system_histogram (definition, bin), bin_edge (edge), system_k_gamma_quantile
+        (definition, probability) [1]; reference_k_gamma (reference) [1] if any.
+    """
+    quantiles, references = system_quantiles(result), _references(result)
+    drawn = figure(_title(quantiles), x="mesh-load factor Kγ [-]", y="share of the trains per bin [%]", height=460)
+    counts = of_definition(result)["system_histogram"].values
+    marked = [*quantiles.values(), *references.values()]
+    low, high = _range(result, counts, marked)
+    turns = _TURNING in texts(result, "definition")
+    if turns:
+        also = _range(result, of_definition(result, _TURNING)["system_histogram"].values, marked)
+        low, high = min(low, also[0]), max(high, also[1])
+    limits = {f"limit {value:g}": value for value in numbers(result, "limit").tolist() if low < value < high}
+    x, y = even_bins(numbers(result, "bin_edge"), counts, low, high, _BINS)
+    bars = {"x": compact(x, digits=6), "y": compact(100 * y), "width": (high - low) / _BINS}
+    look = {"color": tint(PALETTE[0], 0.35), "line": {"width": 0}}
+    words = "Kγ %{x:.3f}: %{y:.2f} %<extra></extra>"
+    drawn.add_trace(go.Bar(**bars, name="Kγ, mean load", marker=look, hovertemplate=words))
+    if turns:
+        _add_turning(drawn, result, counts, low, high)
+    _add_lines(drawn, quantiles, references, limits)
+    drawn.update_xaxes(range=[low, high])
+    drawn.update_yaxes(rangemode="tozero")
+    legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": -0.17, "yanchor": "top"}
+    return drawn.update_layout(bargap=0, legend=legend, showlegend=True, margin={"t": 118, "b": 80})
+
+
+def _title(quantiles: dict[float, float]) -> str:
+    words = [f"{value:.3f} in {percent(p)}" for p, value in quantiles.items() if p > 0.5]
+    return f"Kγ stays below {' and below '.join(words)} of the trains" if words else "Mesh-load factor Kγ"
+
+
+def _references(result: xr.Dataset) -> dict[str, float]:
+    if "reference_k_gamma" not in result:
+        return {}
+    return dict(zip(texts(result, "reference"), numbers(result, "reference_k_gamma").tolist(), strict=True))
+
+
+def _range(result: xr.Dataset, counts: Array, shown: list[float]) -> tuple[float, float]:
+    """Values between which the samples lie but for a thousandth, and what is marked; room at both sides."""
+    edges, summed = numbers(result, "bin_edge"), np.cumsum(counts) / max(int(counts.sum()), 1)
+    first, last = (int(np.searchsorted(summed, share)) for share in (0.0005, 0.9995))
+    low = min([float(edges[first]), *shown])
+    high = max([float(edges[min(last + 1, len(edges) - 1)]), *shown])
+    room = 0.04 * max(high - low, 1e-6)
+    return low - room, high + room
+
+
+def _add_turning(drawn: go.Figure, result: xr.Dataset, still: Array, low: float, high: float) -> None:
+    """The largest over the hunting period as an outline, where it is another distribution."""
+    counts = of_definition(result, _TURNING)["system_histogram"].values
+    if np.array_equal(counts, still):
+        return
+    x, y = even_bins(numbers(result, "bin_edge"), counts, low, high, _BINS)
+    line = {"color": PALETTE[1], "width": 1.6, "shape": "hvh"}
+    trace = {"x": compact(x, digits=6), "y": compact(100 * y), "mode": "lines", "line": line}
+    drawn.add_trace(go.Scatter(**trace, name="largest while turning", hoverinfo="skip"))
+
+
+def _add_lines(
+    drawn: go.Figure, quantiles: dict[float, float], references: dict[str, float], limits: dict[str, float]
+) -> None:
+    """Percentiles and lines of the user, each with its words above the panel."""
+    lines = [(value, f"{percent(p)}: {value:.3f}", INK, "solid") for p, value in quantiles.items()]
+    lines += [(value, f"{name}: {value:.4g}", WARNING, "dash") for name, value in references.items()]
+    lines += [(value, name, WARNING, "dot") for name, value in limits.items()]
+    for place, (x, words, colour, dash) in enumerate(sorted(lines)):
+        drawn.add_vline(x=x, line={"color": colour, "width": 1.6, "dash": dash})
+        where = {"x": x, "xref": "x", "y": _HEIGHTS[place % len(_HEIGHTS)], "yref": "paper", "yanchor": "bottom"}
+        note(drawn, words, **where, font={"size": 12, "color": colour})
+
+
+def _k_gamma_panels(title: str, names: list[str]) -> go.Figure:
+    """An empty figure with a panel for each name."""
+    columns = min(_ACROSS, max(len(names), 1))
+    rows = -(-len(names) // columns)
+    gap = {"vertical_spacing": min(0.3, 90 / (110 + 240 * rows)), "horizontal_spacing": 0.05}
+    return panels(title, names, height=150 + 240 * rows, columns=columns, shared_yaxes="all", **gap)
+
+
+def _probabilities(result: xr.Dataset) -> list[tuple[int, float]]:
+    """Place and value of the probabilities that are drawn; all of a result without those."""
+    given = numbers(result, "probability")
+    found = [(int(i), p) for p in DRAWN for i in np.flatnonzero(np.isclose(given, p))]
+    return found or [(i, float(p)) for i, p in enumerate(given)]
+
+
+def _add_curves(drawn: go.Figure, result: xr.Dataset, x: Array, values: Array, panel: int) -> None:
+    """One curve a probability in a panel, counted from 0.
+
+    Parameters
+    ----------
+    x : (k,).  values : K_gamma (k, probability) [1]; nan where it was not computed.
+    """
+    row, column = divmod(panel, _ACROSS)
+    for place, (i, p) in enumerate(_probabilities(result)):
+        known = np.isfinite(values[:, i])
+        colour = _COLOURS.get(p, PALETTE[(3 + place) % len(PALETTE)])
+        drawn.add_trace(
+            go.Scatter(
+                **{"x": compact(x[known], digits=7), "y": compact(values[known, i], digits=6), "mode": "lines+markers"},
+                **{"name": percent(p), "legendgroup": percent(p), "showlegend": panel == 0},
+                **{"line": {"color": colour, "width": 2}, "marker": {"size": 5}},
+                hovertemplate=f"{percent(p)}: Kγ %{{y:.3f}} at %{{x}}<extra></extra>",
+            ),
+            row=row + 1,
+            col=column + 1,
+        )
+
+
+def _mark_drawn(drawn: go.Figure, x: float, panel: int) -> None:
+    """A line at the value of the model in a panel, counted from 0."""
+    row, column = divmod(panel, _ACROSS)
+    drawn.add_vline(x=x, line={"color": INK, "width": 1, "dash": "dot"}, row=row + 1, col=column + 1)
+
+
+def _finished(drawn: go.Figure, count: int) -> go.Figure:
+    """The figure with the titles of its axes of K_gamma, numbers on every panel's own, and its legend."""
+    for row in range(-(-count // _ACROSS)):
+        drawn.update_yaxes(title_text="Kγ [-]", row=row + 1, col=1)
+    drawn.update_xaxes(showticklabels=True)
+    legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": 0.99, "yanchor": "top", "yref": "container"}
+    return drawn.update_layout(showlegend=True, legend=legend, margin={**drawn.layout.margin.to_plotly_json(), "t": 84})
+
+
+def k_gamma_by_design(result: xr.Dataset) -> go.Figure:
+    """K_gamma [1] over torque, stiffness of each support (float) and number of planets, whichever the result has.
+
+    Parameters
+    ----------
+    result : Dataset of `tolerance`: k_gamma_by_torque (torque_scale, probability), k_gamma_by_support (support,
+        support_scale, probability), support_stiffness (support, support_scale) [N/m], k_gamma_by_planets (planets,
+        probability) [1].
+    """
+    shown = list(_curves(result))
+    drawn = _k_gamma_panels("Kγ over torque, float and planets", [title for title, *_ in shown])
+    for panel, (_, words, x, values, own) in enumerate(shown):
+        row, column = divmod(panel, _ACROSS)
+        _add_curves(drawn, result, x, values, panel)
+        drawn.update_xaxes(title_text=words, row=row + 1, col=column + 1)
+        if np.isfinite(own):
+            _mark_drawn(drawn, own, panel)
+        if len(x) > 1 and x.min() > 0 and x.max() / x.min() >= _DECADES:
+            look = {"type": "log", "dtick": 1, "exponentformat": "power", "tickfont": {"size": 11}}
+            drawn.update_xaxes(**look, row=row + 1, col=column + 1)
+        elif words == "planets [-]":
+            drawn.update_xaxes(dtick=1, row=row + 1, col=column + 1)
+    return _finished(drawn, len(shown))
+
+
+def _curves(result: xr.Dataset) -> Iterator[tuple[str, str, Array, Array, float]]:
+    """Title, title of the axis, x (k,), K_gamma (k, probability) and the model's own x, nan where not marked."""
+    if "k_gamma_by_torque" in result:
+        values = result["k_gamma_by_torque"].transpose("torque_scale", "probability").values
+        yield "torque", "torque per operating torque [-]", numbers(result, "torque_scale"), values, 1.0
+    if "k_gamma_by_support" in result:
+        own = int(np.argmin(np.abs(np.log(numbers(result, "support_scale")))))
+        values = result["k_gamma_by_support"].transpose("support", "support_scale", "probability").values
+        stiffness = result["support_stiffness"].transpose("support", "support_scale").values
+        for name, x, curve in zip(_supports(texts(result, "support")), stiffness, values, strict=True):
+            yield f"support of {name}", "stiffness [N/m]", x, curve, float(x[own])
+    if "k_gamma_by_planets" in result:
+        values = result["k_gamma_by_planets"].transpose("planets", "probability").values
+        known = np.isfinite(values).any(axis=1)
+        yield "number of planets", "planets [-]", numbers(result, "planets")[known], values[known], np.nan
+
+
+def _supports(paths: list[str]) -> list[str]:
+    """``stages.main.sun.support.radial`` -> ``sun``."""
+    return [name.removesuffix(" radial").removesuffix(" support") for name in short_entries(paths)]
+
+
+def k_gamma_by_tolerance(result: xr.Dataset) -> go.Figure:
+    """K_gamma [1] over the scale of every tolerance, the steepest first.
+
+    Parameters
+    ----------
+    result : Dataset of `tolerance`: k_gamma_by_scale (tolerance, scale, probability) [1].
+    """
+    values = result["k_gamma_by_scale"].transpose("tolerance", "scale", "probability").values
+    entries, scale = short_entries(texts(result, "tolerance")), numbers(result, "scale")
+    last = _probabilities(result)[-1][0]
+    rise = np.nan_to_num(values[:, -1, last] - values[:, 0, last])
+    order = np.argsort(-rise, kind="stable")[:_MOST_PANELS].tolist()
+    moving = [i for i in order if rise[i] > _FLAT * rise[order[0]]] or order[:1]
+    drawn = _k_gamma_panels(f"Which tolerance moves Kγ: {entries[order[0]]} most", [entries[i] for i in moving])
+    for panel, entry in enumerate(moving):
+        _add_curves(drawn, result, scale, values[entry], panel)
+        _mark_drawn(drawn, 1.0, panel)
+        if panel + _ACROSS >= len(moving):
+            row, column = divmod(panel, _ACROSS)
+            drawn.update_xaxes(title_text="spread per that drawn [-]", row=row + 1, col=column + 1)
+    flat = [entry for i, entry in enumerate(entries) if i not in moving]
+    if flat:
+        where = {"x": 0, "xref": "paper", "y": 0, "yref": "paper", "yanchor": "top", "yshift": -62}
+        note(drawn, f"hardly any effect: {', '.join(flat)}", **where)
+        drawn.update_layout(margin={"b": 96})
+    return _finished(drawn, len(moving))
+
+
+def grade_prices(result: xr.Dataset) -> go.Figure:
+    """K_gamma [1] over the total price: the grades found, their neighbours, the drawing, the cheapest of other targets.
+
+    Parameters
+    ----------
+    result : Dataset of `allocate`: target, total_price, found_k_gamma, drawn_k_gamma, drawn_price; grade, finer_grade,
+        coarser_grade, extra_cost, saving, finer_k_gamma, coarser_k_gamma (tolerance); front_price, front_k_gamma
+        (front) [1].
+    """
+    price, found, target = (float(result[name]) for name in ("total_price", "found_k_gamma", "target"))
+    p = percent(float(result.attrs["probability"]))
+    title = f"Kγ ≤ {engineering(target)} in {p} of the trains for {engineering(price)}"
+    drawn = figure(title, x="total price [-]", y=f"Kγ at {p} [-]", height=480)
+    if "front_price" in result:
+        x, y = numbers(result, "front_price"), numbers(result, "front_k_gamma")
+        step = {"line": {"color": PALE, "width": 1.5, "shape": "hv"}, "marker": {"size": 5, "color": PALE}}
+        words = "cheapest for other targets"
+        trace = go.Scatter(x=compact(x, digits=7), y=compact(y, digits=6), mode="lines+markers", name=words, **step)
+        drawn.add_trace(trace)
+    names = short_entries(texts(result, "tolerance"))
+    said: list[tuple[float, float, str]] = []
+    for words, colour, sign, steps in (
+        ("one grade finer", _FINER, 1, ("finer_grade", "extra_cost", "finer_k_gamma")),
+        ("one grade coarser", _COARSER, -1, ("coarser_grade", "saving", "coarser_k_gamma")),
+    ):
+        said += _add_neighbours(drawn, result, names, price, words, colour, sign, steps)
+    paid = float(result["drawn_price"]) if "drawn_price" in result else np.nan
+    if np.isfinite(paid):
+        as_drawn = {"x": [paid], "y": [float(result["drawn_k_gamma"])], "name": "as drawn"}
+        drawn.add_trace(go.Scatter(**as_drawn, mode="markers", marker={"symbol": "x", "size": 12, "color": INK}))
+    star = {"symbol": "star", "size": 18, "color": PALETTE[1]}
+    drawn.add_trace(go.Scatter(x=[price], y=[found], mode="markers", marker=star, name="the grades found"))
+    drawn.add_hline(y=target, line={"color": WARNING, "width": 1.5, "dash": "dash"})
+    note(drawn, "target", x=1, xref="paper", xanchor="right", y=target, yanchor="bottom", font={"color": WARNING})
+    _name_points(drawn, said, target)
+    legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": 1.0, "yanchor": "bottom"}
+    return drawn.update_layout(showlegend=True, legend=legend, margin={"t": 96})
+
+
+def _add_neighbours(
+    drawn: go.Figure,
+    result: xr.Dataset,
+    names: list[str],
+    price: float,
+    words: str,
+    colour: str,
+    sign: int,
+    variables: tuple[str, str, str],
+) -> list[tuple[float, float, str]]:
+    """Points of one change each, none without a price; their prices, factors and the names of their entries."""
+    grade, change, factor = variables
+    steps, values, grades = numbers(result, change), numbers(result, factor), texts(result, grade)
+    kept = [i for i in range(len(names)) if np.isfinite(steps[i]) and np.isfinite(values[i])]
+    if not kept:
+        return []
+    drawn.add_trace(
+        go.Scatter(
+            x=[price + sign * float(steps[i]) for i in kept],
+            y=compact(values[kept], digits=6),
+            **{"mode": "markers", "name": words, "marker": {"size": 9, "color": colour}},
+            text=[names[i] for i in kept],
+            customdata=[f"{grades[i]}: {'+' if sign > 0 else '−'}{engineering(float(steps[i]))}" for i in kept],
+            hovertemplate="%{text}, %{customdata}<br>Kγ %{y:.4f}<extra></extra>",
+        )
+    )
+    return [(price + sign * float(steps[i]), float(values[i]), names[i]) for i in kept]
+
+
+def _name_points(drawn: go.Figure, said: list[tuple[float, float, str]], target: float) -> None:
+    """Names below or above their points, as near as neither the line of the target nor another name or point is met."""
+    every = [(float(x), float(y)) for trace in drawn.data for x, y in zip(trace.x, trace.y, strict=True)]
+    xs, ys = [x for x, _ in every], [*(y for _, y in every), target]
+    right, up = _WIDE / (max(xs) - min(xs) or 1.0), _TALL / (max(ys) - min(ys) or 1.0)  # [px] a price and a factor
+    boxes = [(x * right, y * up, 10.0, 10.0) for x, y in every]
+    line = (0.5 * (min(xs) + max(xs)) * right, target * up, 4 * _WIDE, 6.0)
+    for x, y, name in sorted(said):
+        own = (6.2 * len(name), 14.0)
+        free = (
+            shift
+            for shift in _SHIFTS
+            if not any(_meet((x * right, y * up + shift, *own), other) for other in [*boxes, line])
+        )
+        shift = next(free, _SHIFTS[0])
+        boxes.append((x * right, y * up + shift, *own))
+        arrow = {"showarrow": abs(shift) > _NEAR, "arrowhead": 0, "arrowwidth": 1, "arrowcolor": PALE, "ax": 0}
+        where = {"ay": -shift} if abs(shift) > _NEAR else {"yshift": shift}
+        note(drawn, name, x=x, y=y, font={"size": 11, "color": INK}, **arrow, **where)
+
+
+def _meet(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
+    """Whether two boxes (middle x, y, width, height) [px] lie over each other."""
+    return abs(one[0] - other[0]) < (one[2] + other[2]) / 2 and abs(one[1] - other[1]) < (one[3] + other[3]) / 2

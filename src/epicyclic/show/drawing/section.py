@@ -26,10 +26,6 @@ from .section_layout import (
     Group,
     SectionLayout,
     SectionLink,
-    layout_of,
-    text_width,
-)
-from .section_shapes import (
     appearance,
     base_of,
     beyond,
@@ -41,9 +37,11 @@ from .section_shapes import (
     end_of,
     lane_of,
     lane_radii,
+    layout_of,
     signs,
     spring,
     supports,
+    text_width,
     trace,
     where_of,
 )

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.cockpit.answers import answers
+from epicyclic.cockpit.computing import answers
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.state.frames import Request
-from epicyclic.document.drives import drive_text
+from epicyclic.document.document import drive_text
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,10 @@ import epicyclic
 from epicyclic import assemble, load
 from epicyclic.cockpit.computing import compute as computing
 from epicyclic.cockpit.computing.compute import compute
-from epicyclic.cockpit.computing.sharing_view import live_sharing, twin_of
 from epicyclic.cockpit.computing.speed_view import Effort, force_curves, speed_model
+from epicyclic.cockpit.computing.train_view import live_sharing, twin_of
 from epicyclic.cockpit.state.frames import PageFrame, Request, pack, unpack
-from epicyclic.document.document import ready_drives
-from epicyclic.document.drives import drive_text
+from epicyclic.document.document import drive_text, ready_drives
 from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.statics.sample_loads import mean_loads
 from epicyclic.train import resolution

@@ -7,8 +7,8 @@ import pytest
 
 import epicyclic
 from epicyclic import assemble, load
-from epicyclic.cockpit.answers.words import body_labels, listed, number, ordinal, speed_axis
 from epicyclic.cockpit.computing.speed_view import ModeView, mode_view
+from epicyclic.cockpit.state.frames import body_labels, listed, number, ordinal, speed_axis
 from epicyclic.document.document import ready_drives
 from epicyclic.train.train import Train
 

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from epicyclic import load
-from epicyclic.cockpit.answers.words import body_labels, mesh_labels
 from epicyclic.cockpit.computing.train_view import train_head
+from epicyclic.cockpit.state.frames import body_labels, mesh_labels
 from epicyclic.document.document import ready_drives
 
 DRIVES = ready_drives()

@@ -14,8 +14,7 @@ from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.system.tooth_pairs import ContactHistory, mean_force, pair_of, with_contact_tangent
 from epicyclic.teeth.loaded_contact import loaded_contact
-from epicyclic.train.bodies import Mesh
-from epicyclic.train.train import Train
+from epicyclic.train.train import Mesh, Train
 
 SAMPLES = 24
 RELIEF = {"stages.main.planet.flank.tip_relief": {"amount": "12 um", "length": "1 mm"}}

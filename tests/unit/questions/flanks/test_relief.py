@@ -17,7 +17,7 @@ import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
 from epicyclic.questions.flanks.relief import genetic_search, relief, relief_model
-from epicyclic.show.charts.relief import relief_effect, relief_search
+from epicyclic.show.charts.flanks import relief_effect, relief_search
 
 pytest.importorskip("pymoo")
 

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.questions.modes.eigen import damping_ratios, eigen, mean_modes, whirl
 from epicyclic.questions.modes.modal import modal
-from epicyclic.system.elimination import free_motions, stiffness_rows
-from epicyclic.system.system import System
+from epicyclic.system.system import System, free_motions, stiffness_rows
 from epicyclic.train.train import Train
 
 Array = NDArray[np.float64]

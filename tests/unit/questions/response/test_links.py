@@ -19,8 +19,7 @@ from epicyclic.questions.response.steady import steady
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.static import static
 from epicyclic.statics.tangent import linear
-from epicyclic.system.group_laws import LawGroup
-from epicyclic.system.radial_laws import Law
+from epicyclic.system.link_laws import Law, LawGroup
 from epicyclic.system.system import System
 from epicyclic.train.train import Train
 

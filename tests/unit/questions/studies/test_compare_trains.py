@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.cli.main import app
-from epicyclic.document.drives import drive_text
+from epicyclic.document.document import drive_text
 from epicyclic.questions.studies.compare import BY_KIND, BY_SHAPE, TrainModes, mode_pairs
 from epicyclic.questions.studies.views import compared_tables as tables
 from epicyclic.questions.studies.views import key_figures

@@ -13,8 +13,8 @@ import xarray as xr
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
-from epicyclic.show.charts.stability import stability_map as drawn_map
-from epicyclic.show.charts.stability import stability_over_speed
+from epicyclic.show.charts.speed_maps import stability_map as drawn_map
+from epicyclic.show.charts.speed_maps import stability_over_speed
 
 # xu2020 beside its widest range of instability, f34 + f36 = f
 SPEEDS: dict[str, Any] = {"start": 3300.0, "stop": 3900.0, "points": 4}

@@ -18,7 +18,7 @@ from epicyclic.engine.plan import piece_uniforms, sampling_plan
 from epicyclic.errors import ModelError
 from epicyclic.questions.tolerance.allocation import GradeSet, SampledGrades, allocate, allocated_model, grade_columns
 from epicyclic.questions.tolerance.tolerance_map import tolerance_map
-from epicyclic.train.tolerances import costs_of, tolerances_of
+from epicyclic.train.resolution import costs_of, tolerances_of
 
 POSITION, GAP = "deviations.main.planet.position.y", "deviations.main.meshes.sun-planet.gap"
 RUN_OUT, PIN = "deviations.main.sun.run_out", "stages.main.planet.bearing.radial"

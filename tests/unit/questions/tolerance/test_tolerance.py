@@ -14,7 +14,7 @@ from scipy.special import ndtr, ndtri
 
 import epicyclic
 from epicyclic.cli.main import app
-from epicyclic.document.drives import drive_titles
+from epicyclic.document.document import drive_titles
 from epicyclic.engine.plan import SamplingPlan
 from epicyclic.errors import ModelError
 from epicyclic.questions.tolerance.effects import variance_shares

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.system.group_laws import LawGroup
-from epicyclic.system.radial_laws import Law
+from epicyclic.system.link_laws import Law, LawGroup
 from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System
 
 Array = NDArray[np.float64]

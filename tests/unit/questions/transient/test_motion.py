@@ -34,8 +34,7 @@ from epicyclic.questions.transient.integrators import (
 )
 from epicyclic.questions.transient.transient import flank_force, mesh_force
 from epicyclic.system.assembly import assemble
-from epicyclic.system.group_laws import LawGroup
-from epicyclic.system.radial_laws import Law
+from epicyclic.system.link_laws import Law, LawGroup
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load
 

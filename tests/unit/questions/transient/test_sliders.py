@@ -19,8 +19,7 @@ from epicyclic.questions.transient.integrators import AHEAD, adaptive_states, at
 from epicyclic.questions.transient.transient import group_force, group_stretch, transient
 from epicyclic.statics.record import record_of
 from epicyclic.statics.static import held_train, quasi_static
-from epicyclic.system.group_laws import LawGroup, stacked
-from epicyclic.system.radial_laws import Law
+from epicyclic.system.link_laws import Law, LawGroup, stacked
 from epicyclic.system.system import Line, System
 
 Array = NDArray[np.float64]

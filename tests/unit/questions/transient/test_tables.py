@@ -17,7 +17,7 @@ from epicyclic.questions.transient.equation import Motion, constant, from_modal,
 from epicyclic.questions.transient.integrators import adaptive_states, at_equilibrium, at_rest, integrate
 from epicyclic.questions.transient.transient import flank_force
 from epicyclic.system.flank_laws import FlankAt, LawRows, LinearLaw, TabulatedLaw
-from epicyclic.system.radial_laws import Law
+from epicyclic.system.link_laws import Law
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

@@ -11,22 +11,24 @@ import plotly.graph_objects as go
 import pytest
 import xarray as xr
 
+from epicyclic.show.charts.effects import curves, study
 from epicyclic.show.charts.mode_shapes import mode_shapes
 from epicyclic.show.charts.modes import campbell, crossings, energy_shares, frequencies
 from epicyclic.show.charts.over_speed import bearing_forces, speed_sweep
 from epicyclic.show.charts.over_time import mesh_forces
-from epicyclic.show.charts.sharing import load_history, load_sharing, worst_branches
-from epicyclic.show.charts.study import curves, study
-from epicyclic.show.charts.style import DASHES, PALETTE, branch_colour
-from epicyclic.show.charts.tolerance import (
+from epicyclic.show.charts.sharing import (
     grade_prices,
     k_gamma_by_design,
     k_gamma_by_tolerance,
     k_gamma_histogram,
+    load_history,
+    load_sharing,
     tolerance_shares,
+    worst_branches,
 )
+from epicyclic.show.charts.speed_maps import Ray, crests, label_places, rays, waterfall
+from epicyclic.show.charts.style import DASHES, PALETTE, branch_colour
 from epicyclic.show.charts.train import members, mesh_stiffness, orders, phases
-from epicyclic.show.charts.waterfall import Ray, crests, label_places, rays, waterfall
 from epicyclic.show.drawing.bodies import faces, parts
 from epicyclic.show.drawing.front import train_front
 from epicyclic.show.drawing.section import train_section

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.show.charts.modulation import modulation
+from epicyclic.show.charts.over_time import modulation
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import xarray as xr
 
 from epicyclic.questions.modes.views import modes_findings
 from epicyclic.questions.response.views import sweep_findings
-from epicyclic.show.charts.operating_range import operating_range
+from epicyclic.show.charts.over_speed import operating_range
 
 
 def modes(speed: list[float], force: list[float]) -> xr.Dataset:

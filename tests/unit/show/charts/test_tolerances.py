@@ -9,16 +9,16 @@ import pytest
 import xarray as xr
 
 from epicyclic.questions.tolerance.views import allocate_tables, tolerance_findings, tolerance_tables
-from epicyclic.show.charts.sharing import worst_branches
-from epicyclic.show.charts.tolerance import (
+from epicyclic.show.charts.sharing import (
     grade_prices,
     k_gamma_by_design,
     k_gamma_by_tolerance,
     k_gamma_histogram,
     tolerance_shares,
+    worst_branches,
 )
 from epicyclic.show.elements import Table
-from epicyclic.show.tolerance_labels import even_bins, pair_labels, percent, short_entries
+from epicyclic.show.series import even_bins, pair_labels, percent, short_entries
 from epicyclic.show.views import key_figures_of, tables_of
 
 Datasets = dict[str, xr.Dataset]

@@ -1,1 +1,0 @@
-"""Panes drawn in the browser: the element, its JavaScript and its looks."""

@@ -1,0 +1,629 @@
+"""The five answers of the page, those on load sharing first, and what fails in a model, with its code.
+
+The planet that carries most, what a floating sun buys and the error that hurts most propose an override as a person
+writes it: half of a tolerance, or the deviations of ISO class 6 where a model gives none, the rule of `epicyclic new`,
+under `[assumed]`.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...document.tables import leaves
+from ...document.units import factor, written
+from ...document.writer import quantity_text
+from ...errors import ModelError
+from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
+from ...questions.response.sweep_table import BAND
+from ...statics.equilibrium import compliance_of
+from ...statics.record import unheld_warnings
+from ...system.system import System
+from ...system.tooth_pairs import mean_force, pair_of, tooth_warnings
+from ...teeth.geometry import FLANK_GRADES, SIZE_GRADES, run_out_width
+from ...train.train import Body, Train
+from ...warning_codes import WARNING_CODES, CodedText, code_of, coded
+from ..state.frames import Answer, Level, listed, number, per_cent
+
+# Tables whose second key may be left out where the train has one stage.
+_STAGED = ("deviations", "operation.speed", "operation.torque", "operation.power")
+
+
+def in_short(train: Train, path: str, document: Mapping[str, object] | None = None) -> str:
+    """A full path as the model file writes it of one stage: without its name, ``run_out`` for ``run_out.amplitude``.
+
+    One value must have one path, or two overrides of it would contradict each other.
+    """
+    document = dict(leaves(dict(train.document))) if document is None else document
+    head, _, last = path.rpartition(".")
+    if last == "amplitude" and [p for p in document if p.startswith(f"{head}.")] == [path]:
+        path = head
+    if len(train.planets) == 1:
+        (stage,) = train.planets
+        for table in _STAGED:
+            if path.startswith(f"{table}.{stage}."):
+                return f"{table}.{path.removeprefix(f'{table}.{stage}.')}"
+    return path
+
+
+def scaled(train: Train, path: str, factor: float) -> dict[str, object]:
+    """Overrides that multiply every number at a path and below it, but for phases; empty where there is none.
+
+    The path may leave out the name of the stage.
+    """
+    document = dict(leaves(dict(train.document)))
+    table = next((table for table in _STAGED if path.startswith(f"{table}.")), "")
+    with_stage = [f"{table}.{stage}.{path.removeprefix(f'{table}.')}" for stage in train.planets] if table else []
+    overrides: dict[str, object] = {}
+    for full in (path, *with_stage):
+        for leaf, value in document.items():
+            number = written(value) if leaf == full or leaf.startswith(f"{full}.") else None
+            if number is not None and not number.whole and leaf.rpartition(".")[2] != "phase" and any(number.values):
+                values = tuple(float(f"{factor * value:.6g}") for value in number.values)
+                overrides[in_short(train, leaf, document)] = number.text(values)
+        if overrides:
+            break
+    return overrides
+
+
+_CLASS = 6  # ISO 1328-1 class of ground planetary gears
+_PIN = 20e-6  # [m] what the pin of planet 1 is off, tangentially
+# Least sizes that the formulas of ISO 1328-1 cover [m].
+_DIAMETER, _MODULE = 5e-3, 0.5e-3
+
+
+def class_six(train: Train) -> Mapping[str, object]:
+    """Overrides: half the run-out F_rT of class 6 on every gear, the pin of planet 1 of each stage 20 um off.
+
+    The paths of what is assumed stand beside, under ``assumed``, with their reason.  A gear without module is left out.
+    """
+    values: dict[str, object] = {}
+    reasons: dict[str, object] = {}
+    several = len(train.planets) > 1
+    gears: dict[str, Body] = {}
+    for body in train.bodies:
+        if body.gear is not None and body.frame in train.planets:
+            gears.setdefault(body.member, body)
+    for member, body in gears.items():
+        radius, module = (0.0, 0.0) if body.gear is None else (body.gear.reference_radius, body.gear.module)
+        if not (module > 0 and math.isfinite(radius) and radius > 0):
+            continue
+        path = f"deviations.{member if several else member.rpartition('.')[2]}.run_out"
+        width = run_out_width(max(2 * radius, _DIAMETER), max(module, _MODULE), _CLASS)
+        values[path] = quantity_text(round(width / 2, 7), "length")
+        reasons[f'assumed."{path}"'] = f"half of the run-out F_rT of class {_CLASS} of ISO 1328-1:2013"
+    for stage, count in train.planets.items():
+        carried = next((m for m, body in gears.items() if body.frame == stage and body.carried_by is not None), None)
+        if carried is None or count < 2:
+            continue
+        path = f"deviations.{carried if several else carried.rpartition('.')[2]}.position.y"
+        values[path] = f"[{_PIN * 1e6:g}{', 0' * (count - 1)}] um"
+        reasons[f'assumed."{path}"'] = "one pin, that of planet 1, stands 20 um off along the circle of pins"
+    return {**values, **reasons}
+
+
+_CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
+_GRADE_OF = re.compile(r"(.*?(?:IT|:\d{4}\s+))(\d+)(\s*,.*)", re.DOTALL)
+# Grades finer that halve a tolerance: of ISO 1328-1 exactly (a step is the root of 2), of ISO 286-1 nearly.
+_FINER = 2
+# Place of the spread among the numbers of a distribution.
+_SPREAD = {"disc": 0, "rayleigh": 0, "normal": 1, "truncated": 1}
+
+
+def halved_text(text: str) -> str | None:
+    """A distribution with half its spread about the same mean, a grade two steps finer; None where there is none, as
+    below the finest grade of a standard."""
+    call = _CALL.fullmatch(text)
+    if call is None:
+        return None
+    name, inside = call[1], call[2]
+    if name == "grade":
+        grade = _GRADE_OF.fullmatch(inside)
+        if grade is None:
+            return None
+        finer, known = int(grade[2]) - _FINER, SIZE_GRADES if grade[1].endswith("IT") else FLANK_GRADES
+        return f"grade({grade[1]}{finer}{grade[3]})" if finer in known else None
+    parts = [part.strip() for part in inside.split(",")]
+    numbers = [number for number in map(written, parts) if number is not None]
+    if not numbers or len(numbers) < len(parts):
+        return None
+    if name == "uniform" and numbers[0].unit == numbers[-1].unit:
+        low, high = numbers[0].values[0], numbers[-1].values[0]
+        inner = ((3 * low + high) / 4, (low + 3 * high) / 4)
+        return f"uniform({', '.join(f'{end:.6g} {numbers[0].unit}'.rstrip() for end in inner)})"
+    spread = _SPREAD.get(name)
+    if spread is None:
+        return None
+    half = f"{0.5 * numbers[spread].values[0]:.6g} {numbers[spread].unit}".rstrip()
+    return f"{name}({', '.join([*parts[:spread], half, *parts[spread + 1 :]])})"
+
+
+def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
+    """Override that halves an entry of `[tolerance]`; empty where its form has no half.
+
+    entry : path of the entry, with `` common`` or `` own`` behind it where the result tells them apart.
+    """
+    table = train.document.get("tolerance")
+    if not isinstance(table, Mapping):
+        return {}
+    path, _, part = entry.partition(" ")
+    value = table.get(path)
+    where = f'tolerance."{in_short(train, path)}"'
+    if isinstance(value, str):
+        half = halved_text(value)
+        return {} if half is None else {where: half}
+    if isinstance(value, Mapping):
+        parts = (part,) if part else ("own", "common")
+        halves = {key: halved_text(text) for key in parts if isinstance(text := value.get(key), str)}
+        changed = {**value, **{key: half for key, half in halves.items() if half is not None}}
+        return {} if changed == dict(value) else {where: changed}
+    return {}
+
+
+# Mesh-load factors that are usual for so many planets without proof, of wind and industrial gears: what a train is
+# measured by.  More planets: as for seven.
+_USUAL = {1: 1.0, 2: 1.0, 3: 1.1, 4: 1.25, 5: 1.35, 6: 1.44, 7: 1.47}
+# Above the usual factor by more than a tenth: the gears are no longer those that were rated.
+_FAR = 0.1
+# A K_gamma this close to 1 is 1; a change of it below this is none (half a unit of the last digit shown).
+_ONE, _NO_CHANGE = 5e-7, 5e-4
+# Coefficients this close to the largest are the same: planets that symmetry loads alike differ by rounding alone.
+_TIED = 1e-6
+# Share of the excess of K_gamma that makes an error worth a word, and worth a warning [%].
+_WORTH, _MOST = 1.0, 50.0
+# Branch in the label of a mesh: "sun, planet 2 left", "sun, star1 5".
+_BRANCH = re.compile(r"\b(\w+) (\d+)\b")
+_MANY = {"planet": "planets", "branch": "branches"}
+_LEVELS: tuple[Level, ...] = ("good", "warn", "bad")
+_HALVE = "Halve this deviation"
+_ASSUME = "Assume ISO class 6 deviations"
+
+
+def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mapping[str, Any] | None) -> Answer:
+    """The branch with the largest coefficient, by the definition mean-load; while turning where all are equal."""
+    if sharing is None:
+        return Answer("planet", _no_load(train))
+    value = np.asarray(sharing["coefficient"], dtype=float)
+    if not np.isfinite(value).any():
+        return Answer("planet", "Not known: no mesh carries load.")
+    largest, turning = float(np.nanmax(value)), float(sharing.get("k_gamma_turning") or np.nan)
+    planets = max(train.planets.values(), default=1)
+    if largest <= 1 + _ONE and not has_deviations(train):
+        text = f"No deviations are given: all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
+        values = class_six(train)
+        return Answer("planet", text, figure="1.000", apply=values, apply_label=_ASSUME, evidence="sharing")
+    if largest <= 1 + _ONE:
+        while_turning = np.asarray(sharing.get("turning", value), dtype=float)
+        peak = ""
+        if turning > 1 + _ONE and np.isfinite(while_turning).any():
+            whom = carrying(sharing["rows"], while_turning, f"up to {turning:.3f}")
+            peak = f"; while turning {whom[:1].lower()}{whom[1:]}"
+        text = f"All planets carry the same mean load: nothing that stands still parts it{peak}."
+        return Answer("planet", text, figure=f"{largest:.3f}", level=_level(turning, planets), evidence="sharing")
+    text = carrying(sharing["rows"], value, f"{largest:.3f}") + ", mean-load K_gamma"
+    if turning > largest + _NO_CHANGE:
+        text += f" ({turning:.3f} while turning)"
+    if errors is not None and errors["rows"] and float(errors["rows"][0]["share"]) > _WORTH:
+        first = errors["rows"][0]
+        much = "most" if float(first["share"]) >= _MOST else f"{float(first['share']):.0f} %"
+        text += f"; {much} of what is above 1 from {first['label']}"
+    # what turns lasts a part of each revolution, so it counts from 0.1 above
+    mean, peak_level = _level(largest, planets), _level(turning - _FAR, planets)
+    worse = max(mean, peak_level, key=_LEVELS.index)
+    # the figure that the level is of stands in the line
+    figure = f"{largest:.3f}" if worse == mean else f"{largest:.3f}, {turning:.3f} turning"
+    return Answer("planet", f"{text}.", figure=figure, level=worse, evidence="sharing")
+
+
+def carrying(rows: Sequence[Mapping[str, Any]], value: NDArray[np.float64], much: str) -> str:
+    """``Planets 2, 3 carry 1.034 of their fair share at sun-planet``: the branches that carry most, and at which pair
+    of gears where they have another one."""
+    tied = [row for row, factor in zip(rows, value, strict=True) if factor >= np.nanmax(value) - _TIED]
+    sides: dict[tuple[str, int, str], set[str]] = {}  # by word, branch and stage
+    for row in tied:
+        word, branch, side, of = _seat(str(row["label"]))
+        sides.setdefault((word, branch, of), set()).add(side)
+    branches: dict[tuple[str, str, str], list[int]] = {}  # a branch that carries as much on both sides needs no side
+    for (word, branch, of), on_sides in sides.items():
+        branches.setdefault((word, "".join(on_sides) if len(on_sides) == 1 else "", of), []).append(branch)
+    subjects = []
+    for (word, side, of), numbers in branches.items():
+        subject = word if len(numbers) == 1 else _MANY.get(word, word)
+        if any(numbers):
+            subject += f" {listed(numbers)}"
+        subjects.append(f"{subject}{side}{of}")
+    whom = " and ".join(subjects)
+    carry, their = ("carries", "its") if len(sides) == 1 else ("carry", "their")
+    pairs = dict.fromkeys(str(row["pair"]) for row in tied)
+    seats = {(word, of) for word, _, of in sides}
+    theirs = {str(row["pair"]) for row in rows if _seat(str(row["label"]))[::3] in seats}
+    at = "" if set(pairs) == theirs else f" at {' and '.join(pairs)}"
+    return f"{whom[:1].upper()}{whom[1:]} {carry} {much} of {their} fair share{at}"
+
+
+def _seat(label: str) -> tuple[str, int, str, str]:
+    """Of the label of a mesh: what its branch is called and its number, 0 where it has none; its side; its stage."""
+    stage, colon, rest = label.partition(": ") if ": " in label else ("", "", label)
+    branch = _BRANCH.search(rest)
+    if branch is None:
+        return f"mesh {label}", 0, "", ""
+    side = next((f" {word}" for word in ("left", "right") if label.endswith(word)), "")
+    word = "planet" if branch[1] == "planet" else "branch"
+    return word, int(branch[2]), side, f" of {stage}" if colon else ""
+
+
+def _level(factor: float, planets: int) -> Level:
+    usual = _USUAL.get(planets, _USUAL[7])
+    return "good" if not factor > usual else "warn" if factor <= usual + _FAR else "bad"
+
+
+def has_deviations(train: Train) -> bool:
+    """Whether anything deviates from the drawing: a member, a mesh or a pin that is not where or as it should be."""
+    return any(np.any(item.vector) for item in train.displacements) or any(item.amplitude for item in train.mesh_errors)
+
+
+def float_answer(train: Train, sharing: Mapping[str, Any] | None, twin: Mapping[str, Any] | None) -> Answer:
+    """K_gamma of the train beside that of the same train with a floating sun, or with a supported one."""
+    if not any(body.kind == "sun" and body.gear is not None for body in train.bodies):
+        return Answer("float", "The train has no sun that could float.")
+    if sharing is None:
+        return Answer("float", _no_load(train))
+    if twin is None or sharing["k_gamma"] is None:
+        return Answer("float", "The sun has no radial support of its own to take away, or nothing else holds it.")
+    now, then = float(sharing["k_gamma"]), float(twin["k_gamma"])
+    figure = f"{now:.3f} → {then:.3f}"
+    if not has_deviations(train) and now <= 1 + _ONE:
+        text = "Nothing yet: without deviations the planets share equally, floating sun or not."
+        return Answer("float", text, figure="0 %", evidence="sharing")
+    of_stage = f" of {twin['stage']}" if len(train.planets) > 1 else ""
+    level: Level = "good"
+    values: dict[str, object] = {}
+    if twin["value"] != 0:
+        text = f"The sun{of_stage} floats already: K_gamma {now:.3f}; with a rigid support it would be {then:.3f}."
+        figure = f"{now:.3f}"
+    elif abs(now - then) < _NO_CHANGE:
+        text = f"Nothing: K_gamma is {now:.3f} with the support of the sun{of_stage} and without it."
+        figure = "0 %"
+    elif then > now:
+        text = f"It costs: without its support the sun{of_stage} raises K_gamma from {now:.3f} to {then:.3f}."
+    else:
+        text = f"K_gamma falls from {now:.3f} to {then:.3f} where the sun{of_stage} floats."
+        level = "warn" if now - then > 0.01 else "good"
+        values = {str(twin["path"]): twin["value"]}
+    label = "Let the sun float"
+    return Answer("float", text, figure=figure, level=level, apply=values, apply_label=label, evidence="sharing")
+
+
+def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mapping[str, Any] | None) -> Answer:
+    """The deviation without which K_gamma falls most; where the drawing has tolerances a job says their shares."""
+    job = "tolerance" if train.document.get("tolerance") and sharing is not None else None
+    if sharing is None:
+        return Answer("error", _no_load(train))
+    if not has_deviations(train):
+        text = "No deviations are given: no error costs anything; class 6 of ISO 1328-1 may be assumed."
+        values = class_six(train)
+        return Answer("error", text, figure="0 %", apply=values, apply_label=_ASSUME, evidence="errors", job=job)
+    if errors is None or not errors["rows"]:
+        text = "No deviation parts the load: all of them follow the mesh frequency, which is no part of K_gamma."
+        return Answer("error", text, evidence="errors", job=job)
+    rows: Sequence[Mapping[str, Any]] = errors["rows"]
+    first, k = rows[0], float(errors["k_gamma"])
+    share = float(first["share"])
+    of = "while turning" if "turning" in str(errors.get("of", "")) else "mean-load"
+    level: Level = "good"
+    if share > _WORTH and not k - 1 < _NO_CHANGE:
+        without = float(first.get("without", np.nan))
+        then = f"; {without:.3f} without it" if np.isfinite(without) else ""
+        text = f"of K_gamma\u00a0-\u00a01 ({of}): {first['label']}{then}."
+        level = "warn" if share >= _MOST and _level(k, max(train.planets.values(), default=1)) != "good" else "good"
+    else:  # no deviation parts the mean load: the one that costs most while the train turns
+        first = max(rows, key=lambda row: float(row.get("turning", 0.0)))
+        share = float(first.get("turning", 0.0))
+        text = f"No single deviation changes K_gamma ({of}) by {number(_WORTH)} % of what it is above 1"
+        if not share > _WORTH:
+            return Answer("error", f"{text}.", figure="0 %", level="good", evidence="errors", job=job)
+        text += f"; while turning the largest part has the {first['label']}, {share:.0f} %."
+    return Answer(
+        "error",
+        text,
+        figure=f"{share:.0f} %",
+        level=level,
+        apply=scaled(train, str(first["path"]), 0.5),
+        apply_label=_HALVE,
+        evidence="errors",
+        job=job,
+    )
+
+
+def _no_load(train: Train) -> str:
+    """Why there is no load to share."""
+    if not train.kinematics.torque or not any(train.kinematics.torque.values()):
+        return "Not known: no torque loads the teeth (operation.torque)."
+    return "Not known: the load has no equilibrium in this model."
+
+
+# Codes of trains that cannot be built or do not run; all others are warnings.
+_FAILS = frozenset(
+    {
+        *("not-assembled", "ring-too-small", "planets-collide", "tips-in-roots", "contact-ratio-below-one"),
+        *("shafts-not-alike", "centre-distances-differ", "not-solvable", "no-tooth-contact", "load-not-held"),
+    }
+)
+_PATH = re.compile(r"\b(?:stages|operation|deviations|bodies|couplings|loads|damping|tolerance)(?:\.[\w-]+)+")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelCheck:
+    """One line of the checks.
+
+    level : ``bad`` where the train cannot be built or solved, else ``warn``.  code : of `warning_codes`, or "".
+    text : without its code.  path : of the model file, "" where the text names none.  cure : what helps.
+    """
+
+    level: Literal["bad", "warn"]
+    code: str
+    text: str
+    path: str
+    cure: str
+
+
+def checks_of(train: Train, system: System) -> tuple[ModelCheck, ...]:
+    """Warnings of the train, its teeth and its equations; those that fail first."""
+    teeth: list[CodedText] = []
+    first = {mesh.pair: mesh for mesh in reversed(train.meshes) if mesh.teeth is not None}
+    for mesh in first.values():  # the first mesh of every pair
+        try:
+            teeth += tooth_warnings(pair_of(train, mesh), mesh)
+        except ModelError as error:
+            if error.path != "operation.torque":
+                teeth.append(coded("no-tooth-contact", str(error)))
+    warnings = [*train.warnings, *teeth, *unheld_warnings(system, compliance_of(system).free)]
+    checks = [_check(text) for text in dict.fromkeys(warnings)]
+    return tuple(sorted(checks, key=lambda check: check.level != "bad"))
+
+
+def _check(text: CodedText) -> ModelCheck:
+    code = code_of(text) or ""
+    plain = text.removesuffix(f" [{code}]") if code else str(text)
+    path = _PATH.search(plain)
+    return ModelCheck(
+        level="bad" if code in _FAILS else "warn",
+        code=code,
+        text=plain,
+        path=path[0] if path else "",
+        cure=WARNING_CODES[code].cure if code else "",
+    )
+
+
+# A peak above the quietest speed by less than a twentieth is less than loads of a train are known to; from one on the
+# force falls to zero once a cycle where the rise is an amplitude: teeth part.  The limits of the verb `modes`.
+_LITTLE, _PARTS = 0.05, 1.0
+# Distance of a peak of the curve from the speed of its mode, per speed: as far as the curve's own labels look.
+_AT_PEAK = 0.03
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Meeting:
+    """A mesh order at a mode.
+
+    mode : number of the mode as of the verb `modes`.  order : mesh order.  stage : whose, "" of a train with one mesh
+    frequency.  frequency : [Hz].  speed : per operating speed [1].  away : from the speed that is shown [1].
+    label : of the mode.
+    """
+
+    mode: int
+    order: int
+    stage: str
+    frequency: float
+    speed: float
+    away: float
+    label: str
+
+
+def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float) -> list[Meeting]:
+    """Mesh orders 1 .. 12 that meet a mode which they excite within 20 % of a speed per operating speed [1], speeds
+    rising; where it is not known what they excite, all that meet one."""
+    tones = tones_of_meshes(system)
+    crossings: MeshCrossings = modes["crossings"]
+    crossings = crossings.chosen(np.abs(crossings.relative_speed / relative_speed - 1) <= BAND)
+    rows = {int(row["index"]): row for row in modes["rows"]}  # the highest modes of a large train have none
+    several = len({name.partition("/")[0] for names in tones.values() for name in names}) > 1
+    words = [" and ".join(name if several else name.rpartition("/")[2] for name in names) for names in tones.values()]
+    stages = words if len(tones) > 1 else [""]
+    columns = (crossings.mode, crossings.tone, crossings.order, crossings.relative_speed)
+    meetings = []
+    for mode, tone, order, speed in zip(*(column.tolist() for column in columns), strict=True):
+        if (row := rows.get(mode + 1)) is not None:
+            meeting = Meeting(
+                mode=mode + 1,
+                order=int(order),
+                stage=stages[tone],
+                frequency=float(row["frequency"]),
+                speed=float(speed),
+                away=float(speed) / relative_speed - 1,
+                label=str(row["label"]) or f"most motion {row['body']}",
+            )
+            meetings.append(meeting)
+    return meetings
+
+
+def resonance_answer(
+    train: Train, system: System, modes: Mapping[str, Any] | None, sweep: Mapping[str, Any] | None
+) -> Answer:
+    """The strongest resonance within 20 % of the speed that is shown, of those whose force is known, else the nearest.
+
+    modes, sweep : heads of a frame with their arrays beside, None without.
+    """
+    if modes is None:
+        return Answer("resonance", "Not known: the model gives no modes (masses, inertias or supports are missing).")
+    if not system.tones or not max(system.tones):
+        return Answer("resonance", "Not known: no member turns, so no mesh has a frequency (operation.speed).")
+    relative = 1.0 if sweep is None else float(sweep["operating"]) * float(sweep["to_relative"])
+    met = meetings_of(system, modes, relative)
+    if not met:
+        at_rest, band = int(modes["at_rest"]), per_cent(BAND)
+        text = f"No mesh order up to the 12th {'excites' if at_rest else 'meets'} a mode within {band} of this speed"
+        text += f": {at_rest} meet one that they leave at rest." if at_rest else "."
+        return Answer("resonance", text, figure=f"> {band}", level="good", evidence="modes")
+    nearest = min(met, key=lambda meeting: abs(meeting.away))
+    peaks = [] if sweep is None else _peaks(sweep, met, relative)
+    rise, strongest = max(peaks, key=lambda peak: (peak[0], -abs(peak[1].away)), default=(0.0, nearest))
+    meeting = nearest
+    level: Level = "good"
+    if sweep is None:
+        level, force = "warn", "; its force is not known without torque and damping"
+    elif not peaks:
+        force = "; no peak stands out"
+    elif rise < _LITTLE:
+        force = f"; no force rises by {100 * _LITTLE:g} %"
+    else:
+        meeting, level = strongest, "bad" if rise >= _PARTS else "warn"
+        force = f": the force there is {per_cent(rise)} above its least"
+    speed = None if sweep is None else meeting.speed / float(sweep["to_relative"])  # on the axis of the sweep [rpm]
+    others = "" if len(met) == 1 else f" ({len(met)} within {per_cent(BAND)})"
+    return Answer(
+        "resonance",
+        f"{_words(meeting, speed)}{force}{others}.",
+        figure=per_cent(abs(meeting.away)),
+        level=level,
+        evidence="modes" if sweep is None else "sweep",
+        mode=meeting.mode,
+        speed=speed,
+    )
+
+
+def _words(meeting: Meeting, rpm: float | None) -> str:
+    """``Mesh order 4 meets mode 9 (sun moves sideways, 812 Hz) at 92 rpm, 8 % below this speed``."""
+    of_stage = f" of {meeting.stage}" if meeting.stage else ""
+    at = "" if rpm is None else f" at {number(rpm, 4)} rpm,"
+    side = "below" if meeting.away < 0 else "above"
+    return (
+        f"Mesh order {meeting.order}{of_stage} meets mode {meeting.mode} ({meeting.label}, "
+        f"{number(meeting.frequency, 4)} Hz){at} {per_cent(abs(meeting.away))} {side} this speed"
+    )
+
+
+def _peaks(sweep: Mapping[str, Any], met: list[Meeting], relative: float) -> list[tuple[float, Meeting]]:
+    """Rise of every labelled peak within the band over the least of the largest force [1], and the meeting there."""
+    force = np.asarray(sweep["y"], dtype=float)
+    known = np.isfinite(force).any(axis=0)
+    if not known.any():
+        return []
+    least = float(np.nanmax(force[:, known], axis=0).min())
+    peaks = []
+    for peak in sweep.get("peaks", ()):
+        speed = float(peak["x"]) * float(sweep["to_relative"])
+        at_peak = [(abs(meeting.speed / speed - 1), meeting) for meeting in met if meeting.mode == peak.get("mode")]
+        away, nearest = min(at_peak, key=lambda pair: pair[0], default=(math.inf, None))
+        if nearest is not None and away <= _AT_PEAK and abs(speed / relative - 1) <= BAND and least > 0:
+            peaks.append((float(peak["y"]) / least - 1, nearest))
+    return peaks
+
+
+# A drawn relief within this part of the estimate needs no word: the estimate is no better.
+_WITHIN = 0.4
+# A deflection below this needs no relief [m]: grinding does not hold it.
+_LITTLE_GAP = 2e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReliefEstimate:
+    """First estimate of the tip relief of one pair of gears.
+
+    pair : path in the model file.  amount : deflection of a single pair of teeth at the operating load [m].
+    module : normal, of the pair [m].  counted : whether the stiffness of the pair knows its relief.
+    """
+
+    pair: str
+    amount: float
+    module: float
+    counted: bool
+
+
+def estimates_of(train: Train) -> list[ReliefEstimate]:
+    """The deflection F/(c' b) of a single pair of teeth under the mean mesh force, for every pair of gears with teeth.
+
+    c' b follows from the mean mesh stiffness of the model by c_gamma = c' (0.75 eps_alpha + 0.25) [iso6336].
+    """
+    estimates: dict[str, ReliefEstimate] = {}
+    gear = {body.name: body.gear for body in train.bodies}
+    for mesh in train.meshes:
+        first = gear[mesh.a]
+        if mesh.pair in estimates or mesh.teeth is None or first is None or not mesh.stiffness > 0:
+            continue
+        single = mesh.stiffness / (0.75 * float(mesh.contact_ratio) + 0.25)
+        amount = mean_force(train, mesh) / single
+        if math.isfinite(amount) and amount > 0:
+            counted = mesh.table is not None
+            estimates[mesh.pair] = ReliefEstimate(pair=mesh.pair, amount=amount, module=first.module, counted=counted)
+    return list(estimates.values())
+
+
+def drawn_relief(train: Train) -> float:
+    """Largest tip relief of the model file [m], a bare number is SI; 0 without one."""
+    largest = 0.0
+    for path, value in leaves(dict(train.document)):
+        length = written(value) if path.endswith("tip_relief.amount") else None
+        if length is not None:
+            scale = factor(length.unit, "m") if length.unit else 1.0
+            largest = max(largest, max(length.values) * (scale or 0.0))
+    return largest
+
+
+def relief_answer(train: Train) -> Answer:
+    """The estimate of the pair that bends most, beside what is drawn; the job searches for the least error."""
+    if not any(mesh.teeth is not None for mesh in train.meshes):
+        text = "Not known: no gear has a face width, so no flank can be relieved (stages.STAGE.face_width)."
+        return Answer("relief", text)
+    estimates = estimates_of(train)
+    if not estimates:
+        return Answer("relief", "Not known: no torque loads the teeth (operation.torque).")
+    largest = max(estimates, key=lambda estimate: estimate.amount)
+    drawn, um = drawn_relief(train), number(1e6 * largest.amount, 2)
+    pair = largest.pair.rpartition(".")[2]
+    counts = "" if largest.counted else f' Forces and K_v count it with {largest.pair}.stiffness = "contact" alone.'
+    if drawn:
+        level: Level = "good" if abs(drawn / largest.amount - 1) <= _WITHIN else "warn"
+        figure = f"{number(1e6 * drawn)} µm"
+        text = f"is drawn; a first estimate F/(c' b) at operating load is {um} µm at the tips of {pair}.{counts}"
+    else:
+        level = "warn" if largest.amount > _LITTLE_GAP else "good"
+        figure = f"≈ {um} µm"
+        text = f"About {um} µm at the tips of {pair}: first estimate F/(c' b) at operating load; none is drawn."
+        text += counts if level == "warn" else ""
+    return Answer("relief", text, figure=figure, level=level, evidence="relief", job="relief")
+
+
+Part = Mapping[str, Any] | None
+
+
+def answers_of(
+    train: Train,
+    system: System,
+    *,
+    modes: Part = None,
+    sharing: Part = None,
+    twin: Part = None,
+    sweep: Part = None,
+    errors: Part = None,
+) -> tuple[Answer, ...]:
+    """The five answers, within 3 ms.
+
+    Parameters
+    ----------
+    modes, sharing, twin, sweep, errors : parts of a frame as `computing.compute` makes them, heads with their arrays
+        beside by short names; None where there are none.
+    """
+    return (
+        resonance_answer(train, system, modes, sweep),
+        planet_answer(train, sharing, errors),
+        float_answer(train, sharing, twin),
+        error_answer(train, sharing, errors),
+        relief_answer(train),
+    )

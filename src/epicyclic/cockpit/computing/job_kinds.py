@@ -1,0 +1,518 @@
+"""Jobs of the page: what takes longer than a lever waits, each with its defaults and its result as said and drawn."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from inspect import signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...document.tables import PlainTable
+from ...document.units import written
+from ...errors import ModelError
+from ...results.ties import largest, ranked
+from ...show.series import label, scattering_pair
+from ...train.resolution import load
+from ...train.train import Train
+from ..state.frames import Answer, PageFrame, number, per_cent
+from .answers import estimates_of, halved_tolerance
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+# Curves that are drawn strong: more are not told apart.
+_STRONG = 4
+# Points of a curve that are sent: some for each pixel of the pane.
+_POINTS = 1200
+
+
+class Drawn(NamedTuple):
+    """What a job draws.  head : ``lines`` or ``bars`` of its head.
+
+    arrays : ``job/x`` (n,) and ``job/y`` (curve, n), or ``job/bar`` (row,).
+    """
+
+    head: Mapping[str, Any]
+    arrays: Mapping[str, NDArray[np.float32]]
+
+
+def lines(x_label: str, y_label: str, x: Array, curves: Mapping[str, Array]) -> Drawn:
+    """Curves (n,) over x (n,) by label; those with the largest values strong, thinned to what a pane shows."""
+    labels = list(curves)
+    y = np.array([np.asarray(curves[label], dtype=float) for label in labels]).reshape(len(labels), -1)
+    every = max(1, -(-len(x) // _POINTS))
+    with np.errstate(all="ignore"):
+        most = np.nanmax(np.where(np.isfinite(y), y, -np.inf), axis=1, initial=-np.inf)
+    first = set(ranked(most)[:_STRONG].tolist())
+    rows = [{"label": label, "strong": row in first} for row, label in enumerate(labels)]
+    return Drawn(
+        {"lines": {"x_label": x_label, "y_label": y_label, "curves": rows}},
+        {"job/x": np.asarray(x[::every], np.float32), "job/y": np.asarray(y[:, ::every], np.float32)},
+    )
+
+
+def bars(x_label: str, rows: Sequence[str], values: Array) -> Drawn:
+    """Bars (row,) with their labels."""
+    return Drawn({"bars": {"x_label": x_label, "rows": list(rows)}}, {"job/bar": np.asarray(values, np.float32)})
+
+
+def job_frame(
+    name: str,
+    title: str,
+    text: str,
+    drawn: Drawn,
+    *,
+    apply: Mapping[str, object] | None = None,
+    apply_label: str = "",
+    answers: Sequence[Answer] = (),
+) -> PageFrame:
+    """The frame of a job that is done, of no state yet; with ``answers`` where it answers a question."""
+    job = {"name": name, "title": title, "text": text, **drawn.head}
+    job |= {"apply": dict(apply) if apply else None, "apply_label": apply_label if apply else ""}
+    head: dict[str, Any] = {"job": job}
+    if answers:
+        head["answers"] = [asdict(answer) for answer in answers]
+    return PageFrame(rev=0, kind="job", head=head, arrays=drawn.arrays)
+
+
+def mesh_words(names: Sequence[str]) -> list[str]:
+    """``sun-planet 2 L`` of ``main/sun-planet/2/left``, with the stage before it where there are several."""
+    several = len({name.split("/")[0] for name in names}) > 1
+    return [label(name, stage=several) for name in names]
+
+
+# A change of the objective below this part of it is none.
+_WORTH = 0.02
+# Words before the values that are searched by default.
+_NAMES = {"tip_relief.amount": "", "tip_relief.length": "over "}
+
+
+def relief_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
+    """Transmission error over the mesh cycle before and after; the answer on relief, and the overrides that draw it."""
+    path = max(estimates_of(train), key=lambda estimate: estimate.amount).pair
+    pair = path.rpartition(".")[2] + (f" of {path.split('.')[1]}" if len(train.planets) > 1 else "")
+    mean = result["relieved_error"].transpose("state", "relieved_mesh", "load_factor", "mesh_phase")
+    load = int(np.abs(result["load_factor"].values - 1).argmin())
+    error = 1e6 * mean.values[:, 0, load]
+    x = np.asarray(result["mesh_phase"].values, dtype=float)
+    curves = {"after": error[1] - error[1].mean(), "before": error[0] - error[0].mean()}
+    drawn = lines("mesh cycle [1]", "error about its mean [µm]", x, curves)
+    picked = int(result.attrs["picked"])
+    values = [_rounded(str(text)) for text in result["solution_text"].values[picked]]
+    names = [_NAMES.get(str(name), str(name)) for name in result["variable"].values]
+    relief = " ".join(f"{name}{value}" for name, value in zip(names, values, strict=True))
+    before, after = (float(result[f"objective_{when}"].values[0]) for when in ("before", "after"))
+    gain = 1 - after / before if before else 0.0
+    scale, unit = (1e6, "µm") if str(result["objective_unit"].values[0]) == "m" else (1.0, "")
+    change = f"{number(scale * before)} to {number(scale * after)} {unit}".strip()
+    text = f"Tip relief {relief} on {pair}: {result['objective_meaning'].values[0].split(',')[0]} from {change}."
+    overrides = json.loads(str(result.attrs["overrides"])) if gain > _WORTH else {}
+    answer = Answer(
+        "relief",
+        f"Grind {relief} at the tips of {pair}: transmission error {change}, {per_cent(gain)} less."
+        if gain > _WORTH
+        else f"None other than drawn: the search finds no smaller transmission error on {pair} ({change}).",
+        figure=values[0],
+        level="warn" if gain > _WORTH else "good",
+        apply=overrides,
+        apply_label="Draw this relief",
+        evidence="relief",
+        job="relief",
+    )
+    return job_frame(
+        "relief", "Tip relief", text, drawn, apply=overrides, apply_label="Draw this relief", answers=[answer]
+    )
+
+
+def _rounded(text: str) -> str:
+    """``15.9 µm`` of ``15.936 um``; what is no length stays."""
+    length = written(text)
+    if length is None or not length.unit:
+        return text
+    return f"{number(length.values[0])} {length.unit.replace('um', 'µm')}"
+
+
+# Rows of bars that are read, and seen without scrolling.
+_MOST = 10
+# Share of the variance of K_gamma from which one tolerance is the one to talk about; part of the largest share from
+# which the next one is named beside it: the draws do not tell them apart.
+_HALF, _AS_LARGE = 0.5, 0.9
+
+
+def contact_loss_frame(result: xr.Dataset) -> PageFrame:
+    """Largest and least force of any mesh over speed, run-up and coast-down, and where teeth part."""
+    shafts = bool(json.loads(result.attrs["options"]).get("shaft_orders"))
+    relative = np.asarray(result["speed"].values, dtype=float)
+    peak = result["mesh_force_peak"].transpose("direction", "mesh", "speed").values
+    least = result["mesh_force_minimum"].transpose("direction", "mesh", "speed").values
+    parted = result["contact_open"].transpose("direction", "mesh", "speed").values.max(axis=1) > 0
+    unit, scale = _force_unit(peak)
+    with np.errstate(all="ignore"):
+        up, down, low = np.nanmax(peak[0], axis=0), np.nanmax(peak[-1], axis=0), np.nanmin(least[0], axis=0)
+    curves = {
+        "largest, run-up": up * scale,
+        "largest, coast-down": down * scale,
+        "least, run-up": low * scale,
+    }
+    drawn = lines("speed [% of operation]", f"mesh force [{unit}]", 100 * relative, curves)
+    at = largest(up)
+    orders = "with shaft orders" if shafts else "mesh orders alone"
+    text = (
+        f"Largest force {number(float(up[at]) * scale, 4)} {unit} at {per_cent(float(relative[at]))} of the speed "
+        f"({orders})"
+    )
+    if parted.any():
+        places = relative[parted.any(axis=0)]
+        text += f"; teeth part from {per_cent(float(places[0]))} to {per_cent(float(places[-1]))}"
+        both = parted[0] != parted[-1]
+        text += ", not at the same speeds up and down." if both.any() else "."
+    else:
+        text += "; no tooth loses contact."
+    failed = int((result["status"].values != "ok").sum()) if "status" in result else 0
+    text += f" {failed} points have no motion." if failed else ""
+    return job_frame("contact_loss", "Teeth that part", text, drawn)
+
+
+def _force_unit(force: Array) -> tuple[str, float]:
+    most = float(np.nanmax(np.abs(force), initial=0.0))
+    return ("kN", 1e-3) if most >= 1e3 else ("N", 1.0)
+
+
+def transient_frame(result: xr.Dataset) -> PageFrame:
+    """Forces of all meshes over time."""
+    names = [str(name) for name in result["mesh"].values]
+    words = mesh_words(names)
+    force = result["mesh_force"].transpose("mesh", "time").values
+    unit, scale = _force_unit(force)
+    time = np.asarray(result["time"].values, dtype=float)
+    ms, word = (1e3, "ms") if time[-1] < 1 else (1.0, "s")
+    curves = {words[row]: scale * force[row] for row in range(len(names))}
+    drawn = lines(f"time [{word}]", f"mesh force [{unit}]", ms * time, curves)
+    peak = result["mesh_force_peak"].values
+    at = largest(peak)
+    lost = int((result["open_share"].values > 0).sum())
+    text = (
+        f"Largest force {number(float(peak[at]) * scale, 4)} {unit} in {words[at]} after "
+        f"{number(ms * float(result['mesh_force_peak_time'].values[at]))} {word}; "
+        + (f"{lost} of {len(names)} meshes lose contact." if lost else "no mesh loses contact.")
+    )
+    return job_frame("transient", "Motion over time", text, drawn)
+
+
+def contact_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
+    """Loaded transmission error over the mesh cycle at every load, or the largest load along the face."""
+    loads = np.asarray(result["mesh_load"].values, dtype=float)
+    operating = int(np.abs(loads - float(result.attrs["force"])).argmin())
+    swing = 1e6 * result["transmission_error_peak_to_peak"].values
+    largest = 1e-3 * result["largest_load_per_length"].transpose("side", "mesh_load").values[:, operating]
+    factor = result["face_factor"].transpose("side", "mesh_load").values[:, operating]
+    if options.get("show") == "load":
+        length = result["load_per_length"].transpose("side", "width", "mesh_phase").values.max(axis=2) / 1e3
+        curves = {str(side): length[row] for row, side in enumerate(result["side"].values)}
+        x = np.asarray(result["width"].values, dtype=float)
+        drawn = lines("place along the face [1]", "largest load [N/mm]", x, curves)
+    else:
+        error = 1e6 * result["loaded_transmission_error"].transpose("mesh_load", "mesh_phase").values
+        share = loads / float(result.attrs["force"])
+        curves = {f"{100 * share[row]:.0f} % load": error[row] - error[row].mean() for row in range(len(loads))}
+        x = np.asarray(result["mesh_phase"].values, dtype=float)
+        drawn = lines("mesh cycle [1]", "error about its mean [µm]", x, curves)
+    mesh = label(str(result.attrs["mesh"]), stage=len(train.planets) > 1)
+    text = (
+        f"{mesh} at {number(float(loads[operating]) / 1e3, 4)} kN: "
+        f"transmission error {number(float(swing[operating]))} µm peak to peak, largest load "
+        f"{number(float(np.nanmax(largest)))} N/mm, face-load factor {number(float(np.nanmax(factor)))}."
+    )
+    return job_frame("contact", "Loaded tooth contact", text, drawn)
+
+
+def stiffness_frame(result: xr.Dataset) -> PageFrame:
+    """Mesh stiffness over one mesh cycle, each mesh at its phase."""
+    names = [str(name) for name in result["mesh"].values]
+    words = mesh_words(names)
+    history = 1e-9 * result["mesh_stiffness"].transpose("mesh", "mesh_phase").values
+    curves = {words[row]: history[row] for row in range(len(names))}
+    x = np.asarray(result["mesh_phase"].values, dtype=float)
+    drawn = lines("mesh cycle [1]", "mesh stiffness [N/nm]", x, curves)
+    swing = np.ptp(history, axis=1) / history.mean(axis=1)
+    most = largest(swing)
+    leads = sorted({f"{float(lead):.3g}" for lead in result["phase_lead"].values}, key=float)
+    phases = ", ".join(leads[:6]) + (" ..." if len(leads) > 6 else "")
+    text = (
+        f"{words[most]} varies most, {per_cent(float(swing[most]))} of its mean "
+        f"{number(float(history[most].mean()))} N/nm peak to peak; phases {phases} mesh cycles."
+    )
+    return job_frame("stiffness", "Mesh stiffness and phases", text, drawn)
+
+
+def sensitivity_frame(result: xr.Dataset) -> PageFrame:
+    """Per cent per per cent of the ranked mode or mesh, the largest first."""
+    dim = "mode" if "mode" in result["sensitivity"].dims else "mesh"
+    targets = result["ranked_by"].values.astype(bool)
+    values = result["sensitivity"].transpose("path", dim).values[:, targets]
+    size = np.nan_to_num(np.abs(values)).argmax(axis=1)
+    value = np.nan_to_num(values[np.arange(len(values)), size])
+    order = ranked(np.abs(value))[:_MOST]
+    paths = [str(path) for path in result["path"].values]
+    drawn = bars("per cent per per cent", [_short_path(paths[i]) for i in order], value[order])
+    subject = str(result.attrs.get("subject", ""))
+    text = f"Of {subject}: "
+    if len(order):
+        text += f"{_short_path(paths[order[0]])} moves it most, {number(float(value[order[0]]))} % per per cent."
+    else:
+        text += "no number of the model moves it."
+    return job_frame("sensitivity", "Sensitivity", text, drawn)
+
+
+def _short_path(path: str) -> str:
+    """``sun support radial`` of ``stages.main.sun.support.radial``."""
+    words = path.split(".")
+    return " ".join(words[2:] if words[0] == "stages" and len(words) > 2 else words).replace("_", " ")
+
+
+def tolerance_frame(result: xr.Dataset, train: Train) -> PageFrame:
+    """Shares of the tolerances in the variance of K_gamma of the pair that scatters most; the answer on errors."""
+    names = [str(name) for name in result["tolerance"].values]
+    total = tolerance_shares(result)
+    order = np.argsort(-total, kind="stable")[:_MOST]
+    words = [_entry_words(names[i], train) for i in order]
+    drawn = bars("total effect in the variance of K_gamma [%]", words, 100 * total[order])
+    quantile = result["system_k_gamma_quantile"].sel(definition="mean-load")
+    known = {float(p): float(v) for p, v in zip(quantile["probability"].values, quantile.values, strict=True)}
+    most = 0.99 if 0.99 in known else float(quantile["probability"].values[-1])
+    above = float(result["system_exceedance"].sel(definition="mean-load").values[0])
+    text = (
+        f"K_gamma stays below {known[most]:.3f} in {100 * most:g} % of {int(result.attrs['samples'])} trains; "
+        f"{per_cent(above)} are above {float(result['limit'].values[0]):g}. What is drawn stands in place of the "
+        "numbers of the model."
+    )
+    change = halved_tolerance(train, names[order[0]])
+    share, alone = float(total[order[0]]), float(tolerance_shares(result, "sobol_first")[order[0]])
+    said = (
+        f"of the variance of K_gamma among trains of this drawing involves the tolerance of {words[0]} with its "
+        f"interactions ({100 * alone:.0f} % alone)"
+    )
+    if len(order) > 1 and total[order[1]] >= _AS_LARGE * share > 0:
+        said += f"; {100 * float(total[order[1]]):.0f} % that of {words[1]}"
+    answer = Answer(
+        "error",
+        f"{said}.",
+        figure=f"{100 * share:.0f} %",
+        level="warn" if share >= _HALF else "good",
+        apply=change,
+        apply_label="Halve this tolerance",
+        evidence="tolerance",
+        job="tolerance",
+    )
+    return job_frame(
+        "tolerance", "Tolerances", text, drawn, apply=change, apply_label="Halve the first", answers=[answer]
+    )
+
+
+def tolerance_shares(result: xr.Dataset, name: str = "sobol_total") -> Array:
+    """Shares of the variance of K_gamma (mean-load) (tolerance,) [1], of the pair that scatters most.
+
+    The numbers that the verb `tolerance` prints.  name : ``sobol_total``, with interactions; ``sobol_first``, alone.
+    """
+    mean_load = result.sel(definition="mean-load")
+    pair = scattering_pair(mean_load)
+    share: Array = np.nan_to_num(mean_load[name].isel(pair=pair).transpose("tolerance").values)
+    return np.clip(share, 0.0, None)
+
+
+def _entry_words(entry: str, train: Train) -> str:
+    """``planet position`` of ``deviations.main.planet.position``."""
+    path, _, part = entry.partition(" ")
+    words = path.split(".")[1:]
+    if len(train.planets) == 1:
+        words = [word for word in words if word not in train.planets]
+    text = " ".join(word for word in words if word != "meshes").replace("_", " ")
+    return f"{text} ({part})" if part else text
+
+
+Source = PlainTable | Path
+Progress = Callable[..., None]
+
+# Length of a tip relief that is searched, in modules: from the tip to the highest point of single contact at most.
+_LENGTHS = (0.1, 0.7)
+# Amounts that are searched, per first estimate.
+_AMOUNTS = 2.0
+# Candidates and generations of the quick search: two variables and one objective need no more.
+_POPULATION, _GENERATIONS = 12, 8
+# Loads whose largest transmission error is made least, relative: of one alone the search would fit it and no other.
+_LOADS = (0.75, 1.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobKind:
+    """A kind of job.
+
+    name, label : of the page.  about : what it does by default, in a sentence.  seconds : on ren2021, about; a train
+        of several stages or planets may take minutes.
+    options : name -> what it means; a job refuses others.  verb : that it runs.  defaults : its keywords unless chosen
+        otherwise.  search : those that follow from the train.
+    frame : (result, train, chosen options) -> what the page shows.
+    """
+
+    name: str
+    label: str
+    about: str
+    seconds: float
+    options: Mapping[str, str]
+    verb: str
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+    search: Callable[[Train], Mapping[str, Any]] | None = None
+    frame: Callable[[xr.Dataset, Train, Mapping[str, Any]], PageFrame]
+
+    def run(
+        self, source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], progress: Progress
+    ) -> tuple[PageFrame, xr.Dataset]:
+        """Frame and Dataset; progress is called with the share done 0..1 or with (done, of), and may raise to end it.
+
+        Raises
+        ------
+        ModelError : an option that it does not have.  ModelError, ConvergenceError : as its verb.
+        """
+        for key, value in options.items():
+            if key not in self.options:
+                allowed = ", ".join(self.options) or "none"
+                raise ModelError("no such option", path=f"{self.name}.{key}", given=value, allowed=allowed)
+        train = load(source, dict(overrides))
+        chosen = {**self.defaults, **(self.search(train) if self.search else {}), **options}
+        keywords = {key: value for key, value in chosen.items() if key != "show"}
+        result = run_verb(self.verb, source, overrides, progress, **keywords)
+        return self.frame(result, train, chosen), result
+
+
+def run_verb(
+    name: str, source: Source, overrides: Mapping[str, object], progress: Progress, **options: Any
+) -> xr.Dataset:
+    """Result of a verb, which tells its progress where it can. Raises ModelError and ConvergenceError as the verb."""
+    from ...verbs.record import verbs
+
+    run = verbs()[name].run
+    if "progress" in signature(run).parameters:
+        options["progress"] = progress
+    else:
+        progress(0.05)
+    return run(source, overrides=dict(overrides), **options)
+
+
+def _relief_search(train: Train) -> Mapping[str, Any]:
+    """Keywords of the verb `relief` for the pair that bends most: bounds about its first estimate."""
+    estimates = estimates_of(train)
+    if not estimates:
+        raise ModelError("no tooth is loaded", path="operation.torque", allowed="face widths, and a torque of a member")
+    largest = max(estimates, key=lambda estimate: estimate.amount)
+    high, (short, long) = _AMOUNTS * largest.amount * 1e6, (share * largest.module * 1e3 for share in _LENGTHS)
+    pair = largest.pair.rpartition(".")[2]
+    return {
+        "mesh": pair if len(train.planets) == 1 else next(m.name for m in train.meshes if m.pair == largest.pair),
+        "vary": {"tip_relief.amount": f"0..{high:.3g} um", "tip_relief.length": f"{short:.3g}..{long:.3g} mm"},
+    }
+
+
+_KINDS = (
+    JobKind(
+        name="contact",
+        label="Contact and LTE",
+        about="Loaded teeth of the first mesh at 50, 100 and 125 % of the operating load.",
+        seconds=0.5,
+        options={
+            "mesh": "a mesh or a pair",
+            "loads": "relative to the operating one",
+            "samples": "phases of a mesh cycle",
+            "slices": "along the face",
+            "show": "error: over the mesh cycle; load: along the face",
+        },
+        verb="contact",
+        defaults={"loads": (0.5, 1.0, 1.25)},
+        frame=contact_frame,
+    ),
+    JobKind(
+        name="relief",
+        label="Relief",
+        about="Tip relief with the least transmission error at 75 and 100 % load, 12 candidates, 8 generations.",
+        seconds=3,
+        options={
+            "mesh": "a mesh or a pair",
+            "vary": "bounds by key",
+            "objectives": "lte, load, force_rms, force_peak",
+            "loads": "relative to the operating one",
+            "population": "candidates of a generation",
+            "generations": "number of them",
+        },
+        verb="relief",
+        defaults={"loads": _LOADS, "population": _POPULATION, "generations": _GENERATIONS},
+        search=_relief_search,
+        frame=relief_frame,
+    ),
+    JobKind(
+        name="stiffness",
+        label="Stiffness and phases",
+        about="Mesh stiffness of every mesh over one mesh cycle, each with its phase.",
+        seconds=0.1,
+        options={"samples": "phases of a mesh cycle"},
+        verb="stiffness",
+        frame=lambda result, train, options: stiffness_frame(result),
+    ),
+    JobKind(
+        name="tolerance",
+        label="Tolerance",
+        about="K_gamma of 16384 trains drawn from the tolerances, and the share of each tolerance in its variance.",
+        seconds=1,
+        options={"samples": "number of trains", "limit": "K_gamma whose exceedance is counted", "seed": "of the draws"},
+        verb="tolerance",
+        defaults={"samples": 16_384, "effects": "shares"},
+        frame=lambda result, train, options: tolerance_frame(result, train),
+    ),
+    JobKind(
+        name="contact_loss",
+        label="Contact loss",
+        about="Run-up and coast-down over 60 speeds and the resonances, teeth part and touch again, no shaft orders.",
+        seconds=2,
+        options={
+            "points": "number of speeds",
+            "shaft_orders": "whether they count",
+            "start": "lowest speed",
+            "stop": "highest speed",
+        },
+        verb="sweep",
+        defaults={"contact_loss": True, "points": 60, "shaft_orders": False},
+        frame=lambda result, train, options: contact_loss_frame(result),
+    ),
+    JobKind(
+        name="transient",
+        label="Transient",
+        about="50 mesh cycles from the equilibrium at the operating speed, teeth that part.",
+        seconds=1,
+        options={
+            "cycles": "mesh cycles",
+            "start": "mesh frequency at the beginning",
+            "stop": "and at the end",
+            "torque_step": "FACTOR@TIME",
+            "torque_ramp": "time in which the torques grow",
+        },
+        verb="transient",
+        defaults={"cycles": 50.0},
+        frame=lambda result, train, options: transient_frame(result),
+    ),
+    JobKind(
+        name="sensitivity",
+        label="Sensitivity",
+        about="Per cent of the lowest natural frequency per per cent of each number of the model.",
+        seconds=2,
+        options={"of": "frequency or force", "mode": "number of the mode", "mesh": "name of the mesh"},
+        verb="sensitivity",
+        frame=lambda result, train, options: sensitivity_frame(result),
+    ),
+)
+JOBS: Mapping[str, JobKind] = {kind.name: kind for kind in _KINDS}
+"""Name -> job, in the order of the page."""

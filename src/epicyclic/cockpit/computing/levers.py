@@ -1,0 +1,461 @@
+"""The levers of a train: about seven numbers of its model that are worth a slider, by what they move.
+
+A lever is found among the numbers that the model has (errors, supports, load, speed, design), tried at another value,
+and ranked by what K_gamma and the natural frequencies make of it; every kind has its places, so that seven levers are
+not seven run-outs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...document.document import file_text, parse_text
+from ...document.tables import PlainTable, leaves, split_path, value_at
+from ...document.units import Written, factor, written
+from ...errors import ConvergenceError, ModelError
+from ...questions.modes.eigen import mean_modes
+from ...results.ties import largest
+from ...statics.sample_loads import mean_loads
+from ...statics.tangent import linear
+from ...system.assembly import assemble
+from ...train.resolution import load
+from ...train.train import Train
+from ..state.frames import largest_known, per_cent
+from .answers import in_short
+
+# A soft support that is still felt, per mesh stiffness: where a floating sun is first held.
+_SOFT = 0.03
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lever:
+    """A number of the model file, and its slider once that is made.
+
+    kind : pin, run_out, sun, support, load, speed or design.  path : of the override.  label : in words.
+    value : in `unit`, "" of a plain number; of a candidate 0 where the model has none, inf where it is rigid.
+    log : whether the slider is logarithmic.  usual : a usual value in `unit`, of a support.
+    entry, count : place from 0 and number of entries, where the value is one entry of a list at the path; None of a
+        single number.  others : all entries of the list, in `unit`.
+    least, most, step : of the slider, in `unit`.  why : what it does to this train.
+    """
+
+    kind: str
+    path: str
+    label: str
+    value: float
+    unit: str
+    log: bool = False
+    usual: float = 0.0
+    entry: int | None = None
+    count: int | None = None
+    others: tuple[float, ...] = ()
+    least: float = 0.0
+    most: float = 0.0
+    step: float = 0.0
+    why: str = ""
+
+    def scaled(self, si: float) -> float:
+        """A value in SI in the unit of the lever."""
+        return si / _si_of(self.unit)
+
+    def written(self) -> object:
+        """Value of the override."""
+        if self.entry is None:
+            return Written(values=(self.value,), unit=self.unit, many=False).text((self.value,))
+        values = (*self.others[: self.entry], self.value, *self.others[self.entry + 1 :])
+        return Written(values=values, unit=self.unit, many=True).text(values)
+
+
+def candidates_of(train: Train, tables: PlainTable, overrides: Mapping[str, object]) -> list[Lever]:
+    """Candidates of a train in the order of the page.
+
+    tables, overrides : the model file and what is laid over it, which say how a number is written.
+    """
+    model = _Model(train, tables, overrides)
+    return [
+        *(model.pins() if model.loaded else ()),
+        *(model.run_outs() if model.loaded else ()),
+        *model.supports(),
+        *model.operation(),
+        *model.design(),
+    ]
+
+
+class _Model:
+    """A train with its document and its texts."""
+
+    def __init__(self, train: Train, tables: PlainTable, overrides: Mapping[str, object]) -> None:
+        self.train, self.tables, self.overrides = train, tables, overrides
+        self.document = dict(leaves(dict(train.document)))
+        self.several = len(train.planets) > 1
+        # errors of a train without load part nothing
+        self.loaded = any((train.kinematics.torque or {}).values())
+        self.members: dict[str, Any] = {}
+        for body in train.bodies:
+            self.members.setdefault(body.member, body)
+
+    def of(self, member: str) -> str:
+        """A member in words: ``sun``, ``high sun`` of several stages."""
+        stage, _, name = member.rpartition(".")
+        return f"{stage} {name}" if self.several else name
+
+    def path_of(self, full: str) -> str:
+        """The path at which the file or an override states a value, else the short one."""
+        paths = list(dict.fromkeys([in_short(self.train, full, self.document), full, full.removesuffix(".amplitude")]))
+        if full.endswith(".radial"):
+            paths.append(f"{full.removesuffix('.radial')}.x")
+        for path in paths:
+            if path in self.overrides or written(value_at(self.tables, split_path(path, path=path))) is not None:
+                return path
+        return paths[0].removesuffix(".amplitude")
+
+    def number(self, full: str) -> Written | None:
+        """Number of the document at a full path; a radial stiffness is that along x."""
+        names = (full, f"{full.removesuffix('.radial')}.x") if full.endswith(".radial") else (full,)
+        numbers = (written(self.document.get(name)) for name in names)
+        return next((number for number in numbers if number is not None), None)
+
+    def pins(self) -> Iterator[Lever]:
+        """Tangential position of the pin that stands farthest off, else of that of planet 1."""
+        for member, body in self.members.items():
+            if body.kind != "planet" or body.carried_by is None or body.gear is None:
+                continue
+            count = self.train.planets.get(body.frame, 1)
+            full = f"deviations.{member}.position.y"
+            number = self.number(full)
+            values = number.values if number is not None and number.many else (0.0,) * count
+            if (number is not None and not number.many) or len(values) != count or count < 2:
+                continue
+            entry = max(range(count), key=lambda i: (abs(values[i]), -i))
+            yield Lever(
+                kind="pin",
+                path=self.path_of(full),
+                label=f"pin of {self.of(member)} {entry + 1}, tangential",
+                value=values[entry],
+                unit=number.unit if number is not None and number.unit else "um",
+                entry=entry,
+                count=count,
+                others=tuple(values),
+            )
+
+    def run_outs(self) -> Iterator[Lever]:
+        """Run-out of every member about the axis that turns; of planets where the file has one."""
+        speeds = self.train.kinematics.speed or {}
+        for member, body in self.members.items():
+            full = f"deviations.{member}.run_out.amplitude"
+            number = self.number(full)
+            if number is not None and number.many:
+                continue
+            if body.frame not in self.train.planets or (number is None and not (speeds.get(member) and body.gear)):
+                continue
+            if number is None and body.kind == "planet":
+                continue
+            yield Lever(
+                kind="run_out",
+                path=self.path_of(full),
+                label=f"run-out of the {self.of(member)}{'s' if body.kind == 'planet' else ''}",
+                value=0.0 if number is None else number.values[0],
+                unit=number.unit if number is not None and number.unit else "um",
+            )
+
+    def supports(self) -> Iterator[Lever]:
+        """Radial stiffness of suns, whether they float or not, and of what has a finite one."""
+        stiffness: dict[str, float] = {}
+        for mesh in self.train.meshes:
+            stiffness.setdefault(mesh.stage, mesh.stiffness)
+        for member, body in self.members.items():
+            sun = body.kind == "sun" and body.gear is not None
+            for table in ("support", "bearing"):
+                full = f"stages.{member}.{table}.radial"
+                number = self.number(full)
+                stated = number is not None and not number.many
+                value = number.values[0] if number is not None and stated else math.inf
+                if body.frame not in stiffness or (number is not None and not stated):
+                    continue
+                if not (0 < value < math.inf) and not (sun and table == "support"):
+                    continue
+                unit = number.unit if number is not None and number.unit else "N/m"
+                word = "bearing of the" if table == "bearing" else "support of the"
+                yield Lever(
+                    kind="sun" if sun and table == "support" else "support",
+                    path=self.path_of(full),
+                    label=f"{word} {self.of(member)}{'s' if body.kind == 'planet' else ''}, radial",
+                    value=value,
+                    unit=unit,
+                    log=True,
+                    usual=float(f"{_SOFT * stiffness[body.frame] / _si_of(unit):.2g}"),
+                )
+
+    def operation(self) -> Iterator[Lever]:
+        """Torques, powers and speeds that the file states."""
+        for table, kind in (("torque", "load"), ("power", "load"), ("speed", "speed")):
+            for full, value in self.document.items():
+                number = written(value)
+                if not full.startswith(f"operation.{table}.") or number is None or number.many or not number.values[0]:
+                    continue
+                member = full.removeprefix(f"operation.{table}.")
+                short = in_short(self.train, full, self.document).removeprefix(f"operation.{table}.")
+                yield Lever(
+                    kind=kind,
+                    path=self.path_of(full),
+                    label=f"{table} of the {short.replace('.', ' ') if not self.several else member.replace('.', ' ')}",
+                    value=number.values[0],
+                    unit=number.unit,
+                )
+
+    def design(self) -> Iterator[Lever]:
+        """Helix angle, module, face width, masses, damping and mesh stiffnesses that the file states."""
+        words = {"helix_angle": "helix angle", "module": "module", "face_width": "face width"}
+        for full, value in self.document.items():
+            parts, number = full.split("."), written(value)
+            if number is None or number.many or not number.values[0]:
+                continue
+            stage = f" of {parts[1]}" if self.several and len(parts) > 1 else ""
+            if full == "damping.modal":
+                label, log = "damping of every mode", False
+            elif parts[0] == "stages" and len(parts) == 3 and parts[2] in words:
+                label, log = words[parts[2]] + stage, False
+            elif parts[0] == "stages" and len(parts) == 4 and parts[3] == "mass":
+                label, log = f"mass of the {self.of(f'{parts[1]}.{parts[2]}')}", False
+            elif parts[0] == "stages" and parts[2] == "meshes" and parts[-1] == "stiffness" and len(parts) == 5:
+                label, log = f"stiffness of {parts[3]}{stage}", True
+            else:
+                continue
+            yield Lever(
+                kind="design",
+                path=self.path_of(full),
+                label=label,
+                value=number.values[0],
+                unit=number.unit,
+                log=log,
+            )
+
+
+def _si_of(unit: str) -> float:
+    """SI value of one of a unit."""
+    factors = (factor(unit, target) for target in ("m", "N/m", "rad", "N m", "W", "N/m^2") if unit)
+    return next(filter(None, factors), 1.0)
+
+
+# Natural frequencies that are compared: the lowest, which operation meets.
+_MODES = 12
+# A change below this is none [1].
+_NONE = 5e-4
+# Weight of a relative change of a frequency beside one of K_gamma: sharing is what the page is opened for.
+_FREQUENCY = 0.3
+
+
+class Figures(NamedTuple):
+    """Figures of a train.
+
+    k_gamma, k_turning : largest mean-load coefficient, and while turning [1]; nan without load.
+    frequency : (n,) lowest elastic natural frequencies [Hz].
+    """
+
+    k_gamma: float
+    k_turning: float
+    frequency: NDArray[np.float64]
+
+
+class Effect(NamedTuple):
+    """What a change does, in words, and its size for ranking [1]."""
+
+    words: str
+    size: float
+
+
+def figures_of(train: Train) -> Figures:
+    """Figures of a train; what cannot be computed is nan or empty.
+
+    Raises
+    ------
+    ModelError : the train cannot be assembled.
+    """
+    system = assemble(train)
+    k_gamma = k_turning = float("nan")
+    try:
+        k_gamma, k_turning = (largest_known(np.asarray(k)) for k in mean_loads(system)[:2])
+    except (ModelError, ConvergenceError):
+        pass
+    frequency = np.zeros(0)
+    try:
+        squared, _ = mean_modes(linear(system))
+        frequency = np.sqrt(squared[squared > 0])[:_MODES] / (2 * np.pi)
+    except (ModelError, np.linalg.LinAlgError):
+        pass
+    return Figures(k_gamma, k_turning, frequency)
+
+
+def effect_of(now: Figures, then: Figures, where: str) -> Effect:
+    """What a change does; where : the changed value in words."""
+    words, size = [], 0.0
+    for name, before, after in (
+        ("K_gamma", now.k_gamma, then.k_gamma),
+        ("K_gamma while turning", now.k_turning, then.k_turning),
+    ):
+        change = after - before
+        if np.isfinite(change) and abs(change) > _NONE:
+            words.append(f"{name} {before:.3f} → {after:.3f}")
+            size = max(size, abs(change))
+    count = min(len(now.frequency), len(then.frequency))
+    if count:
+        moved = then.frequency[:count] / now.frequency[:count] - 1
+        most = largest(np.abs(moved))
+        if abs(moved[most]) > _NONE:
+            words.append(f"moves a mode of {now.frequency[most]:.0f} Hz by {per_cent(float(moved[most]))}")
+            size = max(size, _FREQUENCY * abs(float(moved[most])))
+    return Effect(f"{where}: {'; '.join(words[:2])}" if words else "", size)
+
+
+# Levers that one screen shows beside their number boxes.
+_MOST = 7
+_ERRORS = ("pin", "run_out")
+# Candidates that are tried, 20 ms each of a small train: a model opens meanwhile.  Those that are left move nothing
+# known.  A number and no time, so that a model has the same levers whatever else the machine does.
+_TRIALS = 12
+# What needs no trial, and its size for ranking: small, that none of them takes the place of what moves the sharing.
+_KNOWN = {
+    "load": Effect("mesh forces follow it one to one", 2e-3),
+    "speed": Effect("mesh frequencies follow it one to one", 2e-3),
+    "damping": Effect("the height of the resonances", 1e-3),
+}
+# Range of a lever per its value; errors begin at none at all.  Range of a stiffness per its power of ten: softness is
+# what is sought, and beyond ten times a support is as good as rigid.
+_LEAST, _MOST_TIMES = 0.1, 4.0
+_SOFTEST, _STIFFEST = 0.01, 10.0
+# Steps of a slider over its range: about a pixel each.
+_STEPS = 100
+# Least range of an error [m]: that of a coarse gear of usual size, which a good drawing would not show.
+_ERROR = 60e-6
+# Halvings of the way from an end that gives no model to the value: a thirtieth of it is left then.
+_TRIES = 5
+# Bounds beyond which no gear is built: helix [deg], damping of a mode [1].
+_HELIX, _DAMPING = 40.0, 0.2
+
+
+def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tuple[Lever, ...]:
+    """Levers of a model, at most seven, in the order of the page: errors, supports, load, design.
+
+    Raises
+    ------
+    ModelError : the model is wrong.
+    """
+    train = load(source, dict(overrides))
+    tables = parse_text(file_text(source), str(source)) if isinstance(source, Path) else source
+    candidates = candidates_of(train, tables, overrides)
+    effects = _effects(source, overrides, train, candidates)
+    ranked = sorted(range(len(candidates)), key=lambda i: (-effects[i].size, i))
+    chosen: list[int] = []
+    for i in ranked:  # the first of each kind
+        if candidates[i].kind not in [candidates[k].kind for k in chosen]:
+            chosen.append(i)
+    # the places that are left go to those that move most
+    for i in ranked:
+        if len(chosen) >= _MOST:
+            break
+        if i not in chosen and effects[i].size > 0:
+            chosen.append(i)
+    levers = []
+    for i in sorted(chosen):
+        lever = _lever(candidates[i], effects[i])
+        # of geometry alone an end may contradict the rest of the drawing
+        if lever.path.startswith("stages") and not lever.log:
+            lever = _that_loads(source, overrides, lever)
+        levers.append(lever)
+    return tuple(levers)
+
+
+def _that_loads(source: PlainTable | Path, overrides: Mapping[str, object], lever: Lever) -> Lever:
+    """A lever whose ends give models, drawn in where the rest of the drawing does not follow, as a rim of a module."""
+    ends = []
+    for end in (lever.least, lever.most):
+        for _ in range(_TRIES):
+            try:
+                load(source, {**overrides, lever.path: f"{end:.6g} {lever.unit}" if lever.unit else end})
+                break
+            except ModelError:  # half the way to the value, a whole step
+                steps = (lever.value - end) / 2 / lever.step
+                end = _clean(end + math.copysign(math.ceil(abs(steps) - 1e-9), steps) * lever.step)
+        ends.append(end)
+    return replace(lever, least=min(ends[0], lever.value), most=max(ends[1], lever.value))
+
+
+def _effects(
+    source: PlainTable | Path, overrides: Mapping[str, object], train: Train, candidates: list[Lever]
+) -> list[Effect]:
+    """What every candidate moves; those that are not tried move nothing that is known."""
+    kinds = ["damping" if candidate.path.startswith("damping") else candidate.kind for candidate in candidates]
+    effects = {i: _KNOWN[kind] for i, kind in enumerate(kinds) if kind in _KNOWN}
+    now = figures_of(train)
+    for i in [i for i in _in_turn(candidates) if i not in effects][:_TRIALS]:
+        tried = replace(candidates[i], value=_tried(candidates[i]))
+        try:
+            then = figures_of(load(source, {**overrides, tried.path: tried.written()}))
+        except (ModelError, ConvergenceError, ArithmeticError):
+            continue
+        value = f"{tried.value:.0f}" if 1e3 <= abs(tried.value) < 1e6 else f"{tried.value:.3g}"
+        effects[i] = effect_of(now, then, f"at {value} {tried.unit}".strip())
+    return [effects.get(i, Effect("", 0.0)) for i in range(len(candidates))]
+
+
+def _in_turn(candidates: list[Lever]) -> list[int]:
+    """Places of the candidates, one of each kind in turn, so that their number costs no kind its best."""
+    before: dict[str, int] = {}
+    rounds = []
+    for i, candidate in enumerate(candidates):
+        rounds.append((before.get(candidate.kind, 0), i))
+        before[candidate.kind] = before.get(candidate.kind, 0) + 1
+    return [i for _, i in sorted(rounds)]
+
+
+def _tried(candidate: Lever) -> float:
+    """Another value of a candidate: twice, of an error without a value a usual one, of design a tenth more."""
+    if candidate.kind in _ERRORS:
+        return 2 * candidate.value if candidate.value else candidate.scaled(_ERROR / 3)
+    if candidate.kind == "sun" and not 0 < candidate.value < math.inf:
+        return candidate.usual
+    return candidate.value * (1.1 if candidate.kind == "design" else 2.0)
+
+
+def _lever(candidate: Lever, effect: Effect) -> Lever:
+    value, why, step = candidate.value, effect.words, 0.0
+    least, most = _range(candidate)
+    if not candidate.log:  # ends are whole steps: 1, 2, 5, 10 .. times a power of ten
+        width = (most - least) / _STEPS
+        power = 10.0 ** math.floor(math.log10(width)) if width > 0 else 1.0
+        step = max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= width * (1 + 1e-9)) * power
+        least, most = math.floor(least / step + 1e-9) * step, math.ceil(most / step - 1e-9) * step
+        least = least if least > 0 or candidate.kind in _ERRORS else step
+    if candidate.kind == "sun" and not 0 < value < math.inf:
+        why = ", ".join(filter(None, ["the sun floats now" if value == 0 else "rigid now", why]))
+        value = value if value == 0 else most
+    return replace(candidate, value=_clean(value), least=_clean(least), most=_clean(most), step=_clean(step), why=why)
+
+
+def _range(candidate: Lever) -> tuple[float, float]:
+    """Ends of a slider in the unit of the candidate."""
+    value = candidate.value
+    if candidate.kind in _ERRORS:
+        return 0.0, max(_MOST_TIMES * abs(value), candidate.scaled(_ERROR))
+    if candidate.log:
+        middle = value if 0 < value < math.inf else candidate.usual
+        power = 10.0 ** round(math.log10(middle))
+        return power * _SOFTEST, power * _STIFFEST
+    if candidate.path.endswith("helix_angle"):
+        return _LEAST * value, min(_MOST_TIMES * value, candidate.scaled(math.radians(_HELIX)))
+    if candidate.path.startswith("damping"):
+        return _LEAST * value, min(_MOST_TIMES * value, max(_DAMPING, value))
+    if candidate.kind == "design":
+        return 0.5 * value, 2 * value
+    return _LEAST * value, _MOST_TIMES * value
+
+
+def _clean(value: float) -> float:
+    return float(f"{value:.9g}")

@@ -1,0 +1,484 @@
+"""A new train without a model file: one page of fields, what comes out of them, and a model that runs."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from nicegui import background_tasks, ui
+
+from ...document.tables import PlainTable, value_at
+from ...document.writer import commented_text
+from ...errors import ModelError
+from ...train.new_train import HELD, KINDS, MEMBERS, new_train
+from ...train.resolution import load
+from ..processes.session import Session
+from ..state.state import from_text
+from .controls import plain_button, refused, safe_name, sentence, show_model, window
+
+# Field -> label and unit of a bare number; a text with its unit is taken as it is.
+_FIELDS: Mapping[str, tuple[str, str]] = {
+    "kind": ("Kind", ""),
+    "planets": ("Planets", ""),
+    "by": ("Gears", ""),
+    "teeth": ("Teeth sun/planet/ring", ""),
+    "ratio": ("Ratio, input to output", ""),
+    "module": ("Normal module", "mm"),
+    "helix_angle": ("Helix angle", "deg"),
+    "face_width": ("Face width", "mm"),
+    "pressure_angle": ("Normal pressure angle", "deg"),
+    "held": ("Held member", ""),
+    "driver": ("Driving member", ""),
+    "speed": ("Speed", "rpm"),
+    **{f"speed.{member}": (f"Speed of the {member}", "rpm") for member in MEMBERS},
+    "load": ("Load", ""),
+    "power": ("Power", "kW"),
+    "torque": ("Torque", "N m"),
+    "load_member": ("Load of the", ""),
+    "title": ("Title", ""),
+    "damping.modal": ("Damping ratio of every mode", ""),
+    "stages.main.planet.bearing.radial": ("Planet bearing, radial", "N/m"),
+    "stages.main.sun.support.radial": ("Sun support, radial (0 floats, inf is rigid)", "N/m"),
+    "stages.main.ring.support.radial": ("Ring support, radial", "N/m"),
+    "stages.main.carrier.support.radial": ("Carrier bearing, radial", "N/m"),
+    "stages.main.carrier.mass": ("Carrier mass, without planets", "kg"),
+    "stages.main.carrier.inertia": ("Carrier inertia", "kg m^2"),
+}
+BESIDE = tuple(path for path in _FIELDS if path.startswith(("damping.", "stages.")))
+"""Paths of what a running model needs beside teeth and load; empty, it follows a rule."""
+
+# one decimal comma; of three digits behind it nobody knows whether they are thousands
+_COMMA = re.compile(r"^([+-]?\d+),(\d{1,2}|\d{4,})(?!\d)")
+_BARE = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
+_SET = re.compile(r"\b\d{2,4}/\d{2,4}/\d{2,4}\b")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Preview:
+    """What comes out of the fields as they stand.
+
+    text : the model file.  title : of the model.  facts : what follows from the fields, in words.
+    by_rule : path of `BESIDE` and size of the gears -> value that a rule has chosen.
+    """
+
+    text: str
+    title: str
+    facts: tuple[str, ...]
+    by_rule: Mapping[str, str]
+
+
+def drivers_of(kind: str, held: str) -> tuple[str, ...]:
+    """Members that may drive; none of a differential, whose speeds are stated by member."""
+    if kind == "differential":
+        return ()
+    fixed = "carrier" if kind == "star" else "ring"
+    if kind == "planetary" and held in HELD["planetary"]:
+        fixed = held
+    return tuple(member for member in MEMBERS if member != fixed)
+
+
+def needed(fields: Mapping[str, Any]) -> tuple[str, ...]:
+    """Fields that nothing stands in for, and that are empty."""
+    names = [str(fields.get("by", "teeth")), str(fields.get("load", "power")), "speed"]
+    if fields.get("kind") == "differential":
+        names[0] = "teeth"
+        speeds = [member for member in MEMBERS if _typed(fields, f"speed.{member}")]
+        return (*(name for name in names[:2] if not _typed(fields, name)), *(names[2:] if len(speeds) < 2 else ()))
+    return tuple(name for name in names if not _typed(fields, name))
+
+
+def preview_of(fields: Mapping[str, Any]) -> Preview:
+    """The model of the fields, and what a person should know of it.
+
+    Parameters
+    ----------
+    fields : keyword of `new_train`, path of `BESIDE`, ``speed.MEMBER`` and ``load_member`` of a differential -> text.
+        ``by``: teeth or ratio; ``load``: power or torque.
+
+    Raises
+    ------
+    ModelError : path is the field; what was given and what is allowed.
+    """
+    train = new_train(**_keywords(fields))
+    beside = {path: _with_unit(path, text) for path in BESIDE if (text := _typed(fields, path))}
+    document = _with_values(train.document, beside)
+    try:
+        model = load(document)
+    except ModelError as error:
+        raise error.at(next((path for path in beside if error.path.startswith(path)), error.path)) from None
+    stage, comments = document["stages"]["main"], train.comments
+    facts = [comments["stages.main"], f"module {stage['module']}, face width {stage['face_width']}"]
+    for gear in ("sun", "planet", "ring"):
+        if teeth := comments.get(f"stages.main.{gear}"):
+            facts.append(f"{gear}: {teeth}")
+    facts += [*train.remarks, *(text for path, text in comments.items() if path.startswith("operation."))]
+    rules = {path: value_at(train.document, path.split(".")) for path in BESIDE}
+    by_rule = {path: str(value) for path, value in rules.items() if value is not None}
+    head = ("Made by the wizard of a new train. Values under [assumed] are chosen, not given.", *train.remarks)
+    return Preview(
+        text=commented_text(document, head=head, comments=comments),
+        title=model.title,
+        # a symbol, as z_1, stays small
+        facts=tuple(fact if fact[1:2] in ("_", "") else fact[0].upper() + fact[1:] for fact in facts),
+        by_rule=by_rule | {key: str(train.document["stages"]["main"][key]) for key in ("module", "face_width")},
+    )
+
+
+def sets_in(text: str) -> tuple[str, ...]:
+    """Tooth counts that a message or a remark proposes."""
+    return tuple(dict.fromkeys(_SET.findall(text)))
+
+
+def _typed(fields: Mapping[str, Any], name: str) -> str:
+    return str(fields.get(name) or "").strip()
+
+
+def _pointed(text: str) -> str:
+    """A quantity with its decimal comma as a point."""
+    return _COMMA.sub(r"\1.\2", text)
+
+
+def _with_unit(name: str, text: str) -> str | float:
+    """A text as the model file has it: a bare number with the unit of its field, a ratio as a number."""
+    unit, text = _FIELDS[name][1], _pointed(text)
+    if not _BARE.fullmatch(text):
+        return text
+    if not unit:
+        return float(text)
+    return text if unit == "N/m" and float(text) == 0 else f"{text} {unit}"
+
+
+def _keywords(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Keywords of `new_train`. Raises ModelError."""
+    kind, held = str(fields.get("kind", "planetary")), _typed(fields, "held")
+    differential = kind == "differential"
+    load_ = "torque" if fields.get("load") == "torque" else "power"
+    keywords: dict[str, Any] = {"kind": kind}
+    if not differential and fields.get("by") == "ratio":
+        if text := _typed(fields, "ratio"):
+            try:
+                keywords["ratio"] = float(_pointed(text))
+            except ValueError:
+                raise ModelError("not a number", path="ratio", given=text, allowed="a number, 5.7") from None
+    elif text := _typed(fields, "teeth"):
+        keywords["teeth"] = text
+    if text := _typed(fields, "planets"):
+        keywords["planets"] = int(text) if text.isdecimal() else text
+    for name in ("module", "face_width", "helix_angle", "pressure_angle", "title", load_, "speed"):
+        if text := _typed(fields, name):
+            keywords[name] = text if name == "title" else _with_unit(name, text)
+    if differential:
+        speeds = {m: _with_unit("speed", text) for m in MEMBERS if (text := _typed(fields, f"speed.{m}"))}
+        keywords.pop("speed", None)
+        keywords |= {"speed": speeds} if speeds else {}
+        if load_ in keywords:
+            keywords[load_] = {str(fields.get("load_member") or "sun"): keywords[load_]}
+        return keywords
+    if kind == "planetary" and held:
+        keywords["held"] = held
+    driver = _typed(fields, "driver")
+    if driver in drivers_of(kind, held):
+        keywords["driver"] = driver
+    return keywords
+
+
+def _with_values(document: Mapping[str, Any], values: Mapping[str, object]) -> PlainTable:
+    """The document with values put in, and without the reasons of those they replace."""
+    changed: PlainTable = {**document, "assumed": {k: v for k, v in document["assumed"].items() if k not in values}}
+    for path, value in values.items():
+        *above, last = path.split(".")
+        table = changed
+        for key in above:
+            table[key] = dict(table[key])
+            table = table[key]
+        table[last] = value
+    return changed
+
+
+# [s] after the last key until what comes out is worked out anew
+_PAUSE = 0.25
+# examples are marked as such, beside what a field holds that stays empty
+_PLACEHOLDERS = {
+    "teeth": "e.g. 21/39/99",
+    "ratio": "e.g. 5.7",
+    "power": "e.g. 750 kW",
+    "torque": "e.g. 7.2 kN m",
+    "speed": "e.g. 1000 rpm",
+    "module": "by load",
+    "face_width": "by load",
+    "helix_angle": "0 deg",
+    "pressure_angle": "20 deg",
+}
+# path of an error -> the field that shows it, where it is another one
+_SHOWN_AT = {"stages.main.planets": "planets", "stages.main.module": "module", "stages.main.face_width": "face_width"}
+
+
+def new_button(session: Session) -> Callable[[], None]:
+    """A button that opens the wizard, and what opens it from another place of the page.
+
+    What was typed stays there until a train is made of it.
+    """
+    wizard = _Wizard(session)
+    plain_button("New", wizard.open, icon="add").props('aria-label="New train"')
+    return wizard.open
+
+
+class _Wizard:
+    """The window; it is built when it is first opened, and keeps what was typed."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.slot = ui.element("div").classes("hidden")
+        self.window: ui.dialog | None = None
+        self.fields: dict[str, Any] = {}
+        self.built = False
+        self.asked = 0
+        self.insists = False  # create was pressed: what is missing is an error now
+        self.ready: Preview | None = None
+
+    def open(self) -> None:
+        if self.window is None:
+            with self.slot:
+                self._build()
+        assert self.window is not None
+        self.window.open()
+
+    # fields -----------------------------------------------------------------------------------------------------------
+
+    def _build(self) -> None:
+        with window("New train", width=1000, stays=True) as self.window:
+            with ui.row().classes("w-full no-wrap items-start q-col-gutter-md"):
+                with ui.column().classes("q-gutter-none").style("flex: 3; min-width: 0"):
+                    self._train_fields()
+                    self._load_fields()
+                    self._beside_fields()
+                with ui.column().classes("q-gutter-none").style("flex: 2; min-width: 280px"):
+                    self._outcome()
+            with ui.row().classes("w-full justify-end items-center"):
+                self.status = ui.label("").classes("col text-caption").props('role="status" aria-live="polite"')
+                plain_button("Start over", self._clear)
+                self.create = plain_button("Create", self._create, main=True)
+        self.built = True
+        self._rearrange()
+
+    def _train_fields(self) -> None:
+        with ui.row().classes("w-full items-start"):
+            self._choice("kind", {kind: kind for kind in KINDS}, "planetary")
+            self._text("planets", "3")
+            self._choice("held", {}, None)
+            self._choice("driver", {}, None)
+        with ui.row().classes("w-full items-start"):
+            self._choice("by", {"teeth": "by their teeth", "ratio": "from a ratio"}, "teeth")
+            self._text("teeth")
+            self._text("ratio")
+        self.proposals = ui.row().classes("w-full items-center q-gutter-xs")
+        with ui.row().classes("w-full items-start"):
+            for name in ("module", "face_width", "helix_angle", "pressure_angle"):
+                self._text(name)
+
+    def _load_fields(self) -> None:
+        with ui.row().classes("w-full items-start"):
+            self._text("speed")
+            for member in MEMBERS:
+                self._text(f"speed.{member}")
+            self._choice("load", {"power": "power", "torque": "torque"}, "power")
+            self._choice("load_member", {member: member for member in MEMBERS}, "sun")
+            self._text("power")
+            self._text("torque")
+        self._text("title").classes("w-full").style("flex: none")
+
+    def _beside_fields(self) -> None:
+        words = "Damping, bearings, carrier: by rules unless said here"
+        with ui.expansion(words).classes("w-full").props("dense"), ui.grid(columns=2).classes("w-full"):
+            for path in BESIDE:
+                self._text(path)
+
+    def _outcome(self) -> None:
+        ui.label("What comes out").classes("text-subtitle2")
+        self.facts = ui.column().classes("w-full q-gutter-xs").props('aria-live="polite"')
+        self.message = ui.label("").classes("text-negative").props('role="alert"')
+        ui.label("A preselection to begin with: no strength rating.").classes("text-caption")
+
+    def _text(self, name: str, value: str = "") -> ui.input:
+        label, unit = _FIELDS[name]
+        field = ui.input(
+            f"{label} [{unit}]" if unit else label,
+            value=value,
+            placeholder=_PLACEHOLDERS.get(name, ""),
+            on_change=self._ask,
+        )
+        field.props("dense stack-label hide-bottom-space autocomplete=off spellcheck=false").mark(f"new-{name}")
+        field.style("flex: 1 1 7rem; min-width: 7rem")
+        field.on("keydown.enter", self._create)
+        self.fields[name] = field
+        return field
+
+    def _choice(self, name: str, options: dict[str, str], value: str | None) -> None:
+        field = ui.select(options, value=value, label=_FIELDS[name][0], on_change=self._rearrange)
+        field.props("dense options-dense stack-label hide-bottom-space").style("min-width: 8rem").mark(f"new-{name}")
+        self.fields[name] = field
+
+    def _values(self) -> dict[str, Any]:
+        """What stands in the fields."""
+        return {name: field.value for name, field in self.fields.items()}
+
+    def _rearrange(self) -> None:
+        """Show the fields that the kind and the choices ask for; those hidden keep what was typed."""
+        if not self.built:
+            return
+        values = self._values()
+        kind = str(values["kind"])
+        sides = HELD["planetary"] if kind == "planetary" else ()
+        self._offer("held", sides)
+        self._offer("driver", drivers_of(kind, str(values["held"] or "")))
+        several = kind == "differential"
+        by, load = values["by"], values["load"]
+        shown = {
+            "held": bool(sides),
+            "driver": not several,
+            "by": not several,
+            "teeth": several or by == "teeth",
+            "ratio": not several and by == "ratio",
+            "speed": not several,
+            "load_member": several,
+            "power": load == "power",
+            "torque": load == "torque",
+            **{f"speed.{member}": several for member in MEMBERS},
+        }
+        for name, visible in shown.items():
+            self.fields[name].set_visibility(visible)
+        member = values["load_member"] if several else self.fields["driver"].value
+        for name in ("speed", "power", "torque"):
+            label, unit = _FIELDS[name]
+            self.fields[name].props["label"] = f"{label} of the {member} [{unit}]"
+        self._ask()
+
+    def _offer(self, name: str, members: tuple[str, ...]) -> None:
+        """Options of a choice of members; what was chosen stays where it may."""
+        field = self.fields[name]
+        if list(field.options) != list(members):
+            chosen = field.value if field.value in members else next(iter(members), None)
+            field.set_options(dict(zip(members, members, strict=True)), value=chosen)
+
+    # what comes out ---------------------------------------------------------------------------------------------------
+
+    def _ask(self) -> None:
+        """Work out what comes out, a moment after the last key."""
+        self.asked += 1
+        self.ready = None
+        if self.built:
+            background_tasks.create(self._work_out(self.asked))
+
+    async def _work_out(self, number: int) -> None:
+        await asyncio.sleep(_PAUSE)
+        if number == self.asked and not self.slot.is_deleted:
+            with self.slot:
+                await self._show(number)
+
+    async def _show(self, number: int) -> bool:
+        """Show what comes out of the fields; whether a train does."""
+        fields = self._values()
+        missing = needed(fields)
+        if missing and not self.insists:
+            self._mark(None)
+            self.status.set_text(f"Still needed: {', '.join(missing)}")
+            return False
+        preview: Preview | None = None
+        problem: ModelError | None = None
+        try:
+            preview = await asyncio.to_thread(preview_of, fields)
+        except ModelError as error:
+            problem = error
+        if number != self.asked or self.slot.is_deleted:
+            return False
+        self._mark(problem)
+        if preview is None:
+            self.status.set_text("")
+            return False
+        self.ready = preview
+        self.status.set_text("Ready: a model that runs")
+        self.facts.clear()
+        with self.facts:
+            for fact in preview.facts:
+                ui.label(fact)
+        self._propose(sets_in(" ".join(preview.facts)))
+        for name, value in preview.by_rule.items():
+            self.fields[name].props["placeholder"] = value
+            self.fields[name].update()
+        return True
+
+    def _mark(self, error: ModelError | None) -> None:
+        """Put the message beside the field that it is of, and take it from all others."""
+        field_of_error = None if error is None else self._field_of(error.path)
+        for name, field in self.fields.items():
+            if isinstance(field, ui.input):
+                of_field = error is not None and name == field_of_error
+                field.error = sentence(error.problem, error.allowed) if error is not None and of_field else None
+        self.facts.style("opacity: 0.4" if error is not None else "opacity: 1")  # of the fields as they were
+        beside = isinstance(self.fields.get(field_of_error or ""), ui.input)
+        self.message.set_text("" if error is None or beside else str(error))
+        if error is not None:
+            self._propose(sets_in(error.allowed))
+
+    def _field_of(self, path: str) -> str | None:
+        """The field of a path: its own, or that of the table that the path is in."""
+        name = _SHOWN_AT.get(path, path)
+        if name == "speed" and self.fields["kind"].value == "differential":
+            return "speed.sun"
+        if name in self.fields:
+            return name
+        table = name.rpartition(".")[0]
+        return next((path for path in BESIDE if table and path.rpartition(".")[0] == table), None)
+
+    def _propose(self, sets: tuple[str, ...]) -> None:
+        """Buttons that take other tooth counts."""
+        typed = str(self.fields["teeth"].value or "").strip()
+        self.proposals.clear()
+        with self.proposals:
+            for teeth in sets:
+                if teeth == typed:
+                    continue
+
+                def take(teeth: str = teeth) -> None:
+                    self.fields["by"].set_value("teeth")
+                    self.fields["teeth"].set_value(teeth)
+
+                plain_button(teeth, take).tooltip("Take these teeth")
+
+    # end --------------------------------------------------------------------------------------------------------------
+
+    async def _create(self) -> None:
+        """Open the model of the fields; the window stays, with all that was typed, where there is none."""
+        self.insists = True
+        self.asked += 1
+        self.create.props("loading")
+        try:
+            if not await self._show(self.asked) or self.ready is None:
+                return
+            try:
+                state = from_text(safe_name(self.ready.title, ".toml"), self.ready.text)
+            except ModelError as error:
+                return refused(error)
+        finally:
+            self.create.props(remove="loading")
+        assert self.window is not None
+        self.window.close()
+        show_model(self.session, state, self.slot, unsaved=True)
+        ui.notify(
+            "A new train. What its drawing does not say yet is assumed; save keeps it.",
+            timeout=5000,
+            position="bottom-left",
+        )
+
+    def _clear(self) -> None:
+        """Empty fields again."""
+        first = {"kind": "planetary", "planets": "3", "by": "teeth", "load": "power", "load_member": "sun"}
+        self.insists = False
+        for name, field in self.fields.items():
+            if name not in ("held", "driver"):
+                field.set_value(first.get(name, ""))
+        self.facts.clear()
+        self.proposals.clear()

@@ -1,0 +1,226 @@
+"""A train as a REXS file of version 1.7, with the list of what the format does not carry; a file that was read as the
+text of a commented model file.
+
+The keys of a model that the file carries are listed; every other one of a document is named, with the reason.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..document.tables import leaves
+from ..document.writer import commented_text
+from ..engine.source import Overrides, Source, train_of
+from ..errors import ModelError
+from ..results.files import package_version, whole_file
+from ..train.train import Train
+from ..user_input import as_output, checked, outputs_apart
+from .encodings import encoding_of, rexs_bytes
+from .export_components import (
+    Attributes,
+    Draft,
+    Dropped,
+    add_carriers,
+    add_joints,
+    add_loads,
+    add_meshes,
+    add_shafts,
+    gravity_of,
+    place,
+)
+from .file import RexsFile
+
+if TYPE_CHECKING:
+    from .import_train import RexsImport
+
+VERSION = "1.7"
+_NO_DATE = datetime(1970, 1, 1, tzinfo=UTC)
+
+
+@dataclass(frozen=True, slots=True)
+class RexsExport:
+    """A train as a REXS file.
+
+    file : its components and relations.  dropped : what of the model it does not carry, with the reasons.
+    """
+
+    file: RexsFile
+    dropped: tuple[Dropped, ...]
+
+
+@checked
+def write_rexs(source: Source, path: str | Path, *, overrides: Overrides | None = None) -> RexsExport:
+    """Write a train as a REXS file of version 1.7, whole or not at all.
+
+    The same model gives the same bytes: its date is that of the model file, or 1970-01-01 of a model without a file.
+
+    Parameters
+    ----------
+    source : model file, name of a ready drive, nested tables, or a Train.
+    path : ``.rexs`` (XML), ``.rexsj`` (JSON) or ``.rexsz`` (zip of the XML), also ``.rexs.xml`` and so on.
+    overrides : values by path in the model file.
+
+    Raises
+    ------
+    ModelError : the model is wrong; planets that mesh with each other; gears that do not fit their places; a file that
+        cannot be written, or is the source.
+    """
+    encoding = encoding_of(path)
+    with outputs_apart():
+        as_output(Path(path))
+        train = train_of(source, overrides=overrides)
+    export = rexs_of(train, date=_date(source))
+    stem = Path(path).name.split(".rexs")[0]
+    raw = rexs_bytes(export.file, encoding, name=f"{stem}.rexs")
+    with whole_file(path) as opened:
+        opened.write(raw)
+    return export
+
+
+def _date(source: Source) -> str:
+    """Date of a model file; that of no file where there is none: no clock is read."""
+    when = _NO_DATE
+    try:
+        if isinstance(source, (str, Path)) and Path(source).is_file():
+            when = datetime.fromtimestamp(int(os.stat(source).st_mtime), tz=UTC)
+    except (OSError, ValueError, OverflowError):
+        when = _NO_DATE
+    return when.isoformat()
+
+
+def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
+    """A train as a REXS file, and what of it the format does not carry.
+
+    Parameters
+    ----------
+    train : resolved train with at least one stage.
+    date : of the file, as ISO 8601 writes it.
+
+    Raises
+    ------
+    ModelError : planets that mesh with each other; gears that do not fit their places.
+    """
+    _check(train)
+    draft = Draft(train)
+    shifts: Attributes = {"number_of_gears": (1, "none"), "gear_shift_index": (1, "none")}
+    draft.unit = draft.add("gear_unit", train.title, {**place(0.0), **shifts, **gravity_of(train)})
+    draft.casing = draft.add("gear_casing", "casing")
+    draft.relate("assembly", assembly=draft.unit, part=draft.casing)
+    # gears on parallel axes mesh in a cylindrical_stage of no planetary stage
+    epicyclic = {body.member.split(".")[0] for body in train.bodies if body.kind == "planet"}
+    draft.stages = {name: draft.add("planetary_stage", name) for name in train.planets if name in epicyclic}
+    for name in train.planets:
+        if name not in epicyclic:
+            reason = "written as cylindrical_stage; `epicyclic import` reads planetary stages alone"
+            draft.drop(f"stages.{name}", reason)
+    for number in draft.stages.values():
+        draft.relate("assembly", assembly=draft.unit, part=number)
+    add_carriers(draft)
+    add_shafts(draft)
+    add_joints(draft)
+    add_meshes(draft)
+    add_loads(draft)
+    file = RexsFile(
+        version=VERSION,
+        application="epicyclic",
+        application_version=package_version(),
+        date=date,
+        components=tuple(draft.components),
+        relations=tuple(draft.relations),
+    )
+    dropped = dict.fromkeys([*draft.dropped, *left_out(train.document)])
+    return RexsExport(file, tuple(dropped))
+
+
+def _check(train: Train) -> None:
+    """Raise ModelError for what would be read as another train."""
+    bodies = {body.name: body for body in train.bodies}
+    for mesh in train.meshes:
+        if bodies[mesh.a].kind == bodies[mesh.b].kind == "planet":
+            problem = "planets that mesh with each other: the format has no place for which of them is in which branch"
+            raise ModelError(problem, path=mesh.pair, allowed="planets that mesh with sun and ring")
+        distance = math.dist(bodies[mesh.a].centre, bodies[mesh.b].centre)
+        worked = mesh.radius_b - mesh.radius_a if mesh.internal else mesh.radius_a + mesh.radius_b
+        # far above rounding, far below any tolerance of a centre distance
+        if abs(distance - worked) > 1e-6 * distance:
+            raise ModelError(
+                f"gears that do not fit their places: they work at a centre distance of {worked * 1e3:.7g} mm",
+                path=f"{mesh.pair}.centre_distance",
+                given=f"{distance * 1e3:.7g} mm",
+                allowed="one geometry of all gears",
+            )
+
+
+# what is left out -----------------------------------------------------------------------------------------------------
+
+_LINK = r"(?:\.[\w-]+)?\.(?:radial|x|y|z|tilt|rx|ry|rz|at|to)"
+_CARRIED = re.compile(
+    r"format|title|material\.\w+"
+    r"|stages\.[\w-]+\.(?:planets|planet_angles|centre_distance|module|helix_angle|pressure_angle|face_width"
+    r"|herringbone|gap|split)"
+    r"|stages\.[\w-]+\.(?!meshes)[\w-]+\.(?:teeth|module|helix_angle|pressure_angle|face_width|profile_shift|addendum"
+    r"|dedendum|tip_diameter|root_diameter|base_radius|mass|inertia|tilt_inertia|hand|kind|on|station|pin_radius|gap"
+    r"|split|herringbone|rim|outer_diameter)"
+    r"|stages\.[\w-]+\.(?:[\w-]+\.)?material\.\w+"
+    rf"|stages\.[\w-]+\.[\w-]+\.(?:support|bearing){_LINK}"
+    r"|stages\.[\w-]+\.(?:[\w-]+\.)?flank\.(?:tip_relief\.(?:amount|length|shape)|crown)"
+    r"|stages\.[\w-]+\.(?:[\w-]+\.)?flank\.(?:root_relief|end_relief|slope|profile|waves|pitch)(?:\..*)?"
+    r"|stages\.[\w-]+\.meshes\.[\w-]+\.(?:stiffness|direction|backlash)(?:\..*)?"
+    rf"|bodies\.[\w-]+\.(?:mass|inertia|tilt_inertia|station|support{_LINK})"
+    r"|couplings\.[\w-]+\.(?:between|radial|x|y|z|tilt|rx|ry|rz|radius)"
+    r"|operation\.(?:held|gravity|(?:speed|torque|power)\..+)"
+)
+# assumptions, costs and deviations as the entry they belong to
+_ENTRY = re.compile(
+    r"^(assumed|tolerance\.cost)\..*|^(deviations\b.*)\.(?:amplitude|phase|order|seed|value|frequency)$"
+)
+_REASONS = (
+    (r"assumed\..*", "what is assumed is written like what is given"),
+    (r"(?:doi|notes)$", "a text of the model file"),
+    (r"damping\..*", "the format has no damping of a whole train"),
+    (r"tolerance\..*", "distributions of deviations have no place"),
+    (r"deviations\..*", "deviations have no place; what they do to the mean load is in K_gamma"),
+    (r"loads\..*|operation\.loads.*", "forces on members are not written"),
+    (r".*\.bore$", "only the mass that follows from it is written"),
+    (r".*\.meshes\.[^.]+\.variation.*", "the file has the mean stiffness"),
+    (r".*\.meshes\.[^.]+\.(?:phase|pressure_angle)", "follows from the geometry in the file"),
+    (r".*\.(?:neck|shaft)(?:\..*)?$", "one rigid shaft in the file"),
+    (r".*\.clocking", "the phase of the second gear of a planet has no place"),
+    (r".*\.tip_rounding", "of a tool that the file does not have"),
+    (r".*\.(?:clearance|exponent|friction|damping|table|load|law)(?:\..*)?", "laws of links have no place"),
+)
+
+
+def left_out(document: Mapping[str, object]) -> Iterator[Dropped]:
+    """What stands in a document and is not carried, each value with its path; tables of reasons as one entry."""
+    seen: set[str] = set()
+    for path, _ in leaves({key: value for key, value in document.items()}):
+        if _CARRIED.fullmatch(path):
+            continue
+        entry = _ENTRY.sub(r"\1\2", path)
+        if entry not in seen:
+            seen.add(entry)
+            reasons = (text for pattern, text in _REASONS if re.fullmatch(pattern, path))
+            yield Dropped(entry, next(reasons, "no place in the format"))
+
+
+def rexs_model_text(model: RexsImport, file: str) -> str:
+    """A model file with the ids of the components it comes from.
+
+    file : name of the REXS file, told in the head.
+    """
+    date = f", of {model.file.date}" if model.file.date else ""
+    head = (
+        f"From the REXS file {Path(file).name}{date}.",
+        f"{len(model.read)} values read, {len(model.assumed)} assumed, {len(model.dropped)} dropped: the numbers in",
+        "brackets are ids of components of that file; [assumed] at the end has what it does not say.",
+        *model.warnings,
+    )
+    return commented_text(model.document, head=head, comments=model.comments)

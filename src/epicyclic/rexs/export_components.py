@@ -1,0 +1,672 @@
+"""A train as components of a REXS file, in the units of version 1.7: shafts, gears, what holds and drives them, meshes.
+
+One shaft stands for bodies that turn together, with its gears, mass and place.  Supports, bearings and couplings are
+bearings and couplings of the file; speeds and external torques stand on the shafts.
+
+Gears: teeth, diameters, flanks with their modifications, material.  Meshes, as cylindrical stages: places, stiffness
+per face width, K_gamma, backlash.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..document.tables import value_at
+from ..document.units import Bounds, read_quantity
+from ..errors import ConvergenceError, ModelError
+from ..questions.sharing.definitions import known_mean_loads
+from ..system.assembly import assemble
+from ..system.system import faces
+from ..teeth.form import PLAIN, Flank
+from ..train.train import Body, GearData, Link, Mesh, Train
+from .file import Attribute, Component, Relation, Value
+from .members import MATERIAL, Inertia, SolidSection, inertia_of
+
+Attributes = Mapping[str, tuple[Value, str]]
+# what programs write for rigid, and every reader takes for it [N/m, N mm/rad]
+RIGID = 1e20
+# unit of version 1.7 in SI
+_FACTORS = {
+    **{"mm": 1e-3, "mum": 1e-6, "deg": math.pi / 180, "N / m": 1.0, "N mm / rad": 1e-3, "N / (mm mum)": 1e9},
+    **{"kg / dm^3": 1e3, "N / mm^2": 1e6, "none": 1.0},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Dropped:
+    """Something of a model that the file does not carry.
+
+    path : in the model file.  text : what becomes of it, or why it has no place.
+    """
+
+    path: str
+    text: str
+
+
+Key = tuple[str, str | None]
+"""A gear: name of its body, and left or right of a herringbone gear in one body, else None."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GearPart:
+    """One helix of a gear.
+
+    key, body, gear.  hand : +1 right, -1 left, 0 spur.  station : its middle [m].
+    """
+
+    key: Key
+    body: Body
+    gear: GearData
+    hand: int
+    station: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShaftPart:
+    """Bodies that turn together in one shaft.
+
+    name : member, with its branch.  bodies : the halves of a split member, the gears of a stepped planet, or one.
+    gears : from left to right.  whole : mass and inertias, nan where not known.  start : left end [m].
+    station : axial place of its tilt inertia [m]: between the halves of a member, else at its first gear.
+    number : id of its component, 0 before it is added.
+    """
+
+    name: str
+    bodies: tuple[Body, ...]
+    gears: tuple[GearPart, ...]
+    whole: Inertia
+    start: float
+    station: float
+    number: int = 0
+
+    @property
+    def first(self) -> Body:
+        """The body whose place is that of the shaft."""
+        return self.bodies[0]
+
+
+@dataclass(slots=True)
+class Draft:
+    """The file of a train: components and relations in the order in which they are added; ids count from 1.
+
+    dropped : what is not carried, each once.  unit, casing : ids.  stages : id by name, of planetary ones.
+    carriers : id of the planet carrier by member.  materials : id by values.  shafts : by body.
+    pins : id by planet body.  gears : id by helix.
+    """
+
+    train: Train
+    components: list[Component] = field(default_factory=list)
+    relations: list[Relation] = field(default_factory=list)
+    dropped: dict[Dropped, None] = field(default_factory=dict)
+    unit: int = 0
+    casing: int = 0
+    stages: dict[str, int] = field(default_factory=dict)
+    carriers: dict[str, int] = field(default_factory=dict)
+    materials: dict[object, int] = field(default_factory=dict)
+    shafts: dict[str, ShaftPart] = field(default_factory=dict)
+    pins: dict[str, int] = field(default_factory=dict)
+    gears: dict[Key, int] = field(default_factory=dict)
+
+    @property
+    def central_shafts(self) -> list[ShaftPart]:
+        """The shafts that are in no branch, each once, in their order."""
+        return [shaft for body, shaft in self.shafts.items() if shaft.first.branch is None and shaft.first.name == body]
+
+    def add(self, kind: str, name: str, attributes: Attributes | None = None) -> int:
+        """Add a component, attributes without value left out; its id."""
+        number = len(self.components) + 1
+        stated = {
+            key: Attribute(key, value, unit) for key, (value, unit) in (attributes or {}).items() if value is not None
+        }
+        self.components.append(Component(number, kind, name, stated))
+        return number
+
+    def relate(self, kind: str, *, order: int | None = None, **roles: int) -> None:
+        """Add a relation of components by their roles."""
+        self.relations.append(Relation(len(self.relations) + 1, kind, order, tuple(roles.items())))
+
+    def drop(self, path: str, text: str) -> None:
+        """Note what is not carried."""
+        self.dropped[Dropped(path, text)] = None
+
+
+def in_unit(value: float, unit: str) -> tuple[float, str]:
+    """An SI value in a unit of the file, without the digits that the division alone leaves, and the unit.
+
+    Fifteen digits are taken where they say the same number within two units in the last place: 380, not
+    380.00000000000006; any other number keeps all of its digits.
+    """
+    scaled = value / _FACTORS[unit] + 0.0
+    if not math.isfinite(scaled):
+        return scaled, unit
+    short = float(f"{scaled:.15g}")
+    return short if abs(short - scaled) <= 2 * math.ulp(scaled) else scaled, unit
+
+
+def place(station: float, x: float = 0.0, y: float = 0.0) -> Attributes:
+    """Place and axes of a part in the frame of the gear unit: u is z, w is x through planet 1, v is -y [mm].
+
+    The axes are right-handed: u x v = w, as z x (-y) = x.
+    """
+    return {
+        "reference_component_for_position": (1, "none"),
+        "support_vector": (tuple(in_unit(value, "mm")[0] for value in (station, -y, x)), "mm"),
+        "u_axis_vector": ((1.0, 0.0, 0.0), "mm"),
+        "w_axis_vector": ((0.0, 0.0, 1.0), "mm"),
+    }
+
+
+# shafts ---------------------------------------------------------------------------------------------------------------
+
+
+def add_shafts(draft: Draft) -> None:
+    """Add the shafts of the train with what is on them, in the order of its bodies."""
+    flanks: dict[str, Flank] = {}
+    for mesh in draft.train.meshes:
+        if mesh.teeth is not None:
+            for body, flank in ((mesh.a, mesh.teeth.flank_a), (mesh.b, mesh.teeth.flank_b)):
+                if flank != PLAIN:
+                    flanks.setdefault(body, flank)
+    for drawn in _shafts_of(draft):
+        shaft = _added_shaft(draft, drawn)
+        draft.shafts |= {body.name: shaft for body in shaft.bodies}
+        _relate_to_stage(draft, shaft)
+        for gear in shaft.gears:
+            draft.gears[gear.key] = _added_gear(draft, shaft, gear, flanks.get(gear.body.name, PLAIN))
+
+
+def _shafts_of(draft: Draft) -> list[ShaftPart]:
+    """The shafts of a train, in the order of its bodies; what is taken together is noted."""
+    train = draft.train
+    above = {body.name: body.name for body in train.bodies}
+
+    def root(name: str) -> str:
+        while above[name] != name:
+            name = above[name]
+        return name
+
+    for link in train.links:
+        if link.kind in ("shaft", "neck") and link.second is not None:
+            a, b = root(link.first), root(link.second)
+            above[b] = a
+            if any(math.isfinite(value) for value in link.stiffness):
+                draft.drop(link.path, f"elastic {link.kind}: one rigid shaft in the file")
+    by_half: dict[tuple[str, int | None], str] = {}
+    for body in train.bodies:
+        if body.side is None:
+            continue
+        first = by_half.setdefault((body.member, body.branch), body.name)
+        if root(first) != root(body.name):
+            above[root(body.name)] = root(first)
+            draft.drop(f"stages.{body.member}.split", "halves without a neck: one rigid shaft in the file")
+    groups: dict[str, list[Body]] = {}
+    for body in train.bodies:
+        groups.setdefault(root(body.name), []).append(body)
+    for bodies in groups.values():
+        for other in bodies:
+            if other.member != bodies[0].member:
+                draft.drop(f"stages.{other.member}.mass", f"one mass in the file, with that of {bodies[0].member}")
+    # mates outside have opposite hands, a ring that of its planet
+    hands: dict[Key, int] = {}
+    for mesh in train.meshes:
+        hands.setdefault((mesh.a, mesh.side), mesh.hand)
+        hands.setdefault((mesh.b, mesh.side), mesh.hand if mesh.internal else -mesh.hand)
+    return [_shaft(tuple(bodies), hands) for bodies in groups.values()]
+
+
+def _shaft(bodies: tuple[Body, ...], hands: Mapping[Key, int]) -> ShaftPart:
+    first = bodies[0]
+    gears = tuple(sorted((g for body in bodies for g in _gears(body, hands)), key=lambda gear: gear.station))
+    halves = [body.station for body in bodies if body.member == first.member]
+    station = math.fsum(halves) / len(halves)
+    return ShaftPart(
+        name=first.member if first.branch is None else f"{first.member} {first.branch}",
+        bodies=bodies,
+        gears=gears,
+        whole=Inertia(
+            mass=math.fsum(body.mass for body in bodies),
+            polar=math.fsum(body.inertia for body in bodies),
+            tilt=math.fsum(b.tilt_inertia + b.mass * (b.station - station) ** 2 for b in bodies),
+        ),
+        start=min((g.station - (g.gear.face_width or 0.0) / 2 for g in gears), default=station),
+        station=station,
+    )
+
+
+def _gears(body: Body, hands: Mapping[Key, int]) -> list[GearPart]:
+    """The helices of a body."""
+    gear = body.gear
+    if gear is None:
+        return []
+    if not gear.herringbone:
+        hand = hands.get((body.name, body.side), hands.get((body.name, None), gear.hand))
+        return [GearPart(key=(body.name, body.side), body=body, gear=gear, hand=hand, station=body.station)]
+    apart = ((gear.face_width or 0.0) + gear.gap) / 2
+    return [
+        GearPart(key=(body.name, side), body=body, gear=gear, hand=hands.get((body.name, side), sign * gear.hand),
+                 station=body.station - sign * apart)
+        for side, sign in (("left", 1), ("right", -1))
+    ]  # fmt: skip
+
+
+def _added_shaft(draft: Draft, shaft: ShaftPart) -> ShaftPart:
+    """The shaft with its id, added with its place, speed, material, rim and what the rim leaves of its mass."""
+    material = _material(draft, shaft.first)
+    number = draft.add("shaft", shaft.name, {**place(shaft.start, *shaft.first.centre), **_speed(draft.train, shaft)})
+    draft.relate("assembly", assembly=draft.unit, part=number)
+    draft.relate("reference", origin=number, referenced=material)
+    for body in shaft.bodies:
+        if not (math.isfinite(body.mass) and math.isfinite(body.inertia)):
+            where = f"stages.{body.member}" if "." in body.member else f"bodies.{body.member}"
+            draft.drop(f"{where}.mass", "not in the model: the file has none either")
+    left = _beside_rim(draft, shaft, number, material)
+    tilt = left.tilt if math.isfinite(left.tilt) else None
+    if math.isfinite(left.polar) and max(left.mass, left.polar, tilt or 0.0) > 0:
+        mass: Attributes = {
+            "u_coordinate_on_shaft": in_unit(shaft.station - shaft.start, "mm"),
+            "mass": (left.mass, "kg"),
+            "moment_of_inertia_u_axis": (left.polar, "kg m^2"),
+            "moment_of_inertia_v_axis": (tilt, "kg m^2"),
+            "moment_of_inertia_w_axis": (tilt, "kg m^2"),
+        }
+        draft.relate("assembly", assembly=number, part=draft.add("additional_mass", f"{shaft.name} mass", mass))
+    return replace(shaft, number=number)
+
+
+def _beside_rim(draft: Draft, shaft: ShaftPart, number: int, material: int) -> Inertia:
+    """Add the rim of a ring, from its pitch circle out, as a section of its shaft; mass and inertias that it leaves.
+
+    Where these would be negative or are not known, no section is written, which is noted: all is left.
+    """
+    outer, gear, whole = shaft.first.outer_radius, shaft.first.gear, shaft.whole
+    if outer is None or gear is None:
+        return whole
+    length = max(g.station for g in shaft.gears) + (gear.face_width or 0.0) / 2 - shaft.start
+    density = draft.components[material - 1].attributes["density"].value
+    assert isinstance(density, float)
+    outside, inside = 2 * outer, 2 * gear.reference_radius
+    rim = SolidSection(shaft.start - shaft.station, length, (outside, outside), (inside, inside), 1e3 * density)
+    solid = inertia_of([rim])
+    pairs = ((whole.mass, solid.mass), (whole.polar, solid.polar), (whole.tilt, solid.tilt))
+    rest = [
+        0.0 if abs(stated - of_rim) <= 1e-9 * stated else stated - of_rim for stated, of_rim in pairs
+    ]  # beside rounding
+    if not all(value >= 0 for value in rest):
+        reason = "more than the mass and inertias stated: these alone are written"
+        draft.drop(f"stages.{shaft.first.member}.rim", reason)
+        return whole
+    section: Attributes = {
+        "u_coordinate_on_shaft": (0.0, "mm"),
+        "length": in_unit(length, "mm"),
+        "outer_diameter_begin": in_unit(outside, "mm"),
+        "outer_diameter_end": in_unit(outside, "mm"),
+        "inner_diameter_begin": in_unit(inside, "mm"),
+        "inner_diameter_end": in_unit(inside, "mm"),
+    }
+    draft.relate("assembly", assembly=number, part=draft.add("shaft_section", f"{shaft.name} rim", section))
+    return Inertia(*rest)
+
+
+def add_carriers(draft: Draft) -> None:
+    """Add the planet carrier of each stage that has one."""
+    for body in draft.train.bodies:
+        stage = draft.stages.get(body.member.split(".")[0])
+        if body.kind == "carrier" and body.member not in draft.carriers and stage is not None:
+            number = draft.add("planet_carrier", body.member)
+            draft.relate("assembly", assembly=stage, part=number)
+            draft.carriers[body.member] = number
+
+
+def _relate_to_stage(draft: Draft, shaft: ShaftPart) -> None:
+    """Relate a shaft to its stage; a planet that a carrier carries gets its pin."""
+    body = shaft.first
+    name = body.member.split(".")[0]
+    stage = draft.stages.get(name)
+    if stage is None:
+        return
+    if body.kind == "planet":
+        draft.relate("planet_shaft", planetary_stage=stage, shaft=shaft.number)
+        if body.carried_by is not None:
+            pin = draft.add("shaft", f"{shaft.name} pin", place(shaft.start, *body.centre))
+            draft.relate("planet_pin", planetary_stage=stage, shaft=pin)
+            carrier = next(number for member, number in draft.carriers.items() if member.split(".")[0] == name)
+            draft.relate("assembly", assembly=carrier, part=pin)
+            draft.pins |= {planet.name: pin for planet in shaft.bodies}
+    elif body.member in draft.carriers:
+        draft.relate("planet_carrier_shaft", planetary_stage=stage, shaft=shaft.number)
+        draft.relate("assembly", assembly=draft.carriers[body.member], part=shaft.number)
+    else:
+        draft.relate("central_shaft", planetary_stage=stage, shaft=shaft.number)
+
+
+# joints ---------------------------------------------------------------------------------------------------------------
+
+_LEFT_OUT = (
+    ("clearance", lambda link: link.clearance > 0, "play"),
+    ("exponent", lambda link: link.exponent != 1, "the stiffness at its load is written, not its law"),
+    ("friction", lambda link: bool(link.friction), "friction"),
+    ("damping", lambda link: any(link.damping), "damping"),
+    ("table", lambda link: bool(link.curves), "the nominal stiffness is written, not the table"),
+)
+
+
+def add_joints(draft: Draft) -> None:
+    """Add a bearing or coupling for each link of the train; rigid ones where the file would say nothing.
+
+    These are bearings of central members without a support, and couplings of held ones that none holds.
+    """
+    kinematics = draft.train.kinematics
+    supported: set[str] = set()
+    turned: set[str] = set()
+    for link in draft.train.links:
+        first = draft.shafts[link.first]
+        second = None if link.second is None else draft.shafts[link.second]
+        outer = draft.casing if second is None else second.number
+        if first.number == outer:
+            continue
+        for key, present, text in _LEFT_OUT:
+            if present(link):
+                draft.drop(f"{link.path}.{key}", text)
+        if link.kind == "coupling":
+            _add_joint(draft, link, inner=first.number, outer=outer, turn=link.stiffness[5])
+            continue
+        carried = first if second is None or link.kind == "support" else second
+        supported.add(carried.name)
+        if link.kind == "bearing":
+            inner = first.number if link.second is None else draft.pins[link.second]
+            _add_joint(draft, link, inner=inner, outer=outer, turn=0.0)
+            continue
+        turn = link.stiffness[5]
+        if turn > 0 and first.first.member not in kinematics.held:
+            reason = "would hold the member in the file, and the model does not hold it: left free"
+            draft.drop(f"{link.path}.rz", reason)
+            turn = 0.0
+        if turn > 0:
+            turned.add(first.name)
+        if first.first.centre != link.centre:
+            draft.drop(f"{link.path}.radius", "a support off the axis: written there, read back as one on the axis")
+        _add_joint(draft, link, inner=first.number, outer=outer, turn=turn)
+    for shaft in draft.central_shafts:
+        member = shaft.first.member
+        held = member in kinematics.held and shaft.name not in turned
+        if held or shaft.name not in supported:
+            along, turn = 0.0 if shaft.name in supported else math.inf, math.inf if held else 0.0
+            link = Link(
+                name=f"{member} {'held' if held else 'bearing'}", path=f"stages.{member}.support", kind="support",
+                first=shaft.first.name, second=None, station=shaft.station,
+                stiffness=(along, along, along, along, along, turn),
+            )  # fmt: skip
+            _add_joint(draft, link, inner=shaft.number, outer=draft.casing, turn=turn)
+
+
+def _add_joint(draft: Draft, link: Link, *, inner: int, outer: int, turn: float) -> None:
+    """Add one joint: a bearing where it turns freely, else a coupling."""
+    radial = _mean(draft, link, 0, 1, "x and y")
+    tilt = _mean(draft, link, 3, 4, "rx and ry")
+    axial = link.stiffness[2]
+    bearing = turn == 0 and link.kind != "coupling"
+    attributes: dict[str, tuple[Value, str]] = {
+        **place(link.station, *link.centre),
+        "radial_stiffness": _stiff(radial, "N / m"),
+        "axial_stiffness": _stiff(axial, "N / m"),
+        "bending_stiffness": _stiff(tilt, "N mm / rad"),
+    }
+    if bearing:
+        attributes["radial_force_absorption"] = (radial > 0, "none")
+        attributes["axial_force_absorption"] = ("both_directions" if axial > 0 else "no_direction", "none")
+    else:
+        attributes["rotational_stiffness"] = _stiff(turn, "N mm / rad")
+    joint = draft.add("concept_bearing" if bearing else "coupling", link.name, attributes)
+    draft.relate("side", assembly=joint, inner_part=inner, outer_part=outer)
+
+
+def _mean(draft: Draft, link: Link, a: int, b: int, names: str) -> float:
+    """Stiffness across both directions, the mean where they differ: the file has one."""
+    first, second = link.stiffness[a], link.stiffness[b]
+    if first == second:
+        return first
+    draft.drop(link.path, f"{names} differ ({first:.6g}, {second:.6g} in SI): the file has one, their mean")
+    return (first + second) / 2
+
+
+def _stiff(value: float, unit: str) -> tuple[float, str]:
+    """A stiffness in its unit, infinite as programs write rigid."""
+    return (RIGID, unit) if math.isinf(value) else in_unit(value, unit)
+
+
+# speeds and loads -----------------------------------------------------------------------------------------------------
+
+
+def _speed(train: Train, shaft: ShaftPart) -> Attributes:
+    """Speed of a central shaft, with whether the model states it."""
+    speeds, member = train.kinematics.speed, shaft.first.member
+    if speeds is None or shaft.first.branch is not None or member not in speeds:
+        return {}
+    defines = value_at(train.document, ["operation", "speed", *member.split(".")]) is not None
+    return {"rotational_speed": (float(speeds[member]), "1 / min"), "defines_speed": (defines, "none")}
+
+
+def add_loads(draft: Draft) -> None:
+    """Add the external torques of members that are not held: those stated define, those that balance follow."""
+    kinematics = draft.train.kinematics
+    if kinematics.torque is None:
+        return
+    done = set(kinematics.held)
+    for shaft in draft.central_shafts:
+        member = shaft.first.member
+        if member in done or not (member in kinematics.stated or member in kinematics.reacting):
+            continue
+        done.add(member)
+        attributes: Attributes = {
+            "torque_around_u_axis": (float(kinematics.torque[member]), "N m"),
+            "transmits_torque": (True, "none"),
+            "defines_torque": (member in kinematics.stated, "none"),
+            "u_coordinate_on_shaft": in_unit(shaft.station - shaft.start, "mm"),
+        }
+        load = draft.add("external_load", f"{member} torque", attributes)
+        draft.relate("assembly", assembly=shaft.number, part=load)
+
+
+def gravity_of(train: Train) -> Attributes:
+    """Gravity in the axes of the gear unit: u is z, v is -y, w is x."""
+    x, y, z = train.gravity
+    size = (x * x + y * y + z * z) ** 0.5
+    if size == 0:
+        return {"account_for_gravity": (False, "none")}
+    return {
+        "account_for_gravity": (True, "none"),
+        "gravitational_acceleration": (size, "m / s^2"),
+        "direction_vector_gravity_u": (z / size, "none"),
+        "direction_vector_gravity_v": (-y / size + 0.0, "none"),
+        "direction_vector_gravity_w": (x / size, "none"),
+    }
+
+
+# gears ----------------------------------------------------------------------------------------------------------------
+
+
+def _added_gear(draft: Draft, shaft: ShaftPart, part: GearPart, flank: Flank) -> int:
+    """Add one gear, its flanks and what belongs to them; its id."""
+    body, gear = part.body, part.gear
+    path = f"stages.{body.member}"
+    name = shaft.name if part.key[1] is None else f"{shaft.name} {part.key[1]}"
+    attributes: Attributes = {
+        **place(part.station, *body.centre),
+        "u_coordinate_on_shaft": in_unit(part.station - shaft.start, "mm"),
+        "number_of_teeth": (gear.teeth, "none"),
+        "normal_module": in_unit(gear.module, "mm"),
+        "helix_angle_reference_diameter": in_unit(part.hand * gear.helix_angle, "deg"),
+        "face_width": (None, "mm") if gear.face_width is None else in_unit(gear.face_width, "mm"),
+        "tip_diameter": in_unit(2 * gear.tip_radius, "mm"),
+        "root_diameter": in_unit(2 * gear.root_radius, "mm"),
+    }
+    number = draft.add("ring_gear" if gear.internal else "cylindrical_gear", name, attributes)
+    draft.relate("assembly", assembly=shaft.number, part=number)
+    draft.relate("reference", origin=number, referenced=_material(draft, body))
+    _check_form(draft, gear, path)
+    profile: Attributes = {
+        "normal_pressure_angle": in_unit(gear.pressure_angle, "deg"),
+        "addendum_modification_coefficient": (gear.profile_shift, "none"),
+    }
+    left, right = (draft.add("cylindrical_gear_flank", f"{name} {end} flank", profile) for end in ("left", "right"))
+    draft.relate("flank", gear=number, left=left, right=right)
+    _add_modifications(draft, flank, gear, path, (left, right))
+    return number
+
+
+def _check_form(draft: Draft, gear: GearData, path: str) -> None:
+    """Note a base radius that teeth, module and angles do not give, and a face width that is missing."""
+    transverse = math.atan(math.tan(gear.pressure_angle) / math.cos(gear.helix_angle))
+    base = gear.module * gear.teeth / math.cos(gear.helix_angle) * math.cos(transverse) / 2
+    # the bound is far above rounding and far below any tolerance of a base circle
+    if abs(gear.base_radius - base) > 1e-6 * base:
+        text = f"{gear.base_radius * 1e3:.6g} mm; in the file it follows from teeth and module: {base * 1e3:.6g} mm"
+        draft.drop(f"{path}.base_radius", text)
+    if gear.face_width is None:
+        draft.drop(f"{path}.face_width", "not in the model: the file has none either, and no mesh stiffness")
+
+
+def _add_modifications(draft: Draft, flank: Flank, gear: GearData, path: str, sides: tuple[int, int]) -> None:
+    """Add tip relief and crowning to both flanks; the rest is noted."""
+    added: list[int] = []
+    if flank.tip_relief is not None:
+        start = gear.tip_radius + (1 if gear.internal else -1) * flank.tip_relief.length
+        relief: Attributes = {
+            "tip_relief_depth": in_unit(flank.tip_relief.amount, "mum"),
+            "tip_relief_datum_diameter": in_unit(2 * start, "mm"),
+            "shape_of_relief": (flank.tip_relief.shape, "none"),
+        }
+        added.append(draft.add("tip_relief", "tip relief", relief))
+    if flank.crown:
+        crown: Attributes = {
+            f"helix_crowning_amount_{end}_face": in_unit(flank.crown, "mum") for end in ("datum", "non_datum")
+        }
+        added.append(draft.add("helix_crowning", "crowning", crown))
+    for side in sides:
+        for modification in added:
+            draft.relate("reference", origin=side, referenced=modification)
+    for name in ("root_relief", "end_relief", "slope", "profile", "waves", "pitch"):
+        if getattr(flank, name):
+            draft.drop(f"{path}.flank.{name}", "of modifications, tip relief and crowning are carried")
+
+
+def _material(draft: Draft, body: Body) -> int:
+    """Id of the material of a body, added where it is a new one: its own table, else the stage's, else the file's."""
+    stage, _, member = body.member.rpartition(".")
+    paths = [["stages", stage, member, "material"], ["stages", stage, "material"]] if stage else []
+    levels = [value_at(draft.train.document, path) for path in (*paths, ["material"])]
+    values: dict[str, tuple[float, str]] = {}
+    for key, name, kind, unit, default in MATERIAL:
+        value = next((level[key] for level in levels if isinstance(level, Mapping) and key in level), default)
+        number = read_quantity(value, (kind,), Bounds())
+        if not isinstance(number, (int, float)):
+            raise ModelError("not a number", path="material", given=value)
+        values[name] = in_unit(float(number), unit)
+    values_of = tuple(values.items())
+    if values_of not in draft.materials:
+        draft.materials[values_of] = draft.add("material", f"material {len(draft.materials) + 1}", values)
+    return draft.materials[values_of]
+
+
+# meshes ---------------------------------------------------------------------------------------------------------------
+
+_FACTOR = "mesh_load_factor_iso_6336_2019"
+_STIFFNESS = "mean_mesh_stiffness_for_transverse_load_iso_6336_2019"
+
+
+def _mesh_load_factors(draft: Draft) -> dict[str, float]:
+    """K_gamma of each mesh: the largest of its pair and side, by the definition `mean-load` (docs/theory/sharing.md).
+
+    The definition is that of ISO 6336: mean load of the heaviest branch over the nominal one, without vibration.  It is
+    that of the deviations the model states; where it states none, or it has no value, nothing is returned and the
+    reason is noted.
+    """
+    train = draft.train
+    stated = bool(train.displacements) or any(error.cause != "contact" for error in train.mesh_errors)
+    if not stated or not train.torques:
+        why = "deviations" if not stated else "torque"
+        draft.drop("K_gamma", f"the model states no {why}: {_FACTOR} is not written")
+        return {}
+    try:
+        system = assemble(train)
+        values, notes = known_mean_loads(system)
+        names = [str(name) for name in faces(system.meshes).name]
+    except (ModelError, ConvergenceError) as error:
+        draft.drop("K_gamma", f"{_FACTOR} is not written: {error}")
+        return {}
+    for note in notes:
+        draft.drop("K_gamma", f"{_FACTOR} is not written: {note}")
+    loads = dict(zip(names, (float(v) for v in values[0]), strict=True))
+    groups: dict[tuple[str, str | None], list[str]] = {}
+    for mesh in train.meshes:
+        groups.setdefault((mesh.pair, mesh.side), []).append(mesh.name)
+    factors: dict[str, float] = {}
+    for members in groups.values():
+        largest = float(np.max([loads.get(name, math.nan) for name in members]))
+        if math.isfinite(largest):
+            factors |= dict.fromkeys(members, largest)
+    return factors
+
+
+def add_meshes(draft: Draft) -> None:
+    """Add each mesh as a cylindrical stage of its planetary stage, or of the unit, with the data of its gears in it."""
+    bodies = {body.name: body for body in draft.train.bodies}
+    factors = _mesh_load_factors(draft)
+    for mesh in draft.train.meshes:
+        a, b = bodies[mesh.a], bodies[mesh.b]
+        gears = [draft.gears.get((body, mesh.side)) or draft.gears[(body, None)] for body in (mesh.a, mesh.b)]
+        stage = draft.add("cylindrical_stage", mesh.name, _mesh(draft, mesh, a, b, factors.get(mesh.name)))
+        draft.relate("assembly", assembly=draft.stages.get(a.member.split(".")[0], draft.unit), part=stage)
+        draft.relate("stage", stage=stage, gear_1=gears[0], gear_2=gears[1])
+        driving = _driver(draft.train, mesh, a, b)
+        for name, gear in zip("ab", gears, strict=True):
+            attributes: Attributes = {"is_driving_gear": (driving == name, "none")} if driving else {}
+            data = draft.add("cylindrical_stage_gear_data", f"{mesh.name} gear {gear}", attributes)
+            draft.relate("stage_gear_data", stage=stage, gear=gear, stage_gear_data=data)
+
+
+def _mesh(draft: Draft, mesh: Mesh, a: Body, b: Body, factor: float | None) -> Attributes:
+    """Attributes of a mesh; factor : its K_gamma."""
+    distance = math.hypot(b.centre[0] - a.centre[0], b.centre[1] - a.centre[1])
+    planet = a if a.branch is not None else b
+    polar = math.degrees(math.atan2(planet.centre[1], planet.centre[0]))
+    # about -u, from the axis of the first gear to the second: out to the planet, or back from beyond it to the ring
+    turned = ((180.0 if mesh.internal else 0.0) - polar) % 360
+    attributes: dict[str, tuple[Value, str]] = {
+        "center_distance": in_unit(distance, "mm"),
+        "rotating_angle_around_neg_u_axis": (in_unit(turned, "none")[0], "deg"),
+        "working_transverse_pressure_angle": in_unit(mesh.pressure_angle, "deg"),
+    }
+    for name, ratio in (("transverse_contact_ratio", mesh.contact_ratio), ("overlap_ratio", mesh.overlap_ratio)):
+        if math.isfinite(ratio):
+            attributes[name] = (ratio, "none")
+    if math.isfinite(mesh.width):
+        # along the normal -> in the transverse plane (docs/conventions.md), per width
+        per_width = mesh.stiffness * math.cos(mesh.base_helix) ** 2 / mesh.width
+        attributes["common_face_width"] = in_unit(mesh.width, "mm")
+        attributes[_STIFFNESS] = in_unit(per_width, "N / (mm mum)")
+        if mesh.table is not None:
+            reason = "a table over the load: its mean tangent at the operating load is written"
+            draft.drop(f"{mesh.pair}.stiffness", reason)
+    else:
+        draft.drop(f"{mesh.pair}.stiffness", f"{_STIFFNESS} is per face width, which the model does not give")
+    if math.isfinite(mesh.backlash):
+        for end in ("minimum", "maximum"):
+            attributes[f"{end}_normal_backlash"] = in_unit(mesh.backlash, "mm")
+    if factor is not None:
+        attributes[_FACTOR] = (factor, "none")
+    return attributes
+
+
+def _driver(train: Train, mesh: Mesh, a: Body, b: Body) -> str:
+    """Which gear drives, "a" or "b", by the power through the mesh seen from the carrier; "" where there is none."""
+    kinematics = train.kinematics
+    if kinematics.speed is None or kinematics.mesh_torque is None or kinematics.frame_speed is None:
+        return ""
+    torque = kinematics.mesh_torque.get(mesh.pair, 0.0)
+    power = torque * float(kinematics.speed[b.member] - kinematics.frame_speed[b.frame])
+    return "" if power == 0 or not math.isfinite(power) else "a" if power > 0 else "b"

@@ -1,0 +1,518 @@
+"""Over speed and a second axis: spectrum of the mesh forces, and stability.
+
+The spectrum has order lines in the plane of speed and frequency, coloured by amplitude.  Stability is Floquet
+multipliers and growth rates over speed, and over speed and a second parameter; beside them stand the ranges and
+boundaries predicted by averaging.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..series import Array, compact, engineering, mode_groups, numbers, stability_verdict, texts
+from .over_speed import abscissa, mark_operating
+from .style import GRID, INK, PALE, PALETTE, WARNING, figure, lines_across, mode_colour, note, panels, translucent
+
+# Drawn at most: lines, and marked resonances.  Amplitudes below this part of the largest are not drawn.
+_LINES, _MARKS, _LEAST = 30, 5, 1e-3
+# A figure of 620 px on a page: its plot is about 850 by 450 px wide and high, on a narrow page 600.  In parts of it: a
+# ring, and a letter of 12 px with the height of a line.
+_AREA = (700.0, 450.0)
+_RING, _LETTER = (0.03, 0.045), (0.0105, 0.045)
+_COLOURS = [[0.0, "#DCE6EE"], [0.35, "#8FC1E3"], [0.6, "#0072B2"], [0.8, "#5B3F8C"], [1.0, "#D55E00"]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Ray:
+    """One line: frequency = order x mesh frequency.
+
+    amplitude : (P,) largest of all meshes [N], mesh : (P,) which.  label : of the largest amplitude of all speeds.
+    labels : (P,) of that at each speed; lines of several tones may have one frequency, 12 x of one and 8 x of another.
+    """
+
+    order: float
+    label: str
+    amplitude: Array
+    mesh: list[str]
+    labels: list[str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Crest:
+    """A largest amplitude along a ray: at mesh frequency x, frequency y [Hz], amplitude [N]."""
+
+    x: float
+    y: float
+    amplitude: float
+    label: str
+    mesh: str
+
+
+def waterfall(sweep: xr.Dataset, modes: xr.Dataset | None = None, *, mesh: str | None = None) -> go.Figure:
+    """Amplitudes of the mesh force [kN] over mesh frequency and frequency [Hz], and the strongest resonances.
+
+    Parameters
+    ----------
+    sweep : Dataset of `sweep`: mesh_force_order (mesh, order, speed) [N], mesh_force_line (mesh, line, speed) where
+        there are lines, line_order (line), mesh_tone (mesh), mesh_frequency (speed) [Hz].
+    modes : Dataset of `modes`, whose frequencies (mode) are drawn as lines.
+    mesh : the mesh shown, the largest amplitude of all where not said.
+    """
+    x, unit = abscissa(sweep)
+    every = rays(sweep if mesh is None else sweep.sel(mesh=[mesh]))
+    top = max((float(np.nanmax(ray.amplitude, initial=0.0)) for ray in every), default=0.0)
+    strong = sorted(every, key=lambda ray: -float(np.nanmax(ray.amplitude, initial=0.0)))[:_LINES]
+    shown = [ray for ray in strong if float(np.nanmax(ray.amplitude, initial=0.0)) > _LEAST * top]
+    drawn = figure(
+        "Order spectrum of the mesh forces over speed" + (f": {mesh}" if mesh else ""),
+        x=unit,
+        y="frequency [Hz]",
+        height=620,
+    )
+    highest = _highest(shown, x, top, modes)
+    for ray in shown:
+        _draw(drawn, ray, x, top, highest)
+    _natural(drawn, modes, highest)
+    _label(drawn, crests(shown, x, modes, highest=highest), x, highest)
+    mark_operating(drawn, sweep, x)
+    if len(x):
+        drawn.update_xaxes(range=[float(x.min()), float(x.max())])
+    drawn.update_yaxes(range=[0, highest])
+    return drawn.update_layout(coloraxis=_scale(top), margin={"r": 130, "t": 70}, legend=_LEGEND, showlegend=True)
+
+
+_LEGEND = {"orientation": "h", "x": 0, "xanchor": "left", "y": -0.14, "yanchor": "top"}
+
+
+def rays(sweep: xr.Dataset) -> list[Ray]:
+    """Every line of the spectrum over the largest of the meshes, lines of one frequency as one, orders rising."""
+    names = np.array(texts(sweep, "mesh"))
+    found: dict[float, list[tuple[str, Array, list[str]]]] = {}
+    for order, label, rows in _lines(sweep):
+        values, own = rows
+        best = np.where(np.isnan(values), -1.0, values).argmax(axis=0)
+        largest = values[best, np.arange(values.shape[1])]
+        found.setdefault(round(order, 9), []).append((label, largest, list(names[own][best])))
+    return [_ray(order, same) for order, same in sorted(found.items())]
+
+
+def _ray(order: float, same: list[tuple[str, Array, list[str]]]) -> Ray:
+    """Amplitude (P,) [N] of lines of one order, the largest of them at every speed."""
+    values = np.stack([np.nan_to_num(largest, nan=-1.0) for _, largest, _ in same])
+    best = values.argmax(axis=0)
+    amplitude = np.array([same[i][1][k] for k, i in enumerate(best)])
+    mesh = [same[i][2][k] for k, i in enumerate(best)]
+    labels = [same[i][0] for i in best]
+    strongest = int(np.nan_to_num(amplitude, nan=-1.0).argmax()) if len(labels) else 0
+    label = labels[strongest] if labels else same[0][0]
+    return Ray(order=order, label=label, amplitude=amplitude, mesh=mesh, labels=labels)
+
+
+def _lines(sweep: xr.Dataset) -> Iterator[tuple[float, str, tuple[Array, NDArray[np.int64]]]]:
+    """Order, label, amplitudes (k, P) and which meshes they are of (k,), line by line."""
+    if "mesh_force_order" in sweep.variables:
+        values = sweep["mesh_force_order"].transpose("order", "mesh", "speed").values
+        tones = numbers(sweep, "mesh_tone") if "mesh_tone" in sweep.variables else np.ones(sweep.sizes["mesh"])
+        stages = [name.split("/")[0] for name in texts(sweep, "mesh")]
+        for tone in dict.fromkeys(tones.tolist()):
+            own = np.flatnonzero(tones == tone)
+            where = f" {stages[own[0]]}" if len(set(tones.tolist())) > 1 else ""
+            for order, rows in zip(numbers(sweep, "order"), values, strict=True):
+                yield order * tone, f"{order:g}×{where} mesh", (rows[own], own)
+    if "mesh_force_line" in sweep.variables:
+        values = sweep["mesh_force_line"].transpose("line", "mesh", "speed").values
+        for order, label, rows in zip(numbers(sweep, "line_order"), texts(sweep, "line"), values, strict=True):
+            # a multiple of one mesh frequency that a mesh of another has is named as that of its own meshes
+            yield order, re.sub(r"^\+(\d+) ((?:\S+ )?mesh)$", r"\1× \2", label), (rows, np.arange(len(rows)))
+
+
+def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None, *, highest: float | None = None) -> list[Crest]:
+    """The strongest local maxima along the rays over mesh frequency x (P,) [Hz], the strongest first.
+
+    Where rings would lie on each other the strongest has it.
+
+    modes : Dataset of `modes`; only maxima within 5 % of a natural frequency count then.
+    highest : end of the axis of frequencies [Hz]; maxima beyond it are left out.
+    """
+    natural = np.array([one.frequency for one in mode_groups(modes)]) if modes is not None else None
+    found = []
+    rank = np.argsort(x)
+    for ray in shown:
+        values = np.nan_to_num(ray.amplitude[rank], nan=0.0)
+        inner = np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])) + 1
+        for place in rank[inner]:
+            at, value = float(x[place]), float(ray.amplitude[place])
+            if natural is None or np.any(np.abs(natural - ray.order * at) < 0.05 * natural):
+                found.append(
+                    Crest(x=at, y=ray.order * at, amplitude=value, label=ray.labels[place], mesh=ray.mesh[place])
+                )
+    within = [one for one in found if highest is None or one.y <= highest]
+    wide, tall = float(np.ptp(x)) if len(x) else 0.0, highest or max((one.y for one in within), default=0.0)
+    kept: list[Crest] = []
+    for one in sorted(within, key=lambda crest: -crest.amplitude):
+        covered = any(abs(one.x - it.x) < _RING[0] * wide and abs(one.y - it.y) < _RING[1] * tall for it in kept)
+        if len(kept) < _MARKS and not covered:
+            kept.append(one)
+    return kept
+
+
+def _highest(shown: list[Ray], x: Array, top: float, modes: xr.Dataset | None) -> float:
+    """Where the axis ends [Hz]: above the natural frequencies, or what is strong over x (P,) [Hz]."""
+    strong = [
+        float(np.max(ray.order * x[ray.amplitude > 0.03 * top], initial=0.0)) for ray in shown if len(ray.amplitude)
+    ]
+    natural = [one.frequency for one in mode_groups(modes)] if modes is not None else []
+    reach = max(strong, default=0.0)
+    return 1.08 * (min(max(reach, 1.0), 1.15 * max(natural)) if natural else max(reach, 1.0))
+
+
+def _draw(drawn: go.Figure, ray: Ray, x: Array, top: float, highest: float) -> None:
+    """A thin line along x (P,) [Hz], and marks where there is something, larger and darker with the amplitude."""
+    rank = np.argsort(x)
+    ends = np.array([x.min(), x.max()])
+    ray_line = {"color": GRID, "width": 1}
+    drawn.add_trace(
+        go.Scatter(
+            x=compact(ends),
+            y=compact(ray.order * ends),
+            mode="lines",
+            line=ray_line,
+            showlegend=False,
+            hoverinfo="skip",
+        )
+    )
+    there = [i for i in rank if ray.amplitude[i] > _LEAST * top and ray.order * x[i] <= highest]
+    if not there:
+        return
+    size = np.log10(ray.amplitude[there] / (_LEAST * top)) / -np.log10(_LEAST)
+    drawn.add_trace(
+        go.Scatter(
+            x=compact(x[there]),
+            y=compact(ray.order * x[there]),
+            mode="markers",
+            marker={
+                "color": compact(np.log10(ray.amplitude[there] / 1e3), digits=4),
+                "size": compact(2 + 7 * size, digits=2),
+                "coloraxis": "coloraxis",
+                "line": {"width": 0},
+            },
+            customdata=[[engineering(float(ray.amplitude[i]) / 1e3), ray.mesh[i], ray.labels[i]] for i in there],
+            hovertemplate="%{customdata[2]}: %{customdata[0]} kN, %{customdata[1]}<br>%{y:.5g} Hz at %{x:.5g} Hz"
+            "<extra></extra>",
+            showlegend=False,
+        )
+    )
+
+
+def _scale(top: float) -> dict[str, object]:
+    """Colours of the logarithm of the amplitude, ticks in kN."""
+    high = np.log10(top / 1e3) if top > 0 else 0.0
+    low = high + np.log10(_LEAST)
+    ticks = _ticks(float(low), float(high))
+    return {
+        "colorscale": _COLOURS,
+        "cmin": float(low),
+        "cmax": float(high),
+        "colorbar": {
+            "title": {"text": "amplitude [kN]", "side": "right"},
+            "tickvals": [float(np.log10(tick)) for tick in ticks],
+            "ticktext": [engineering(tick) for tick in ticks],
+            "len": 0.9,
+            "thickness": 14,
+        },
+    }
+
+
+def _ticks(low: float, high: float) -> list[float]:
+    """1, 2, 5 of every decade between two logarithms; 1 alone where these are too many."""
+    decades = range(int(np.floor(low)), int(np.ceil(high)) + 1)
+    fine = [step * 10.0**decade for decade in decades for step in (1, 2, 5)]
+    inside = [tick for tick in fine if low <= np.log10(tick) <= high]
+    return inside if len(inside) <= 10 else [tick for tick in inside if np.isclose(np.log10(tick) % 1, 0)]
+
+
+def _natural(drawn: go.Figure, modes: xr.Dataset | None, highest: float) -> None:
+    """Natural frequencies as lines in the colour of their kind."""
+    inside = [one for one in mode_groups(modes) if 0 < one.frequency <= highest] if modes is not None else []
+    looks = {
+        kind: {"color": translucent(mode_colour(kind), 0.6), "width": 1.1, "dash": "dot"}
+        for kind in dict.fromkeys(one.kind for one in inside)
+    }
+    lines_across(drawn, [(one.frequency, {"line": looks[one.kind], "layer": "below"}) for one in inside], along="y")
+    for kind, line in looks.items():
+        drawn.add_trace(go.Scatter(x=[None], y=[None], mode="lines", line=line, name=f"{kind} mode"))
+
+
+def _label(drawn: go.Figure, shown: list[Crest], x: Array, highest: float) -> None:
+    """The strongest resonances within x (P,) [Hz], ringed and named, each name at a place of its own."""
+    if not shown:
+        return
+    drawn.add_trace(
+        go.Scatter(
+            x=compact(np.array([one.x for one in shown])),
+            y=compact(np.array([one.y for one in shown])),
+            mode="markers",
+            marker={"symbol": "circle-open", "size": 16, "color": INK, "line": {"width": 2}},
+            name="strongest resonances",
+            text=[f"{one.label}, {one.mesh}" for one in shown],
+            hoverinfo="text",
+        )
+    )
+    words = [f"{_short(one.label)}: {engineering(one.amplitude / 1e3, 3)} kN" for one in shown]
+    rings = [((one.x - float(x.min())) / max(float(np.ptp(x)), 1e-300), one.y / highest) for one in shown]
+    for one, text, (right, up) in zip(shown, words, label_places(rings, [len(text) for text in words]), strict=True):
+        drawn.add_annotation(
+            {
+                **{"text": text, "x": one.x, "y": one.y, "ax": right * _AREA[0], "ay": -up * _AREA[1]},
+                **{"showarrow": True, "arrowhead": 0, "arrowwidth": 1, "arrowcolor": PALE, "standoff": 8},
+                **{"xanchor": "center", "yanchor": "middle"},
+                **{"bgcolor": "rgba(255,255,255,0.75)", "font": {"size": 12, "color": INK}},
+            }
+        )
+
+
+def label_places(rings: list[tuple[float, float]], letters: list[int]) -> list[tuple[float, float]]:
+    """Where names of rings stand, off the other names and all rings: middle of each less that of its ring.
+
+    Parameters
+    ----------
+    rings : place (right, up) of each in parts of the plot.  letters : of each name.
+    """
+    taken = [(right, up, _RING[0] / 2, _RING[1] / 2) for right, up in rings]
+    found = []
+    for (right, up), count in zip(rings, letters, strict=True):
+        half = (count * _LETTER[0] / 2, _LETTER[1] / 2)
+        reach = half[0] + _RING[0] / 2 + 0.01
+        ways = [
+            (side * reach, rise * _LETTER[1] * 1.2)
+            for rise in (-1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6)
+            for side in (1, -1, 0)
+        ]
+        inside = [
+            (dx, dy) for dx, dy in ways if half[0] <= right + dx <= 1 - half[0] and half[1] <= up + dy <= 1 - half[1]
+        ]
+        free = [way for way in inside if not any(_meet((right + way[0], up + way[1], *half), box) for box in taken)]
+        way = (free or inside or ways)[0]
+        found.append(way)
+        taken.append((right + way[0], up + way[1], *half))
+    return found
+
+
+def _meet(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> bool:
+    """Whether two boxes (middle right, middle up, half width, half height) lie on each other."""
+    return abs(one[0] - other[0]) < one[2] + other[2] and abs(one[1] - other[1]) < one[3] + other[3]
+
+
+def _short(label: str) -> str:
+    """A label that fits beside a mark: causes cut to their ends."""
+    cause, _, rest = label.partition(" ")
+    if "." not in cause:
+        return label
+    return ".".join(cause.rstrip(";").split(".")[-2:]) + (f" {rest}" if rest and ";" not in label else "")
+
+
+# kind of instability: colour and what it means
+_KINDS = {
+    "quasi-periodic": (PALETTE[1], "quasi-periodic: two modes together"),
+    "period doubling": (PALETTE[3], "period doubling: half mesh orders"),
+    "divergence": (PALETTE[6], "divergence: mesh orders"),
+}
+_LABELS = 8
+_CURVES = 24
+# part of the colour bar below zero
+_DECAYS = 0.08
+
+
+def _apart(order: np.ndarray, centre: Array, distance: float, x: Array) -> list[int]:
+    """The first few places in order (r,) whose centres (r,) stand `distance` apart within x (P,), all [Hz]."""
+    kept: list[int] = []
+    for place in order:
+        inside = x.min() <= centre[place] <= x.max()
+        if inside and all(abs(centre[place] - centre[other]) > distance for other in kept):
+            kept.append(int(place))
+    return kept[:_LABELS]
+
+
+def stability_over_speed(result: xr.Dataset) -> go.Figure:
+    """Largest Floquet multiplier [1] and growth rate [1/s] over mesh frequency [Hz], unstable speeds in colour.
+
+    Ranges predicted by averaging are bands.
+
+    Parameters
+    ----------
+    result : Dataset of `stability` without a second parameter: largest_multiplier, growth_rate, instability,
+        taking_part, mesh_frequency (speed), resonance_low, resonance_high, resonance_growth (resonance).
+    """
+    x = numbers(result, "mesh_frequency")
+    rank = np.argsort(x)
+    kind = np.array(texts(result, "instability"))[rank]
+    shown = (("largest_multiplier", "largest |μ| [-]", 1.0), ("growth_rate", "growth rate [1/s]", 0.0))
+    drawn = panels(stability_verdict(kind, "speeds"), ("", ""), height=560, shared_xaxes=True, vertical_spacing=0.06)
+    for row, (name, words, limit) in enumerate(shown, start=1):
+        values = numbers(result, name)[rank]
+        curve = go.Scatter(
+            x=compact(x[rank]), y=compact(values), mode="lines", line={"color": PALE, "width": 1.6}, showlegend=False
+        )
+        drawn.add_trace(curve, row=row, col=1)
+        _marks(drawn, result, x[rank], values, kind, rank, row)
+        drawn.add_hline(y=limit, line={"color": INK, "width": 1.2, "dash": "dash"}, row=row, col=1)
+        drawn.update_yaxes(title_text=words, row=row, col=1)
+    drawn.update_xaxes(title_text="mesh frequency [Hz]", row=2, col=1)
+    _bands(drawn, result, x)
+    return drawn.update_layout(showlegend=True)
+
+
+def _marks(
+    drawn: go.Figure, result: xr.Dataset, x: Array, values: Array, kind: np.ndarray, rank: np.ndarray, row: int
+) -> None:
+    """Unstable speeds x (P,) [Hz] at their values (P,), a colour for each kind."""
+    taking = np.array(texts(result, "taking_part"))[rank]
+    for name, (colour, words) in _KINDS.items():
+        at = kind == name
+        if at.any():
+            points = go.Scatter(
+                x=compact(x[at]),
+                y=compact(values[at]),
+                mode="markers",
+                marker={"color": colour, "size": 6},
+                name=words,
+                legendgroup=name,
+                showlegend=row == 1,
+                customdata=taking[at],
+                hovertemplate="%{x:.5g} Hz: %{y:.4g}<br>%{customdata}<extra></extra>",
+            )
+            drawn.add_trace(points, row=row, col=1)
+
+
+def _bands(drawn: go.Figure, result: xr.Dataset, x: Array) -> None:
+    """Predicted ranges within x (P,) [Hz] as bands behind, the fastest ones named."""
+    low, high, rate = (numbers(result, f"resonance_{name}") for name in ("low", "high", "growth"))
+    if not low.size:
+        return
+    fill = translucent(WARNING, 0.10)
+    for one, other in zip(low, high, strict=True):
+        drawn.add_vrect(x0=one, x1=other, fillcolor=fill, line_width=0, layer="below", row="all", col="all")
+    key = {"color": fill, "size": 12, "symbol": "square"}
+    drawn.add_trace(
+        go.Scatter(x=[None], y=[None], mode="markers", marker=key, name="predicted (averaging)"), row=1, col=1
+    )
+    names, centre = texts(result, "resonance"), numbers(result, "resonance_centre")
+    drawn.update_xaxes(range=[float(x.min()), float(x.max())])
+    for place in _apart(np.argsort(-rate), centre, (x.max() - x.min()) / 14, x):
+        where = {"xref": "x", "yref": "y domain", "xanchor": "left", "yanchor": "bottom"}
+        note(drawn, names[place], x=centre[place], y=1.0, textangle=-25, **where)
+
+
+def stability_map(result: xr.Dataset) -> go.Figure:
+    """Growth rate [1/s] over mesh frequency [Hz] and a parameter, with predicted boundaries as lines.
+
+    Parameters
+    ----------
+    result : Dataset of `stability` with a second parameter: growth_rate, instability (value, speed),
+        mesh_frequency (speed) [Hz], resonance_low, resonance_high (value, resonance) [Hz].
+    """
+    x, name = numbers(result, "mesh_frequency"), str(result.attrs.get("over", "value"))
+    unit = str(result["value"].attrs.get("units", ""))
+    texted = result["value"].dtype.kind not in "fiu"
+    y = np.arange(result.sizes["value"], dtype=float) if texted else numbers(result, "value")
+    rate = result["growth_rate"].transpose("value", "speed").values
+    kind = result["instability"].transpose("value", "speed").values.astype(str)
+    grows = np.isin(kind, list(_KINDS))
+    drawn = figure(
+        stability_verdict(kind, "points"), x="mesh frequency [Hz]", y=f"{name} [{unit}]" if unit else name, height=520
+    )
+    drawn.add_trace(_cells(x, y, rate, grows))
+    _boundaries(drawn, result, y)
+    if texted:
+        drawn.update_yaxes(tickvals=list(y), ticktext=texts(result, "value"))
+    drawn.update_xaxes(range=[float(x.min()), float(x.max())], showgrid=False)
+    drawn.update_yaxes(range=[float(y.min()), float(y.max())] if len(y) > 1 else None, showgrid=False)
+    return drawn.update_layout(showlegend=True, legend={"y": -0.18, "yanchor": "top", "orientation": "h", "x": 0})
+
+
+def _cells(x: Array, y: Array, rate: Array, grows: np.ndarray) -> go.Heatmap:
+    """Growth rate (values, P) [1/s] over x (P,) [Hz] and y (values,): pale where it decays, blank where it failed."""
+    top = float(np.max(rate[grows], initial=0.0)) or 1.0
+    shown = np.where(np.isfinite(rate), np.where(grows, rate, -_DECAYS * top), np.nan)
+    edge = _DECAYS / (1 + _DECAYS)
+    return go.Heatmap(
+        x=compact(x, digits=7),
+        y=compact(y, digits=7),
+        z=[compact(row) for row in shown],
+        customdata=[compact(row) for row in rate],
+        zmin=-_DECAYS * top,
+        zmax=top,
+        colorscale=[[0, "#E4EEF7"], [edge, "#E4EEF7"], [edge, "#FDE3C8"], [0.5 + edge / 2, PALETTE[1]], [1, "#7A1F00"]],
+        colorbar={
+            "title": {"text": "growth rate [1/s]", "side": "right"},
+            "tickvals": [-_DECAYS * top / 2, top / 4, top / 2, top],
+            "ticktext": ["decays", *(engineering(value * top, 3) for value in (0.25, 0.5, 1.0))],
+            "len": 0.9,
+        },
+        hovertemplate="%{x:.5g} Hz, %{y:.4g}: %{customdata:.4g} 1/s<extra></extra>",
+    )
+
+
+def _boundaries(drawn: go.Figure, result: xr.Dataset, y: Array) -> None:
+    """Both ends [Hz] of every predicted range over the parameter y (values,), one line that turns where it closes."""
+    low, high = (result[f"resonance_{name}"].transpose("value", "resonance").values for name in ("low", "high"))
+    names = texts(result, "resonance")
+    order = np.argsort(-np.nansum(high - low, axis=0), kind="stable")[:_CURVES]
+    for place, one in enumerate(order):
+        open_ = np.isfinite(low[:, one])
+        line = {"color": INK, "width": 1.3, "dash": "solid" if place < _LABELS else "dot"}
+        xs, ys = _outline(low[:, one], high[:, one], y, open_)
+        drawn.add_trace(
+            go.Scatter(
+                x=compact(xs, digits=7),
+                y=compact(ys, digits=7),
+                mode="lines",
+                line=line,
+                name="predicted boundary (averaging)",
+                legendgroup="boundary",
+                showlegend=place == 0,
+                hovertemplate=f"{names[one]}: %{{x:.5g}} Hz<extra></extra>",
+            )
+        )
+    x = numbers(result, "mesh_frequency")
+    centre = np.nanmean((low + high) / 2, axis=0) if len(names) else np.zeros(0)
+    for one in _apart(order, centre, (x.max() - x.min()) / 10, x):
+        inside = np.flatnonzero(np.isfinite(low[:, one]))
+        # at the top of the map, unless the range closes below it
+        closes = inside[-1] < len(y) - 1 and inside.size > 1
+        at = float(y[inside[-1]])
+        note(
+            drawn,
+            names[one],
+            x=centre[one],
+            y=at,
+            yanchor="bottom",
+            font={"size": 12, "color": INK if closes else PALE},
+        )
+
+
+def _outline(low: Array, high: Array, y: Array, open_: np.ndarray) -> tuple[Array, Array]:
+    """Up the lower and down the upper ends (values,) [Hz] of each run of values at which a range is open."""
+    xs: list[float] = []
+    ys: list[float] = []
+    runs = np.split(np.arange(len(y)), np.flatnonzero(open_[1:] != open_[:-1]) + 1)
+    for run in runs:
+        if not open_[run[0]]:
+            continue
+        # an edge of the map is no end of the range
+        first, last = run[0] == 0, run[-1] == len(y) - 1
+        down, up = (low[run], y[run]), (high[run], y[run])
+        if first and not last:
+            parts = (down, (up[0][::-1], up[1][::-1]))
+        else:
+            parts = ((down[0][::-1], down[1][::-1]), up)
+        xs += [*parts[0][0], *parts[1][0], np.nan]
+        ys += [*parts[0][1], *parts[1][1], np.nan]
+    return np.array(xs), np.array(ys)

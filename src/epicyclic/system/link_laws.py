@@ -1,0 +1,640 @@
+"""Laws of links, each from one convex potential: radial laws, by a formula or by a table, and friction with a memory.
+
+A radial law is force = f(rho) delta / rho with rho = |delta|.  Play, rolling elements and splines:
+
+    f(rho) = min(k rho, F_m) + C <rho - S_2>^n        S_1 = F_m / k,  S_2 = S_1 + clearance
+
+Without friction (F_m = 0) that is play and then a power law; with friction it is a spline [dong2019, eq. 27]: elastic
+up to the slip start S_1, sliding at F_m over the clearance, elastic again.  S_1 is derived: any other value makes the
+force discontinuous.  C follows from k, the tangent stiffness at the given load F: k = n C^(1/n) F^((n - 1)/n).
+
+A table has cubics through its points, zero up to the first one, the play; behind the last one it goes on along its last
+tangent.
+
+A group is the rows of one link (x and y of a bearing or spline, or one row) with the stretch delta (r,), rho = |delta|.
+Groups stand side by side.
+
+Coulomb friction with a memory is a slider in series with the spring of a spline, force = k (delta - s).  At each step
+(derived here)
+
+    s = argmin  k |delta - s|^2 / 2 + F_m |s - s_before|    over  |s| <= clearance
+
+Along a first straight pull it equals the radial law; on reversal it sticks, where the radial law slides back.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Profile(Protocol):
+    """Radial laws of g groups of one kind: force over the length rho of the stretch."""
+
+    def parts(self, rho: Array) -> tuple[Array, Array]:
+        """Force f [N] and slope f' [N/m] at rho (..., g) [m], each (..., g)."""
+        ...
+
+    def energy(self, rho: Array) -> Array:
+        """Integral of the force from zero, (..., g) [J]."""
+        ...
+
+
+class RadialLaw(Protocol):
+    """Law of one group of rows: a frozen dataclass of numbers, which results list."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def kind(self) -> str:
+        """Name of the law in results."""
+        ...
+
+    @property
+    def stiffness(self) -> float:
+        """k, stiffness of the mean system before it is linearised [N/m]."""
+        ...
+
+    @property
+    def stiffest(self) -> float:
+        """Bound of the slope near the loads met, for step lengths [N/m]."""
+        ...
+
+    @property
+    def slip_start(self) -> float:
+        """S_1, radius at which sliding begins, the first kink [m]."""
+        ...
+
+    @property
+    def clearance(self) -> float:
+        """Radial play [m]: the second kink is at S_2 = S_1 + clearance."""
+        ...
+
+    @property
+    def friction(self) -> float:
+        """F_m, friction force, 0 without [N]."""
+        ...
+
+    @property
+    def memory(self) -> bool:
+        """Whether friction has a history (a slider, `Laws.slide`)."""
+        ...
+
+    @property
+    def end(self) -> float:
+        """Largest force [N] that the data of the law hold, inf where they are a formula."""
+        ...
+
+    @classmethod
+    def profile(cls, laws: Sequence[Any]) -> Profile:
+        """Laws of this class, all at once."""
+        ...
+
+    def lower(self) -> Law | None:
+        """The same law as one that compiled integrators know (`Law`), None where there is none."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Law:
+    """Play, rolling elements or spline.
+
+    stiffness : k, tangent at `load` where the exponent is not 1 [N/m].  clearance : radial [m].  exponent : n [1].
+    load : [N].  friction : F_m [N], 0 without.  memory : Coulomb friction with a history; else holonomic.
+    """
+
+    stiffness: float
+    clearance: float = 0.0
+    exponent: float = 1.0
+    load: float = 0.0
+    friction: float = 0.0
+    memory: bool = False
+
+    @property
+    def slip_start(self) -> float:
+        """S_1 = F_m / k [m]."""
+        return self.friction / self.stiffness
+
+    @property
+    def coefficient(self) -> float:
+        """C of the force C <rho - S_2>^n [N/m^n]."""
+        n = self.exponent
+        return self.stiffness if n == 1.0 else float((self.stiffness / (n * self.load ** ((n - 1) / n))) ** n)
+
+    @property
+    def stiffest(self) -> float:
+        """k [N/m]."""
+        return self.stiffness
+
+    @property
+    def kind(self) -> str:
+        """Name of the law in results."""
+        if self.friction:
+            return "coulomb spline" if self.memory else "holonomic spline"
+        if self.exponent != 1.0:
+            return "rolling elements with play" if self.clearance else "rolling elements"
+        return "play" if self.clearance else "linear"
+
+    @property
+    def end(self) -> float:
+        """No end: inf [N]."""
+        return math.inf
+
+    @classmethod
+    def profile(cls, laws: Sequence[Any]) -> PowerProfile:
+        """These laws, all at once."""
+
+        def values(name: str) -> Array:
+            return np.array([getattr(law, name) for law in laws], dtype=float)
+
+        return PowerProfile(
+            stiffness=values("stiffness"),
+            friction=values("friction"),
+            slip_start=values("friction") / values("stiffness"),
+            clearance=values("clearance"),
+            coefficient=values("coefficient"),
+            exponent=values("exponent"),
+        )
+
+    def lower(self) -> Law:
+        """Itself."""
+        return self
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PowerProfile:
+    """The numbers (g,) of `Law`."""
+
+    stiffness: Array
+    friction: Array
+    slip_start: Array
+    clearance: Array
+    coefficient: Array
+    exponent: Array
+
+    def parts(self, rho: Array) -> tuple[Array, Array]:
+        """Force f (..., g) [N] and slope f' (..., g) [N/m] at rho (..., g) [m]."""
+        beyond = rho - (self.slip_start + self.clearance)
+        pressed = np.maximum(beyond, 0.0)
+        n = self.exponent
+        value = np.minimum(self.stiffness * rho, self.friction) + self.coefficient * pressed**n
+        slope = np.where(beyond >= 0, self.coefficient * n * pressed ** (n - 1), 0.0)
+        slope += np.where(rho < self.slip_start, self.stiffness, 0.0)
+        return value, slope
+
+    def energy(self, rho: Array) -> Array:
+        """Integral of the force from zero, (..., g) [J], at rho (..., g) [m]."""
+        start, n = self.slip_start, self.exponent
+        pressed = np.maximum(rho - (start + self.clearance), 0.0)
+        stuck = self.stiffness * rho**2 / 2
+        with np.errstate(invalid="ignore"):
+            dry = np.where(rho <= start, stuck, self.friction * (rho - start / 2))
+        energy: Array = dry + self.coefficient * pressed ** (n + 1) / (n + 1)
+        return energy
+
+
+# Slopes that differ by less than this of the largest are one: rounding of a table computed from a straight line.
+STRAIGHT = 1e-9
+
+
+def cubic(force: tuple[Array, Array], slope: tuple[Array, Array], width: Array, t: Array) -> tuple[Array, Array]:
+    """Force [N] and slope [N/m] at the place t (0 .. 1) of a cell, from those at both ends of it."""
+    (f0, f1), (k0, k1) = force, slope
+    rest = 1 - t
+    value = f0 * (1 + 2 * t) * rest**2 + f1 * t**2 * (3 - 2 * t) + width * (k0 * t * rest**2 - k1 * t**2 * rest)
+    rate = 6 * t * rest * (f1 - f0) / width + k0 * rest * (1 - 3 * t) + k1 * t * (3 * t - 2)
+    return value, rate
+
+
+def cubic_energy(force: tuple[Array, Array], slope: tuple[Array, Array], width: Array, t: Array) -> Array:
+    """Integral of the force of `cubic` [J] from the start of the cell."""
+    (f0, f1), (k0, k1) = force, slope
+    mean = f0 * (t - t**3 + t**4 / 2) + f1 * (t**3 - t**4 / 2)
+    mean += width * (k0 * (t**2 / 2 - 2 * t**3 / 3 + t**4 / 4) + k1 * (t**4 / 4 - t**3 / 3))
+    return width * mean
+
+
+def energy_before(deflection: Array, force: Array, slope: Array) -> Array:
+    """Energy [J] of cubics up to each of their points (..., L)."""
+    width = np.diff(deflection, axis=-1)
+    whole = width * (force[..., :-1] + force[..., 1:]) / 2
+    whole += width**2 * (slope[..., :-1] - slope[..., 1:]) / 12
+    return np.concatenate([np.zeros((*whole.shape[:-1], 1)), np.cumsum(whole, axis=-1)], axis=-1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RadialTable:
+    """Force over the length of the stretch.
+
+    deflection : (L,) rising [m, rad].  force : (L,) rising, 0 first [N, N m].  slope : (L,) [N/m, N m/rad].
+    stiffness : k, nominal [N/m, N m/rad].
+    """
+
+    deflection: tuple[float, ...]
+    force: tuple[float, ...]
+    slope: tuple[float, ...]
+    stiffness: float
+
+    def __repr__(self) -> str:
+        """One line: points and last force."""
+        return f"RadialTable({len(self.force)} points up to {self.force[-1]:.4g} N)"
+
+    @property
+    def kind(self) -> str:
+        """Name of the law in results."""
+        return "table with play" if self.clearance else "table"
+
+    @property
+    def stiffest(self) -> float:
+        """Largest slope or one and a half times the largest secant, which no rising cubic exceeds [N/m]."""
+        secant = np.diff(self.force) / np.diff(self.deflection)
+        return max(*self.slope, 1.5 * float(secant.max()))
+
+    @property
+    def slip_start(self) -> float:
+        """0: nothing slides [m]."""
+        return 0.0
+
+    @property
+    def clearance(self) -> float:
+        """Deflection of the first point, up to which there is no force [m]."""
+        return self.deflection[0]
+
+    @property
+    def friction(self) -> float:
+        """None [N]."""
+        return 0.0
+
+    @property
+    def memory(self) -> bool:
+        """No history."""
+        return False
+
+    @property
+    def end(self) -> float:
+        """Last force [N]."""
+        return self.force[-1]
+
+    @classmethod
+    def profile(cls, laws: Sequence[Any]) -> TableProfile:
+        """These laws, all at once."""
+        distinct = list(dict.fromkeys(laws))
+        return TableProfile(tables=tuple(distinct), number=np.array([distinct.index(law) for law in laws], np.int64))
+
+    def lower(self) -> Law | None:
+        """Play and a spring where the table is straight, else None."""
+        secant = np.diff(self.force) / np.diff(self.deflection)
+        slopes = np.concatenate([secant, self.slope])
+        if np.ptp(slopes) > STRAIGHT * slopes.max():
+            return None
+        return Law(stiffness=self.stiffness, clearance=self.clearance)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TableProfile:
+    """Laws of g groups: number (g,) of the table of each among `tables`."""
+
+    tables: tuple[RadialTable, ...]
+    number: NDArray[np.int64]
+
+    def parts(self, rho: Array) -> tuple[Array, Array]:
+        """Force f (..., g) [N] and slope f' (..., g) [N/m] at rho (..., g) [m]."""
+        value, slope = np.zeros_like(rho), np.zeros_like(rho)
+        for table, groups in self._groups():
+            stretch = rho[..., groups]
+            force_at, slope_at, width, t, _ = _cells(table, stretch)
+            force, rate = cubic(force_at, slope_at, width, t)
+            beyond = np.maximum(stretch - table.deflection[-1], 0.0)
+            value[..., groups] = force + beyond * table.slope[-1]
+            slope[..., groups] = np.where(stretch >= table.deflection[0], rate, 0.0)
+        return value, slope
+
+    def energy(self, rho: Array) -> Array:
+        """Integral of the force from zero, (..., g) [J], at rho (..., g) [m]."""
+        energy = np.zeros_like(rho)
+        for table, groups in self._groups():
+            stretch = rho[..., groups]
+            force_at, slope_at, width, t, cell = _cells(table, stretch)
+            before = energy_before(np.array(table.deflection), np.array(table.force), np.array(table.slope))
+            beyond = np.maximum(stretch - table.deflection[-1], 0.0)
+            tail = beyond * (table.force[-1] + beyond * table.slope[-1] / 2)
+            energy[..., groups] = before[cell] + cubic_energy(force_at, slope_at, width, t) + tail
+        return energy
+
+    def _groups(self) -> list[tuple[RadialTable, NDArray[np.int64]]]:
+        """Each table and the numbers of its groups."""
+        return [(table, np.flatnonzero(self.number == i)) for i, table in enumerate(self.tables)]
+
+
+def _cells(
+    table: RadialTable, rho: Array
+) -> tuple[tuple[Array, Array], tuple[Array, Array], Array, Array, NDArray[np.int64]]:
+    """Forces and slopes at both ends of the cell of each stretch [m], its width, place 0 .. 1 in it, and its number."""
+    x, f, k = (np.array(values) for values in (table.deflection, table.force, table.slope))
+    cell = np.clip(np.searchsorted(x, rho, side="right") - 1, 0, len(x) - 2)
+    width = np.diff(x)[cell]
+    t = np.clip((rho - x[cell]) / width, 0.0, 1.0)
+    return (f[cell], f[cell + 1]), (k[cell], k[cell + 1]), width, t, cell
+
+
+Index = NDArray[np.int64]
+_T = TypeVar("_T", bound=np.generic)
+
+STATES = ("play", "stick", "slip", "stop")
+# A slider within this share of the clearance is at the stop: rounding of its steps.
+_AT_STOP = 1e-12
+# Newton steps or halvings until its angle there is found to rounding [rad].
+_SEARCH, _ANGLE = 60, 1e-15
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GroupRows:
+    """R rows of G groups: first (G,) row of each group, owner (R,) group of each row."""
+
+    first: NDArray[np.int64]
+    owner: NDArray[np.int64]
+
+    @property
+    def pair(self) -> NDArray[np.bool_]:
+        """Whether a group has two rows (G,); else one."""
+        two: NDArray[np.bool_] = np.diff(np.append(self.first, self.owner.size)) == 2
+        return two
+
+    def spread(self, values: NDArray[_T]) -> NDArray[_T]:
+        """Values of groups (..., G) at each row (..., R)."""
+        result: NDArray[_T] = values[..., self.owner]
+        return result
+
+    def dot(self, a: Array, b: Array) -> Array:
+        """Scalar products (..., G) of the parts of each group in a and b (..., R)."""
+        return np.add.reduceat(a * b, self.first, axis=-1) if self.first.size else a[..., :0]
+
+    def size(self, rows: Array) -> Array:
+        """Euclidean length (..., G) of the part of each group in rows (..., R), in their unit."""
+        return np.sqrt(self.dot(rows, rows))
+
+    def blocks(self, unit: Array, *, along: Array, across: Array) -> Array:
+        """Blocks along n n' + across (1 - n n') (..., R, R) [N/m], unit vectors n (..., R); along, across (..., G)."""
+        same = self.owner[:, None] == self.owner
+        dyad = self.spread(along - across)[..., :, None] * unit[..., :, None] * unit[..., None, :]
+        result: Array = np.where(same, dyad, 0.0)
+        rows = np.arange(self.owner.size)
+        result[..., rows, rows] += self.spread(across)
+        return result
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LawGroup:
+    """Rows of one link that follow one law.
+
+    name : of the link, ``main/sun/support``.  kind : of the link: support, bearing, coupling, ...
+    rows : (r,) ``main/sun/support/x``.  B : (n, r).  law.
+    damping : (r,) of its dampers, in C already [N s/m].  lag : damping per tangent stiffness, not in C [s].
+    """
+
+    name: str
+    kind: str
+    rows: tuple[str, ...]
+    B: Array
+    law: RadialLaw
+    damping: Array
+    lag: float = 0.0
+
+    def __repr__(self) -> str:
+        """One line: name, law and number of rows."""
+        return f"LawGroup({self.name!r}, {self.law.kind}, {len(self.rows)} rows, {self.law.stiffness:.4g} N/m)"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Laws:
+    """Laws of G groups over R rows as arrays.
+
+    A group with a `memory` has a slider.
+
+    rows : which rows each group has.  profiles : radial laws of one class each and the numbers (g,) of their groups.
+    stiffness, stiffest [N/m], friction [N], slip_start, clearance [m], memory : (G,) of `RadialLaw`.
+    """
+
+    rows: GroupRows
+    profiles: tuple[tuple[Profile, Index], ...]
+    stiffness: Array
+    stiffest: Array
+    friction: Array
+    slip_start: Array
+    clearance: Array
+    memory: NDArray[np.bool_]
+
+    @property
+    def row_stiffness(self) -> Array:
+        """k of every row, (R,) [N/m]."""
+        return self.rows.spread(self.stiffness)
+
+    @property
+    def row_memory(self) -> NDArray[np.bool_]:
+        """Whether the group of each row has a memory, (R,)."""
+        return self.rows.spread(self.memory)
+
+    def radial(self, rho: Array) -> tuple[Array, Array]:
+        """Force f (..., G) [N] and slope f' (..., G) [N/m] of the radial laws at rho (..., G) [m]."""
+        if len(self.profiles) == 1:
+            return self.profiles[0][0].parts(rho)
+        force, slope = np.zeros_like(rho), np.zeros_like(rho)
+        for profile, groups in self.profiles:
+            force[..., groups], slope[..., groups] = profile.parts(rho[..., groups])
+        return force, slope
+
+    def potential(self, delta: Array, anchor: Array | None = None) -> Array:
+        """Energy of each group (..., G) [J] at delta (..., R) [m]; with a memory that of one step from the slider
+        `anchor` (..., R) [m]."""
+        rho = self.rows.size(delta)
+        energy = np.zeros_like(rho)
+        for profile, groups in self.profiles:
+            energy[..., groups] = profile.energy(rho[..., groups])
+        if anchor is None or not self.memory.any():
+            return energy
+        slider = self.slide(delta, anchor)
+        step = self.stiffness * self.rows.size(delta - slider) ** 2 / 2
+        step += self.friction * self.rows.size(slider - anchor)
+        return np.where(self.memory, step, energy)
+
+    def force(self, delta: Array, anchor: Array | None = None) -> Array:
+        """Force along every row (..., R) [N], the gradient of the potential; delta, anchor : (..., R) [m]."""
+        secant, _ = self._secant(self.rows.size(delta))
+        radial: Array = self.rows.spread(secant) * delta
+        if anchor is None or not self.memory.any():
+            return radial
+        spring = self.row_stiffness * (delta - self.slide(delta, anchor))
+        return np.where(self.row_memory, spring, radial)
+
+    def tangent(self, delta: Array, anchor: Array | None = None) -> Array:
+        """Derivative of the force (..., R, R) [N/m], symmetric, block by block; delta, anchor : (..., R) [m]."""
+        rho = self.rows.size(delta)
+        secant, slope = self._secant(rho)
+        unit = delta / self.rows.spread(_or_one(rho))
+        radial = self.rows.blocks(unit, along=slope, across=secant)
+        if anchor is None or not self.memory.any():
+            return radial
+        return np.where(self.row_memory[:, None], self._slider_tangent(delta, anchor), radial)
+
+    def slide(self, delta: Array, anchor: Array) -> Array:
+        """Sliders (..., R) [m] after a step to delta (..., R) from sliders at `anchor` (..., R); 0 without a memory."""
+        slider, _ = self._slid(delta, anchor)
+        return np.where(self.row_memory, slider, 0.0)
+
+    def state(self, delta: Array, anchor: Array | None = None) -> Index:
+        """State of each group (..., G), an index into `STATES`; delta, anchor : (..., R) [m].
+
+        play : inside the clearance, no force.  stick : elastic before the slip start.  slip : sliding at the friction
+        force.  stop : beyond the clearance, on the elements or the teeth.
+        """
+        rho = self.rows.size(delta)
+        before = np.where(self.friction > 0, np.where(rho < self.slip_start, 1, 2), 0)
+        radial = np.where(rho >= self.slip_start + self.clearance, 3, before)
+        if anchor is None or not self.memory.any():
+            return radial
+        slider = self.slide(delta, anchor)
+        moved = self.rows.size(slider - anchor) > 0
+        stopped = self.rows.size(slider) >= self.clearance * (1 - _AT_STOP)
+        return np.where(self.memory, np.where(stopped, 3, np.where(moved, 2, 1)), radial)
+
+    def kinks(self, delta: Array, step: Array, anchor: Array | None = None) -> Array:
+        """Step lengths a (T, 5 G) [1] at which delta + a step crosses S_1 or S_2 of a group, or is nearest to its
+        centre.
+
+        delta, step, anchor : (T, R) [m].  nan or negative where it does not.  With a memory S_1 counts from the slider.
+        """
+        start = self.slip_start
+        around = np.where(self.row_memory, 0.0 if anchor is None else anchor, 0.0)
+        square = self.rows.size(step) ** 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            nearest = -self.rows.dot(delta, step) / square
+            first = self._crossings(delta - around, step, start)
+            second = self._crossings(delta, step, start + self.clearance)
+        return np.concatenate([nearest, *first, *second], axis=-1)
+
+    def _crossings(self, delta: Array, step: Array, radius: Array) -> tuple[Array, Array]:
+        """Both step lengths a (..., G) with |delta + a step| = radius; delta, step : (..., R), radius : (G,) [m]."""
+        square = self.rows.size(step) ** 2
+        middle = -self.rows.dot(delta, step) / square
+        half = np.sqrt(middle**2 - (self.rows.size(delta) ** 2 - radius**2) / square)
+        return middle - half, middle + half
+
+    def _secant(self, rho: Array) -> tuple[Array, Array]:
+        """Secant f / rho, at 0 the slope, and slope f' (..., G) [N/m] of the radial laws at rho (..., G) [m]."""
+        force, slope = self.radial(rho)
+        return np.where(rho > 0, force / _or_one(rho), slope), slope
+
+    def _slid(self, delta: Array, anchor: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Slider (..., R) [m], and whether it is at its stop (..., G).
+
+        Away from the stop it is anchor + w <1 - S_1 / |w|> with w = delta - anchor.
+        """
+        pull = delta - anchor
+        length = self.rows.size(pull)
+        factor = np.where(length > self.slip_start, 1.0 - self.slip_start / _or_one(length), 0.0)
+        slider: Array = anchor + self.rows.spread(factor) * pull
+        out = self.memory & (self.rows.size(slider) > self.clearance * (1 + _AT_STOP))
+        if out.any():
+            slider = np.where(self.rows.spread(out), self._at_stop(delta, anchor, out), slider)
+        return slider, out
+
+    def _at_stop(self, delta: Array, anchor: Array, out: NDArray[np.bool_]) -> Array:
+        """Slider (..., R) [m] on the circle of the clearance, between the directions of delta and the anchor.
+
+        Of a group of one row it is on the side of delta.  At the angle theta from delta and psi from the anchor the
+        slope of the energy along the circle, k |delta| sin theta - F_m |anchor| sin psi / |slip|, is zero.  Safeguarded
+        Newton steps on the whole array find it: the groups of all instants at once, in every step of a static history.
+        """
+        first, pair = self.rows.first, self.rows.pair
+        second = first + pair
+        dx, dy = delta[..., first], np.where(pair, delta[..., second], 0.0)
+        px, py = anchor[..., first], np.where(pair, anchor[..., second], 0.0)
+        reach, radius, c = np.hypot(dx, dy), np.hypot(px, py), self.clearance
+        cross = dx * py - dy * px
+        side = np.where(cross < 0, -1.0, 1.0)
+        end = np.where(out & pair, np.arctan2(np.abs(cross), dx * px + dy * py), 0.0)
+        # a slider at the stop already and pressed on may be held there by friction
+        stuck = (radius >= c * (1 - _AT_STOP)) & (reach * np.cos(end) >= c)
+        stuck &= self.stiffness * reach * np.sin(end) <= self.friction
+        low, high = np.where(stuck, end, 0.0), end
+        theta = (low + high) / 2
+        for _ in range(_SEARCH):
+            psi = end - theta
+            slip = np.sqrt(np.maximum((c - radius) ** 2 + 4 * c * radius * np.sin(psi / 2) ** 2, np.finfo(float).tiny))
+            drag, lean = self.friction * radius / slip, np.sin(psi)
+            slope = self.stiffness * reach * np.sin(theta) - drag * lean
+            bend = self.stiffness * reach * np.cos(theta) + drag * (np.cos(psi) - c * radius * (lean / slip) ** 2)
+            low, high = np.where(slope < 0, theta, low), np.where(slope < 0, high, theta)
+            trial = theta - slope / _or_one(bend)
+            trial = np.where((bend > 0) & (trial >= low) & (trial <= high), trial, (low + high) / 2)
+            change, theta = np.abs(trial - theta), trial
+            if np.all(change <= _ANGLE):
+                break
+        along, across = c * np.cos(theta), side * c * np.sin(theta)
+        slider = np.empty_like(delta)
+        slider[..., second] = (along * dy + across * dx) / _or_one(reach)
+        slider[..., first] = (along * dx - across * dy) / _or_one(reach)
+        return slider
+
+    def _slider_tangent(self, delta: Array, anchor: Array) -> Array:
+        """Derivative (..., R, R) [N/m] of k (delta - s): k in stick, F_m / |delta - anchor| across the slip in slip.
+
+        At the stop the slider moves along the circle only, by k / D of the motion of delta along it, with
+        D = (k delta - F_m n) . s / |s|^2 + F_m (n . s / |s|)^2 / |s - anchor| and n the direction of the slip.
+        """
+        k, friction = self.stiffness, self.friction
+        slider, stopped = self._slid(delta, anchor)
+        moved, pull = self.rows.size(slider - anchor), self.rows.size(delta - anchor)
+        slips = moved > 0
+        unit = (delta - anchor) / self.rows.spread(_or_one(pull))
+        across = np.where(slips, friction / _or_one(pull), k)
+        free = self.rows.blocks(unit, along=np.where(slips, 0.0, k), across=across)
+        if not stopped.any():
+            return free
+        outward = slider / self.rows.spread(_or_one(self.rows.size(slider)))
+        step = (slider - anchor) / self.rows.spread(_or_one(moved))
+        cosine = self.rows.dot(step, outward)
+        D = (k * self.rows.dot(delta, outward) - friction * cosine) / np.where(stopped, self.clearance, 1.0)
+        D += friction * cosine**2 / np.where(slips, moved, np.inf)
+        across = np.where(slips & (D > 0), k - k**2 / _or_one(D), k)
+        held = self.rows.blocks(outward, along=k * np.ones_like(across), across=across)
+        return np.where(self.rows.spread(stopped)[..., :, None], held, free)
+
+
+def _or_one(values: Array) -> Array:
+    """Values where they are above zero, else 1: divisors."""
+    return np.where(values > 0, values, 1.0)
+
+
+def stacked(groups: Sequence[LawGroup]) -> Laws:
+    """Laws of the groups as arrays, rows in order."""
+    counts = np.array([len(group.rows) for group in groups], dtype=np.int64)
+    laws = [group.law for group in groups]
+    profiles = []
+    for kind in dict.fromkeys(type(law) for law in laws):
+        numbers = [i for i, law in enumerate(laws) if type(law) is kind]
+        profiles.append((kind.profile([laws[i] for i in numbers]), np.array(numbers, np.int64)))
+
+    def values(name: str) -> Array:
+        return np.array([getattr(law, name) for law in laws], dtype=float)
+
+    return Laws(
+        rows=GroupRows(
+            first=np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)[: len(groups)],
+            owner=np.repeat(np.arange(len(groups)), counts),
+        ),
+        profiles=tuple(profiles),
+        stiffness=values("stiffness"),
+        stiffest=values("stiffest"),
+        friction=values("friction"),
+        slip_start=values("slip_start"),
+        clearance=values("clearance"),
+        memory=np.array([law.memory and law.friction > 0 for law in laws], dtype=bool),
+    )

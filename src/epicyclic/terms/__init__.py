@@ -1,1 +1,0 @@
-"""Words explained: paths of the model file, variables of results, codes of warnings, verbs and figures."""

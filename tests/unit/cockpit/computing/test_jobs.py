@@ -1,0 +1,185 @@
+"""The jobs: what they say is what the verbs say; they tell their progress, stop, and refuse what they do not know."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from epicyclic.cockpit.computing.answers import halved_text, halved_tolerance
+from epicyclic.cockpit.computing.job_kinds import JOBS, tolerance_shares
+from epicyclic.cockpit.state.frames import PageFrame, pack, unpack
+from epicyclic.document.document import drive_text
+from epicyclic.errors import ModelError
+from epicyclic.questions.check.verbs import check
+from epicyclic.questions.flanks.verbs import contact
+from epicyclic.questions.tolerance.verbs import tolerance
+from epicyclic.train.resolution import load
+
+# Less than the defaults, which take a second or two each.
+SMALL: dict[str, dict[str, Any]] = {
+    "contact": {"samples": 16, "slices": 8},
+    "relief": {"population": 4, "generations": 2},
+    "stiffness": {"samples": 32},
+    "tolerance": {"samples": 1024},
+    "contact_loss": {"points": 6},
+    "transient": {"cycles": 2.0},
+    "sensitivity": {"of": "frequency"},
+}
+
+
+CARRIER = "deviations.main.carrier.run_out"
+
+
+class Stopped(BaseException):
+    """What a cancelled job raises."""
+
+
+@lru_cache
+def done(name: str) -> tuple[PageFrame, Any, tuple[float, ...]]:
+    told: list[float] = []
+    source = tomllib.loads(drive_text("ren2021"))
+    frame, dataset = JOBS[name].run(source, {}, SMALL[name], lambda *d: told.append(d[0] / (d[1:] or (1,))[0]))
+    return frame, dataset, tuple(told)
+
+
+@pytest.mark.parametrize("name", list(JOBS))
+def test_a_job_gives_a_frame_a_dataset_and_its_progress(name: str) -> None:
+    frame, dataset, told = done(name)
+    job = frame.head["job"]
+    assert (frame.kind, job["name"]) == ("job", name)
+    assert job["text"].endswith(".")
+    assert "nan" not in job["text"]
+    assert dataset.attrs["verb"] in (name, "contact_sweep")
+    assert told
+    assert all(0 <= share <= 1 for share in told)
+    assert list(told) == sorted(told)
+    came = unpack(pack(frame))
+    if "lines" in job:
+        curves = came.head["job"]["lines"]["curves"]
+        assert came.arrays["job/y"].shape == (len(curves), came.arrays["job/x"].size)
+        assert 1 <= sum(curve["strong"] for curve in curves) <= 4
+    else:
+        assert came.arrays["job/bar"].shape == (len(job["bars"]["rows"]),)
+
+
+@pytest.mark.parametrize("name", list(JOBS))
+def test_a_job_stops_where_its_progress_raises(name: str) -> None:
+    def stop(*_: float) -> None:
+        raise Stopped
+
+    with pytest.raises(Stopped):
+        JOBS[name].run(tomllib.loads(drive_text("ren2021")), {}, SMALL[name], stop)
+
+
+@pytest.mark.parametrize("name", list(JOBS))
+def test_a_job_refuses_an_option_it_does_not_have(name: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        JOBS[name].run(tomllib.loads(drive_text("ren2021")), {}, {"folder": "/tmp"}, lambda *_: None)
+    assert caught.value.path == f"{name}.folder"
+
+
+@pytest.mark.parametrize("name", ["contact", "relief", "tolerance", "contact_loss", "transient"])
+def test_a_job_says_what_the_model_lacks(name: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        JOBS[name].run(tomllib.loads(drive_text("lin1999-n4")), {}, {}, lambda *_: None)
+    assert caught.value.path
+
+
+def test_contact_says_what_the_verb_says() -> None:
+    frame, _, _ = done("contact")
+    result = contact("ren2021", loads=(1.0,), samples=16, slices=8)
+    swing = 1e6 * float(result["transmission_error_peak_to_peak"][0])
+    assert f"{swing:.3g} µm peak to peak" in frame.head["job"]["text"]
+
+
+def test_tolerance_shares_are_those_of_the_verb() -> None:
+    frame, result, _ = done("tolerance")
+    printed = tolerance("ren2021", samples=1024, effects="shares")
+    for name in ("sobol_total", "k_gamma_std", "system_k_gamma_quantile"):
+        np.testing.assert_array_equal(result[name].values, printed[name].values)
+    one = printed.sel(definition="mean-load")
+    pair = int(np.nanargmax(one["k_gamma_std"].values))
+    shares = sorted(np.clip(np.nan_to_num(one["sobol_total"].values[pair]), 0, None), reverse=True)
+    np.testing.assert_allclose(frame.arrays["job/bar"], 100 * np.array(shares), rtol=1e-5)
+    quantile = float(one["system_k_gamma_quantile"].sel(probability=0.99))
+    assert f"below {quantile:.3f} in 99 %" in frame.head["job"]["text"]
+    (answer,) = frame.head["answers"]
+    assert (answer["key"], answer["figure"]) == ("error", f"{100 * shares[0]:.0f} %")
+    alone = one["sobol_first"].values[pair][np.nanargmax(one["sobol_total"].values[pair])]
+    assert f"with its interactions ({100 * max(alone, 0):.0f} % alone)" in answer["text"]
+
+
+def test_shares_are_those_of_the_pair_that_scatters_most() -> None:
+    _, result, _ = done("tolerance")
+    changed = result.copy(deep=True)
+    changed["k_gamma_std"][:, 2] *= 10
+    changed["sobol_total"][:, 2] = np.arange(result.sizes["tolerance"]) / 10
+    np.testing.assert_allclose(tolerance_shares(changed), np.arange(result.sizes["tolerance"]) / 10)
+
+
+def test_halving_a_tolerance_halves_its_spread() -> None:
+    frame, _, _ = done("tolerance")
+    (path, value), *_ = frame.head["job"]["apply"].items()
+    assert path == 'tolerance."deviations.carrier.run_out"'
+    spread = []
+    for overrides in ({}, {path: value}):
+        table = check("ren2021", overrides=overrides)
+        spread.append(table["tolerance_std"].values[list(table["tolerance_path"].values).index(CARRIER)])
+    assert spread[1] == pytest.approx(spread[0] / 2)
+
+
+def test_relief_is_drawn_by_its_apply() -> None:
+    frame, dataset, _ = done("relief")
+    apply = frame.head["job"]["apply"]
+    assert apply
+    assert apply == frame.head["answers"][0]["apply"]
+    result = contact("ren2021", overrides=apply, loads=(0.75, 1.0), samples=64, slices=40, mesh="sun-planet")
+    after = float(dataset["objective_after"].values[0])
+    assert float(result["transmission_error_peak_to_peak"].max()) == pytest.approx(after, rel=0.02)
+    before, then = (float(one) for one in re.findall(r"from ([\d.]+) to ([\d.]+) µm", frame.head["job"]["text"])[0])
+    assert then == pytest.approx(1e6 * after, rel=5e-3)
+    assert before > then
+
+
+@pytest.mark.parametrize(
+    ("text", "half"),
+    [
+        ("normal(0, 12 um)", "normal(0, 6 um)"),
+        ("rayleigh(7 um)", "rayleigh(3.5 um)"),
+        ("disc(70 um)", "disc(35 um)"),
+        ("truncated(1.9 MN m, 0.2 MN m, 1.4 MN m, 2.5 MN m)", "truncated(1.9 MN m, 0.1 MN m, 1.4 MN m, 2.5 MN m)"),
+        ("grade(ISO 1328-1:2013 5, 3 sigma)", "grade(ISO 1328-1:2013 3, 3 sigma)"),
+        ("grade(IT8, 3 sigma)", "grade(IT6, 3 sigma)"),
+        ("grade(IT6, 3 sigma)", None),  # ISO 286-1 as it is used here begins at IT5
+        ("grade(ISO 1328-1:2013 2, 3 sigma)", None),
+        ("uniform(-5 um, 5 um)", "uniform(-2.5 um, 2.5 um)"),
+        ("uniform(10 um, 20 um)", "uniform(12.5 um, 17.5 um)"),
+        ("grade(IT2, 3 sigma)", None),
+        ("nonsense", None),
+    ],
+)
+def test_half_of_a_distribution(text: str, half: str | None) -> None:
+    assert halved_text(text) == half
+
+
+def test_own_and_common_parts_are_halved_alone() -> None:
+    train = load("ren2021")
+    (path,) = halved_tolerance(train, "deviations.main.meshes.sun-planet.gap own")
+    assert path == 'tolerance."deviations.meshes.sun-planet.gap"'
+    value: Any = halved_tolerance(train, "deviations.main.meshes.sun-planet.gap own")[path]
+    assert value == {"own": "normal(0, 3 um)", "common": "normal(0, 10 um)"}
+    load("ren2021", {path: value})
+
+
+def test_every_job_says_what_it_does_by_default() -> None:
+    assert set(JOBS) == {"contact", "relief", "stiffness", "tolerance", "contact_loss", "transient", "sensitivity"}
+    for name, kind in JOBS.items():
+        assert kind.name == name
+        assert kind.about.endswith(".")
+        assert kind.label
+        assert kind.seconds > 0
