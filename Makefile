@@ -19,8 +19,8 @@ KERNEL       := Prescott
 KERNEL_TESTS := $(addprefix tests/,papers/test_dong2019.py papers/test_yue2014.py $(addprefix unit/, \
                   statics/test_static.py statics/test_static_flanks.py questions/modes/test_modal.py \
                   questions/response/test_resonances.py questions/tolerance/test_tolerance_map.py \
-                  questions/compare/test_compare_trains.py questions/flanks/test_contact_resolution.py \
-                  questions/parameters/test_stability_map.py test_ties.py) \
+                  questions/studies/test_compare_trains.py questions/flanks/test_contact_resolution.py \
+                  questions/studies/test_stability_map.py test_ties.py) \
                   physics/test_star_drive.py physics/test_three_routes.py physics/test_floating.py physics/test_no_load.py)
 
 .PHONY: demo test lint types pytest quick kernel oldest bench figures docs clean help

@@ -12,6 +12,7 @@ import table
 from known import bench56, with_backlash
 
 import epicyclic
+from epicyclic.questions.contact_loss.branch_set import force_level
 from epicyclic.questions.contact_loss.continuation import (
     ArclengthUnit,
     PathPoint,
@@ -19,13 +20,12 @@ from epicyclic.questions.contact_loss.continuation import (
     arclength_unit,
     branch,
     folds,
+    linear_start,
     peak_of,
+    solve,
 )
-from epicyclic.questions.contact_loss.corrector import linear_start, solve
-from epicyclic.questions.contact_loss.outputs import force_level
 from epicyclic.questions.contact_loss.problem import Problem, State
-from epicyclic.questions.contact_loss.refinement import Refinement, Solution, solution, with_stability
-from epicyclic.questions.contact_loss.stability import floquet_stability
+from epicyclic.questions.contact_loss.solutions import Refinement, Solution, floquet_stability, solution, with_stability
 from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.contact_loss.sweep_direction import period_doubled_motions, symmetry_broken_motions
 from epicyclic.questions.response.response import response

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from epicyclic.questions.tolerance.tolerance_map import SampleValues
+from epicyclic.statics.sample_loads import SampleLoads
 
 __all__ = ["FloatingSun"]
 
@@ -77,12 +77,12 @@ class FloatingSun:
 
     def evaluate(
         self, u: Array, *, scale: Array | None = None, torque: float = 1.0, method: str = "auto"
-    ) -> SampleValues:
+    ) -> SampleLoads:
         """Values of (S, n) uniforms."""
         force = self.forces(u, scale=scale, torque=torque)
         share = self.count * force / force.sum(axis=1, keepdims=True)
         load = np.stack([share, share], axis=1)
-        return SampleValues(
+        return SampleLoads(
             k=load.max(axis=2, keepdims=True),
             load=load,
             least=force,

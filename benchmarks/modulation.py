@@ -9,7 +9,7 @@ import table
 from timing import cpu_seconds
 
 from epicyclic.questions.modulation.modulation import modulation
-from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.response.measures import periodic
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

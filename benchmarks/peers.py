@@ -26,11 +26,9 @@ import table
 from numpy.typing import NDArray
 
 from epicyclic.machine_code import numba_available
-from epicyclic.questions.response.periodic import periodic
-from epicyclic.questions.transient.equation import Motion, from_modal, motion, to_modal
-from epicyclic.questions.transient.integrators import integrate
-from epicyclic.questions.transient.program import constant
-from epicyclic.questions.transient.right_hand_side import at_equilibrium, instant_terms, row_force
+from epicyclic.questions.response.measures import periodic
+from epicyclic.questions.transient.equation import Motion, constant, from_modal, motion, to_modal
+from epicyclic.questions.transient.integrators import at_equilibrium, instant_terms, integrate, row_force
 from epicyclic.questions.transient.transient import mesh_force
 from epicyclic.system.system import System
 

@@ -23,15 +23,8 @@ from timing import cpu_seconds
 
 from epicyclic.questions.response.response import respond, response
 from epicyclic.questions.response.steady import SweepOptions, sweep
-from epicyclic.questions.sensitivity.adjoint import (
-    SystemNumbers,
-    adjoint_form,
-    adjoint_parts,
-    combined,
-    measure,
-    numbers,
-)
-from epicyclic.questions.sensitivity.gradient import Gradient, basis_of, force_derivatives, gradient
+from epicyclic.questions.studies.adjoint import SystemNumbers, adjoint_form, adjoint_parts, combined, measure, numbers
+from epicyclic.questions.studies.gradient import Gradient, basis_of, force_derivatives, gradient
 from epicyclic.system.system import System
 
 TOLERANCE = 1e-8

@@ -28,7 +28,7 @@ from floating_sun import FloatingSun
 from scipy.special import ndtri
 
 import epicyclic
-from epicyclic.engine.sampling import Sampler, piece_uniforms, sampling_plan
+from epicyclic.engine.plan import Sampler, piece_uniforms, sampling_plan
 from epicyclic.questions.tolerance.statistics import Band, SampleTally, piece_statistics
 
 DRIVES = ("ren2021", "wind-five")

@@ -26,7 +26,7 @@ import table
 from known import bench56, bench112, sliced_xu2020, with_backlash
 from numpy.typing import NDArray
 
-from epicyclic.questions.contact_loss.outputs import torus_outputs
+from epicyclic.questions.contact_loss.shaft_orders import torus_outputs
 from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus, torus_of
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import Line, System
@@ -109,9 +109,8 @@ def _timed(run: Callable[[float], TorusPoint], speeds: Sequence[float]) -> tuple
 
 def _error(given: Torus, point: TorusPoint, cycles: int, steps: int = 256) -> tuple[float, float]:
     """Error of the RMS, and the relative change of the reference over its super-period."""
-    from epicyclic.questions.transient.equation import motion
+    from epicyclic.questions.transient.equation import constant, motion
     from epicyclic.questions.transient.integrators import integrate
-    from epicyclic.questions.transient.program import constant
     from epicyclic.questions.transient.transient import mesh_force
 
     y, speed = point.state.y, point.state.speed
@@ -131,8 +130,8 @@ def _error(given: Torus, point: TorusPoint, cycles: int, steps: int = 256) -> tu
 
 def _slices() -> list[table.Row]:
     """Mesh orders of 16 harmonics with 8 slices a mesh, and these against 32."""
-    from epicyclic.questions.contact_loss.corrector import linear_start, solve
-    from epicyclic.questions.contact_loss.outputs import mesh_force
+    from epicyclic.questions.contact_loss.branch_set import mesh_force
+    from epicyclic.questions.contact_loss.continuation import linear_start, solve
     from epicyclic.questions.contact_loss.problem import flank_force, mesh_problem
     from epicyclic.system.system import faces
 

@@ -23,11 +23,9 @@ import table
 from known import bench56
 
 from epicyclic.machine_code import numba_available
-from epicyclic.questions.response.periodic import periodic
-from epicyclic.questions.transient.equation import motion
-from epicyclic.questions.transient.integrators import integrate, steps_for
-from epicyclic.questions.transient.program import constant
-from epicyclic.questions.transient.right_hand_side import at_equilibrium
+from epicyclic.questions.response.measures import periodic
+from epicyclic.questions.transient.equation import constant, motion
+from epicyclic.questions.transient.integrators import at_equilibrium, integrate, steps_for
 from epicyclic.system.system import System
 from peers import loosest, problem, rk4_rms
 

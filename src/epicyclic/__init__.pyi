@@ -5,7 +5,6 @@ from .errors import ConvergenceError as ConvergenceError
 from .errors import ModelError as ModelError
 from .questions.check.verbs import check as check
 from .questions.check.verbs import matrices as matrices
-from .questions.compare.compare import compare as compare
 from .questions.flanks.verbs import contact as contact
 from .questions.flanks.verbs import efficiency as efficiency
 from .questions.flanks.verbs import relief as relief
@@ -14,14 +13,15 @@ from .questions.flanks.verbs import train_contact as train_contact
 from .questions.modes.verbs import campbell as campbell
 from .questions.modes.verbs import modes as modes
 from .questions.modulation.verbs import modulation as modulation
-from .questions.parameters.parameter_studies import vary as vary
-from .questions.parameters.verbs import study as study
-from .questions.parameters.verbs import track as track
 from .questions.response.verbs import steady as steady
 from .questions.response.verbs import sweep as sweep
-from .questions.sensitivity.verbs import sensitivity as sensitivity
 from .questions.sharing.verbs import sharing as sharing
 from .questions.stability.verbs import stability as stability
+from .questions.studies.compare import compare as compare
+from .questions.studies.parameter_studies import vary as vary
+from .questions.studies.verbs import sensitivity as sensitivity
+from .questions.studies.verbs import study as study
+from .questions.studies.verbs import track as track
 from .questions.tolerance.verbs import allocate as allocate
 from .questions.tolerance.verbs import tolerance as tolerance
 from .questions.transient.verbs import transient as transient

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from epicyclic.questions.modes.basis import Modal, modal_form
+from epicyclic.questions.modes.eigen import Modal, modal_form
 from epicyclic.questions.response.balance import Batch, solve
 from epicyclic.questions.response.lattice import kernel
 from epicyclic.system.system import Dofs, LinkRows, MeshRows, System

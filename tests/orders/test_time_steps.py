@@ -12,10 +12,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from epicyclic.questions.transient.equation import Motion, from_modal, motion, to_modal
-from epicyclic.questions.transient.integrators import adaptive_states, integrate
-from epicyclic.questions.transient.program import program
-from epicyclic.questions.transient.right_hand_side import acceleration, instant_terms
+from epicyclic.questions.transient.equation import Motion, from_modal, motion, program, to_modal
+from epicyclic.questions.transient.integrators import acceleration, adaptive_states, instant_terms, integrate
 from epicyclic.system.system import Dofs, Line, LinkRows, MeshRows, System
 
 Array = NDArray[np.float64]

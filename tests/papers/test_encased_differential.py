@@ -22,8 +22,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from epicyclic.questions.check.check import check
-from epicyclic.questions.modes.basis import mean_modes
-from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.modes.eigen import mean_modes
+from epicyclic.questions.response.measures import periodic
 from epicyclic.questions.response.steady import steady
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.sharing.tone_forces import Method

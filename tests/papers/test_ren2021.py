@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from epicyclic.questions.modes.modal import modal
-from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.response.measures import periodic
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.questions.flanks.contact import stiffness, stiffness_history
-from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.response.measures import periodic
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System

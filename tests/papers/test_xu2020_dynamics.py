@@ -16,7 +16,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from epicyclic.questions.modes.modal import modal
-from epicyclic.questions.response.periodic import Periodic, periodic
+from epicyclic.questions.response.measures import Periodic, periodic
 from epicyclic.questions.response.response import FrameSpeed
 from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.statics.static import static

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.questions.response.periodic import periodic
-from epicyclic.questions.transient.equation import motion
-from epicyclic.questions.transient.program import constant
+from epicyclic.questions.response.measures import periodic
+from epicyclic.questions.transient.equation import constant, motion
 
 pytest.importorskip("exudyn", reason="Exudyn is not installed: pip install 'epicyclic[peers]'")
 ROOT = Path(__file__).parents[2]

@@ -9,10 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.questions.transient.equation import motion
-from epicyclic.questions.transient.integrators import integrate
-from epicyclic.questions.transient.program import phase_at, program
-from epicyclic.questions.transient.right_hand_side import at_equilibrium
+from epicyclic.questions.transient.equation import motion, phase_at, program
+from epicyclic.questions.transient.integrators import at_equilibrium, integrate
 from epicyclic.questions.transient.scenario import Scenario, scenario_motion
 from epicyclic.system.assembly import (
     centrifugal_stiffness,

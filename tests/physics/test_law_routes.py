@@ -18,22 +18,21 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import epicyclic
-from epicyclic.questions.contact_loss.corrector import solve
-from epicyclic.questions.contact_loss.outputs import mesh_force
+from epicyclic.questions.contact_loss.branch_set import mesh_force
+from epicyclic.questions.contact_loss.continuation import solve
 from epicyclic.questions.contact_loss.problem import flank_force, gap_rows, prolonged
-from epicyclic.questions.contact_loss.refinement import (
+from epicyclic.questions.contact_loss.solutions import (
     Refinement,
     Solution,
+    floquet_multipliers,
     load_continuation,
     solution,
     with_stability,
 )
-from epicyclic.questions.contact_loss.stability import floquet_multipliers
 from epicyclic.questions.contact_loss.sweep_direction import initial_state
 from epicyclic.questions.response.response import Response, response
-from epicyclic.questions.transient.equation import motion
+from epicyclic.questions.transient.equation import constant, motion
 from epicyclic.questions.transient.integrators import integrate, steps_for
-from epicyclic.questions.transient.program import constant
 from epicyclic.questions.transient.transient import flank_force as record_force
 from epicyclic.statics.tangent import linear
 from epicyclic.system.gaps import flanks

@@ -11,10 +11,9 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.questions.response.periodic import Periodic, periodic
-from epicyclic.questions.transient.equation import from_modal, motion, to_modal
+from epicyclic.questions.response.measures import Periodic, periodic
+from epicyclic.questions.transient.equation import constant, from_modal, motion, to_modal
 from epicyclic.questions.transient.integrators import adaptive_states
-from epicyclic.questions.transient.program import constant
 from epicyclic.questions.transient.transient import link_force, mesh_force
 from epicyclic.system.system import System
 

@@ -18,7 +18,7 @@ from compare_table import Row, failures, page, summary
 from compare_worker import run
 
 import epicyclic
-from epicyclic.questions.compare.compare import drawing_differences
+from epicyclic.questions.studies.compare import drawing_differences
 from epicyclic.verbs.record import verbs as records
 
 Record = dict[str, Any]

@@ -149,7 +149,7 @@ def compare(
     """
     require_output(output, figure, ("compare",), as_json=as_json)
     import_model_rooms()
-    from ..questions.compare.compare import compare as run
+    from ..questions.studies.compare import compare as run
 
     overrides = parsed_overrides(sets) or None
     try:
@@ -296,7 +296,7 @@ def _run(
 
 def _compared(models: Sequence[str], sets: list[str] | None) -> Any:
     """What differs between the models, as `compare` says it; None where it cannot."""
-    from ..questions.compare.compare import compare as run
+    from ..questions.studies.compare import compare as run
 
     try:
         return run(*models, overrides=parsed_overrides(sets) or None)
@@ -409,7 +409,7 @@ def study(
     with reported(), _flagged(), kept_store(store):
         require_output(output, figure, ["study"], as_json=as_json)
         import_model_rooms()
-        from ..questions.parameters.verbs import study as run
+        from ..questions.studies.verbs import study as run
 
         with progress_bar(f"study {job}") as step:
             result = run(job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=step)

@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from ..engine.cost import Counted
 from ..errors import ConvergenceError, ModelError
 from ..results.files import require_writable
 from ..show.plot import FIGURE_FILES, companions, figure_names, plot, require_figures, write_figure
@@ -27,6 +26,8 @@ from ..user_input import as_output, outputs_apart
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from ..engine.plan import Counted
 
 
 def collect_again() -> None:
@@ -224,6 +225,8 @@ def progress_bar(title: str, steps: int = 0) -> Iterator[Step]:
     from rich import progress as bars
     from rich.console import Console
 
+    from ..engine.plan import Counted  # numpy, which help does without
+
     text = bars.TextColumn("{task.description}")
     columns = (bars.SpinnerColumn(), text, bars.BarColumn(), bars.TaskProgressColumn(), bars.TimeElapsedColumn())
     left = (bars.TextColumn("left"), bars.TimeRemainingColumn())
@@ -274,6 +277,8 @@ class _Rate:
 
 def _tell(title: str, done: str | float, rate: _Rate) -> None:
     """A line for a named step, and for a count or a share now and then."""
+    from ..engine.plan import Counted  # numpy, which help does without
+
     if isinstance(done, str):
         complain(f"{title}: {done}")
     elif isinstance(done, Counted):

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..results.files import package_version
-from .cost import Counted
+from .plan import Counted
 from .run_folder import locked_folder
 
 Arrays = dict[str, NDArray[Any]]

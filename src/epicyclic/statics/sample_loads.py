@@ -11,7 +11,6 @@ whose rows would press otherwise by `LEFT` of the largest force.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
@@ -20,12 +19,16 @@ from numpy.typing import NDArray
 from ..errors import ConvergenceError, ModelError
 from ..system.system import Array, ComplexArray, System
 from .equilibrium import LEFT
-from .load_map import LawMap, LoadMap, law_forces, law_map, load_map
-from .mean_load import (
+from .load_map import (
+    LawMap,
+    LoadMap,
     SlowPhases,
     closed_loads,
     falls_below,
+    law_forces,
+    law_map,
     least_forces,
+    load_map,
     loads_at_phases,
     phase_points,
     phase_steps,
@@ -67,9 +70,8 @@ _ROUNDS, _FIRST_STEP, _SHORTER = 14, 0.5, 0.6
 _INSTANTS = 40_000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SampleLoads:
-    """Load sharing of S samples, definitions as of `mean_load.MEAN_LOADS`.
+class SampleLoads(NamedTuple):
+    """Load sharing of S samples, definitions as of `load_map.MEAN_LOADS`.
 
     k : (S, 2, g) coefficient of each group [1], nan of samples that failed and of groups without load.
     load : (S, 2, w) N F_i / sum F of each whole mesh [1].

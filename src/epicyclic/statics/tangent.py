@@ -18,8 +18,7 @@ from ..system.link_laws import STATES, Laws
 from ..system.system import Array, Line, LinkRows, MeshRows, System, commutes, faces
 from ..warning_codes import CodedText, coded
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
-from .record import group_gap
-from .unheld import standing_load
+from .record import group_gap, standing_load
 
 # Stiffness per nominal one of a link that floats in its clearance, for the mean system of analyses that ask its law:
 # its motion is a million times slower than that of a pressed one, and far from rounding of rigid modes (1e-11).

@@ -472,7 +472,7 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
     folder : in which a verb that keeps what is done has one of its name.
     """
     from ..engine.source import system_of
-    from ..questions.parameters.parameter_studies import run_out_study, support_study
+    from ..questions.studies.parameter_studies import run_out_study, support_study
 
     system = cache(lambda: system_of(train))
     steps: dict[str, Callable[[], xr.Dataset]] = {

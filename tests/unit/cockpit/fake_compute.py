@@ -13,7 +13,7 @@ import numpy as np
 
 from epicyclic.cockpit.processes.worker import serve_with
 from epicyclic.cockpit.state.frames import PageFrame, Request
-from epicyclic.engine.cost import Counted
+from epicyclic.engine.plan import Counted
 from epicyclic.errors import ModelError
 
 LIVE, PART, PARTS = 0.02, 0.03, 4

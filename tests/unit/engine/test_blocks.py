@@ -19,8 +19,8 @@ import pytest
 
 from epicyclic.engine import dask_workers as room
 from epicyclic.engine.block_store import BlockJob, block_store, hash_of, run_blocks
-from epicyclic.engine.cost import Counted
 from epicyclic.engine.dask_workers import mend
+from epicyclic.engine.plan import Counted
 from epicyclic.errors import ModelError
 
 pytest.importorskip("zarr")

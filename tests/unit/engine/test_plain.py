@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.engine.plain import read_plain, write_plain
+from epicyclic.engine.run_folder import read_plain, write_plain
 from epicyclic.errors import ModelError
-from epicyclic.questions.contact_loss.outputs import Measures
-from epicyclic.questions.contact_loss.stability import Stability
+from epicyclic.questions.contact_loss.branch_set import Measures
+from epicyclic.questions.contact_loss.solutions import Stability
 
 
 @dataclass(frozen=True)

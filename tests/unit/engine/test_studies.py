@@ -10,7 +10,7 @@ import pytest
 import epicyclic
 from epicyclic.document.document import drive_titles
 from epicyclic.errors import ConvergenceError, ModelError
-from epicyclic.questions.parameters.parameter_studies import run_out_study, support_study
+from epicyclic.questions.studies.parameter_studies import run_out_study, support_study
 from epicyclic.verbs.record import STUDIES, TO_MODES, report_verbs, run_report, verbs
 
 

@@ -15,11 +15,11 @@ from epicyclic.errors import ModelError
 from epicyclic.questions.sharing import definitions
 from epicyclic.questions.sharing.definitions import DEFINITIONS
 from epicyclic.questions.sharing.sharing import sharing
-from epicyclic.statics.load_map import load_map
-from epicyclic.statics.mean_load import (
+from epicyclic.statics.load_map import (
     MEAN_LOADS,
     closed_loads,
     largest_sum,
+    load_map,
     phase_points,
     slow_phases,
     units_of_largest,

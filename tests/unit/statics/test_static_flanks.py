@@ -16,9 +16,8 @@ from epicyclic.errors import ModelError
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.sharing.tone_forces import sharing_of_record
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
-from epicyclic.statics.quasi_static import held_train, settled
 from epicyclic.statics.record import excitation, record_of
-from epicyclic.statics.static import static
+from epicyclic.statics.static import held_train, settled, static
 from epicyclic.system.flank_laws import LawRows, LinearAt, TabulatedLaw
 from epicyclic.system.gaps import FlanksAt, flanks
 from epicyclic.system.link_laws import Law, LawGroup, stacked

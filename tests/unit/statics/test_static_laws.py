@@ -19,9 +19,8 @@ from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.sharing.tone_forces import cycle_starts, record_extremes, sharing_of_record
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
-from epicyclic.statics.quasi_static import held_train, quasi_static
 from epicyclic.statics.record import Record, excitation, parallel_meshes, record_of
-from epicyclic.statics.static import static
+from epicyclic.statics.static import held_train, quasi_static, static
 from epicyclic.statics.tangent import linear
 from epicyclic.system.link_laws import Law, LawGroup
 from epicyclic.system.system import Line, LinkRows, System

@@ -175,7 +175,7 @@ def test_the_force_on_a_train_that_one_support_holds_is_that_of_statics() -> Non
 
 def test_a_step_behind_the_solution_is_kept_only_where_it_is_better(monkeypatch: pytest.MonkeyPatch) -> None:
     """Teeth that just touch under loads of 20 kN on the planets: a Newton step from the solution crosses the kink."""
-    from epicyclic.questions.transient import right_hand_side
+    from epicyclic.questions.transient import integrators
 
     found: list[Equilibrium] = []
 
@@ -183,7 +183,7 @@ def test_a_step_behind_the_solution_is_kept_only_where_it_is_better(monkeypatch:
         found.append(equilibrium(*arguments, **options))
         return found[-1]
 
-    monkeypatch.setattr(right_hand_side, "equilibrium", recorded)
+    monkeypatch.setattr(integrators, "equilibrium", recorded)
     epicyclic.transient("ren2021", torque_ramp="0.5 s", duration="0.01 s")
     assert np.abs(found[0].displacement).max() > 1e-5
     assert found[0].mesh_force.max() < 1e-12 * 6e4

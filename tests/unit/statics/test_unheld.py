@@ -14,7 +14,7 @@ import pytest
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.statics.equilibrium import compliance_of
-from epicyclic.statics.unheld import unheld
+from epicyclic.statics.record import unheld
 
 TORQUE = 3000.0
 HELIX = math.radians(12)

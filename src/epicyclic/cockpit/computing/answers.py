@@ -21,9 +21,9 @@ from ...document.units import factor, written
 from ...document.writer import quantity_text
 from ...errors import ModelError
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
-from ...questions.response.resonances import BAND
+from ...questions.response.sweep_table import BAND
 from ...statics.equilibrium import compliance_of
-from ...statics.unheld import unheld_warnings
+from ...statics.record import unheld_warnings
 from ...system.system import System
 from ...system.tooth_pairs import mean_force, pair_of, tooth_warnings
 from ...teeth.geometry import FLANK_GRADES, SIZE_GRADES, run_out_width

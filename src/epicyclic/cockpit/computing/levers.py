@@ -21,7 +21,7 @@ from ...document.document import file_text, parse_text
 from ...document.tables import PlainTable, leaves, split_path, value_at
 from ...document.units import Written, factor, written
 from ...errors import ConvergenceError, ModelError
-from ...questions.modes.basis import mean_modes
+from ...questions.modes.eigen import mean_modes
 from ...results.ties import largest
 from ...statics.sample_loads import mean_loads
 from ...statics.tangent import linear

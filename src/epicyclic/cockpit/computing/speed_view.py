@@ -12,14 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from ...questions.modes.basis import mean_modes
 from ...questions.modes.campbell import OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
-from ...questions.modes.eigen import classify_modes, normalisation
+from ...questions.modes.eigen import classify_modes, mean_modes, normalisation
 from ...questions.response.measures import force_extremes, mean
-from ...questions.response.resonances import BAND, excited_modes, of_one_tone
 from ...questions.response.response import Response, respond_part, response, response_parts, unstable_speeds
-from ...questions.response.sweep_table import SpeedOptions, speeds_of
-from ...questions.response.waveform import force_signal, whole_mesh_signal
+from ...questions.response.spectra import force_signal, whole_mesh_signal
+from ...questions.response.sweep_table import BAND, SpeedOptions, excited_modes, of_one_tone, speeds_of
 from ...results.ties import largest, ranked
 from ...statics.tangent import linear
 from ...system.system import Array, System, faces

@@ -178,7 +178,7 @@ def compared_states(first: Loadable, second: Loadable, names: tuple[str, str]) -
     ------
     ModelError : a state of which no train can be made.
     """
-    from ...questions.compare.compare import compare
+    from ...questions.studies.compare import compare
     from ...show.views import tables_of
     from ...train.resolution import load
 

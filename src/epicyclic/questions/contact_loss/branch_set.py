@@ -10,6 +10,9 @@ next speed asked for.
 
 In ranges of chaotic motions a branch may wind through hundreds of folds without a stable motion.  It is cut there, and
 the next branch begins at a stable motion; in between stands one motion at every speed asked for.
+
+A force on the far flank is negative (docs/conventions.md).  Shapes of measures: R flanks, m mesh rows, w whole meshes,
+n coordinates, N samples.
 """
 
 from __future__ import annotations
@@ -17,18 +20,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.system import Array
+from ...system.gaps import net_force
+from ...system.system import Array, System, faces
 from ..response.response import Response, Truncation, respond
-from .continuation import PathPoint, Stepping, arclength_unit, branch, located
-from .corrector import NewtonResult, linear_start, solve
-from .outputs import force_level
-from .problem import Problem, State, dynamic_size, evaluate, prolonged
-from .refinement import Refinement, Solution, distinct, harmonics_for, load_continuation, solution, with_stability
+from ..response.spectra import peak
+from .continuation import NewtonResult, PathPoint, Stepping, arclength_unit, branch, linear_start, located, solve
+from .problem import Problem, State, dynamic_size, evaluate, flank_force, prolonged
+from .solutions import Refinement, Solution, distinct, harmonics_for, load_continuation, solution, with_stability
 
 # Relative residual of the linear response, as of the linear sweep, and the largest that is no failure.
 _LINEAR, _ACCEPTED = 1e-6, 1e-4
@@ -54,6 +57,7 @@ _UNSTABLE_PARTS = 16
 # Rise of the speed with the length of a branch below which a point is on a fold, or between two.
 _FLAT = 0.01
 
+Number = TypeVar("Number", bound=np.inexact)
 _End = Literal["through", "cut", "lost"]
 """How a branch ends: on closed teeth or behind the range, cut where it winds unstably, or where no step succeeds."""
 
@@ -482,3 +486,79 @@ def _enter_other_closed(trace: _Trace, behind: int) -> None:
         known = trace.branches.crossings[asked]
         if all(distinct(each.solution, at) for each in known):
             known.append(Crossing(solution=at, part=-1 - asked))
+
+
+# --- measures of its motions ------------------------------------------------------------------------------------------
+
+
+def row_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
+    """Force of every mesh row (N, m) from that of the flanks (N, R): the loaded flank less the far one [N]."""
+    return net_force(force, system.far_flanks.mesh[: force.shape[1] - len(system.meshes.name)])
+
+
+def mesh_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
+    """Force of every whole mesh (N, w) from that of the flanks (N, R), far flanks negative [N]."""
+    total: NDArray[Number] = faces(system.meshes).total(row_force(system, force), axis=1)
+    return total
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Measures:
+    """Measures of a motion.
+
+    rms, highest, lowest : (w,) of the force of every whole mesh [N], its far flank negative.
+    open : (w,) part of the time in which no flank of it touches.
+    amplitude : (n,) half the distance between extremes of a coordinate [m; rz as radius times angle].
+    flank : (F,) largest force of every flank [N].
+    """
+
+    rms: Array
+    highest: Array
+    lowest: Array
+    open: Array
+    amplitude: Array
+    flank: Array
+
+
+def force_level(system: System, balance: Problem, state: State) -> Array:
+    """RMS of the dynamic force of every whole mesh, (w,) [N]."""
+    level: Array = mesh_force(system, flank_force(balance, state)).std(axis=0)
+    return level
+
+
+def periodic_measures(system: System, balance: Problem, state: State) -> Measures:
+    """Measures of a periodic motion over the samples of its period."""
+    motion = balance.grid.values(state.y.reshape(-1, state.y.shape[2])) @ balance.modal.shapes.T
+    return _measures(system, flank_force(balance, state), state.touching, motion, smooth=len(balance.grid.counts) == 1)
+
+
+def record_measures(system: System, force: Array, motion: Array) -> Measures:
+    """Measures of a record of flank forces (N, R) [N] and coordinates (N, n) [m] over time."""
+    return _measures(system, force, force != 0, motion, smooth=False)
+
+
+def _measures(system: System, force: Array, touching: np.ndarray, motion: Array, *, smooth: bool) -> Measures:
+    """Measures of flank forces (N, R) [N], contact (N, R) and coordinates (N, n) [m].
+
+    smooth : whether extremes are refined by parabolas through the samples.
+    """
+    face, net = faces(system.meshes), mesh_force(system, force)
+    m = len(system.meshes.name)
+    any_row = touching[:, :m].copy()
+    for column, mesh in enumerate(system.far_flanks.mesh[: force.shape[1] - m].tolist()):
+        any_row[:, mesh] |= touching[:, m + column]
+    closed = face.total(any_row.astype(float), axis=1) > 0
+    q = motion.T
+    highest, lowest = net.max(axis=0), net.min(axis=0)
+    if smooth:
+        # a force of exactly 0 is a flank apart: no parabola goes below it
+        highest, lowest = peak(net.T), np.where(lowest == 0, 0.0, -peak(-net.T))
+    reach = (peak(q) + peak(-q)) / 2 if smooth else (q.max(axis=1) - q.min(axis=1)) / 2
+    return Measures(
+        rms=net.std(axis=0),
+        highest=highest,
+        lowest=lowest,
+        open=1 - closed.mean(axis=0),
+        amplitude=system.dofs.radius * reach,
+        flank=force.max(axis=0),
+    )

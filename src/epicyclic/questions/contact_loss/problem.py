@@ -1,6 +1,6 @@
 """Harmonic balance of flanks that part and touch: residual and Jacobian.
 
-In energy-weighted modal coordinates (see `questions.modes.basis`) the residual at lattice points a is
+In energy-weighted modal coordinates (see `questions.modes.eigen`) the residual at lattice points a is
 
     R = y + D^-1 [couple y + pulls^T {f(delta) - k0 B^T q - c0 (B^T q)'} - b],   D = omega_r^2 - w^2 + i w d_r
 
@@ -26,12 +26,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, Faces, faces
-from ..modes.basis import Modal
+from ..modes.eigen import Modal
 from ..response.balance import diagonal_inverse, diagonal_product
 from ..response.lattice import kept_points
 from ..response.response import FrameSpeed, Response
-from .rows import GapRows, GridLaws, gap_rows_of, grid_laws, line_gaps
-from .transforms import PlacedLine, Transforms, WidthTangents, contiguous, edges, grid, phases_of
+from .rows import (
+    GapRows,
+    GridLaws,
+    PlacedLine,
+    Transforms,
+    WidthTangents,
+    contiguous,
+    edges,
+    gap_rows_of,
+    grid,
+    grid_laws,
+    line_gaps,
+    phases_of,
+)
 
 Index = NDArray[np.int64]
 _T = TypeVar("_T", bound=np.generic)

@@ -17,22 +17,23 @@ from ...system.system import Array
 from ...warning_codes import CodedText, coded
 from ..response.response import require_stable_mean, response
 from .branch_set import branch_set
-from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
 from .problem import embedded, gap_forces
-from .refinement import Refinement, Solution, solution, with_stability
 from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings
 from .shaft_orders import (
     NEGLIGIBLE,
     LinearMotion,
     SuperposedLine,
+    TorusOutputs,
     linear_error,
     linear_motion,
     superposed_lines,
     superposition_is_an_answer,
     superposition_is_exact,
+    torus_amplitudes,
+    torus_outputs,
     unchanging_lines,
 )
-from .stability import Stability, require_fast_enough
+from .solutions import Refinement, Solution, Stability, require_fast_enough, solution, with_stability
 from .torus import TRUNCATION_NOTED, Torus, TorusPoint, memory, respond_torus, torus_of
 
 if TYPE_CHECKING:
@@ -153,7 +154,7 @@ def steady_motion(
                 return torus.mesh_orders_only, mesh_point, []
             mesh_point = respond_torus(torus.mesh_orders_only, speed, start=start)
         lines = superposed_lines(torus.mesh_orders_only, mesh_point) if mesh_point.converged else []
-        if not mesh_point.converged or (mesh_point.status == "ok" and superposition_is_exact(torus, mesh_point, lines)):
+        if not mesh_point.converged or (mesh_point.status == "ok" and superposition_is_exact(mesh_point, lines)):
             return torus.mesh_orders_only, mesh_point, lines
         start = mesh_point.problem.grid.points, mesh_point.state.y
     while torus.shaft_tones.tones and memory(torus, speed)[1]:

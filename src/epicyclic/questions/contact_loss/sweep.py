@@ -18,13 +18,11 @@ from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..response.response import MEAN_UNSTABLE, Response, instability_warnings, response, unstable_speeds
 from ..response.sweep_table import SpeedOptions, speeds_of
-from .branch_set import BranchSet, Crossing, branch_set
+from .branch_set import BranchSet, Crossing, Measures, branch_set, force_level, periodic_measures
 from .continuation import folds_of_speed
-from .outputs import Measures, force_level, periodic_measures
-from .refinement import HARMONICS, Refinement, Solution, distinct, with_stability
 from .rows import gap_rows_of, law_warnings
 from .shaft_orders import MeshOrders, ShaftResponse, integrated_with_shaft_orders, mesh_orders, shaft_response
-from .stability import Stability, require_fast_enough
+from .solutions import HARMONICS, Refinement, Solution, Stability, distinct, require_fast_enough, with_stability
 from .sweep_direction import (
     Begin,
     IntegratedMotion,

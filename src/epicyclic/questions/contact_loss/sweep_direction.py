@@ -23,15 +23,13 @@ from typing import Any, Literal
 import numpy as np
 
 from ...system.system import Array
-from ..transient.equation import in_modes_of_its_speed, motion
+from ..transient.equation import constant, in_modes_of_its_speed, motion
 from ..transient.integrators import integrate, steps_for
-from ..transient.program import constant
 from ..transient.transient import flank_force
-from .branch_set import BranchSet, Crossing
-from .corrector import linear_start, solve
-from .outputs import Measures, record_measures
+from .branch_set import BranchSet, Crossing, Measures, record_measures
+from .continuation import linear_start, solve
 from .problem import Problem, dynamic_size, gap_rows, prolonged
-from .refinement import (
+from .solutions import (
     Kind,
     PeriodicMotion,
     ProblemSize,
@@ -39,11 +37,11 @@ from .refinement import (
     Solution,
     distance,
     distinct,
+    floquet_vector,
     solution,
     with_kind,
     with_stability,
 )
-from .stability import floquet_vector
 
 Unstable = Literal["replace", "report", "ignore"]
 """What becomes of an unstable motion: another replaces it, it is reported, or stability is ignored."""

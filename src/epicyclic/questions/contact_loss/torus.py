@@ -24,10 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, Faces, faces
-from ..response.excitation import LineExcitation, Shaft
 from ..response.lattice import Point
 from ..response.response import Response
-from .corrector import (
+from ..response.spectra import LineExcitation, Shaft
+from .continuation import (
     TOLERANCE,
     WORK,
     NewtonResult,
@@ -39,8 +39,7 @@ from .corrector import (
     truncation_residual,
 )
 from .problem import Problem, State, dynamic_size, embedded, evaluate, linearised_residual, problem
-from .rows import gap_rows_of
-from .transforms import PlacedLine, Size, order_weight, placed_line, torus_points
+from .rows import PlacedLine, Size, gap_rows_of, order_weight, placed_line, torus_points
 
 Index = NDArray[np.int64]
 

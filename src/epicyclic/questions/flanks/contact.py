@@ -8,14 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from ...document.units import stated
-from ...engine.cost import MOST_NUMBERS, require_memory
+from ...engine.plan import MOST_NUMBERS, require_memory
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...system.assembly import train_provenance
@@ -245,11 +245,9 @@ def _lever(mesh: Mesh) -> float:
 
 
 def _face_end(name: str | None) -> End | None:
-    if name is None:
-        return None
-    if name not in ("left", "right"):
+    if name not in (None, "left", "right"):
         raise ModelError("no end of a face", path="torque_end", given=name, allowed="left or right")
-    return "left" if name == "left" else "right"
+    return cast(End | None, name)
 
 
 def _load_columns(results: Sequence[LoadedContact], cut: Resolution) -> Columns:

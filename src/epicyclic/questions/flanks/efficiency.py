@@ -76,13 +76,11 @@ def efficiency(
 
     Raises
     ------
-    ModelError : no speed, no torque, no power; friction outside 0 .. 1, or so high that nothing is left; helical teeth
-        without face width; teeth that do not keep contact; with contact what `contact` refuses.
+    ModelError : no speed, no torque, no power; friction so high that nothing is left; helical teeth without face width;
+        teeth that do not keep contact; with contact what `contact` refuses.
     ConvergenceError : loaded contact is not solved at a phase.
     """
     require_flow(train.kinematics)
-    if not 0 <= friction <= 1:
-        raise ModelError("a coefficient of friction", path="friction", given=friction, allowed="0 to 1")
     said: list[CodedText] = []
     teeth = {gearing.pair: _teeth(train, gearing, sharing, said) for gearing in train.kinematics.gearings}
     mu = {pair: friction if oil is None else _oiled(train, mates, oil, said) for pair, mates in teeth.items()}

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...engine.cost import require_memory
+from ...engine.plan import require_memory
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...statics.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium

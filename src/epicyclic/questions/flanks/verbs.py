@@ -342,8 +342,6 @@ def efficiency(
     from .efficiency import FRICTION
     from .efficiency import efficiency as run
 
-    if sharing not in (choices := ("uniform", "contact")):
-        raise ModelError("no such sharing", path="sharing", given=sharing, allowed=", ".join(choices))
     oil = _oil(friction, viscosity, roughness)
     train = train_of(source, overrides=overrides)
     return run(train, friction=FRICTION if friction is None else friction, oil=oil, sharing=sharing)

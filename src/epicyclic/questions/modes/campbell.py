@@ -1,10 +1,17 @@
-"""Campbell diagram: natural frequencies over speed, and the speeds at which mesh orders meet them."""
+"""Campbell diagram: natural frequencies over speed, and the speeds at which mesh orders meet them.
+
+Mode tracking along a parameter: modal correlation by eigenspace [allemang1982], crossings and veerings of the loci.
+
+Uncoupled loci cross.  Coupled loci approach each other, turn away and exchange their shapes: they veer.  The coupling
+phi_i^T (K' - w^2 M') phi_j tells them apart [perkins1986; lin2001].
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from fractions import Fraction
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -175,3 +182,258 @@ def _repeated(mu: np.ndarray, alike: np.ndarray) -> np.ndarray:
     labels = np.zeros_like(alike)
     labels[rank[1:]] = np.cumsum(apart | (np.diff(alike[rank]) != 0))
     return labels
+
+
+# Least modal correlation, the share of a mode's kinetic energy in one eigenspace of the next set, that identifies it.
+_RELIABLE = 0.8
+# Loci are refined until the difference of their omega^2 is this part of their sum; rounds of refinement.
+_EQUAL = 1e-9
+_REFINEMENTS = 30
+# A gap counts as a local minimum where it grows to both sides by this factor.
+_GAP_GROWTH = 1.25
+# Least share of the rotation of the two shapes that a veering has as an exchange between them.
+_EXCHANGED = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ModeSet:
+    """Modes at one value of the parameter.
+
+    omega_squared : (n,) [rad^2/s^2].  vectors : (n, n), unit in M.  M : (n, n).
+    """
+
+    value: float
+    omega_squared: Array
+    vectors: Array
+    M: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LocusEvent:
+    """A crossing or a veering of two loci.
+
+    kind : crossing or veering.  value : of the parameter.  omega_squared : mean of the two there [rad^2/s^2].
+    first, second : numbers of the loci; several of a repeated root.
+    gap : smallest difference of omega^2 [rad^2/s^2].  coupling : of the two shapes [rad^2/s^2 per unit].
+    index : veering index, 0 of uncoupled loci, 1 of two that exchange their shapes with no other taking part
+        [dubois2011].
+    """
+
+    kind: str
+    value: float
+    omega_squared: float
+    first: tuple[int, ...]
+    second: tuple[int, ...]
+    gap: float
+    coupling: float
+    index: float
+
+
+def track_modes(at: Callable[[float], ModeSet], values: Sequence[float], *, depth: int = 10) -> list[ModeSet]:
+    """Mode sets in the order of their loci, those of the first value rising.
+
+    Steps are halved where shapes change quickly.
+
+    Parameters
+    ----------
+    at : modes at a value, omega^2 rising.  values : in the order of tracking.  depth : most halvings of a step.
+    """
+    path = [at(values[0])]
+    todo = [float(value) for value in values[:0:-1]]
+    smallest = abs(values[-1] - values[0]) / (len(values) - 1) / 2**depth
+    while todo:
+        state, correlation = match_modes(path[-1], at(todo[-1]))
+        if correlation < _RELIABLE and abs(todo[-1] - path[-1].value) > smallest:
+            todo.append((todo[-1] + path[-1].value) / 2)
+        else:
+            path.append(state)
+            todo.pop()
+    # more values, until crossings and closest approaches are located
+    for _ in range(_REFINEMENTS):
+        wanted = _refinement_values(path)
+        if not wanted:
+            break
+        for value in wanted:
+            path = _insert(at, path, value)
+    return path
+
+
+def match_modes(before: ModeSet, after: ModeSet) -> tuple[ModeSet, float]:
+    """`after` in the order of the loci of `before`, repeated eigenspaces rotated to them; least modal correlation.
+
+    Correlation of a mode is the share of its kinetic energy in the eigenspace assigned to it, 0..1: the modal assurance
+    criterion [allemang1982] with M as weight, summed over the eigenspace.
+    """
+    overlap = before.vectors.T @ ((before.M + after.M) / 2) @ after.vectors
+    rising = np.argsort(after.omega_squared, kind="stable")
+    spaces = [rising[run] for run in repeated_roots(after.omega_squared[rising])]
+    energy = np.empty_like(overlap)
+    for space in spaces:
+        energy[:, space] = (overlap[:, space] ** 2).sum(axis=1, keepdims=True)
+    from scipy.optimize import linear_sum_assignment
+
+    _, column = linear_sum_assignment(energy, maximize=True)
+    vectors, squared = np.empty_like(after.vectors), np.empty_like(after.omega_squared)
+    for space in spaces:
+        loci = np.flatnonzero(np.isin(column, space))
+        left, _, right = np.linalg.svd(overlap[np.ix_(loci, space)].T)
+        vectors[:, loci] = after.vectors[:, space] @ (left @ right)
+        squared[loci] = after.omega_squared[space].mean() if space.size > 1 else after.omega_squared[space]
+    correlation = float(energy[np.arange(column.size), column].min(initial=1.0))
+    return ModeSet(value=after.value, omega_squared=squared, vectors=vectors, M=after.M), correlation
+
+
+def _insert(at: Callable[[float], ModeSet], path: list[ModeSet], value: float) -> list[ModeSet]:
+    """The path with one more value; later sets are matched anew where the new set shows that a match was mistaken."""
+    side = 1.0 if path[-1].value >= path[0].value else -1.0
+    number = int(np.searchsorted([side * state.value for state in path], side * value))
+    new, rest = match_modes(path[number - 1], at(value))[0], path[number:]
+    if np.allclose(match_modes(new, rest[0])[0].omega_squared, rest[0].omega_squared, rtol=_EQUAL, atol=0.0):
+        return [*path[:number], new, *rest]
+    path = [*path[:number], new]
+    for state in rest:
+        path.append(match_modes(path[-1], state)[0])
+    return path
+
+
+def _refinement_values(path: list[ModeSet]) -> list[float]:
+    """Values to evaluate next: where the chord of a difference of two roots is zero, or its parabola is least."""
+    x = np.array([state.value for state in path])
+    squared = np.array([state.omega_squared for state in path])
+    groups = repeated_loci(squared)
+    mean = _mean_roots(squared, groups)
+    wanted: dict[float, None] = {}
+    for first, second in _adjacent_pairs(mean):
+        d, size = mean[first] - mean[second], _EQUAL * (mean[first] + mean[second])
+        near = np.abs(d) <= size
+        for k in np.flatnonzero((d[:-1] * d[1:] < 0) & ~near[:-1] & ~near[1:]).tolist():
+            # the chord finds a crossing in a few steps; halves close in on two loci that only seem to change places
+            wanted[float(x[k] - d[k] * (x[k + 1] - x[k]) / (d[k + 1] - d[k]))] = None
+            wanted[float(x[k] + x[k + 1]) / 2] = None
+        for k in _local_minima(d):
+            value = _parabola_vertex(x[k - 1 : k + 2], d[k - 1 : k + 2] ** 2)
+            if abs(value - x[k]) > 1e-3 * min(abs(x[k] - x[k - 1]), abs(x[k + 1] - x[k])) and not near[k]:
+                wanted[value] = None
+    apart = 1e-9 * float(np.ptp(x))
+    return [value for value in wanted if np.abs(x - value).min() > apart]
+
+
+def _mean_roots(squared: Array, groups: Sequence[tuple[int, ...]]) -> Array:
+    """omega^2 of each group of loci at every value, (groups, values) [rad^2/s^2], from `squared` (values, n)."""
+    return np.array([squared[:, list(group)].mean(axis=1) for group in groups])
+
+
+def _adjacent_pairs(mean: Array) -> list[tuple[int, int]]:
+    """Pairs of groups that are neighbours in frequency at some value; mean : (groups, values) [rad^2/s^2]."""
+    order = np.argsort(mean, axis=0, kind="stable").T
+    return sorted({(min(p), max(p)) for row in order for p in zip(row[:-1].tolist(), row[1:].tolist(), strict=True)})
+
+
+def _local_minima(d: Array) -> list[int]:
+    """Indices of inner minima of |d|, d (values,) of one sign, from which it grows to both sides by `_GAP_GROWTH`."""
+    size, minima = np.abs(d), []
+    for k in np.flatnonzero((size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:])) + 1:
+        left, right = (np.flatnonzero(side > _GAP_GROWTH * size[k]) for side in (size[:k], size[k:]))
+        if left.size and right.size:
+            dip = slice(int(left[-1]) + 1, int(k + right[0]))
+            if int(np.argmin(size[dip])) + dip.start == k and np.all(d[dip] * d[k] > 0):
+                minima.append(int(k))
+    return minima
+
+
+def _parabola_vertex(x: Array, y: Array) -> float:
+    """Where the parabola through three points x (3,), y (3,) is least; the square of a gap is one near a veering."""
+    (a, b, c), (u, v, w) = x, y
+    slope, other = (v - u) / (b - a), (w - v) / (c - b)
+    bend = (other - slope) / (c - a)
+    vertex = (a + b) / 2 - slope / (2 * bend) if bend != 0 else b
+    return float(np.clip(vertex, min(a, c), max(a, c)))
+
+
+def repeated_loci(squared: Array) -> list[tuple[int, ...]]:
+    """Groups of loci that are one repeated root at every value; squared : (values, n) [rad^2/s^2]."""
+    n = squared.shape[1]
+    same = np.ones((n, n), bool)
+    for row in squared:
+        rising = np.argsort(row, kind="stable")
+        equal = np.zeros((n, n), bool)
+        for run in repeated_roots(row[rising]):
+            equal[np.ix_(rising[run], rising[run])] = True
+        same &= equal
+    return list(dict.fromkeys(tuple(np.flatnonzero(row).tolist()) for row in same))
+
+
+def locus_events(path: list[ModeSet], slope: Callable[[float], tuple[Array, Array]]) -> list[LocusEvent]:
+    """Crossings and veerings along a path of `track_modes`, in its order.
+
+    A veering counts where the gap grows by a quarter to both sides within the path, and where the two shapes exchange
+    mostly with each other.
+
+    Parameters
+    ----------
+    slope : dK/dp [N/m per unit], dM/dp [kg per unit], (n, n) each, at a value.
+    """
+    squared = np.array([state.omega_squared for state in path])
+    groups = repeated_loci(squared)
+    mean = _mean_roots(squared, groups)
+    events: list[tuple[int, LocusEvent]] = []
+    for pair in _adjacent_pairs(mean):
+        d = mean[pair[0]] - mean[pair[1]]
+        size = _EQUAL * (mean[pair[0]] + mean[pair[1]])
+        # a crossing is where the difference changes sign, at its smallest size
+        for k, after in pairwise(np.flatnonzero(np.abs(d) > size).tolist()):
+            if d[k] * d[after] < 0:
+                least = k + int(np.argmin(np.abs(d[k : after + 1])))
+                events.append((least, _locus_event("crossing", path[least], groups, pair, slope)))
+        for k in _local_minima(d):
+            event = _locus_event("veering", path[k], groups, pair, slope)
+            if abs(d[k]) > size[k] and event.index > _EXCHANGED:
+                events.append((k, event))
+    return [event for _, event in sorted(events, key=lambda item: item[0])]
+
+
+def _locus_event(
+    kind: str,
+    state: ModeSet,
+    groups: list[tuple[int, ...]],
+    pair: tuple[int, int],
+    slope: Callable[[float], tuple[Array, Array]],
+) -> LocusEvent:
+    """The event of two groups of loci at one mode set: coupling [perkins1986; lin2001], veering index [dubois2011]."""
+    first, second = (list(groups[number]) for number in pair)
+    low, high = float(state.omega_squared[first].mean()), float(state.omega_squared[second].mean())
+    dK, dM = slope(state.value)
+    middle = (low + high) / 2
+    form = state.vectors.T @ (dK - middle * dM) @ state.vectors
+    block = form[np.ix_(first, second)]
+    coupling = float(np.linalg.norm(block, 2))
+    slopes = [float(np.trace(form[np.ix_(loci, loci)])) / len(loci) for loci in (first, second)]
+    half = ((slopes[0] - slopes[1]) / 2) ** 2
+    index = coupling**2 / (half + coupling**2) if coupling > 0 else 0.0
+    if kind == "veering":
+        index *= _rotation_share(form, state, first, second) * _rotation_share(form, state, second, first)
+    return LocusEvent(
+        kind=kind,
+        value=state.value,
+        omega_squared=middle,
+        first=groups[pair[0]],
+        second=groups[pair[1]],
+        gap=abs(high - low),
+        coupling=coupling,
+        index=index,
+    )
+
+
+def _rotation_share(form: Array, state: ModeSet, loci: list[int], other: list[int]) -> float:
+    """Share 0..1 of the rotation of the shapes of some loci that goes into the shapes of others.
+
+    form : (n, n) phi^T (K' - w^2 M') phi.
+    """
+    root = float(state.omega_squared[loci].mean())
+    rest = np.setdiff1d(np.arange(len(form)), loci)
+    away = state.omega_squared[rest] - root
+    safe = np.abs(away) > 0
+    strength = (form[np.ix_(np.array(loci), rest)] ** 2).sum(axis=0)
+    turning = np.where(safe, strength / np.where(safe, away, 1.0) ** 2, 0.0)
+    total = float(turning.sum())
+    return float(turning[np.isin(rest, other)].sum()) / total if total > 0 else 0.0

@@ -16,12 +16,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...statics.record import unheld_warnings
 from ...statics.tangent import linear
-from ...statics.unheld import unheld_warnings
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
-from .basis import mean_modes, spread_warnings
-from .eigen import ClassifiedModes, classify_modes, damping_ratios, eigen, normalisation, whirl
+from .eigen import (
+    ClassifiedModes,
+    classify_modes,
+    damping_ratios,
+    eigen,
+    mean_modes,
+    normalisation,
+    spread_warnings,
+    whirl,
+)
 
 if TYPE_CHECKING:
     import xarray as xr

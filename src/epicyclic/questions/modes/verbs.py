@@ -39,7 +39,7 @@ def modes(
     ------
     ModelError : the model is wrong; mass or inertia missing; no damping where it is asked for; no such band.
     """
-    from ..response.resonances import with_resonances
+    from ..response.sweep_table import with_resonances
     from .modal import modal
 
     hertz = frequency_band(band, "band") if isinstance(band, str) and ".." in band else None

@@ -22,20 +22,24 @@ from ...statics.record import parallel_meshes
 from ...statics.static import rounding_of
 from ...system.system import Array, ComplexArray, Line, System, faces
 from ...warning_codes import CodedText, coded
-from ..response.excitation import LineExcitation, Shaft
-from ..response.measures import dynamic_factor, force_extremes, mean
-from ..response.periodic import TOLERANCE, solve_speed
+from ..response.measures import TOLERANCE, dynamic_factor, force_extremes, mean, solve_speed
 from ..response.response import Block, Response
+from ..response.spectra import LineExcitation, Shaft, force_signal, mesh_axis, whole_mesh_signal
 from ..response.steady import tension_warnings
-from ..response.waveform import force_signal, mesh_axis, whole_mesh_signal
-from .path import ACCELERATION, SensorPosition, Transfer, Window, mesh_stages, named_window, sensor_position
 from .spectrum import (
+    ACCELERATION,
     DIRECTIONS,
     LineSource,
     SensorLines,
+    SensorPosition,
     StageSpectrum,
+    Transfer,
+    Window,
     merged_lines,
+    mesh_stages,
+    named_window,
     sensor_motion,
+    sensor_position,
     stage_spectrum,
     synthesised_signal,
     windowed_forces,

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from ...engine.source import Overrides, Source
-    from .path import Transfer, Window
+    from .spectrum import Transfer, Window
 
 
 @bounded
@@ -98,7 +98,7 @@ def read_window(path: str | Path) -> "Window":
     ------
     ModelError : the file cannot be read; as of `tabulated_window`.
     """
-    from .path import tabulated_window
+    from .spectrum import tabulated_window
 
     columns = _columns(path, ("angle", "gain"))
     return tabulated_window(_in(columns, "angle", "rad", path), _in(columns, "gain", "", path))
@@ -113,7 +113,7 @@ def read_transfer(path: str | Path) -> "Transfer":
     ------
     ModelError : the file cannot be read; as of `tabulated_transfer`.
     """
-    from .path import ACCELERATION, tabulated_transfer
+    from .spectrum import ACCELERATION, tabulated_transfer
 
     columns = _columns(path, ("frequency",))
     name = next((name for name in ("accelerance", "gain") if name in columns), "")

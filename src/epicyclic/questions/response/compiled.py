@@ -1,6 +1,6 @@
 """The harmonic balance of a batch compiled by numba: eight speeds side by side, all their vectors in the cache.
 
-The equation, its preconditioner, GMRES [saad1986] and the residuals are those of `balance` and `gmres`, for one mesh
+The equation, its preconditioner, GMRES [saad1986] and the residuals are those of `balance`, for one mesh
 frequency.  G, Kg, Cskew and dampers act on the few coordinates of `CondensedOperators`, entry by entry, so that a
 product with the operator is two small matrix products: y -> gaps and condensed coordinates -> forces on y.
 

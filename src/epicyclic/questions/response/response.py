@@ -23,11 +23,10 @@ from ...machine_code import numba_available, require_numba
 from ...statics.tangent import linear
 from ...system.system import Array, System
 from ...warning_codes import CodedText, coded
-from ..modes.basis import Modal, modal_form
-from ..modes.eigen import eigen, whirl
+from ..modes.eigen import Modal, eigen, modal_form, whirl
 from .balance import Batch, CondensedOperators, Guess, HarmonicSolution, condensed_operators, solve
-from .excitation import LineExcitation, excitation, line_excitation
 from .lattice import Integers, Kernel, LineFrequencies, frequency_unit, integer_frequencies, kernel, line_frequencies
+from .spectra import LineExcitation, excitation, line_excitation
 
 FrameSpeed = Literal["kinematic", "operating"]
 Index = NDArray[np.int64]

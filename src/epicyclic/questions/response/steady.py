@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.cost import MOST_NUMBERS, require_memory
+from ...engine.plan import MOST_NUMBERS, require_memory
 from ...engine.workers import each, import_results
 from ...errors import ModelError
 from ...statics.record import idle_warnings, parallel_meshes
@@ -21,17 +21,20 @@ from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
 from .lattice import on_axis
 from .measures import (
+    TOLERANCE,
     Layout,
     Signals,
+    checked_samples,
     dynamic_factor,
     force_extremes,
     link_measures,
     mean,
     mean_square,
     order_harmonics,
+    solve_speed,
+    superposed,
     sweep_measures,
 )
-from .periodic import TOLERANCE, checked_samples, solve_speed, superposed
 from .response import (
     MEAN_UNSTABLE,
     Block,
@@ -43,8 +46,7 @@ from .response import (
     response_parts,
     unstable_speeds,
 )
-from .sweep_table import SpeedOptions, SweepTable, empty_table, speeds_of, sweep_dataset, with_bounds_named
-from .waveform import (
+from .spectra import (
     Spectrum,
     alias_free_samples,
     force_signal,
@@ -56,6 +58,7 @@ from .waveform import (
     torus_waveform,
     whole_mesh_signal,
 )
+from .sweep_table import SpeedOptions, SweepTable, empty_table, speeds_of, sweep_dataset, with_bounds_named
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,8 +100,6 @@ def steady(
     """
     from ...results.dataset import dataset
 
-    if method not in ("exact", "superposition"):
-        raise ModelError("no such method", path="method", given=method, allowed="exact, superposition")
     # complex signals of the meshes, displacements and links at all samples at once
     width = 4 * (len(system.dofs.names) + len(system.meshes.name) + len(system.links.name))
     most = f"at most {MOST_NUMBERS // width}"

@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.cost import MOST_NUMBERS, require_memory, require_time
+from ...engine.plan import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
-from ...statics.quasi_static import balanced, held_train, quasi_static, settled
 from ...statics.record import (
     MeshGroup,
     Record,
@@ -33,7 +32,7 @@ from ...statics.record import (
     samples_per_cycle,
     short_record,
 )
-from ...statics.static import OPEN_RATIO, flank_contact, rounding_of
+from ...statics.static import OPEN_RATIO, balanced, flank_contact, held_train, quasi_static, rounding_of, settled
 from ...statics.tangent import linear
 from ...system.system import Array, Faces, System, faces
 from ...warning_codes import CodedText, coded
@@ -54,9 +53,9 @@ from .definitions import (
     meshes_with_load,
     require_speed,
     sharing_warnings,
+    worst_case,
 )
 from .tone_forces import Method, ToneForces, carrying_flank, cycle_starts, mean_force, sharing_of_record, tone_forces
-from .waves import worst_case
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -246,7 +245,7 @@ def _record_extremes(
         force = part.own(index)
         total += force.sum(axis=(0, 2))
         pieces.append(extremes(force, part.members))
-        slices.append(pieces[-1].least if part.least_slice is None else part.least_slice(index))
+        slices.append(part.least_slice(index) if part.face.cut.any() else pieces[-1].least)
         if progress is not None:
             progress((index[-1] + 1) / cycles)
     return reduce(merge_extremes, pieces), reduce(np.minimum, slices), total / (cycles * part.samples)

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...statics.equilibrium import closed_force
-from ...statics.quasi_static import HeldTrain, RecordPiece, balanced, held_train, quasi_static, settled
 from ...statics.record import (
     MeshGroup,
     Record,
@@ -26,36 +25,48 @@ from ...statics.record import (
     positive_count,
     reference_tone,
     samples_per_cycle,
+    standing_load,
 )
 from ...statics.static import (
+    HeldTrain,
+    RecordPiece,
+    balanced,
     contact_shares,
     flank_contact,
     free_position_warnings,
     group_columns,
+    held_train,
     law_attributes,
     mesh_contact,
+    quasi_static,
     rounding_of,
+    settled,
 )
-from ...statics.unheld import standing_load
 from ...system.gaps import flanks, groups_past_the_end, past_the_end
-from ...system.system import Array, System, faces
+from ...system.system import Array, Faces, System, faces
 from ...warning_codes import CodedText
-from ..response.periodic import periodic_by_tone, superposed
+from ..response.measures import periodic_by_tone, superposed
 from .definitions import (
     Extremes,
+    Waves,
     bound_warnings,
     coefficients,
+    cycle_forces,
     cycle_peak_ratio,
     far_warnings,
+    far_waves,
+    force_bound,
     force_columns,
     instant_ratio,
     known_mean_loads,
     labelled,
+    line_phases,
     meshes_with_load,
+    periodic_waves,
     require_speed,
     sharing_warnings,
+    static_waves,
 )
-from .waves import Waves, cycle_forces, far_waves, force_bound, line_phases, periodic_waves, static_waves
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -88,19 +99,18 @@ class ToneForces:
 
     tone : that frequency [Hz at the operating speed].  meshes : (m_j,) their indices.
     members : their groups, as places in `meshes`.
-    force, own : cycles of the tone (c,) -> forces (c, m or m_j, samples) [N] of all meshes of the train, or of these.
-    by_phase : phases (c, L) [turns] at the start of cycles -> forces (c, m_j, samples) [N].
+    rows, whole, by_phase : phases (c, L) [turns] at the start of cycles -> forces (c, m, w or m_j, samples) [N] of the
+        mesh rows, of all whole meshes of the train, or of these.
     ratios : (L,) frequencies of these phases per tone, exact.  period : cycles after which all repeats.
     mean, bound : (m_j,) [N], the bound nan where not known, and `unknown` says why.  samples : of a cycle.
-    affordable : cycles a record may have by default.
-    least_slice : cycles -> smallest force of any slice of each mesh (m_j,) [N]; None where no mesh is cut.
+    affordable : cycles a record may have by default.  face : the whole meshes of the train, with their rows.
     """
 
     tone: Fraction
     meshes: Index
     members: list[MeshGroup]
-    force: Callable[[Index], Array]
-    own: Callable[[Index], Array]
+    rows: Callable[[Array], Array]
+    whole: Callable[[Array], Array]
     by_phase: Callable[[Array], Array]
     ratios: tuple[Fraction, ...]
     period: int
@@ -108,8 +118,20 @@ class ToneForces:
     bound: Array
     samples: int
     affordable: int
-    least_slice: Callable[[Index], Array] | None = None
+    face: Faces
     unknown: str = ""
+
+    def force(self, cycles: Index) -> Array:
+        """Forces of all whole meshes of the train in cycles (c,) of the tone, (c, w, samples) [N]."""
+        return self.whole(line_phases(self.ratios, cycles))
+
+    def own(self, cycles: Index) -> Array:
+        """Forces of the meshes of this tone in cycles (c,), (c, m_j, samples) [N]."""
+        return self.by_phase(line_phases(self.ratios, cycles))
+
+    def least_slice(self, cycles: Index) -> Array:
+        """Smallest force of any slice of each mesh over cycles (c,), (m_j,) [N]."""
+        return self.face.least(self.rows(line_phases(self.ratios, cycles)).min(axis=(0, 2)))[self.meshes]
 
 
 def tone_forces(
@@ -177,10 +199,6 @@ def _forces_from_waves(
         """Forces of all mesh rows, phases (c, L) [turns] -> (c, m, samples) [N]."""
         return cycle_forces(waves, phases) if source is None else source(phases)
 
-    def least_slice(cycles: Index) -> Array:
-        """Smallest force of any slice of each mesh over the cycles (c,), (m_j,) [N]."""
-        return face.least(rows(line_phases(waves.ratios, cycles)).min(axis=(0, 2)))[meshes]
-
     def whole(phases: Array) -> Array:
         """Forces of all whole meshes, phases (c, L) [turns] -> (c, w, samples) [N]."""
         return cycle_forces(summed, phases) if source is None else face.total(source(phases), axis=1)
@@ -193,8 +211,8 @@ def _forces_from_waves(
         tone=tone,
         meshes=meshes,
         members=members,
-        force=lambda cycles: whole(line_phases(waves.ratios, cycles)),
-        own=lambda cycles: mine_at(line_phases(waves.ratios, cycles)),
+        rows=rows,
+        whole=whole,
         by_phase=mine_at,
         ratios=waves.ratios,
         period=hunting_cycles(waves.ratios),
@@ -202,7 +220,7 @@ def _forces_from_waves(
         bound=force_bound(mine) if bound is None else bound[meshes],
         samples=waves.samples,
         affordable=max(1, affordable),
-        least_slice=least_slice if face.cut.any() else None,
+        face=face,
     )
 
 
@@ -283,32 +301,24 @@ def _static_by_instants(system: System, held: HeldTrain, tone: Fraction, samples
         balanced(held, excited.force)
         return held.net_force(settled(held, excited)).reshape(len(phases), samples, -1).transpose(0, 2, 1)
 
-    def least_slice(cycles: Index) -> Array:
-        """Smallest force of any slice of each mesh over the cycles (c,), (m_j,) [N]."""
-        return face.least(rows(line_phases(ratios, cycles)).min(axis=(0, 2)))[meshes]
-
-    def by_phase(phases: Array) -> Array:
+    def whole(phases: Array) -> Array:
         """Forces of all whole meshes, phases (c, L) [turns] -> (c, w, samples) [N]."""
         return face.total(rows(phases), axis=1)
-
-    def force(cycles: Index) -> Array:
-        """Forces of all whole meshes in the cycles (c,), (c, w, samples) [N]."""
-        return by_phase(line_phases(ratios, cycles))
 
     return ToneForces(
         tone=tone,
         meshes=meshes,
         members=members,
-        force=force,
-        own=lambda cycles: force(cycles)[:, meshes],
-        by_phase=lambda phases: by_phase(phases)[:, meshes],
+        rows=rows,
+        whole=whole,
+        by_phase=lambda phases: whole(phases)[:, meshes],
         ratios=ratios,
         period=hunting_cycles(ratios),
         mean=face.total(mean)[meshes],
         bound=np.full(len(meshes), np.nan),
         samples=samples,
         affordable=max(1, _SOLVED // samples // 4),
-        least_slice=least_slice if face.cut.any() else None,
+        face=face,
         unknown=_SEVERAL_TONES,
     )
 

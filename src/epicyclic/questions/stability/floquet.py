@@ -32,8 +32,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
-from ..modes.basis import Modal, modal_weights
-from ..modes.eigen import neutral_basis
+from ..modes.eigen import Modal, modal_weights, neutral_basis
 
 Index = NDArray[np.int64]
 

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.tolerances import Tolerance
-from ...engine.sampling import PIECE, SamplingPlan, scramble_uniforms
+from ...engine.plan import PIECE, SamplingPlan, scramble_uniforms
 from ...errors import ConvergenceError, ModelError
-from ...statics.mean_load import MEAN_LOADS
+from ...statics.load_map import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
 from ...train.resolution import load
 from ...train.train import Train

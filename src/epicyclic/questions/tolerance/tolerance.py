@@ -16,22 +16,29 @@ from numpy.typing import NDArray
 
 from ...document.writer import model_text
 from ...engine.block_store import BlockJob, hash_of, machine, run_blocks
-from ...engine.cost import Counted, require_time
-from ...engine.sampling import PIECE, Sampler, SamplingPlan, piece_uniforms, sampling_plan, scramble_uniforms
+from ...engine.plan import (
+    PIECE,
+    Counted,
+    Sampler,
+    SamplingPlan,
+    piece_uniforms,
+    require_time,
+    sampling_plan,
+    scramble_uniforms,
+)
 from ...engine.source import Overrides, Source, train_of
 from ...engine.workers import one_thread
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...results.files import write_text
-from ...statics.mean_load import MEAN_LOADS
+from ...statics.load_map import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
 from ...system.assembly import train_provenance
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from .effects import effects_of, without_effect
-from .histograms import WIDTH
-from .statistics import CONFIDENCE, SampleTally, piece_statistics, probabilities_of
+from .statistics import CONFIDENCE, WIDTH, SampleTally, piece_statistics, probabilities_of
 from .tolerance_map import ToleranceMap, tolerance_map
 
 if TYPE_CHECKING:

@@ -1,59 +1,427 @@
-"""Tolerances of a train as a map from uniform numbers to load sharing: every draw moves columns of one load map."""
+"""Deviations drawn from the tolerances, and their map to loads.
+
+What tolerances draw: deviations as columns of a load map, torques and stiffnesses as what they change in a System.
+
+Torques and stiffnesses: the System is assembled anew with other values of the number.
+
+Deviations: a drawn table is one table of the file (`deviations.main.planet.run_out`) with its components.  Each of its
+planets has a complex size z = x + j y, which moves two columns, those of Re z and of Im z, and where it is given a size
+along the axis.  A gap has a real size, a turning error the size A exp(j phase).
+
+Tolerances of a train as a map from uniform numbers to load sharing: every draw moves columns of one load map.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...document.document import read
+from ...document.tables import value_at
 from ...document.tolerances import Correlations, Tolerance
 from ...errors import ModelError
-from ...statics.load_map import LawMap, LoadMap, law_map, load_map
-from ...statics.sample_loads import ContactMethod, nominal_signs, sample_loads
+from ...statics.load_map import LawMap, LoadMap, at_mesh_order, law_map, load_map
+from ...statics.sample_loads import ContactMethod, SampleLoads, nominal_signs, sample_loads
 from ...statics.tangent import linear, linear_columns
 from ...system.assembly import assemble
 from ...system.excitation import unit_lines
 from ...system.system import Array, Line, System
 from ...train.resolution import correlations_of, load, tolerances_of
-from ...train.train import Train
-from ...warning_codes import CodedText
-from .drawn_deviations import (
-    DrawnTable,
-    Kind,
-    drawn_paths,
-    drawn_tables,
-    mean_of,
-    shift_of,
-    unit_deviations,
-    unit_overrides,
-    values_text,
-)
+from ...train.train import Displacement, MeshError, Train
+from ...warning_codes import CodedText, coded
+
+Kind = Literal["vector", "gap", "error", "nothing"]
+Drawn = Mapping[str, NDArray[np.inexact]]
+"""Draws (S, n) or (S, 1) of the entries of one table, by component; "" is a whole vector."""
+
+# Step of the value per its mean, and per its deviation where that is larger.
+_STEP = 1e-2
+# Relative difference that is rounding.
+_ROUNDING = 1e-9
+_VECTORS = ("run_out", "bearing_run_out", "position", "tilt")
+# Size of the deviation that columns are taken from [m, rad]: its effect is linear, and this size passes every check.
+_UNIT = 1e-6
+# Kinds that leave the mesh-cycle mean at rest as it is: an error at mesh orders, and a force of speed.
+_WITHOUT_EFFECT = {
+    "profile": "it is at mesh orders, without a part in a mesh-cycle mean",
+    "unbalance": "it needs speed",
+}
+
+
+# torques and stiffnesses ----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shift:
+    """What one number changes per unit of it, about its mean.
+
+    mesh : (m,) stiffness of the mesh rows, link : (p,) of the links, force : (n,) torques, each per unit.
+    """
+
+    mean: float
+    mesh: Array
+    link: Array
+    force: Array
+
+
+def values_text(values: Sequence[float], unit: str) -> str:
+    """Text of one number, or of a list with one per planet, as a model file has it."""
+    text = repr(float(values[0])) if len(values) == 1 else f"[{', '.join(repr(float(value)) for value in values)}]"
+    return f"{text} {unit}".strip()
+
+
+def mean_of(entry: Tolerance) -> float:
+    """Mean of the number of an entry, own and common draws together [SI]."""
+    return sum(float(draw.mean.real) for draw in (entry.own, entry.common) if draw is not None)
+
+
+def shift_of(
+    document: Mapping[str, object], at_means: Mapping[str, object], entry: Tolerance, planet: int = 0
+) -> Shift:
+    """What the number of an entry changes, from three assemblies.
+
+    Parameters
+    ----------
+    at_means : overrides with all such numbers at their mean, this one too.
+    planet : whose number it is, from 0, of an entry with one per planet.
+
+    Raises
+    ------
+    ModelError : it changes more than torques and stiffnesses, or those not in proportion.
+    """
+    mean = mean_of(entry)
+    spread = max(draw.std for draw in (entry.own, entry.common) if draw is not None)
+    step = max(spread, _STEP * abs(mean)) or 1.0
+    if 0 < abs(mean) < 2 * step:  # a stiffness stays above zero
+        step = abs(mean) / 2
+
+    def loaded(value: float) -> System:
+        """The System with another value of that number."""
+        numbers = [mean] * entry.count
+        numbers[planet] = value
+        train = load(document, {**at_means, entry.path: values_text(numbers, entry.unit)})
+        # the gap of a table's tangent follows the load: that of the mean load stays
+        return assemble(replace(train, mesh_errors=tuple(e for e in train.mesh_errors if e.cause != "contact")))
+
+    base = loaded(mean)
+    whole_step, half_step = (_changes(entry.path, base, loaded(mean + share * step)) for share in (1.0, 0.5))
+    for whole, half in zip(whole_step, half_step, strict=True):
+        if np.any(np.abs(whole - 2 * half) > _ROUNDING * (np.abs(whole).max(initial=0.0) + 1e-300)):
+            raise ModelError(
+                "torques or stiffnesses do not change in proportion to it",
+                path=f"tolerance.{entry.path}",
+                allowed="a torque, a stiffness of a mesh, a support, a bearing or a coupling",
+            )
+    if not any(change.any() for change in whole_step):
+        raise ModelError(
+            "it changes neither a torque nor a stiffness at rest",
+            path=f"tolerance.{entry.path}",
+            allowed="deviations, torques, stiffnesses of meshes, supports, bearings and couplings",
+        )
+    mesh, link, force = (change / step for change in whole_step)
+    return Shift(mean=mean, mesh=mesh, link=link, force=force)
+
+
+def _changes(path: str, base: System, other: System) -> tuple[Array, Array, Array]:
+    """Differences of mesh stiffness (m,), link stiffness (p,) and torques (n,); ModelError where others differ."""
+    same = (
+        base.links.name == other.links.name
+        and base.meshes.name == other.meshes.name
+        and base.tones == other.tones
+        and _equal(base.meshes.B, other.meshes.B)
+        and _equal(base.far_flanks.B, other.far_flanks.B)
+        and _equal(base.links.B, other.links.B)
+        and _equal(base.meshes.backlash, other.meshes.backlash)
+        and _equal(base.M, other.M)
+        and [(group.name, repr(group.law)) for group in base.groups] == [(g.name, repr(g.law)) for g in other.groups]
+    )
+    lines = [[line for line in system.lines if not at_mesh_order(system, line)] for system in (base, other)]
+    same = same and [line.frequency for line in lines[0]] == [line.frequency for line in lines[1]]
+    if same:
+        mesh = other.meshes.stiffness - base.meshes.stiffness
+        for law in base.meshes.laws:  # a tangent that follows the load: that of the mean load stays
+            mesh[law.rows] = 0.0
+        link = other.links.stiffness - base.links.stiffness
+        L = base.links.B
+        same = _equal(other.K - (L * link) @ L.T, base.K)
+        for before, after in zip(*lines, strict=True):
+            pulled = L @ (link * after.link_gap)
+            same &= _equal(before.gap, after.gap) and _equal(before.link_gap, after.link_gap)
+            same &= _equal(before.force[0], after.force[0] - pulled, np.abs(pulled).max(initial=0.0))
+    if not same:
+        raise ModelError(
+            "it changes more than torques and stiffnesses",
+            path=f"tolerance.{path}",
+            allowed="deviations, torques, stiffnesses of meshes, supports, bearings and couplings",
+        )
+    return _cleaned(mesh, base.meshes.stiffness), _cleaned(link, base.links.stiffness), other.force - base.force
+
+
+def _cleaned(change: Array, size: Array) -> Array:
+    """Changes without those that are rounding of values of a size."""
+    return np.where(np.abs(change) > 1e-12 * np.abs(size), change, 0.0)
+
+
+def _equal(a: NDArray[Any], b: NDArray[Any], size: float = 0.0) -> bool:
+    """Whether two arrays differ by rounding alone."""
+    if a.shape != b.shape:
+        return False
+    finite = np.isfinite(a)
+    if not np.array_equal(finite, np.isfinite(b)):
+        return False
+    largest = max(float(np.abs(a[finite]).max(initial=0.0)), size)
+    return bool(np.all(np.abs(a[finite] - b[finite]) <= _ROUNDING * largest))
+
+
+# tables of deviations -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DrawnTable:
+    """One table of deviations of which a tolerance draws at least one number.
+
+    table : its path.  kind : how its numbers act.  entry, unit : component -> index of its entry, and its SI unit.
+    nominal : component -> value of the file (n,), of those that are not drawn.
+    across, along : (n, 2) and (n,) columns of Re z, Im z and of the axial size; -1 where there is none.
+    """
+
+    table: str
+    kind: Kind
+    entry: Mapping[str, int]
+    unit: Mapping[str, str]
+    nominal: Mapping[str, Array]
+    across: NDArray[np.int64]
+    along: NDArray[np.int64]
+
+    @property
+    def count(self) -> int:
+        """Number n of planets, or 1."""
+        return len(self.along)
+
+    @property
+    def effect(self) -> bool:
+        """Whether any column follows it that a mesh-cycle mean keeps."""
+        return self.kind != "nothing" and bool((self.across >= 0).any() or (self.along >= 0).any())
+
+    def sizes(self, drawn: Drawn) -> NDArray[np.complex128]:
+        """Complex size z (S, n) across the axis, or of a mesh [m, rad]."""
+        if "" in drawn:
+            return self._spread(drawn[""]).astype(complex)
+        if self.kind == "gap":
+            return self._value(drawn, "gap").astype(complex)
+        form = drawn.keys() & {"x", "y", "amplitude", "phase"} or self.nominal.keys()
+        if self.kind == "error" or form & {"amplitude", "phase"}:  # of one table either these or x and y
+            polar: NDArray[np.complex128] = self._value(drawn, "amplitude") * np.exp(1j * self._value(drawn, "phase"))
+            return polar
+        return np.asarray(self._value(drawn, "x") + 1j * self._value(drawn, "y"))
+
+    def add(self, factors: Array, drawn: Drawn) -> None:
+        """Write the sizes of S samples into their columns of the factors (S, C)."""
+        z = self.sizes(drawn)
+        sizes = [(self.across[:, 0], z.real), (self.across[:, 1], z.imag)]
+        if (self.along >= 0).any():
+            sizes.append((self.along, self._value(drawn, "z")))
+        for column, values in sizes:
+            moved = column >= 0
+            factors[:, column[moved]] = np.broadcast_to(values, (len(factors), self.count))[:, moved]
+
+    def overrides(self, drawn: Drawn) -> dict[str, object]:
+        """Values of one sample by path, as `load` takes them; drawn : of one sample, (1, n)."""
+        overrides: dict[str, object] = {}
+        for name, value in drawn.items():
+            path = self.table if self.kind in ("gap", "nothing") else f"{self.table}.{name}".removesuffix(".")
+            z = self._spread(value)[0]
+            numbers = {path: z.real} if name else {f"{path}.x": z.real, f"{path}.y": z.imag}
+            overrides |= {key: values_text(size.tolist(), self.unit[name]) for key, size in numbers.items()}
+        return overrides
+
+    def _value(self, drawn: Drawn, name: str) -> Array:
+        """Component (S, n) drawn, or nominal (1, n)."""
+        if name in drawn:
+            return np.asarray(self._spread(drawn[name]), float)
+        return self.nominal.get(name, np.zeros(self.count))[None]
+
+    def _spread(self, value: NDArray[np.inexact]) -> NDArray[np.inexact]:
+        """Draws (S, n) from (S, n) or (S, 1)."""
+        return np.broadcast_to(value, (len(value), self.count))
+
+
+# from paths to tables -------------------------------------------------------------------------------------------------
+
+
+def drawn_paths(path: str, *, vector: bool) -> tuple[str, str, Kind]:
+    """Table, component ("" of a vector) and kind of a path below `deviations`.
+
+    Raises
+    ------
+    ModelError : a path whose effect is not linear.
+    """
+    head, _, last = path.rpartition(".")
+    if vector:
+        return path, "", "vector"
+    if ".meshes." in path:
+        if last == "gap":
+            return path, "gap", "gap"
+        if ".errors." in path and last in ("amplitude", "phase"):
+            return head, last, "error"
+        if (path if last == "profile" else head).endswith(".profile"):
+            return path, last, "nothing"
+    elif last in _VECTORS:  # a number stands for the amplitude
+        return path, "amplitude", "vector"
+    elif head.rpartition(".")[2] in _VECTORS and last in ("x", "y", "z", "amplitude", "phase"):
+        return head, last, "vector"
+    elif (path if last == "unbalance" else head).endswith(".unbalance"):
+        return path, last, "nothing"
+    raise ModelError(
+        "what it changes has no columns",
+        path=f"tolerance.{path}",
+        allowed="run_out, bearing_run_out, position, tilt; gap and errors of a mesh; torques, stiffnesses",
+    )
+
+
+def unit_overrides(
+    tables: Mapping[str, tuple[Kind, Sequence[str]]], document: Mapping[str, object]
+) -> dict[str, object]:
+    """Overrides that give every component of the drawn tables a unit size: one load of the file has all columns.
+
+    tables : path -> kind, components that are drawn.
+    """
+    overrides: dict[str, object] = {}
+    for table, (kind, components) in tables.items():
+        if kind == "gap":
+            overrides[table] = f"{_UNIT} m"
+        elif kind == "error":
+            overrides |= {f"{table}.amplitude": f"{_UNIT} m", f"{table}.phase": "0 rad"}
+        elif kind == "vector":
+            stated = value_at(document, table.split("."))
+            named = {*components, *(stated if isinstance(stated, Mapping) else ())}
+            unit = f"{_UNIT} {'rad' if table.endswith('.tilt') else 'm'}"
+            if named & {"", "x", "y", "amplitude", "phase"}:
+                overrides |= {f"{table}.x": unit, f"{table}.y": unit}
+            if "z" in named:
+                overrides[f"{table}.z"] = unit
+    return overrides
+
+
+# columns --------------------------------------------------------------------------------------------------------------
+
+
+def unit_deviations(
+    train: Train, tables: Mapping[str, tuple[Kind, Sequence[str]]]
+) -> tuple[list[Displacement | MeshError], list[tuple[str, int | None, str]]]:
+    """Deviations of size 1 of every column, and of each its table, branch (None: none) and part (re, im, along).
+
+    Parameters
+    ----------
+    train : resolved with `unit_overrides`.
+    """
+    items: list[Displacement | MeshError] = []
+    keys: list[tuple[str, int | None, str]] = []
+    branch: dict[str, int | None] = {body.name: body.branch for body in train.bodies}
+    branch |= {mesh.name: mesh.branch for mesh in train.meshes}
+    for displaced in train.displacements:
+        if displaced.path in tables:
+            for part, item in _displaced_units(displaced):
+                items.append(item)
+                keys.append((displaced.path, branch[displaced.body], part))
+    for error in train.mesh_errors:
+        if error.path in tables:
+            parts = (("re", 1.0),) if error.cause == "gap" else (("re", 1.0), ("im", 1j))
+            for part, factor in parts:
+                items.append(replace(error, amplitude=error.amplitude / _UNIT * factor))
+                keys.append((error.path, branch[error.mesh], part))
+    return items, keys
+
+
+def _displaced_units(item: Displacement) -> list[tuple[str, Displacement]]:
+    """Displacements of size 1 for Re z and Im z, or along the axis, from one of size z = (1 + j) `_UNIT` or along.
+
+    One stated from the stage's x axis has been turned into the body's own; so are these.
+    """
+    first = 3 if item.cause == "tilt" else 0
+    size = item.vector[first : first + 3]
+    if size[2]:
+        return [("along", replace(item, vector=item.vector / _UNIT))]
+    turns = item.frequency != 0
+    z = size[0] if turns else size[0].real + 1j * size[1].real
+    displacements = []
+    for part, unit in (("re", 1.0), ("im", 1j)):
+        size_one = z / (1 + 1j) / _UNIT * unit
+        vector = np.zeros(6, complex)
+        vector[first : first + 2] = (size_one, -1j * size_one) if turns else (size_one.real, size_one.imag)
+        displacements.append((part, replace(item, vector=vector)))
+    return displacements
+
+
+def drawn_tables(
+    document: Mapping[str, object],
+    tables: Mapping[str, tuple[Kind, Sequence[str]]],
+    entries: Mapping[str, Mapping[str, int]],
+    given: Sequence[Tolerance],
+    keys: Sequence[tuple[str, int | None, str]],
+) -> tuple[list[DrawnTable], list[CodedText]]:
+    """All tables that are drawn, and warnings of those without effect.
+
+    Several features of one table and branch (both halves of a split member) have one column: the sum of theirs.
+
+    Parameters
+    ----------
+    document : of the file.  entries : table -> component -> index of its entry among those `given`.
+    keys : of every column, as of `unit_deviations`, each once.
+    """
+    column = {key: i for i, key in enumerate(keys)}
+    deviations = read(document).model.deviations
+    result, warnings = [], []
+    for table, (kind, _) in tables.items():
+        drawn = {name: given[index] for name, index in entries[table].items()}
+        branches = sorted({branch for path, branch, _ in keys if path == table and branch is not None})
+        owners: list[int | None] = [*branches] or [None] * max(entry.count for entry in drawn.values())
+        across = [[column.get((table, branch, part), -1) for part in ("re", "im")] for branch in owners]
+        along = [column.get((table, branch, "along"), -1) for branch in owners]
+        stated = {} if kind in ("gap", "nothing") else _nominal(deviations, table, len(owners))
+        drawn_table = DrawnTable(
+            table=table,
+            kind=kind,
+            unit={name: entry.unit for name, entry in drawn.items()},
+            entry=entries[table],
+            nominal={name: value for name, value in stated.items() if name not in drawn},
+            across=np.array(across, np.int64),
+            along=np.array(along, np.int64),
+        )
+        if not drawn_table.effect:
+            known = (why for name, why in _WITHOUT_EFFECT.items() if f".{name}" in table)
+            why = next(known, "nothing holds what it moves, or it turns and no speed is given")
+            warnings.append(coded("tolerance-without-effect", f"tolerance of {table} has no effect: {why}"))
+        result.append(drawn_table)
+    return result, warnings
+
+
+def _nominal(deviations: object, table: str, count: int) -> dict[str, Array]:
+    """Values (n,) of the components that the file states in a table [m, rad]."""
+    path = table.removeprefix("deviations.")
+    group = "meshes" if ".meshes." in path else "members"
+    owner, _, kind = path.partition(".errors.") if ".errors." in path else path.rpartition(".")
+    stated = getattr(deviations, group).get(owner)
+    if stated is not None:
+        stated = stated.errors.get(kind) if ".errors." in path else getattr(stated, kind, None)
+    if stated is None:
+        return {}
+    values = {name: getattr(stated, name, None) for name in ("amplitude", "phase", "x", "y", "z")}
+    return {
+        name: np.broadcast_to(np.asarray(value, float), count) for name, value in values.items() if value is not None
+    }
+
 
 SAMPLES = 2**13
 """Samples that are worked on at once: products of one shape have the same bits whatever else is evaluated."""
 
 # samples that a piece is filled up to at least: fewer cost hardly less
 _LEAST_SAMPLES = 2**8
-
-
-class SampleValues(NamedTuple):
-    """Load sharing of S samples, definitions D "mean-load" and "mean-load-turning".
-
-    k : (S, D, g) coefficient of every group [1].  load : (S, D, w) N F_i / sum F of each mesh [1].
-    least : (S, w) least force of each mesh at any slow phases [N]; 0 or less: it separates; nan of pairs without load.
-    open, failed : (S,) whether contact opens or a far flank touches; whether no state was found or a group carries no
-        load of its nominal sense, with nan in all else.
-    """
-
-    k: Array
-    load: Array
-    least: Array
-    open: NDArray[np.bool_]
-    failed: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -121,8 +489,11 @@ class ToleranceMap:
         torque: float = 1.0,
         method: ContactMethod = "auto",
         dense: bool = False,
-    ) -> SampleValues:
+    ) -> SampleLoads:
         """Load sharing of S samples, `SAMPLES` at a time, the last piece filled up to a power of two.
+
+        Of the groups g that carry load; a sample in which one of them has no load of its nominal sense has failed, with
+        nan in all but whether contact opens.
 
         Parameters
         ----------
@@ -142,12 +513,12 @@ class ToleranceMap:
         factors = self._scale(scale)
         if not len(uniform):
             g, w, no = len(self.group), len(self.mesh), np.zeros(0, bool)
-            return SampleValues(np.zeros((0, 2, g)), np.zeros((0, 2, w)), np.zeros((0, w)), no, no)
+            return SampleLoads(np.zeros((0, 2, g)), np.zeros((0, 2, w)), np.zeros((0, w)), no, no)
         pieces = [
             self._piece(uniform[first : first + SAMPLES], factors, torque, method, dense)
             for first in range(0, len(uniform), SAMPLES)
         ]
-        return SampleValues(*(np.concatenate(values) for values in zip(*pieces, strict=True)))
+        return SampleLoads(*(np.concatenate(values) for values in zip(*pieces, strict=True)))
 
     def overrides(self, u_row: ArrayLike, *, scale: ArrayLike | None = None) -> dict[str, object]:
         """Overrides with which `load` resolves the train of one sample; u_row : (d,)."""
@@ -228,7 +599,7 @@ class ToleranceMap:
 
     def _piece(
         self, u: Array, scale: Sequence[float], torque: float, method: ContactMethod, dense: bool
-    ) -> SampleValues:
+    ) -> SampleLoads:
         """Load sharing of at most `SAMPLES` samples."""
         S = len(u)
         size = max(_LEAST_SAMPLES, 1 << (S - 1).bit_length())
@@ -248,11 +619,10 @@ class ToleranceMap:
         k = loads.k[:, :, self.chosen]
         # without load, or with a load of the other sense, nothing is shared
         failed = loads.failed | ~np.isfinite(k).all(axis=(1, 2))
-        return SampleValues(
+        return loads._replace(
             k=np.where(failed[:, None, None], np.nan, k),
             load=np.where(failed[:, None, None], np.nan, loads.load),
             least=np.where(failed[:, None], np.nan, loads.least),
-            open=loads.open,
             failed=failed,
         )
 

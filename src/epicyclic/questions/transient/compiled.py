@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from ...machine_code import machine_code
 from ...system.system import Array
-from .equation import Numbers
-from .program import Steps
+from .equation import Numbers, Steps
 
 Index = NDArray[np.int64]
 
@@ -26,7 +25,7 @@ _inlined = partial(machine_code, forceinline=True)
 TURN = 2 * np.pi
 # As in `system.link_laws`: a slider this near the clearance is at its stop; its angle there, to rounding [rad].
 _AT_STOP, _SEARCH, _ANGLE = 1e-12, 60, 1e-15
-# As `right_hand_side.AHEAD`.
+# As `integrators.AHEAD`.
 _AHEAD = 1e-6
 # Seconds of steps between two looks at Ctrl-C, and the steps of the first part: a millisecond or two of a small train.
 _PART, _FIRST = 0.1, 1000
@@ -261,7 +260,7 @@ def _held(
 ) -> tuple[float, float]:
     """Force (x, y) [N] of one group with a memory at a stretch and rate: its spring, and lag times tangent times rate.
 
-    The tangent is that of `link_laws`, a little ahead of the motion, see `right_hand_side`.
+    The tangent is that of `link_laws`, a little ahead of the motion, see `integrators`.
     """
     k, friction, lag = law[2], -law[3], law[8]
     sx, sy, _ = _slid(law, dx, dy, ax, ay, pair)

@@ -9,19 +9,39 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ...engine.cost import MOST_NUMBERS, require_memory, require_time
+from ...engine.plan import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
 from ...machine_code import numba_available
 from ...statics.record import positive_count, reference_tone
 from ...system.gaps import groups_past_the_end, net_force, past_the_end
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
-from .equation import Contact, Motion, fastest_mode, from_modal, phases_at, tangent_series, to_modal
-from .integrators import APART, FAR, IMPACTS, LEAST, LEAST_AT, MOST, MOST_AT, starting_slider, steps_for
-from .program import per_instant, phase_at, speed_at
-from .right_hand_side import at_equilibrium, at_rest
-from .run import METHODS, Method, RunPlan, RunRecord, run
-from .scenario import History, Scenario, scenario_motion
+from .equation import (
+    Contact,
+    Motion,
+    fastest_mode,
+    from_modal,
+    per_instant,
+    phase_at,
+    phases_at,
+    speed_at,
+    tangent_series,
+    to_modal,
+)
+from .integrators import (
+    APART,
+    FAR,
+    IMPACTS,
+    LEAST,
+    LEAST_AT,
+    MOST,
+    MOST_AT,
+    at_equilibrium,
+    at_rest,
+    starting_slider,
+    steps_for,
+)
+from .scenario import METHODS, History, Method, RunPlan, RunRecord, Scenario, run, scenario_motion
 
 if TYPE_CHECKING:
     import xarray as xr

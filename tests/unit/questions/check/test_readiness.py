@@ -12,7 +12,7 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.check.readiness import NEEDS
+from epicyclic.questions.check.check import NEEDS
 from epicyclic.questions.check.views import check_tables
 from epicyclic.verbs.record import verbs
 

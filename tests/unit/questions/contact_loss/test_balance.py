@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.questions.contact_loss.corrector import linear_start, solve, truncated_orders, truncation_residual
+from epicyclic.questions.contact_loss.continuation import linear_start, solve, truncated_orders, truncation_residual
 from epicyclic.questions.contact_loss.problem import (
     Problem,
     State,

@@ -13,10 +13,9 @@ import pytest
 import epicyclic
 from epicyclic.questions.contact_loss import branch_set as module
 from epicyclic.questions.contact_loss.branch_set import branch_set, scan_closed_teeth
-from epicyclic.questions.contact_loss.continuation import Stepping, arclength_unit, branch
-from epicyclic.questions.contact_loss.corrector import linear_start, solve
+from epicyclic.questions.contact_loss.continuation import Stepping, arclength_unit, branch, linear_start, solve
 from epicyclic.questions.contact_loss.problem import dynamic_size
-from epicyclic.questions.contact_loss.refinement import Refinement
+from epicyclic.questions.contact_loss.solutions import Refinement
 from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
+from epicyclic.questions.contact_loss.branch_set import force_level
 from epicyclic.questions.contact_loss.continuation import (
     ArclengthUnit,
     PathPoint,
@@ -17,13 +18,13 @@ from epicyclic.questions.contact_loss.continuation import (
     branch,
     folds,
     follow,
+    linear_start,
     peak_of,
+    solve,
     start_of_path,
 )
-from epicyclic.questions.contact_loss.corrector import linear_start, solve
-from epicyclic.questions.contact_loss.outputs import force_level
 from epicyclic.questions.contact_loss.problem import Problem, State, mesh_problem
-from epicyclic.questions.contact_loss.refinement import Refinement
+from epicyclic.questions.contact_loss.solutions import Refinement
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
-from epicyclic.questions.contact_loss.transforms import edges
+from epicyclic.questions.contact_loss.rows import edges
 
 Array = NDArray[np.float64]
 # Gaps that part for two fifths of a cycle, and touch for a fifth of it; [1].

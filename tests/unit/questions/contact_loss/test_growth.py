@@ -15,7 +15,7 @@ import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ConvergenceError
 from epicyclic.questions.contact_loss.branch_set import branch_set
-from epicyclic.questions.contact_loss.refinement import Refinement, load_continuation, solution, with_stability
+from epicyclic.questions.contact_loss.solutions import Refinement, load_continuation, solution, with_stability
 from epicyclic.questions.contact_loss.steady import contact_steady
 from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.response.response import response

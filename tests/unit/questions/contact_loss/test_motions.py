@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.questions.contact_loss.branch_set import BranchSet, Crossing
-from epicyclic.questions.contact_loss.corrector import linear_start
-from epicyclic.questions.contact_loss.outputs import mesh_force, periodic_measures
-from epicyclic.questions.contact_loss.refinement import Refinement, Solution, distinct, solution, with_stability
+from epicyclic.questions.contact_loss.branch_set import BranchSet, Crossing, mesh_force, periodic_measures
+from epicyclic.questions.contact_loss.continuation import linear_start
+from epicyclic.questions.contact_loss.solutions import Refinement, Solution, distinct, solution, with_stability
 from epicyclic.questions.contact_loss.sweep_direction import (
     IntegratedMotion,
     Reached,

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.questions.contact_loss import corrector as room
-from epicyclic.questions.contact_loss.corrector import KeptPreconditioner, linear_start, preconditioner
+from epicyclic.questions.contact_loss import continuation as room
+from epicyclic.questions.contact_loss.continuation import KeptPreconditioner, linear_start, preconditioner
 from epicyclic.questions.contact_loss.problem import Problem, State, evaluate, jacobian, mesh_problem, unknowns
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System

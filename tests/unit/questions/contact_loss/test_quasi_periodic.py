@@ -13,14 +13,17 @@ from scipy.linalg import eigh
 
 from epicyclic.questions.contact_loss.branch_set import BranchSet, Crossing
 from epicyclic.questions.contact_loss.problem import State, gap_rows
-from epicyclic.questions.contact_loss.refinement import (
+from epicyclic.questions.contact_loss.solutions import (
     GROWTH,
+    Growth,
     Refinement,
     Solution,
+    floquet_stability,
     load_continuation,
+    quasi_periodic_growth,
+    window_cycles,
     with_stability,
 )
-from epicyclic.questions.contact_loss.stability import Growth, floquet_stability, quasi_periodic_growth, window_cycles
 from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.contact_loss.sweep_direction import sweep_direction
 from epicyclic.questions.response.response import response
@@ -217,7 +220,7 @@ def test_windows_in_parts_are_whole_windows(train: Any, ratio: Fraction, monkeyp
     refinement, state = moved(system, 1.4)
     given, tones = refinement.problem(12), refinement.ready.lines.tones
     whole = quasi_periodic_growth(given, state, tones)
-    monkeypatch.setattr("epicyclic.questions.contact_loss.stability._VALUES", 1)
+    monkeypatch.setattr("epicyclic.questions.contact_loss.solutions._VALUES", 1)
     parts = quasi_periodic_growth(given, state, tones)
     assert parts.rate == pytest.approx(whole.rate, abs=2e-4)
     assert parts.cycles == whole.cycles

@@ -18,9 +18,8 @@ from epicyclic.questions.contact_loss.steady import contact_steady
 from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus, torus_of
 from epicyclic.questions.response.response import response
-from epicyclic.questions.transient.equation import motion
+from epicyclic.questions.transient.equation import constant, motion
 from epicyclic.questions.transient.integrators import integrate
-from epicyclic.questions.transient.program import constant
 from epicyclic.questions.transient.transient import mesh_force
 from epicyclic.system.system import System
 

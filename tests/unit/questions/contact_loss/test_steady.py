@@ -22,9 +22,8 @@ from epicyclic.questions.contact_loss.steady import contact_steady
 from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.contact_loss.torus import respond_torus
 from epicyclic.questions.response.steady import steady
-from epicyclic.questions.transient.equation import motion
+from epicyclic.questions.transient.equation import constant, motion
 from epicyclic.questions.transient.integrators import integrate
-from epicyclic.questions.transient.program import constant
 from epicyclic.questions.transient.transient import mesh_force, transient
 from epicyclic.show.tables import force_table
 from epicyclic.system.system import System, faces

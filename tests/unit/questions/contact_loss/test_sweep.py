@@ -13,12 +13,17 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.engine import workers
 from epicyclic.errors import ModelError
-from epicyclic.questions.contact_loss import refinement as refinement_module
-from epicyclic.questions.contact_loss.branch_set import branch_set
-from epicyclic.questions.contact_loss.corrector import linear_start
-from epicyclic.questions.contact_loss.outputs import periodic_measures
-from epicyclic.questions.contact_loss.refinement import Refinement, Solution, solution, with_stability
-from epicyclic.questions.contact_loss.stability import Stability, floquet_stability
+from epicyclic.questions.contact_loss import solutions as refinement_module
+from epicyclic.questions.contact_loss.branch_set import branch_set, periodic_measures
+from epicyclic.questions.contact_loss.continuation import linear_start
+from epicyclic.questions.contact_loss.solutions import (
+    Refinement,
+    Solution,
+    Stability,
+    floquet_stability,
+    solution,
+    with_stability,
+)
 from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, _several_motions, contact_sweep
 from epicyclic.questions.contact_loss.sweep_direction import initial_state
 from epicyclic.questions.response.response import critical_speed, response

@@ -11,7 +11,7 @@ import pytest
 
 import epicyclic
 from epicyclic.questions.contact_loss.branch_set import branch_set
-from epicyclic.questions.contact_loss.refinement import Refinement, Solution, symmetry_is_broken
+from epicyclic.questions.contact_loss.solutions import Refinement, Solution, symmetry_is_broken
 from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.contact_loss.sweep_direction import initial_state, sweep_direction
 from epicyclic.questions.response.response import response

@@ -11,14 +11,15 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic.questions.contact_loss import torus as room
-from epicyclic.questions.contact_loss.corrector import newton_step, solve
-from epicyclic.questions.contact_loss.outputs import torus_outputs
+from epicyclic.questions.contact_loss.continuation import newton_step, solve
 from epicyclic.questions.contact_loss.problem import Problem, State, elastic_forces, gap_forces, jacobian
+from epicyclic.questions.contact_loss.rows import Size, edges
 from epicyclic.questions.contact_loss.shaft_orders import (
     MeshOrders,
     shaft_response,
     superposed_lines,
     superposition_is_exact,
+    torus_outputs,
 )
 from epicyclic.questions.contact_loss.steady import steady_motion
 from epicyclic.questions.contact_loss.torus import (
@@ -29,12 +30,10 @@ from epicyclic.questions.contact_loss.torus import (
     respond_torus,
     torus_of,
 )
-from epicyclic.questions.contact_loss.transforms import Size, edges
-from epicyclic.questions.response.gmres import gmres
+from epicyclic.questions.response.balance import gmres
 from epicyclic.questions.response.response import response
-from epicyclic.questions.transient.equation import motion
+from epicyclic.questions.transient.equation import constant, motion
 from epicyclic.questions.transient.integrators import integrate
-from epicyclic.questions.transient.program import constant
 from epicyclic.questions.transient.transient import mesh_force
 from epicyclic.system.system import System
 
@@ -153,7 +152,7 @@ def test_closed_flanks_superpose_exactly(train: Train) -> None:
     given = torus_of(response(system))
     point, flat = respond_torus(given, 1.2), respond_torus(given.mesh_orders_only, 1.2)
     lines = superposed_lines(given.mesh_orders_only, flat)
-    assert superposition_is_exact(given, flat, lines)
+    assert superposition_is_exact(flat, lines)
     # nothing is neglected, so nothing but rounding is stated
     assert max(line.error for line in lines) < 1e-9
     one, other = torus_outputs(given, point), torus_outputs(given.mesh_orders_only, flat, lines)
@@ -170,7 +169,7 @@ def test_an_open_flank_is_not_exact_and_says_by_how_much(train: Train) -> None:
         given = torus_of(response(train(slow=[(F(3, 7), size)])))
         flat, point = respond_torus(given.mesh_orders_only, 2.0), respond_torus(given, 2.0)
         lines = superposed_lines(given.mesh_orders_only, flat)
-        assert not superposition_is_exact(given, flat, lines)
+        assert not superposition_is_exact(flat, lines)
         stated.append(lines[0].error)
         true, ours = (torus_outputs(given, point).rms, torus_outputs(given.mesh_orders_only, flat, lines).rms)
         without = torus_outputs(given.mesh_orders_only, flat).rms

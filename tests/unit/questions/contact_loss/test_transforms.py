@@ -9,9 +9,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from epicyclic.questions.contact_loss.outputs import grid_maximum, super_period_phases
+from epicyclic.questions.contact_loss.rows import grid, phases_of
+from epicyclic.questions.contact_loss.shaft_orders import grid_maximum, super_period_phases
 from epicyclic.questions.contact_loss.torus import shaft_tones, torus_of
-from epicyclic.questions.contact_loss.transforms import grid, phases_of
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 

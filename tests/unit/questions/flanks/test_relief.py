@@ -16,8 +16,7 @@ import xarray as xr
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
-from epicyclic.questions.flanks.relief import relief, relief_model
-from epicyclic.questions.flanks.relief_search import genetic_search
+from epicyclic.questions.flanks.relief import genetic_search, relief, relief_model
 from epicyclic.show.charts.flanks import relief_effect, relief_search
 
 pytest.importorskip("pymoo")

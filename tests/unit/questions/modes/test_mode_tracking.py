@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.questions.modes.eigen import classify_modes, eigen
-from epicyclic.questions.modes.tracking import (
+from epicyclic.questions.modes.campbell import (
     LocusEvent,
     ModeSet,
     locus_events,
@@ -18,6 +17,7 @@ from epicyclic.questions.modes.tracking import (
     repeated_loci,
     track_modes,
 )
+from epicyclic.questions.modes.eigen import classify_modes, eigen
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

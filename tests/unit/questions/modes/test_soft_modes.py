@@ -11,8 +11,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.questions.modes.basis import mean_modes
-from epicyclic.questions.modes.eigen import damping_ratios, eigen, whirl
+from epicyclic.questions.modes.eigen import damping_ratios, eigen, mean_modes, whirl
 from epicyclic.questions.modes.modal import modal
 from epicyclic.system.system import System, free_motions, stiffness_rows
 from epicyclic.train.train import Train

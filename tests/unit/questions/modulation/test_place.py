@@ -10,7 +10,7 @@ import pytest
 
 from epicyclic.errors import ModelError
 from epicyclic.questions.modulation.modulation import modulation
-from epicyclic.questions.modulation.path import sensor_position
+from epicyclic.questions.modulation.spectrum import sensor_position
 from epicyclic.questions.response.steady import steady
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System

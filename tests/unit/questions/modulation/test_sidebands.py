@@ -13,8 +13,14 @@ import pytest
 import xarray as xr
 
 from epicyclic.questions.modulation.modulation import modulation
-from epicyclic.questions.modulation.path import SensorPosition, named_window
-from epicyclic.questions.modulation.spectrum import SensorContributions, StageSpectrum, merged_lines, windowed_forces
+from epicyclic.questions.modulation.spectrum import (
+    SensorContributions,
+    SensorPosition,
+    StageSpectrum,
+    merged_lines,
+    named_window,
+    windowed_forces,
+)
 from epicyclic.questions.response.steady import steady
 from epicyclic.system.system import System
 

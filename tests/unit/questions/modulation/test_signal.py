@@ -13,8 +13,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from epicyclic.questions.modulation.modulation import modulation
-from epicyclic.questions.modulation.path import Window, tabulated_transfer
-from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.modulation.spectrum import Window, tabulated_transfer
+from epicyclic.questions.response.measures import periodic
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

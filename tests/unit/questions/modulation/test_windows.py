@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.integrate import quad
 
 from epicyclic.errors import ModelError
-from epicyclic.questions.modulation.path import Window, named_window, tabulated_window
+from epicyclic.questions.modulation.spectrum import Window, named_window, tabulated_window
 
 Array = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from epicyclic.questions.response.gmres import gmres
+from epicyclic.questions.response.balance import gmres
 
 
 def systems(seed: int, size: int = 30, count: int = 7) -> tuple[np.ndarray, np.ndarray]:

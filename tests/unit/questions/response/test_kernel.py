@@ -10,7 +10,7 @@ import pytest
 import epicyclic
 from epicyclic.questions.response.lattice import line_frequencies, product, truncated_product
 from epicyclic.questions.response.response import Response, respond, response
-from epicyclic.questions.response.waveform import Spectrum, torus_waveform
+from epicyclic.questions.response.spectra import Spectrum, torus_waveform
 
 
 def ready_of(name: str) -> Response:

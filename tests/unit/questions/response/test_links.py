@@ -12,10 +12,10 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.questions.modes.basis import mean_modes
+from epicyclic.questions.modes.eigen import mean_modes
 from epicyclic.questions.response.response import respond, response
+from epicyclic.questions.response.spectra import force_signal, link_signal, motion_signal
 from epicyclic.questions.response.steady import steady
-from epicyclic.questions.response.waveform import force_signal, link_signal, motion_signal
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.static import static
 from epicyclic.statics.tangent import linear

@@ -15,20 +15,21 @@ from numpy.typing import NDArray
 
 from epicyclic.errors import ModelError
 from epicyclic.questions.response.measures import (
+    Periodic,
     Signals,
     dynamic_factor,
     line_harmonics,
     mean,
     mean_square,
+    periodic,
     ranges,
     sweep_measures,
 )
-from epicyclic.questions.response.periodic import Periodic, periodic
 from epicyclic.questions.response.response import response
+from epicyclic.questions.response.spectra import Signal, Spectrum, lateral_pairs, signal_of_samples
 from epicyclic.questions.response.steady import SweepOptions, steady, sweep
 from epicyclic.questions.response.sweep_table import empty_table, sweep_dataset
 from epicyclic.questions.response.views import steady_tables, sweep_tables
-from epicyclic.questions.response.waveform import Signal, Spectrum, lateral_pairs, signal_of_samples
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.system.system import System
 

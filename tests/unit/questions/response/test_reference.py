@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from epicyclic.questions.modes.basis import mean_modes
-from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.modes.eigen import mean_modes
+from epicyclic.questions.response.measures import periodic
 from epicyclic.questions.response.steady import SweepOptions, sweep
 from epicyclic.system.system import System
 

@@ -8,8 +8,8 @@ import numpy as np
 
 import epicyclic
 from epicyclic.questions.response.balance import Batch, solve
-from epicyclic.questions.response.excitation import line_excitation
 from epicyclic.questions.response.response import response
+from epicyclic.questions.response.spectra import line_excitation
 
 STAGE = """
 [stages.{name}]

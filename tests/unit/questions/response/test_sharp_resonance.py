@@ -12,7 +12,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from epicyclic.errors import ConvergenceError, ModelError
-from epicyclic.questions.response.gmres import sharpened
+from epicyclic.questions.response.balance import sharpened
 from epicyclic.questions.response.steady import SweepOptions, steady, sweep
 from epicyclic.system.system import System
 

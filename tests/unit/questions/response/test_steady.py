@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ConvergenceError, ModelError
-from epicyclic.questions.modes.basis import mean_modes
-from epicyclic.questions.response.periodic import Periodic, periodic
+from epicyclic.questions.modes.eigen import mean_modes
+from epicyclic.questions.response.measures import Periodic, periodic
 from epicyclic.questions.response.steady import steady
 from epicyclic.system.system import Line, System
 

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from epicyclic.errors import ModelError
-from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.response.measures import periodic
 from epicyclic.questions.response.steady import SweepOptions, steady, sweep
 from epicyclic.results.dataset import to_json
 from epicyclic.system.system import System

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic.questions.response.lattice import bundle, kept_points
-from epicyclic.questions.response.periodic import Periodic, periodic, periodic_by_tone
+from epicyclic.questions.response.measures import Periodic, periodic, periodic_by_tone
 from epicyclic.questions.response.response import respond, response
 from epicyclic.questions.response.steady import SweepOptions, steady, sweep
 from epicyclic.system.system import System

@@ -15,17 +15,25 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.response.periodic import Periodic, ShaftLine, periodic
+from epicyclic.questions.response.measures import Periodic, ShaftLine, periodic
 from epicyclic.questions.response.steady import steady
 from epicyclic.questions.sharing import tone_forces
-from epicyclic.questions.sharing.definitions import DEFINITIONS, extremes, merge_extremes
+from epicyclic.questions.sharing.definitions import (
+    DEFINITIONS,
+    cycle_forces,
+    extremes,
+    independent_blocks,
+    line_phases,
+    merge_extremes,
+    periodic_waves,
+    worst_case,
+)
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.sharing.tone_forces import Method, mean_force
 from epicyclic.questions.sharing.views import tables
-from epicyclic.questions.sharing.waves import cycle_forces, independent_blocks, line_phases, periodic_waves, worst_case
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
-from epicyclic.statics.mean_load import MEAN_LOADS
+from epicyclic.statics.load_map import MEAN_LOADS
 from epicyclic.statics.record import excitation, parallel_meshes
 from epicyclic.statics.static import static
 from epicyclic.system.system import Line, System, faces

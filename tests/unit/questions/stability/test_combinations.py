@@ -10,10 +10,17 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from epicyclic.questions.modes.basis import modal_form
-from epicyclic.questions.response.excitation import mesh_tones
-from epicyclic.questions.stability.combinations import Combination, combinations, growth, half_width, resonances
-from epicyclic.questions.stability.stability import floquet_scan, parametric_system
+from epicyclic.questions.modes.eigen import modal_form
+from epicyclic.questions.response.spectra import mesh_tones
+from epicyclic.questions.stability.stability import (
+    Combination,
+    combinations,
+    floquet_scan,
+    growth,
+    half_width,
+    parametric_system,
+    resonances,
+)
 from epicyclic.system.system import System
 
 SUM = 3.3  # w1 + w2 of `two`, to 2 %

@@ -12,8 +12,7 @@ import scipy.linalg
 import scipy.special
 from numpy.typing import NDArray
 
-from epicyclic.questions.modes.basis import Modal, modal_form
-from epicyclic.questions.modes.eigen import whirl
+from epicyclic.questions.modes.eigen import Modal, modal_form, whirl
 from epicyclic.questions.stability.floquet import Floquet, floquet, steps_needed, variational_flow
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System

@@ -12,7 +12,7 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.modes.basis import modal_form
+from epicyclic.questions.modes.eigen import modal_form
 from epicyclic.questions.stability.stability import floquet_scan, instability_kind, parametric_system, stability
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.system.system import System

@@ -14,10 +14,9 @@ from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.cli.main import app
-from epicyclic.engine.sampling import piece_uniforms, sampling_plan
+from epicyclic.engine.plan import piece_uniforms, sampling_plan
 from epicyclic.errors import ModelError
-from epicyclic.questions.tolerance.allocation import allocate, allocated_model
-from epicyclic.questions.tolerance.grade_search import GradeSet, SampledGrades, grade_columns
+from epicyclic.questions.tolerance.allocation import GradeSet, SampledGrades, allocate, allocated_model, grade_columns
 from epicyclic.questions.tolerance.tolerance_map import tolerance_map
 from epicyclic.train.resolution import costs_of, tolerances_of
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.questions.tolerance.grade_search import (
+from epicyclic.questions.tolerance.allocation import (
     GradeColumns,
     allocate_grades,
     allowed_above,
@@ -98,7 +98,7 @@ def test_the_bound_in_every_sample_is_below_all_combinations_of_the_part() -> No
     target = columns.value((1, 1, 1), 0.9)
     excluded = 0
     for part in product(*(range(-1, count) for count in counts)):
-        if columns.may_meet(part, target, 0.9):
+        if columns.meets(part, target, 0.9):
             continue
         excluded += -1 in part
         free = (range(count) if grade < 0 else (grade,) for grade, count in zip(part, counts, strict=True))

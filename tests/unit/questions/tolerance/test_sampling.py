@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from epicyclic.engine.sampling import PIECE, Sampler, piece_uniforms, sample_number, sampling_plan, scramble_uniforms
+from epicyclic.engine.plan import PIECE, Sampler, piece_uniforms, sample_number, sampling_plan, scramble_uniforms
 from epicyclic.errors import ModelError
 
 

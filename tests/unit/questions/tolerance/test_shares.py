@@ -9,7 +9,7 @@ import pytest
 from floating_sun import FloatingSun
 from scipy.special import ndtri
 
-from epicyclic.engine.sampling import SamplingPlan
+from epicyclic.engine.plan import SamplingPlan
 from epicyclic.questions.tolerance.effects import variance_shares
 
 PLAN = SamplingPlan(samples=2**13, scrambles=1, rows=2**13, seed=1, sampler="sobol")

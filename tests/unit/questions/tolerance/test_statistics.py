@@ -11,10 +11,11 @@ from floating_sun import FloatingSun
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from epicyclic.engine.sampling import Sampler, piece_uniforms, sampling_plan
-from epicyclic.questions.tolerance.histograms import (
+from epicyclic.engine.plan import Sampler, piece_uniforms, sampling_plan
+from epicyclic.questions.tolerance.statistics import (
     BINS,
     FAILED,
+    SampleTally,
     bin_edges,
     bin_index,
     coarse_edges,
@@ -22,10 +23,11 @@ from epicyclic.questions.tolerance.histograms import (
     fraction_below,
     occupied,
     packed,
+    piece_statistics,
+    probabilities_of,
     quantiles,
     unpacked,
 )
-from epicyclic.questions.tolerance.statistics import SampleTally, piece_statistics, probabilities_of
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from scipy.special import ndtr, ndtri
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.document.document import drive_titles
-from epicyclic.engine.sampling import SamplingPlan
+from epicyclic.engine.plan import SamplingPlan
 from epicyclic.errors import ModelError
 from epicyclic.questions.tolerance.effects import variance_shares
 

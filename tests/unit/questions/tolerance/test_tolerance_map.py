@@ -17,12 +17,12 @@ import epicyclic
 from epicyclic import load
 from epicyclic.errors import ModelError
 from epicyclic.questions.sharing.sharing import sharing
-from epicyclic.questions.tolerance.tolerance_map import SAMPLES, SampleValues, ToleranceMap, tolerance_map
+from epicyclic.questions.tolerance.tolerance_map import SAMPLES, ToleranceMap, tolerance_map
 from epicyclic.show.console import warnings_of
 from epicyclic.statics import sample_loads
-from epicyclic.statics.quasi_static import held_train, settled
 from epicyclic.statics.record import excitation
-from epicyclic.statics.sample_loads import mean_loads, net_forces
+from epicyclic.statics.sample_loads import SampleLoads, mean_loads, net_forces
+from epicyclic.statics.static import held_train, settled
 from epicyclic.system.assembly import assemble
 from epicyclic.system.gaps import net_force
 from epicyclic.system.system import System
@@ -68,7 +68,7 @@ def mean_force(n: int) -> float:
     return 800 / (n * BASE * (24 if n <= 5 else 72))
 
 
-def of_pins(given: ToleranceMap, errors: Any) -> SampleValues:
+def of_pins(given: ToleranceMap, errors: Any) -> SampleLoads:
     """Load sharing at given pin errors (S, n) [m], normal ones inverted at a spread of their size."""
     sigma = np.abs(errors).max()
     return given.evaluate(norm.cdf(np.atleast_2d(errors) / sigma), scale=[sigma / SIGMA])

@@ -11,15 +11,26 @@ from numpy.typing import NDArray
 
 from epicyclic.errors import ModelError
 from epicyclic.questions.transient import integrators
-from epicyclic.questions.transient.equation import from_modal, highest_rate, in_modes_of_its_speed, motion, to_modal
-from epicyclic.questions.transient.integrators import adaptive_states, integrate, steps_for
-from epicyclic.questions.transient.program import constant, phase_at, program, speed_at
-from epicyclic.questions.transient.right_hand_side import (
+from epicyclic.questions.transient.equation import (
+    constant,
+    from_modal,
+    highest_rate,
+    in_modes_of_its_speed,
+    motion,
+    phase_at,
+    program,
+    speed_at,
+    to_modal,
+)
+from epicyclic.questions.transient.integrators import (
     acceleration,
+    adaptive_states,
     at_equilibrium,
     at_rest,
     instant_terms,
+    integrate,
     row_force,
+    steps_for,
 )
 from epicyclic.questions.transient.transient import flank_force, mesh_force
 from epicyclic.system.assembly import assemble

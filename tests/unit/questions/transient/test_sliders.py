@@ -13,14 +13,12 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from epicyclic.questions.transient import integrators
-from epicyclic.questions.transient import run as run_module
-from epicyclic.questions.transient.equation import from_modal, motion, to_modal
-from epicyclic.questions.transient.integrators import adaptive_states, integrate
-from epicyclic.questions.transient.program import constant, program
-from epicyclic.questions.transient.right_hand_side import AHEAD, at_equilibrium, at_rest
+from epicyclic.questions.transient import scenario as run_module
+from epicyclic.questions.transient.equation import constant, from_modal, motion, program, to_modal
+from epicyclic.questions.transient.integrators import AHEAD, adaptive_states, at_equilibrium, at_rest, integrate
 from epicyclic.questions.transient.transient import group_force, group_stretch, transient
-from epicyclic.statics.quasi_static import held_train, quasi_static
 from epicyclic.statics.record import record_of
+from epicyclic.statics.static import held_train, quasi_static
 from epicyclic.system.link_laws import Law, LawGroup, stacked
 from epicyclic.system.system import Line, System
 

@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.questions.transient import integrators
-from epicyclic.questions.transient.equation import Motion, from_modal, highest_rate, motion, to_modal
-from epicyclic.questions.transient.integrators import adaptive_states, integrate
-from epicyclic.questions.transient.program import constant, program
-from epicyclic.questions.transient.right_hand_side import at_equilibrium, at_rest
+from epicyclic.questions.transient.equation import Motion, constant, from_modal, highest_rate, motion, program, to_modal
+from epicyclic.questions.transient.integrators import adaptive_states, at_equilibrium, at_rest, integrate
 from epicyclic.questions.transient.transient import flank_force
 from epicyclic.system.flank_laws import FlankAt, LawRows, LinearLaw, TabulatedLaw
 from epicyclic.system.link_laws import Law

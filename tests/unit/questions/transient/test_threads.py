@@ -26,7 +26,8 @@ from conftest import system_of
 from test_sliders import group
 from test_tables import curved
 import epicyclic
-from epicyclic.questions.transient import integrators, run, transient
+from epicyclic.questions.transient import integrators, transient
+from epicyclic.questions.transient import scenario as run
 from epicyclic.system.flank_laws import LawRows
 from dataclasses import replace
 run._STEPS, run._PIECES = (200, 1) if numba else (10, 1)

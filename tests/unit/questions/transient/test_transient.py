@@ -17,7 +17,7 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.transient import run as run_module
+from epicyclic.questions.transient import scenario as run_module
 from epicyclic.questions.transient.scenario import History, Scenario, scenario_motion
 from epicyclic.system.system import System
 
@@ -213,7 +213,7 @@ def test_nothing_half_written_is_taken(tmp_path: Path, swinging: System) -> None
 RUN = """
 import sys, json
 import epicyclic
-from epicyclic.questions.transient import run
+from epicyclic.questions.transient import scenario as run
 run._STEPS, run._PIECES = 1000, 2
 train = epicyclic.load(json.loads(sys.argv[1]))
 found = epicyclic.transient(train, cycles=200, initial="rest", folder=sys.argv[2], resume=True)

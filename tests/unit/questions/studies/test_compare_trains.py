@@ -13,8 +13,9 @@ from typer.testing import CliRunner
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.document.document import drive_text
-from epicyclic.questions.compare.effects import BY_KIND, BY_SHAPE, TrainModes, mode_pairs
-from epicyclic.questions.compare.views import key_figures, tables
+from epicyclic.questions.studies.compare import BY_KIND, BY_SHAPE, TrainModes, mode_pairs
+from epicyclic.questions.studies.views import compared_tables as tables
+from epicyclic.questions.studies.views import key_figures
 from epicyclic.show.charts.effects import compared
 from epicyclic.show.tables import ComparedRow, compared_rows, percent
 from epicyclic.warning_codes import code_of

@@ -25,11 +25,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, System, faces
-from ..modes.basis import mean_modes, modal_weights
-from ..modes.eigen import Modes, Whirl, repeated_roots
-from ..response.excitation import speed_powers
+from ..modes.eigen import Modes, Whirl, mean_modes, modal_weights, repeated_roots
 from ..response.lattice import product
 from ..response.response import Block, FrameSpeed, Response, respond, response
+from ..response.spectra import speed_powers
 from .adjoint import (
     AdjointPart,
     SystemNumbers,

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from epicyclic.errors import ModelError
 from epicyclic.questions.response import balance
 from epicyclic.questions.response.lattice import product, truncated_product
-from epicyclic.questions.response.periodic import periodic
+from epicyclic.questions.response.measures import periodic
 from epicyclic.questions.response.response import Block, Response, _block, response
 from epicyclic.questions.response.steady import SweepOptions, sweep
-from epicyclic.questions.sensitivity.adjoint import (
+from epicyclic.questions.studies.adjoint import (
     SystemNumbers,
     adjoint_form,
     adjoint_parts,
@@ -28,7 +28,7 @@ from epicyclic.questions.sensitivity.adjoint import (
     numbers,
     truncated_product_adjoint,
 )
-from epicyclic.questions.sensitivity.gradient import basis_of, force_derivatives, gradient
+from epicyclic.questions.studies.gradient import basis_of, force_derivatives, gradient
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.sensitivity.derivatives import all_parameters, parameter_at
+from epicyclic.questions.studies.derivatives import all_parameters, parameter_at
 
 Array = NDArray[np.float64]
 # Both sides are differences: five-point ones of the answer with a step of 1e-3 leave some 1e-12 of truncation and, of
@@ -224,7 +224,7 @@ def test_what_is_not_there_is_refused_before_anything_is_differentiated(
     options: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "epicyclic.questions.sensitivity.sensitivity.system_derivatives", lambda *_, **__: pytest.fail("differentiated")
+        "epicyclic.questions.studies.sensitivity.system_derivatives", lambda *_, **__: pytest.fail("differentiated")
     )
     with pytest.raises(ModelError, match="no such"):
         epicyclic.sensitivity("ren2021", **options)

@@ -1,12 +1,23 @@
-"""`compare`: what differs between drawings, and what it does; or what differs between saved results."""
+"""Views of `compare`, `track` and `sensitivity`.
+
+`compare`: what differs between drawings, and what it does; or what differs between saved results.
+
+`track`: natural frequencies along a number of the model file, crossings and veerings.
+
+`sensitivity`: what moves a natural frequency or a mesh force most.
+"""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ...show.elements import Company, Drawing, KeyFigure, Part, Section, Table
+import numpy as np
+
+from ...results.ties import largest
+from ...show.elements import Company, Drawing, KeyFigure, Part, Section, Table, number
 from ...show.series import texts
 from ...show.tables import ComparedRow, compared_rows, letters, percent, shown
 from ...show.views import ResultView
@@ -18,12 +29,12 @@ if TYPE_CHECKING:
 _MOST = 12
 
 
-def tables(result: xr.Dataset) -> Sequence[Table]:
+def compared_tables(result: xr.Dataset) -> Sequence[Table]:
     """One table: paths of the drawing that differ, then what they do, each with its change from A."""
     return [_table(result)]
 
 
-def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+def compared_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The changes as bars about the first train, and the table."""
     from ...show.charts.effects import compared
 
@@ -118,4 +129,97 @@ def _row(row: ComparedRow) -> list[str]:
     return [row.group, row.name, *cells, *map(percent, row.change)]
 
 
-VIEWS = (ResultView("compare", 15, tables, sections, key_figures=key_figures),)
+def track_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Where loci meet, and the frequencies at a few values."""
+    options = json.loads(str(result.attrs["options"]))
+    over = f"{options['over']} [{options['unit']}]" if options["unit"] else options["over"]
+    veers = result.event_kind.values == "veering"
+    events: dict[str, Any] = {
+        "what": list(map(str, result.event_kind.values)),
+        "at": list(result.event_value.values),
+        "frequency [Hz]": list(result.event_frequency.values),
+        "modes": list(map(str, result.event_first.values)),
+        "and modes": list(map(str, result.event_second.values)),
+        "gap [Hz]": list(np.where(veers, result.event_gap.values, np.nan)),
+        "coupling factor": list(np.where(veers, result.coupling_factor.values, 0.0)),
+        "veering index": list(np.where(veers, result.veering_index.values, 0.0)),
+    }
+    values = result.parameter.values
+    picked = np.unique(np.linspace(0, values.size - 1, 5).round().astype(int))
+    columns: dict[str, Any] = {
+        "mode": list(map(int, result.mode.values)),
+        "kind": list(map(str, result.mode_kind.values)),
+        "multiplicity": list(map(int, result.multiplicity.values)),
+    }
+    frequency = result.frequency.transpose("mode", "parameter").values
+    for at in picked:
+        columns[f"at {values[at]:.4g} [Hz]"] = list(frequency[:, at])
+    met = [Table(title=f"Where modes meet along {over}", columns=events)] if result.sizes.get("event") else []
+    return [*met, Table(title=f"Natural frequencies over {over}, modes followed from the first value", columns=columns)]
+
+
+def track_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The loci with their crossings and veerings."""
+    from ...show.charts.modes import loci
+
+    words = "Thick: double roots. Shapes that share nothing cross; coupled ones veer and exchange their motion."
+    parts = [Drawing(anchor="track", figure=loci(result), caption=words)]
+    return [Section(anchor="track", title="Modes followed", parts=parts)]
+
+
+def sensitivity_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Paths ranked; of a repeated root the least and the most of the set into which it splits."""
+    dim = "mode" if "mode" in result.sizes else "mesh"
+    chosen = np.flatnonzero(result.ranked_by.values.astype(bool))
+    relative = result.sensitivity.transpose("path", dim).values
+    derivative = result.derivative.transpose("path", dim).values
+    columns: dict[str, Any] = {
+        "path": list(map(str, result.path.values)),
+        "value": [
+            f"{number(value)} {unit}".strip()
+            for value, unit in zip(result.parameter_value.values, result.parameter_unit.values, strict=True)
+        ],
+        "1 % moves it by [%]": [_span(row[chosen]) for row in relative],
+        f"derivative [{'Hz' if dim == 'mode' else 'N'} per unit]": [_span(row[chosen]) for row in derivative],
+        f"most it moves, {dim}": [_most(row, result[dim].values) for row in relative],
+    }
+    if any(str(text) != "ok" for text in result.status.values):
+        columns["status"] = list(map(str, result.status.values))
+    found = [Table(title=f"What moves {result.attrs['subject']}", columns=columns)]
+    left = {p: why for p, why in json.loads(result.attrs.get("left_out", "{}")).items() if why != "moves nothing"}
+    if left:
+        found.append(Table(title="Without a derivative", columns={"path": list(left), "why": list(left.values())}))
+    return found
+
+
+def sensitivity_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The numbers of the model file that move it most."""
+    from ...show.charts.effects import tornado
+
+    words = "What 1 % more of each number of the model does; a bar between two values: a repeated root splits."
+    parts = [Drawing(anchor="sensitivity", figure=tornado(result), caption=words)]
+    return [Section(anchor="sensitivity", title="Sensitivity", parts=parts)]
+
+
+def _span(values: np.ndarray) -> str:
+    """Least and most of values (k,) as text, one number where they are equal to 1e-6."""
+    low, high = float(np.min(values)), float(np.max(values))
+    if not np.isfinite(low):
+        return ""
+    close = abs(high - low) <= 1e-6 * max(abs(low), abs(high))
+    return number(low) if close else f"{number(low)} .. {number(high)}"
+
+
+def _most(row: np.ndarray, names: np.ndarray) -> str:
+    """Name of the largest of a row (k,) [%], and how much it is."""
+    if not np.isfinite(row).any() or not np.nanmax(np.abs(row)) > 0:
+        return ""
+    at = largest(np.abs(row))
+    return f"{names[at]}: {number(float(row[at]))} %"
+
+
+VIEWS = (
+    ResultView("compare", 15, compared_tables, compared_sections, key_figures=key_figures),
+    ResultView("track", 100, track_tables, track_sections),
+    ResultView("sensitivity", 90, sensitivity_tables, sensitivity_sections),
+)

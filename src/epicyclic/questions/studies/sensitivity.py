@@ -75,14 +75,10 @@ def sensitivity(
     ModelError : a path that is not there, no number or not smooth; a mode or mesh that is not there; options that do
         not go together; of forces no damping or no speed.
     """
-    if of not in ("frequency", "force"):
-        raise ModelError("unknown choice", path="of", given=of, allowed="frequency, force")
     if of == "frequency" and (mesh is not None or harmonic is not None or mesh_frequency is not None):
         raise ModelError("a mesh, its order or frequency goes with forces", path="of", given=of, allowed="force")
     if of == "force" and mode is not None:
         raise ModelError("a mode goes with frequencies", path="of", given=of, allowed="frequency")
-    if harmonic is not None and harmonic < 1:
-        raise ModelError("no mesh order that moves", path="harmonic", given=harmonic, allowed="1 or more")
     candidates = all_parameters(train) if paths is None else [parameter_at(train, path) for path in paths]
     if not candidates:
         raise ModelError("no path given", path="paths", allowed="paths of the model file, or none for all")

@@ -1,1 +1,0 @@
-"""Several models or results beside each other: what differs in the drawing, and what it does."""
