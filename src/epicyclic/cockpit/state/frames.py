@@ -17,14 +17,16 @@ import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...document.tables import PAIRS, PlainTable, leaves, value_at
 from ...errors import ModelError
-from ...train.train import Body, Train
+
+if TYPE_CHECKING:  # a process that starts imports this module before anything else
+    from ...train.train import Body, Train
 
 Numbers = NDArray[np.float32]
 _LENGTH = struct.Struct("<I")
