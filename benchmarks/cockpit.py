@@ -21,12 +21,11 @@ import tomllib
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from epicyclic.cockpit.computing.compute import compile_all, compute
+from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.computing.speed_view import efforts, force_curves, mode_view, speed_model
 from epicyclic.cockpit.computing.train_view import error_view, live_sharing, train_head, twin_of
 from epicyclic.cockpit.state.frames import Request, body_labels, mesh_labels, pack
 from epicyclic.document.document import drive_text
-from epicyclic.machine_code import numba_available
 from epicyclic.system.assembly import assemble
 from epicyclic.train.resolution import load
 
@@ -43,10 +42,10 @@ DRIVES: dict[str, tuple[str, dict[str, object]]] = {
     "xu2020 with run-outs": ("xu2020", RUN_OUTS),
 }
 LEVER = "stages.main.planet.bearing.radial"
-# Median of the live set by numpy and by numba, and of a full set until its shaft orders [ms].
+# Median of the live set, and of a full set until its shaft orders [ms].
 TARGETS = {
-    "ren2021": {"live": (83, 60), "full: shaft orders": (500, 300)},
-    "xu2020 with run-outs": {"live": (150, 100), "full: shaft orders": (500, 300)},
+    "ren2021": {"live": 83, "full: shaft orders": 500},
+    "xu2020 with run-outs": {"live": 150, "full: shaft orders": 500},
 }
 
 Times = dict[str, list[float]]
@@ -60,28 +59,25 @@ def main() -> None:
     parser.add_argument("--cpu", action="store_true", help="time of the processor, not of the wall")
     chosen = parser.parse_args()
     clock = time.process_time if chosen.cpu else time.perf_counter
-    if numba_available():
-        compile_all()
     for name in chosen.drive:
-        ways = (False, True) if numba_available() else (False,)
-        show(name, [measured(*DRIVES[name], moves=chosen.moves, compiled=way, clock=clock) for way in ways])
+        show(name, measured(*DRIVES[name], moves=chosen.moves, clock=clock))
 
 
 def measured(
-    drive: str, overrides: dict[str, object], *, moves: int, compiled: bool, clock: Callable[[], float]
+    drive: str, overrides: dict[str, object], *, moves: int, clock: Callable[[], float]
 ) -> Times:
     """Times of every step over the moves [ms], after three to warm up."""
     source, times = tomllib.loads(drive_text(drive)), Times()
     for move in range(-3, moves):
         moved = {**overrides, LEVER: f"{1e9 * (1 + 0.01 * move):.6g} N/m"}
-        for step, spent in run(source, moved, compiled=compiled, clock=clock):
+        for step, spent in run(source, moved, clock=clock):
             if move >= 0:
                 times.setdefault(step, []).append(spent)
     return times
 
 
 def run(
-    source: dict[str, Any], overrides: dict[str, object], *, compiled: bool, clock: Callable[[], float]
+    source: dict[str, Any], overrides: dict[str, object], *, clock: Callable[[], float]
 ) -> Iterator[tuple[str, float]]:
     """One move: every step by itself, then the live and the full set as the page gets them [ms]."""
     kept: dict[str, Any] = {}
@@ -100,34 +96,30 @@ def run(
     yield timed("sharing at rest", lambda: live_sharing(system))
     yield timed("twin", lambda: twin_of(train, kept["sharing at rest"]))
     yield timed("errors", lambda: error_view(train, system))
-    yield timed("120 speeds", lambda: force_curves(*ready(system, compiled)))
-    request = Request(rev=1, kind="live", source=source, overrides=overrides, compiled=compiled)
+    yield timed("120 speeds", lambda: force_curves(*ready(system)))
+    request = Request(rev=1, kind="live", source=source, overrides=overrides)
     yield timed("live", lambda: list(compute(request)))
     yield timed("pack", lambda: pack(kept["live"][0]))
     start = clock()
-    for frame in compute(Request(rev=1, kind="full", source=source, overrides=overrides, compiled=compiled)):
+    for frame in compute(Request(rev=1, kind="full", source=source, overrides=overrides)):
         stage = frame.head["sweep"]["stage"].removeprefix("with ") if frame.kind == "sweep" else frame.kind
         yield f"full: {stage}", 1e3 * (clock() - start)
 
 
-def ready(system: Any, compiled: bool) -> tuple[Any, Any]:
+def ready(system: Any) -> tuple[Any, Any]:
     """What the curve of the live set is computed of."""
-    model = speed_model(system, compiled=compiled)
+    model = speed_model(system)
     return model, efforts(model)[0]
 
 
-def show(name: str, found: list[Times]) -> None:
-    """A table: steps, median and 95th percentile by numpy and numba, targets."""
-    ways = ("numpy", "numba")[: len(found)]
-    print(f"\n{name:24}" + "".join(f"{way + ' median':>14}{'p95':>8}{'target':>8}" for way in ways))
-    for step in found[0]:
-        row = f"{step:24}"
-        for way, times in enumerate(found):
-            ordered = sorted(times[step])
-            target = TARGETS.get(name, {}).get(step)
-            late = ordered[min(len(ordered) - 1, int(0.95 * len(ordered)))]
-            row += f"{statistics.median(ordered):14.1f}{late:8.1f}{target[way] if target else '':>8}"
-        print(row)
+def show(name: str, times: Times) -> None:
+    """A table: steps, median and 95th percentile, targets."""
+    print(f"\n{name:24}{'median':>14}{'p95':>8}{'target':>8}")
+    for step, spent in times.items():
+        ordered = sorted(spent)
+        late = ordered[min(len(ordered) - 1, int(0.95 * len(ordered)))]
+        target = TARGETS.get(name, {}).get(step, "")
+        print(f"{step:24}{statistics.median(ordered):14.1f}{late:8.1f}{target:>8}")
 
 
 if __name__ == "__main__":

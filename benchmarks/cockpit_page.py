@@ -82,12 +82,9 @@ class Running:
 
 
 @contextmanager
-def server(model: str | None, folder: Path, *, compiled: bool = True) -> Iterator[Running]:
+def server(model: str | None, folder: Path) -> Iterator[Running]:
     """`epicyclic app MODEL` on a port of its own."""
     environment = {**os.environ, "XDG_STATE_HOME": str(folder)}
-    if not compiled:
-        (folder / "numba.py").write_text("raise ImportError('left out of this run')\n", encoding="utf-8")
-        environment["PYTHONPATH"] = os.pathsep.join(filter(None, [str(folder), environment.get("PYTHONPATH")]))
     named = [] if model is None else [model]
     command = [sys.executable, "-m", "epicyclic", "app", *named, "--no-browser"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as run:
@@ -200,7 +197,7 @@ def measured(browser: Browser, name: str, options: argparse.Namespace) -> None:
     """Print the row of a drive."""
     with tempfile.TemporaryDirectory() as folder:
         model = model_of(name, Path(folder))
-        with server(model, Path(folder), compiled=not options.numpy) as running:
+        with server(model, Path(folder)) as running:
             page = opened_page(browser, running)
             time.sleep(5)  # the first full set
             pairs = moves(page, options.moves)
@@ -239,7 +236,6 @@ def main() -> None:
     parser.add_argument("drives", nargs="*", help="default: ren2021 xu2020+run-outs; none with --pictures alone")
     parser.add_argument("--moves", type=int, default=50)
     parser.add_argument("--long", type=int, default=500, help="moves between two looks at the memory")
-    parser.add_argument("--numpy", action="store_true", help="without numba")
     parser.add_argument("--pictures", type=Path, help="folder of the pictures")
     options = parser.parse_args()
     with sync_playwright() as driver:

@@ -151,11 +151,7 @@ CASES: tuple[Case, ...] = (
     ),
     Case(name="sharing static", verb="sharing", options={**_SHORT, "method": "static"}),
     Case(name="sweep", verb="sweep", options={"points": 12}),
-    Case(
-        name="sweep compiled",
-        verb="sweep",
-        options={"start": "40 %", "stop": "130 %", "points": 6, "compiled": True},
-    ),
+    Case(name="sweep between ends", verb="sweep", options={"start": "40 %", "stop": "130 %", "points": 6}),
     Case(
         name="sweep frame at operating speed",
         verb="sweep",

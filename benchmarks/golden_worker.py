@@ -240,7 +240,7 @@ def page_frames(drive: str) -> Iterator[str]:
 
     compute, request = page_entry()
     document = epicyclic.load(drive).document
-    for frame in compute(request(rev=1, kind="full", source=document, compiled=False)):
+    for frame in compute(request(rev=1, kind="full", source=document)):
         yield f"frame {frame.kind}"
         yield from leaves(json.loads(json.dumps(frame.head, default=str)), "head")
         for name, array in frame.arrays.items():

@@ -57,28 +57,7 @@ def _bench56(quick: bool) -> list[table.Row]:
     speeds = [300.0, 1646.0, 3500.0] if quick else [300.0, 600.0, 1000.0, 1646.0, 2400.0, 3500.0, 5000.0]
     frequencies = np.linspace(300, 5000, 200)
     found = _compare("56 DOF", system, frequencies, speeds=speeds, seconds=0.2, times=3000)
-    return [*found, *_numba(system, frequencies, np.array(speeds))]
-
-
-def _numba(system: System, frequencies: np.ndarray, speeds: np.ndarray) -> list[table.Row]:
-    """The same sweep compiled: loading counted apart, numbers against a finer solution by numpy."""
-    try:
-        import numba  # noqa: F401
-    except ImportError:
-        return [("  the same by numba", "skipped", "", "numba is not installed")]
-    clock = time.process_time()
-    rms = sweep(system, SweepOptions(mesh_frequency=speeds, compiled=True)).mesh_force_rms.values
-    loading = time.process_time() - clock
-    took, least = cpu_seconds(
-        lambda: sweep(system, SweepOptions(mesh_frequency=frequencies, compiled=True)), repeats=15
-    )
-    fine = sweep(system, SweepOptions(mesh_frequency=speeds, tolerance=1e-11, compiled=False)).mesh_force_rms.values
-    error = max(baseline.relative(a, b) for a, b in zip(rms.T, fine.T, strict=True))
-    return [
-        table.judged("  the same by numba, loaded before", f"{took:.3f} s", "<= 0.03 s", took <= 0.03),
-        ("  best of 15, and loading (kept on disk from the first time on)", f"{least:.3f} s, {loading:.1f} s", "", ""),
-        table.judged("  error, numpy at tolerance 1e-11 as reference", f"{error:.1e}", f"<= {LIMIT:g}", error <= LIMIT),
-    ]
+    return found
 
 
 def _bench112() -> list[table.Row]:

@@ -93,55 +93,45 @@ def chain(size: int) -> System:
 
 
 def rows(quick: bool) -> list[table.Row]:
-    """Time a speed, memory and error of every case, by numpy and, where it is there, by numba."""
+    """Time a speed, memory and error of every case."""
     found: list[table.Row] = []
     for size in [30, 56] if quick else list(CASES):
         system = chain(size)
-        for name in _paths():
-            took = _each(system, compiled=name == "numba")
-            limit = 4e-3 if size == 200 else None
-            label = f"{size} DOF, {len(system.meshes.name)} meshes, {SPEEDS.size} speeds, {name}: a speed"
-            target, verdict = ("<= 4 ms", "met" if took <= limit else "MISSED") if limit else ("", "")
-            arrays, peak = _memory(size, name)
-            note = f"{verdict} arrays {arrays:.1f} MB, process {peak:.0f} MB"
-            found.append((label, f"{1e3 * took:.2f} ms", target, note.strip()))
+        took, limit = _each(system), 4e-3 if size == 200 else None
+        label = f"{size} DOF, {len(system.meshes.name)} meshes, {SPEEDS.size} speeds: a speed"
+        target, verdict = ("<= 4 ms", "met" if took <= limit else "MISSED") if limit else ("", "")
+        arrays, peak = _memory(size)
+        note = f"{verdict} arrays {arrays:.1f} MB, process {peak:.0f} MB"
+        found.append((label, f"{1e3 * took:.2f} ms", target, note.strip()))
         error, reference = _error(system)
         found.append(table.judged(f"  error, {reference}", f"{error:.1e}", "<= 1e-04", error <= 1e-4))
     return found
 
 
-def _paths() -> list[str]:
-    try:
-        import numba  # noqa: F401
-    except ImportError:
-        return ["numpy"]
-    return ["numpy", "numba"]
-
-
-def _each(system: System, *, compiled: bool) -> float:
-    """Median CPU seconds a speed, compiled beforehand."""
+def _each(system: System) -> float:
+    """Median CPU seconds a speed."""
     spent = []
     for _ in range(4):
         clock = time.process_time()
-        sweep(system, SweepOptions(mesh_frequency=SPEEDS, compiled=compiled))
+        sweep(system, SweepOptions(mesh_frequency=SPEEDS))
         spent.append(time.process_time() - clock)
     return statistics.median(spent[1:]) / SPEEDS.size
 
 
-def _memory(size: int, name: str) -> tuple[float, float]:
+def _memory(size: int) -> tuple[float, float]:
     """Most that arrays took during the sweep, and the largest resident set, of a fresh process, MB."""
-    command = [sys.executable, __file__, "--memory", str(size), name]
+    command = [sys.executable, __file__, "--memory", str(size)]
     answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
     return float(answer[0]), float(answer[1])
 
 
-def _print_memory(size: int, name: str) -> None:
+def _print_memory(size: int) -> None:
     system = chain(size)
-    # once before tracing, which has a price of its own; it also compiles what is not kept yet
-    sweep(system, SweepOptions(mesh_frequency=SPEEDS, compiled=name == "numba"))
+    # once before tracing, which has a price of its own
+    sweep(system, SweepOptions(mesh_frequency=SPEEDS))
     peak = _largest_set()
     tracemalloc.start()
-    sweep(system, SweepOptions(mesh_frequency=SPEEDS, compiled=name == "numba"))
+    sweep(system, SweepOptions(mesh_frequency=SPEEDS))
     print(tracemalloc.get_traced_memory()[1] / 2**20, peak)
 
 

@@ -10,8 +10,6 @@ from contextlib import suppress
 from importlib import import_module
 from typing import Any, TypeVar, cast
 
-from .errors import ModelError
-
 F = TypeVar("F", bound=Callable[..., object])
 
 
@@ -64,14 +62,3 @@ def numba_available() -> bool:
     except ImportError:
         return False
     return True
-
-
-def require_numba(path: str) -> None:
-    """Refuse an option that needs numba where it is not installed.
-
-    Raises
-    ------
-    ModelError : numba cannot be imported; names the option `path`.
-    """
-    if not numba_available():
-        raise ModelError("numba is not installed", path=path, given=True, allowed="pip install 'epicyclic[fast]'")

@@ -25,7 +25,7 @@ except SystemExit as end:
 HEAVY = """
 heavy = {"numba", "pint", "plotly", "pymoo", "h5py", "h5netcdf", "scipy.optimize", "scipy.sparse", "scipy.interpolate"}
 heavy |= {"distributed", "zarr", "dask.array"}
-heavy |= {"epicyclic.questions.response.compiled", "epicyclic.teeth.compliance", "epicyclic.audits.audit"}
+heavy |= {"epicyclic.teeth.compliance", "epicyclic.audits.audit"}
 heavy |= {"epicyclic.questions.contact_loss.sweep", "epicyclic.show.report"}
 assert not heavy & set(sys.modules), heavy & set(sys.modules)
 assert "xarray" in sys.modules

@@ -1,15 +1,7 @@
-"""What a state of the cockpit shows, computed: the live set of a lever that moves, and all of a state at rest.
-
-The compiled solver is made ready beside the work: its first use ever compiles for some 20 s, each other for half one.
-A process of its own compiles, which leaves the result on disk, as numba does; then a thread loads it here.  Until then
-all is solved by numpy.
-"""
+"""What a state of the cockpit shows, computed: the live set of a lever that moves, and all of a state at rest."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
-import threading
 import time
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
@@ -23,7 +15,6 @@ from numpy.typing import NDArray
 
 from ...document.document import drive_text
 from ...errors import ConvergenceError, ModelError
-from ...machine_code import numba_available
 from ...questions.sharing.definitions import require_speed
 from ...questions.sharing.sharing import sharing
 from ...system.assembly import assemble
@@ -55,47 +46,6 @@ from .train_view import (
     train_head,
     twin_of,
 )
-
-_ready = threading.Event()
-_started = threading.Event()
-
-
-def compiler_ready() -> bool:
-    """Whether the compiled solver is loaded in this process."""
-    return _ready.is_set()
-
-
-def compile_aside(module: str, function: str) -> threading.Thread | None:
-    """Compile in a process of its own, load here when that is done; None where numba is missing or it has been begun.
-
-    Parameters
-    ----------
-    module, function : what to call, here and there, so that everything is compiled.
-    """
-    if _started.is_set() or not numba_available():
-        return None
-    _started.set()
-    load: Callable[[], None] = getattr(sys.modules[module], function)
-    thread = threading.Thread(
-        target=_compile, args=(f"from {module} import {function}; {function}()", load), daemon=True
-    )
-    thread.start()
-    return thread
-
-
-def _compile(code: str, load: Callable[[], None]) -> None:
-    """Run Python code in a process of the group of this one, then `load` here."""
-    try:
-        # no shell, no input of the user
-        done = subprocess.run(
-            [sys.executable, "-c", code], stdin=subprocess.DEVNULL, capture_output=True, check=False, timeout=600
-        )
-        if done.returncode == 0:
-            load()
-            _ready.set()
-    except (OSError, subprocess.SubprocessError):
-        return  # numpy does all of it
-
 
 Arrays = dict[str, NDArray[Any]]
 Found = TypeVar("Found")
@@ -185,19 +135,8 @@ def compute(request: Request, *, stop: Callable[[], bool] | None = None) -> Iter
 
 
 def warm_up() -> None:
-    """Import what `compute` needs, and begin to compile where numba is installed, so that no lever waits for it."""
-    _run_all(compiled=False)
-    compile_aside(__name__, "compile_all")
-
-
-def compile_all() -> None:
-    """Compile, or load from disk, all that `compute` needs; takes some 20 s the first time ever."""
-    _run_all(compiled=True)
-
-
-def _run_all(*, compiled: bool) -> None:
-    """All frames of a drive that has every kind of result."""
-    for _ in compute(Request(rev=0, kind="full", source=tomllib.loads(drive_text(_WARM)), compiled=compiled)):
+    """Import what `compute` needs, by all frames of a drive that has every kind of result: no lever waits for it."""
+    for _ in compute(Request(rev=0, kind="full", source=tomllib.loads(drive_text(_WARM)))):
         pass
 
 
@@ -209,8 +148,7 @@ def _live_set(request: Request) -> tuple[_Model, _Parts]:
     ModelError : the model is wrong, or cannot be assembled, or the speed is not above zero.
     """
     global _newest
-    compiled = compiler_ready() if request.compiled is None else request.compiled
-    same = replace(request, rev=0, kind="live", compiled=compiled)
+    same = replace(request, rev=0, kind="live")
     # a file may have changed meanwhile
     if _newest is not None and _newest[0] == same and not isinstance(request.source, Path):
         return replace(_newest[1], request=request), _newest[2]
@@ -224,7 +162,7 @@ def _live_set(request: Request) -> tuple[_Model, _Parts]:
         meshes=mesh_labels(train),
         axis=speed_axis(train),
     )
-    parts = _live_parts(model, compiled=compiled)
+    parts = _live_parts(model)
     _newest = same, model, parts
     return model, parts
 
@@ -241,22 +179,19 @@ def _attempt(pane: str, what: str, compute_it: Callable[[], Found], missing: lis
     return None
 
 
-def _live_parts(model: _Model, *, compiled: bool) -> _Parts:
-    """The live set; compiled : by numba."""
+def _live_parts(model: _Model) -> _Parts:
+    """The live set."""
     train, system, missing = model.train, model.system, list[_Missing]()
     relative_speed = model.request.relative_speed
     modes = _attempt(
-        "modes",
-        "modes",
-        lambda: mode_view(train, system, model.labels, relative_speed=relative_speed, compiled=compiled),
-        missing,
+        "modes", "modes", lambda: mode_view(train, system, model.labels, relative_speed=relative_speed), missing
     )
     shared = _attempt("sharing", "load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
     twin = errors = curves = None
     if shared is not None:
         twin = twin_of(train, shared)
         errors = _attempt("errors", "share of the errors", lambda: error_view(train, system), missing)
-    ready = _attempt("sweep", "forces over speed", lambda: speed_model(system, compiled=compiled), missing)
+    ready = _attempt("sweep", "forces over speed", lambda: speed_model(system), missing)
     if ready is not None:
         effort = efforts(ready)[0]
         curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, effort), missing)

@@ -101,13 +101,12 @@ def mode_view(
     labels: Mapping[str, str],
     *,
     relative_speed: float = 1.0,
-    compiled: bool | None = None,
 ) -> ModeView:
     """Elastic modes of the undamped mean system at standstill.
 
     Parameters
     ----------
-    labels : of the bodies.  relative_speed : that is shown, per operating speed [1].  compiled : as of `sweep`.
+    labels : of the bodies.  relative_speed : that is shown, per operating speed [1].
 
     Raises
     ------
@@ -123,7 +122,7 @@ def mode_view(
     label, body = _labels(train, system, full, labels)
     frequency = np.sqrt(squared) / (2 * np.pi)
     tones = tones_of_meshes(system)
-    crossings, at_rest = _crossings(system, frequency, np.real(kinds.vectors), relative_speed, compiled)
+    crossings, at_rest = _crossings(system, frequency, np.real(kinds.vectors), relative_speed)
     return ModeView(
         number=elastic + 1,
         frequency=frequency[elastic],
@@ -137,9 +136,7 @@ def mode_view(
     )
 
 
-def _crossings(
-    system: System, frequency: Array, shapes: Array, relative_speed: float, compiled: bool | None
-) -> tuple[MeshCrossings, int]:
+def _crossings(system: System, frequency: Array, shapes: Array, relative_speed: float) -> tuple[MeshCrossings, int]:
     """Crossings about operation and within the band about a speed, there without those whose order leaves the mode at
     rest; and how many these are.
 
@@ -150,7 +147,7 @@ def _crossings(
     crossings = mesh_crossings(frequency, [float(tone) for tone in tones_of_meshes(system)], low=low, high=high)
     near = np.abs(crossings.relative_speed / relative_speed - 1) <= BAND
     kept = np.ones(len(crossings.mode), dtype=bool)
-    kept[near] = excited_modes(system, crossings.chosen(near), shapes, compiled=compiled) != "no"
+    kept[near] = excited_modes(system, crossings.chosen(near), shapes) != "no"
     return crossings.chosen(kept), int((~kept).sum())
 
 
@@ -299,21 +296,21 @@ class SpeedModel(NamedTuple):
     solved: tuple[Response, ...]
 
 
-def speed_model(system: System, *, compiled: bool) -> SpeedModel:
-    """A System ready for its curves; compiled : by numba.
+def speed_model(system: System) -> SpeedModel:
+    """A System ready for its curves.
 
     Raises
     ------
     ModelError : no damping, no mesh frequency, or torques that do not balance.
     """
-    whole = response(system, compiled=compiled)
+    whole = response(system)
     tones = whole.lines.tones
     if len(tones) <= _TOGETHER or not whole.system.meshes.variation.any():
         return SpeedModel(whole, (whole,))
     alone = []
     for tone in tones:
         rows = np.array([system.tones[i] == tone for i in system.meshes.tone])
-        alone.append(response(of_one_tone(system, tone, rows), compiled=compiled))
+        alone.append(response(of_one_tone(system, tone, rows)))
     return SpeedModel(whole, tuple(alone))
 
 
@@ -356,8 +353,7 @@ def _solved(ready: Response, speed: Array, effort: Effort, pause: Callable[[], N
     face = faces(ready.system.meshes)
     largest, average = (np.full((len(face.name), speed.size), np.nan) for _ in range(2))
     accepted = _ACCEPTED * effort.tolerance
-    ready, parts = response_parts(ready, speed, shaft_orders=effort.shaft_orders)
-    for part in parts:
+    for part in response_parts(ready, speed, shaft_orders=effort.shaft_orders):
         for block in respond_part(ready, speed, part, tolerance=effort.tolerance, shaft_orders=effort.shaft_orders):
             with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
                 signal = whole_mesh_signal(force_signal(ready, block), face)

@@ -38,7 +38,6 @@ class Request:
 
     rev : number of the state, counted by the session.  kind : ``live``: one frame; ``full``: all frames of a state.
     source, overrides : what `load` takes.  relative_speed : speed per operating speed that is shown [1].
-    compiled : solve by numba; None: where that is installed and loaded, see `compute.compiler_ready`.
     """
 
     rev: int
@@ -46,7 +45,6 @@ class Request:
     source: PlainTable | Path
     overrides: Mapping[str, object] = field(default_factory=dict)
     relative_speed: float = 1.0
-    compiled: bool | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -26,8 +26,6 @@ The resonant block is dense: the coordinates near a resonance that mesh stiffnes
 mesh frequencies hundreds of combinations lie near some natural frequency, each coupled to the next along the axis of a
 tone; D^-1 alone then leaves GMRES hundreds of outlying eigenvalues.  The block holds these coordinates with their
 couplings by the varying mesh stiffness, factorised; all others keep D^-1.  Derived here.
-
-The compiled solver takes operators condensed to the few coordinates where frame and damper matrices act.
 """
 
 from __future__ import annotations
@@ -360,30 +358,6 @@ class Guess(NamedTuple):
     scale: Array
 
 
-class CondensedOperators(NamedTuple):
-    """Operators that all points of a batch share, of one mesh frequency.
-
-    read : (m + r, n) gaps of the meshes, then the r coordinates condensed to, of y.  push : (n, m + r) forces there on
-        y.
-    own : (m, 2 J, 2 J) products with k(t) - k0, force = own @ gap [N/m].  tail : (m, 2 J, 2 T), gap @ tail = force.
-    row, column : (e,) indices 0 .. m + r of entries.  stiff : (2, e) of Kg and Cskew.  rate : (2, e) of G and C.
-    diagonal : (n,) modal diagonal of the dampers [1/s]: `damping` holds it, and the entries of C hold it again.
-    squared [rad^2/s^2], damping [1/s] : (n,) of `Modal`.
-    """
-
-    read: Array
-    push: Array
-    own: Array
-    tail: Array
-    row: Index
-    column: Index
-    stiff: Array
-    rate: Array
-    diagonal: Array
-    squared: Array
-    damping: Array
-
-
 class _Balance(NamedTuple):
     """Rows (D + coupling) y = right of a batch of P points, right (P, 2, J, n).
 
@@ -434,32 +408,21 @@ def solve(
     *,
     tolerance: float,
     guess: Guess | None = None,
-    operators: CondensedOperators | None = None,
 ) -> HarmonicSolution:
     """Solve one batch of P points; residuals are returned, not tested.
 
     Parameters
     ----------
     tolerance : residual wanted, relative to the dynamic part of the response in the energy norm [1].
-    operators : `condensed_operators` of the same arguments: solve by numba, which must be installed.
     """
     error = to_real(batch.error)
     right = _right(system, modal, kernel, batch, error)
     balance = _Balance(system, modal, kernel, batch, right, tolerance)
-    if operators is None:
-        y, residual, scale, calls = _batched(balance, guess)
-    else:
-        y, residual, scale, calls = _side_by_side(balance, guess, operators)
+    y, residual, scale, calls = _batched(balance, guess)
     uncertainty = _sharpen(balance, y, residual, scale)
     gap = _gaps(modal, y) - error
-    truncated_force = None
-    if operators is None:
-        truncated_force = truncated_product(kernel, gap) if len(kernel.truncated) else None
-        truncation_residual = _truncation_residual(modal, kernel, batch, truncated_force)
-    else:
-        from .compiled import truncation_size
-
-        truncation_residual = np.outer(truncation_size(operators, batch.truncated_frequency, gap), [1.0, 0.0])
+    truncated_force = truncated_product(kernel, gap) if len(kernel.truncated) else None
+    truncation_residual = _truncation_residual(modal, kernel, batch, truncated_force)
     return HarmonicSolution(
         y=y,
         gap=gap,
@@ -518,30 +481,6 @@ def _sharpen(balance: _Balance, y: Array, residual: Array, scale: Array) -> Arra
         )
         y[p], residual[p] = refined[0], left / scale[p]
     return uncertainty
-
-
-def _side_by_side(
-    balance: _Balance, start: Guess | None, operators: CondensedOperators
-) -> tuple[Array, Array, Array, int]:
-    """As `_batched`, compiled; points above the tolerance after single precision go on in double precision by NumPy.
-
-    So do points with a D below its floor, from the start: compiled, D has none.
-    """
-    from .compiled import solve_points
-
-    batch, tolerance, mean = balance.batch, balance.tolerance, balance.kernel.lattice.mirrored
-    y, residual, scale, calls = solve_points(
-        operators, batch.frequency, batch.frame, balance.right, start=start, tolerance=tolerance, mean=mean
-    )
-    kept = _kept(balance.modal, batch.frequency)
-    floored = np.zeros(len(y), dtype=bool) if kept is None else np.any(kept < 1, axis=(1, 2))
-    for which in (np.flatnonzero(floored), np.flatnonzero(~floored & (residual > tolerance))):
-        if which.size:
-            known = start if floored[which[0]] else Guess(y, scale)
-            initial = None if known is None else Guess(known.y[which], known.scale[which])
-            y[which], residual[which], scale[which], more = _batched(balance.of(which), initial)
-            calls += more
-    return y, residual, scale, calls
 
 
 def _kept(modal: Modal, frequency: Array) -> Array | None:
@@ -745,37 +684,3 @@ def _couplings(waves: list[ComplexArray], points: Index, mode: Index, *, sign: i
         a, b = np.nonzero(coupled)
         couplings[a, b] += wave[step[a, b] + reach, mode[a], mode[b]]
     return couplings
-
-
-def condensed_operators(system: System, modal: Modal, kernel: Kernel) -> CondensedOperators:
-    """Condense G, Kg, Cskew and the dampers to the coordinates where they act, of one mesh frequency.
-
-    Derived here: the modal operator of `balance` as read, entries and push; equal up to rounding.
-    """
-    m, rest = len(system.meshes.name), "C" in modal.coupling
-    C = system.C if rest else np.zeros_like(system.C)
-    matrices = (system.Kg, system.Cskew, system.G, C)
-    acting = sum((matrix != 0 for matrix in matrices), np.zeros(C.shape, dtype=bool))
-    where = np.flatnonzero(acting.any(axis=0) | acting.any(axis=1))
-    row, column = np.nonzero(acting[np.ix_(where, where)])
-    entries = np.array([matrix[where[row], where[column]] for matrix in matrices])
-    if rest:
-        # a mesh damper acts between its gap and its force
-        entries = np.hstack([entries, np.array([0.0, 0.0, 0.0, 1.0])[:, None] * system.meshes.damping])
-        row, column = (np.concatenate([at + m, np.arange(m)]) for at in (row, column))
-    else:
-        row, column = row + m, column + m
-    omega = np.sqrt(modal.squared)
-    return CondensedOperators(
-        read=np.concatenate([modal.gaps, modal.shapes[where]]),
-        push=np.concatenate([modal.pulls.T, modal.forces[:, where]], axis=1),
-        own=np.ascontiguousarray(kernel.axes[0].own_product.swapaxes(1, 2)),
-        tail=kernel.axes[0].own_tail,
-        row=row,
-        column=column,
-        stiff=entries[:2],
-        rate=entries[2:],
-        diagonal=modal.damping - 2 * (system.zeta or 0.0) * omega if rest else np.zeros(omega.size),
-        squared=modal.squared,
-        damping=modal.damping,
-    )

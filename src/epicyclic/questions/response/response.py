@@ -19,12 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...machine_code import numba_available, require_numba
 from ...statics.tangent import linear
 from ...system.system import Array, System
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import Modal, eigen, modal_form, whirl
-from .balance import Batch, CondensedOperators, Guess, HarmonicSolution, condensed_operators, solve
+from .balance import Batch, Guess, HarmonicSolution, solve
 from .lattice import Integers, Kernel, LineFrequencies, frequency_unit, integer_frequencies, kernel, line_frequencies
 from .spectra import LineExcitation, excitation, line_excitation
 
@@ -35,10 +34,6 @@ Truncation = tuple[int, ...]
 
 # Doubles in one batch of modal rows: small enough to stay in the cache with the operator's copies of it.
 _BATCH = 60_000
-_GROUPED = 6
-# Doubles solved for, in all, from which numba pays: some 5 s by numpy, a third of that by numba, whose first use ever
-# compiles for about 10 s, and whose first use in a process takes 0.4 s.
-_WORTH = 20_000_000
 # Truncation allowed per tolerance: the RMS of a force converges with its square, the waveform directly.
 _TRUNCATION = 30.0
 # Cross order |a_1| + .. + |a_D| of combinations of several tones: initial, step, and largest by the number of tones.
@@ -61,7 +56,7 @@ class Response:
     frame_speed : whether G and Kg follow the speed (``kinematic``) or stay (``operating``).  compiled : as of
         `response`.
     lawful : the system with the laws of its gaps, of which `system` has the tangents.
-    kernels, frequencies, line_frequencies_made, operators : what a truncation needs, made on first use.
+    kernels, frequencies, line_frequencies_made : what a truncation needs, made on first use.
     """
 
     system: System
@@ -69,11 +64,9 @@ class Response:
     modal: Modal
     lines: LineExcitation
     frame_speed: FrameSpeed = "kinematic"
-    compiled: bool | None = None
     kernels: dict[tuple[Truncation, bool], Kernel] = field(default_factory=dict)
     frequencies: dict[tuple[Truncation, bool], tuple[Array, Array]] = field(default_factory=dict)
     line_frequencies_made: dict[tuple[Truncation, bool, bool], LineFrequencies] = field(default_factory=dict)
-    operators: dict[tuple[Truncation, bool], CondensedOperators] = field(default_factory=dict)
 
     @property
     def omega(self) -> Array:
@@ -91,13 +84,6 @@ class Response:
             *harmonics, cross = truncation
             self.kernels[key] = kernel(self.system, self.lines.axis, tuple(harmonics), cross, mirrored=not shifted)
         return self.kernels[key]
-
-    def condensed(self, truncation: Truncation, *, shifted: bool) -> CondensedOperators:
-        """Operators of the compiled solver of a truncation; shifted : around shaft frequencies."""
-        key = (truncation, shifted)
-        if key not in self.operators:
-            self.operators[key] = condensed_operators(self.system, self.modal, self.kernel(truncation, shifted=shifted))
-        return self.operators[key]
 
     def exact_frequencies(self, truncation: Truncation, *, shifted: bool) -> tuple[Integers, int]:
         """Frequency of every harmonic, kept ones first, at the operating speed: (S, J + T) whole multiples of 1/unit
@@ -177,7 +163,6 @@ def response(
     system: System,
     *,
     frame_speed: FrameSpeed = "kinematic",
-    compiled: bool | None = None,
     asks_laws: bool = False,
 ) -> Response:
     """Prepare a System for its steady response; tangents stand for laws (`statics.tangent.linear`).
@@ -185,22 +170,18 @@ def response(
     Parameters
     ----------
     frame_speed : as of `Response`.
-    compiled : solve by numba, which gives the same numbers to the tolerance; None does so where numba is installed and
-        the job is so large that loading it pays.  Several mesh frequencies are always solved by numpy.
     asks_laws : as of `statics.tangent.linear`, for contact loss.
 
     Raises
     ------
-    ModelError : no damping; no mesh frequency; torques that do not balance; `compiled` without numba.
+    ModelError : no damping; no mesh frequency; torques that do not balance.
     """
-    if compiled:
-        require_numba("compiled")
     if frame_speed not in ("kinematic", "operating"):
         raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
     mean = linear(system, asks_laws=asks_laws, floating=asks_laws)
     modal = modal_form(mean)
     lines = excitation(mean, modal)
-    return Response(system=mean, lawful=system, modal=modal, lines=lines, frame_speed=frame_speed, compiled=compiled)
+    return Response(system=mean, lawful=system, modal=modal, lines=lines, frame_speed=frame_speed)
 
 
 def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bool = True) -> Iterator[Block]:
@@ -210,22 +191,17 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
     grows until the forces on the truncated harmonics, an exact residual, are below 30 x tolerance of the dynamic part.
     tolerance : relative residual of the harmonics kept [1].
     """
-    ready, parts = response_parts(ready, speed, shaft_orders=shaft_orders)
-    for part in parts:
+    for part in response_parts(ready, speed, shaft_orders=shaft_orders):
         yield from respond_part(ready, speed, part, tolerance=tolerance, shaft_orders=shaft_orders)
 
 
-def response_parts(
-    ready: Response, speed: Array, *, shaft_orders: bool = True
-) -> tuple[Response, list[tuple[Index, Truncation]]]:
-    """The Response as it is solved at relative speeds (P,), and the parts of the speeds that are solved apart.
+def response_parts(ready: Response, speed: Array, *, shaft_orders: bool = True) -> list[tuple[Index, Truncation]]:
+    """The parts of relative speeds (P,) that are solved apart.
 
     A part is an index of speeds and their initial truncation; its solution is the same with and without the others.
     """
-    start = initial_truncation(ready)
-    ready = replace(ready, compiled=_use_numba(ready, start, speed.size, shaft_orders=shaft_orders))
-    first = np.tile(start, (speed.size, 1))
-    return ready, list(_chunks(ready, np.arange(speed.size), first, shaft_orders=shaft_orders))
+    first = np.tile(initial_truncation(ready), (speed.size, 1))
+    return list(_chunks(ready, np.arange(speed.size), first, shaft_orders=shaft_orders))
 
 
 def respond_part(
@@ -257,17 +233,6 @@ def respond_part(
 def _among(index: Index, some: Index) -> NDArray[np.bool_]:
     """Which of the speeds `index` (P,) are among some of them, mostly all: (P,)."""
     return np.ones(index.size, bool) if some.size == index.size else np.isin(index, some)
-
-
-def _use_numba(ready: Response, start: Index, points: int, *, shaft_orders: bool) -> bool:
-    """Whether a job goes to numba: asked for, or installed and worth its loading.  start : initial truncation."""
-    if len(ready.lines.tones) > 1:
-        return False
-    if ready.compiled is None:
-        rows = 2 * int(start[0]) + 2
-        rows += 2 * rows * len(ready.lines.shaft) if shaft_orders else 0
-        return points * rows * ready.modal.squared.size > _WORTH and numba_available()
-    return ready.compiled
 
 
 def initial_truncation(ready: Response) -> Index:
@@ -330,12 +295,8 @@ def _chunks(
         same = index[(truncation == values).all(axis=1)]
         points = len(ready.kernel(key, shifted=False).lattice.points)
         rows = 2 * max(points, (2 * points - 1) * lines)
-        # compiled points are solved in groups of eight, which stay in the cache by themselves
-        size = max(1, (_GROUPED if ready.compiled else 1) * _BATCH // (rows * ready.modal.squared.size))
-        if ready.compiled:
-            yield from ((part, key) for part in np.split(same, range(-(-size // 8) * 8, same.size, -(-size // 8) * 8)))
-        else:
-            yield from ((part, key) for part in np.array_split(same, -(-same.size // size)))
+        size = max(1, _BATCH // (rows * ready.modal.squared.size))
+        yield from ((part, key) for part in np.array_split(same, -(-same.size // size)))
 
 
 def _block(
@@ -387,8 +348,7 @@ def _solve(
         error=error,
         force=force,
     )
-    operators = ready.condensed(truncation, shifted=shifted) if ready.compiled else None
-    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance, guess=guess, operators=operators)
+    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance, guess=guess)
 
 
 def truncation_norm(truncation_residual: Array) -> Array:

@@ -285,13 +285,11 @@ class SweepOptions(SpeedOptions):
     forces_alone : only mesh forces are measured, and the motion at the mesh orders, ``displacement_harmonic`` [m],
         complex; other motion and link forces are nan.
     tolerance : relative residual of the harmonics kept [1]; the truncation is below 30 times that.
-    compiled : solve by numba; None leaves that to the size of the job, see `response`.
     """
 
     orders: int = 12
     forces_alone: bool = False
     tolerance: float = 1e-6
-    compiled: bool | None = None
 
 
 def sweep(
@@ -321,7 +319,7 @@ def sweep(
     orders, shaft_orders = options.orders, options.shaft_orders
     if not 1 <= orders <= _ORDERS:
         raise ModelError("out of range", path="orders", given=orders, allowed=f"1 to {_ORDERS}")
-    ready = response(system, frame_speed=options.frame_speed, compiled=options.compiled)
+    ready = response(system, frame_speed=options.frame_speed)
     speed = speeds_of(ready, options)
     table = empty_table(
         ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders, harmonics=options.forces_alone
@@ -345,7 +343,7 @@ def sweep(
             if progress is not None:
                 progress(done, speed.size)
 
-    ready, parts = response_parts(ready, speed[usable], shaft_orders=shaft_orders)
+    parts = response_parts(ready, speed[usable], shaft_orders=shaft_orders)
     work = partial(_measured, ready, speed[usable], table.layout, options)
     each(work, parts, arrived=fill, kept=None if kept is None else kept.part("speeds"), meanwhile=import_results)
     return sweep_dataset(

@@ -123,18 +123,16 @@ def with_resonances(
     return wider
 
 
-def excited_modes(
-    system: System, crossings: MeshCrossings, shapes: Array, *, compiled: bool | None = None
-) -> NDArray[np.object_]:
+def excited_modes(system: System, crossings: MeshCrossings, shapes: Array) -> NDArray[np.object_]:
     """``resonance_excited`` of crossings (c,) alone: "yes", "no", "" where it is not known.
 
     Parameters
     ----------
-    shapes : (n, modes) in the coordinates of the System [m, rad].  compiled : as of `sweep`.
+    shapes : (n, modes) in the coordinates of the System [m, rad].
     """
     # shaft orders are lines of their own: the motion at the mesh orders is the same without them
-    how = {"shaft_orders": False, "compiled": compiled}
-    forces, _ = _forces(linear(system), crossings, tuple(tones_of_meshes(system)), shapes, how)
+    tones = tuple(tones_of_meshes(system))
+    forces, _ = _forces(linear(system), crossings, tones, shapes, {"shaft_orders": False})
     return _excited(forces["share"])
 
 

@@ -88,9 +88,6 @@ def sweep(
         float | None,
         Option("Relative residual of the harmonics kept, of linear contact.", least=1e-14, most=0.1, default="1e-6"),
     ] = None,
-    compiled: Annotated[
-        bool | None, Option("Solve by numba, of linear contact.", default="by the size of the job")
-    ] = None,
     contact_loss: Annotated[bool, Option("Teeth part and touch again: run-up, coast-down, all branches.")] = False,
     unstable: Annotated[
         Literal["replace", "report", "ignore"] | None,
@@ -123,7 +120,7 @@ def sweep(
     ModelError : the model or an option is wrong; no speed, torque or damping.
     """
     refuse_without(contact_loss, "contact loss", unstable=unstable, harmonics=harmonics, shaft_tones=shaft_tones)
-    refuse_without(not contact_loss, "linear contact", orders=orders, tolerance=tolerance, compiled=compiled)
+    refuse_without(not contact_loss, "linear contact", orders=orders, tolerance=tolerance)
     from ...engine.run_folder import run_folder
 
     require_folder(resume, folder)
@@ -139,7 +136,7 @@ def sweep(
         "points": points,
         "frame_speed": frame_speed,
         "shaft_orders": shaft_orders,
-        **given(orders=orders, tolerance=tolerance, compiled=compiled),
+        **given(orders=orders, tolerance=tolerance),
         **given(unstable=unstable, harmonics=harmonics, shaft_tones=shaft_tones),
     }
     verb = "sweep with contact loss" if contact_loss else "sweep"

@@ -52,7 +52,7 @@ def overrides_of(train: str) -> dict[str, object]:
 def frame_of(train: str) -> PageFrame:
     """The last frame of a state."""
     kind: Literal["live", "full"] = "full" if train in WHOLE else "live"
-    request = Request(rev=1, kind=kind, source=source_of(train), overrides=overrides_of(train), compiled=False)
+    request = Request(rev=1, kind=kind, source=source_of(train), overrides=overrides_of(train))
     *_, last = compute(request)
     return last
 
@@ -62,7 +62,7 @@ def by_key(frame: PageFrame) -> dict[str, Any]:
 
 
 def live(source: dict[str, Any], overrides: dict[str, object]) -> dict[str, Any]:
-    (frame,) = compute(Request(rev=1, kind="live", source=source, overrides=overrides, compiled=False))
+    (frame,) = compute(Request(rev=1, kind="live", source=source, overrides=overrides))
     return by_key(frame)
 
 
@@ -273,7 +273,7 @@ def test_without_a_sun_a_line_says_so() -> None:
 
 def test_what_only_turns_is_told_and_counts() -> None:
     source = source_of("encased-differential")
-    (frame,) = compute(Request(rev=1, kind="live", source=source, compiled=False))
+    (frame,) = compute(Request(rev=1, kind="live", source=source))
     found = by_key(frame)
     assert "while turning the largest part has the run-out of the encased planets" in found["error"]["text"]
     (path,) = found["error"]["apply"]
@@ -353,7 +353,7 @@ def test_answers_take_less_than_three_milliseconds(monkeypatch: pytest.MonkeyPat
         return answers_of(train, system, **parts)
 
     monkeypatch.setattr(answers, "answers_of", record)
-    list(compute(Request(rev=1, kind="live", source=source_of("ren2021"), compiled=False)))
+    list(compute(Request(rev=1, kind="live", source=source_of("ren2021"))))
     train, system, parts = given[0]
     spent = []
     for _ in range(7):

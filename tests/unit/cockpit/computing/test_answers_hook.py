@@ -37,7 +37,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
 
 
 def frames_of(drive: str, kind: Any) -> list[Any]:
-    return list(compute(Request(rev=1, kind=kind, source=tomllib.loads(drive_text(drive)), compiled=False)))
+    return list(compute(Request(rev=1, kind=kind, source=tomllib.loads(drive_text(drive)))))
 
 
 def test_every_frame_brings_the_answers_as_they_are(asked: list[dict[str, Any]]) -> None:

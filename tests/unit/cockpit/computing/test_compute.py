@@ -71,7 +71,7 @@ def test_every_ready_drive_has_a_live_frame_that_travels(drive: str) -> None:
 
 @pytest.mark.parametrize(("drive", "overrides"), [("ren2021", {}), ("xu2020", RUN_OUTS)])
 def test_the_numbers_are_those_of_the_verbs(drive: str, overrides: dict[str, object]) -> None:
-    frames = frames_of(drive, overrides, kind="full", compiled=False)
+    frames = frames_of(drive, overrides, kind="full")
     assert [frame.kind for frame in frames] == ["live", "sweep", "sweep", "errors", "sharing"]
     live, orders, shafts, errors, shared = frames
     train = load(drive, overrides)
@@ -98,7 +98,7 @@ def test_the_numbers_are_those_of_the_verbs(drive: str, overrides: dict[str, obj
 
 
 def test_a_frame_at_work_is_given_up_when_somebody_waits() -> None:
-    request = Request(rev=1, kind="full", source=tomllib.loads(drive_text("wind-stage")), compiled=False)
+    request = Request(rev=1, kind="full", source=tomllib.loads(drive_text("wind-stage")))
     for calls in (0, 5, 12):
         asked: list[bool] = []
 
@@ -118,7 +118,7 @@ def test_a_frame_at_work_is_given_up_when_somebody_waits() -> None:
 def test_a_lever_that_is_let_go_is_not_computed_again(monkeypatch: pytest.MonkeyPatch) -> None:
     source = tomllib.loads(drive_text("ren2021"))
     moved = {"stages.main.sun.mass": "700 kg"}
-    request = Request(rev=3, kind="live", source=source, overrides=moved, compiled=False)
+    request = Request(rev=3, kind="live", source=source, overrides=moved)
     (live,) = compute(request)
     loads: list[object] = []
 
@@ -146,13 +146,13 @@ def test_a_lever_that_is_let_go_is_not_computed_again(monkeypatch: pytest.Monkey
 @pytest.mark.parametrize("lever", ["stages.main.sun.support.radial", "stages.sun.support.radial"])
 def test_a_refused_value_is_told_at_the_path_that_was_set(lever: str) -> None:
     source = tomllib.loads(drive_text("ren2021"))
-    (frame,) = compute(Request(rev=1, kind="live", source=source, overrides={lever: "-5 N/m"}, compiled=False))
+    (frame,) = compute(Request(rev=1, kind="live", source=source, overrides={lever: "-5 N/m"}))
     assert (frame.kind, frame.head["path"]) == ("failed", lever)
 
 
 def test_work_pauses_often(slowness: float) -> None:
     request = Request(
-        rev=1, kind="full", source=tomllib.loads(drive_text("xu2020")), overrides=RUN_OUTS, compiled=False
+        rev=1, kind="full", source=tomllib.loads(drive_text("xu2020")), overrides=RUN_OUTS
     )
     clock: list[float] = []
 
@@ -310,7 +310,7 @@ def test_a_speed_of_nothing_is_refused() -> None:
 
 
 def test_laws_are_followed() -> None:
-    frames = frames_of("ren2021", {"stages.main.planet.bearing.clearance": "50 um"}, kind="full", compiled=False)
+    frames = frames_of("ren2021", {"stages.main.planet.bearing.clearance": "50 um"}, kind="full")
     assert [frame.kind for frame in frames] == ["live", "sweep", "sweep", "errors", "sharing"]
     assert frames[-1].head["sharing"]["stage"] == "at rest"  # every instant is solved by itself
 
@@ -337,12 +337,12 @@ def three_stages() -> dict[str, Any]:
 
 
 def test_many_mesh_frequencies_are_solved_one_at_a_time() -> None:
-    (frame,) = frames_of(three_stages(), compiled=False)
+    (frame,) = frames_of(three_stages())
     assert frame.head["sweep"]["note"] == "mesh orders of one stage at a time"
     assert np.isfinite(frame.arrays["sweep/y"]).all()
     system = assemble(load(three_stages()))
     few = Effort(points=4, shaft_orders=False, tolerance=1e-4)
-    found = force_curves(speed_model(system, compiled=False), few)
+    found = force_curves(speed_model(system), few)
     exact = sweep(system, SweepOptions(relative_speed=found.speed[-1:], shaft_orders=False, forces_alone=True))
     # what combinations of mesh frequencies add
     np.testing.assert_allclose(found.force[:, -1:], exact["mesh_force_peak"].transpose("mesh", "speed"), rtol=0.02)

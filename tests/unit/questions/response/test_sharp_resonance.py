@@ -73,18 +73,15 @@ def test_at_a_natural_frequency_of_the_mean_system(case: Any, zeta: float, offse
     np.testing.assert_allclose(found.mesh_force_rms.values[:, 0], expected, rtol=2e-4)
 
 
-@pytest.mark.parametrize("compiled", [False, True])
-def test_resonance_of_a_constant_stiffness(case: Any, compiled: bool) -> None:
+def test_resonance_of_a_constant_stiffness(case: Any) -> None:
     """At its top in closed form while double precision knows the natural frequency, else nan and why."""
-    if compiled:
-        pytest.importorskip("numba")
     made = {zeta: light(case, zeta, swing=0.0, turning=0.0) for zeta in (1e-7, 1e-15)}
     speed = natural(made[1e-7])[0][2] / (2 * np.pi * float(made[1e-7].tones[0]))
-    found = sweep(made[1e-7], SweepOptions(relative_speed=[speed], compiled=compiled))
+    found = sweep(made[1e-7], SweepOptions(relative_speed=[speed]))
     assert found.status.values[0] == "ok"
     np.testing.assert_allclose(found.mesh_force_rms.values[:, 0], dense_rms(made[1e-7], speed, 4), rtol=1e-6)
     for offset in (0.0, 1e-14):
-        refused = sweep(made[1e-15], SweepOptions(relative_speed=[speed * (1 + offset)], compiled=compiled))
+        refused = sweep(made[1e-15], SweepOptions(relative_speed=[speed * (1 + offset)]))
         assert refused.status.values[0] == "resonance too sharp for double precision"
         assert np.isnan(refused.mesh_force_rms.values).all()
     with pytest.raises(ConvergenceError, match="so sharp that double precision"):
