@@ -63,9 +63,7 @@ def main() -> None:
         show(name, measured(*DRIVES[name], moves=chosen.moves, clock=clock))
 
 
-def measured(
-    drive: str, overrides: dict[str, object], *, moves: int, clock: Callable[[], float]
-) -> Times:
+def measured(drive: str, overrides: dict[str, object], *, moves: int, clock: Callable[[], float]) -> Times:
     """Times of every step over the moves [ms], after three to warm up."""
     source, times = tomllib.loads(drive_text(drive)), Times()
     for move in range(-3, moves):
