@@ -37,6 +37,7 @@ from .audit_file import (
     attempts,
     audited_drives,
     claim_of,
+    named,
     read_audit,
 )
 
@@ -245,7 +246,7 @@ def _tried(
     except _NotInstalledError as error:
         missing = f"{NOT_COMPUTED}: {error}"
     except ModelError as error:
-        wrong = file.named(error)
+        wrong = named(error, file.file)
     within = [_within(attempt, given, value) for given, value in zip(published, ours, strict=True)]
     fitted = file.audit.fitted(attempt)
     return _Tried(attempt=attempt, ours=ours, missing=missing, error=wrong, within=within, fitted=fitted)
@@ -349,8 +350,8 @@ def _table(lines: Sequence[_Line], audits: dict[str, Audit]) -> xr.Dataset:
     }
     wrong = [line for line in lines if line.outcome != HOLDS]
     return dataset(
-        {name: ("row", _column(values, str)) for name, values in columns.items()}
-        | {f"attempt_{name}": ("attempt", _column(*column)) for name, column in of_attempts.items()},
+        {name: ("row", np.array(values) if values else np.array([], dtype=str)) for name, values in columns.items()}
+        | {f"attempt_{name}": ("attempt", np.array(values, kind)) for name, (values, kind) in of_attempts.items()},
         coords={"row": np.arange(len(lines)), "attempt": np.arange(len(tried))},
         verb="audit",
         warnings=[coded("audit-differs", f"{line.drive}: {line.quantity}: {line.outcome}") for line in wrong],
@@ -360,11 +361,6 @@ def _table(lines: Sequence[_Line], audits: dict[str, Audit]) -> xr.Dataset:
             "notes": json.dumps({drive: data.notes for drive, data in audits.items()}),
         },
     )
-
-
-def _column(values: Sequence[Any], kind: type) -> NDArray[Any]:
-    """Array of a column; kind : of an empty one."""
-    return np.array(values) if values else np.array([], dtype=kind)
 
 
 def _attempt_outcome(tried: _Tried, place: int) -> str:

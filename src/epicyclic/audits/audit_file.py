@@ -269,16 +269,12 @@ class Audit(_Table):
         return row.fitted or any(self.resolved(name).fitted for name in (row.ours.runs() if row.ours else ()))
 
     def _chain(self, name: str) -> None:
-        seen: list[str] = []
-        while name is not None:
-            if name in seen:
-                raise ModelError("based on itself", path=f"runs.{name}.based_on", given=" -> ".join([*seen, name]))
-            seen.append(name)
-            follow = self.runs[name].based_on
-            if follow is None:
-                return
-            self._known(follow, f"runs.{name}.based_on")
-            name = follow
+        seen = [name]
+        while (follow := self.runs[seen[-1]].based_on) is not None:
+            self._known(follow, f"runs.{seen[-1]}.based_on")
+            if follow in seen:
+                raise ModelError("based on itself", path=f"runs.{follow}.based_on", given=" -> ".join([*seen, follow]))
+            seen.append(follow)
 
     def _known(self, name: str, path: str) -> None:
         if name not in self.runs:
@@ -409,10 +405,6 @@ class AuditFile:
     places: tuple[int, ...]
     wrong: tuple[WrongRow, ...]
 
-    def named(self, error: ModelError) -> ModelError:
-        """The same error with the file in front of its path."""
-        return _named(error, self.file)
-
 
 def audited_drives() -> tuple[str, ...]:
     """Names of the ready drives that come with an audit."""
@@ -437,7 +429,7 @@ def read_audit(source: str | Path) -> AuditFile:
     try:
         whole = Audit.model_validate({**table, "rows": []} if isinstance(rows, list) else table)
     except ValidationError as error:
-        raise _named(_as_model_error(error), file) from None
+        raise named(_as_model_error(error), file) from None
     found = [_row(whole, entry, at, file) for at, entry in enumerate(rows if isinstance(rows, list) else ())]
     return AuditFile(
         file=file,
@@ -460,7 +452,7 @@ def _row(audit: Audit, entry: object, at: int, file: str) -> Row | WrongRow:
         wrong = error
     else:
         return row
-    return WrongRow(at=at, row=_legible(entry, path), error=_named(wrong, file))
+    return WrongRow(at=at, row=_legible(entry, path), error=named(wrong, file))
 
 
 def _legible(entry: object, path: str) -> Row:
@@ -500,7 +492,7 @@ def _text(source: str | Path) -> tuple[str, str, str]:
     return str(source), str(beside) if beside.is_file() else name, read_text(path, most=_MAX_BYTES)
 
 
-def _named(error: ModelError, file: str) -> ModelError:
+def named(error: ModelError, file: str) -> ModelError:
     """The same error with a file in front of its path."""
     return error.at(f"{file}: {error.path}" if error.path else file)
 

@@ -14,7 +14,6 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from enum import StrEnum
-from functools import partial
 from inspect import Parameter, Signature, signature
 from pathlib import Path
 from types import NoneType, UnionType
@@ -100,8 +99,18 @@ def panel_of(name: str) -> str:
     return next((question for question, names in PANELS.items() if name in names), "")
 
 
-class Panels(TyperGroup):
-    """The commands of the program; its help is one screen."""
+class Commands(TyperGroup):
+    """The commands of the program, whose help is one screen; an error of one that is not there, or of its options,
+    names the nearest."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options before the command."""
+        ctx.meta[_TYPED] = list(args)
+        return list(_told(lambda: super(Commands, self).parse_args(ctx, args), self, ctx))
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        return _told(lambda: super(Commands, self).invoke(ctx), self, ctx)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write usage, commands by question, options."""
@@ -179,19 +188,6 @@ def _files(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
 _TYPED = "epicyclic.typed"
 _NO_COMMAND = re.compile(r"No such command '(.*?)'\.?", re.DOTALL)
 _NO_WORD = re.compile(r"'?([^']*)'? is not one of (.*?)\.?$", re.DOTALL)
-
-
-class Commands(Panels):
-    """The commands of the program; an error of one that is not there, or of its options, names the nearest."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the options before the command."""
-        ctx.meta[_TYPED] = list(args)
-        return list(_told(lambda: super(Commands, self).parse_args(ctx, args), self, ctx))
-
-    def invoke(self, ctx: Any) -> Any:
-        """Run the command."""
-        return _told(lambda: super(Commands, self).invoke(ctx), self, ctx)
 
 
 def _told(run: Any, group: TyperGroup, ctx: Any) -> Any:
@@ -327,27 +323,29 @@ def _command(*file: str) -> str:
 
 def run_verb(
     verb: Verb,
-    model: str,
-    options: Mapping[str, Any],
-    *,
     flags: Mapping[str, str],
+    /,
+    *,
+    model: str,
     sets: list[str] | None,
     as_json: bool,
     output: Path | None,
-    figures: list[str] | None = None,
+    figure: list[str] | None = None,
     whole: bool = False,
+    **given: Any,
 ) -> None:
     """Run one verb; print its result for people or as JSON, and write it, or figures of it, to a file.
 
     Parameters
     ----------
-    options : keyword -> value of the verb.  flags : keyword -> flag, for errors.
-    sets, as_json, output, figures, whole : as on the command line.
+    flags : keyword -> flag, for errors.  sets, as_json, output, figure, whole : as on the command line.
+    given : keyword -> value of the verb.
 
     Raises
     ------
     typer.Exit : 2 wrong input, 3 no convergence, 130 stopped, 1 a fault of the program.
     """
+    options = {name: _plain(value) for name, value in given.items() if value not in (None, [])}
     keeps = "folder" in signature(verb.run).parameters
     record = RECORD if keeps and keywords(verb.run)["resume"][1] is not bool else ""
     store = kept_store(Path(options["store"]) if options.get("store") else None) if "store" in flags else nullcontext()
@@ -358,7 +356,7 @@ def run_verb(
         kept(output if keeps else None, keeps=keeps, record=record) as folder,
     ):
         further = (*verb.writers, *((".toml",) if verb.model_text else ()))
-        require_output(output, figures, verb.gives, as_json=as_json, further=further)
+        require_output(output, figure, verb.gives, as_json=as_json, further=further)
         import_model_rooms()
         overrides = parsed_overrides(sets)
         with progress_bar(f"{verb.name} {model}") as step:
@@ -366,7 +364,7 @@ def run_verb(
             if "progress" in signature(verb.run).parameters:
                 more["progress"] = lambda done, of=1: step(done if of == 1 else done / of)
             result = verb.run(model, overrides=overrides or None, **options, **more)
-        if output is not None and not figures and (kind := output.suffix.lower()) in further:
+        if output is not None and not figure and (kind := output.suffix.lower()) in further:
             if verb.model_text is not None and kind == ".toml":
                 write_text(output, verb.model_text(result))
             else:
@@ -374,15 +372,13 @@ def run_verb(
             complain(f"written: {output}")
             print_result(result, as_json=as_json, beside_file=True)
         else:
-            make = partial(_result_of, model, overrides)
-            put({verb.name: result}, output=output, figures=figures, as_json=as_json, make=make, whole=whole)
+
+            def make(name: str) -> xr.Dataset:
+                return verbs()[name].run(model, overrides=overrides or None)
+
+            put({verb.name: result}, output=output, figures=figure, as_json=as_json, make=make, whole=whole)
         if result.attrs.get("stopped"):
             raise KeyboardInterrupt
-
-
-def _result_of(model: str, overrides: Mapping[str, object], name: str) -> xr.Dataset:
-    """Result of another verb of the same model, which a figure needs too."""
-    return verbs()[name].run(model, overrides=overrides or None)
 
 
 @contextmanager
@@ -434,26 +430,18 @@ def command(verb: Verb) -> Callable[..., None]:
     shown = {name: entry for name, entry in keywords(verb.run).items() if entry[2].flag is not None}
     flags = {name: str(option.flag_of(name)) for name, (_, _, option) in shown.items()}
 
-    def run(
-        model: str,
-        sets: list[str] | None,
-        as_json: bool,
-        output: Path | None,
-        figure: list[str] | None = None,
-        whole: bool = False,
-        **given: Any,
-    ) -> None:
-        options = {name: _plain(value) for name, value in given.items() if value not in (None, [])}
-        run_verb(
-            verb, model, options, flags=flags, sets=sets, as_json=as_json, output=output, figures=figure, whole=whole
-        )
+    def run(**given: Any) -> None:
+        run_verb(verb, flags, **given)
 
     annotations: dict[str, Any] = {"model": Model}
     defaults: dict[str, Any] = {"model": Parameter.empty}
     for name, (parameter, kind, option) in shown.items():
         annotations[name], defaults[name] = _option(option, flags[name], kind, parameter.default)
     annotations |= {"sets": Sets, "as_json": Json, "figure": Annotated[list[str] | None, figure_option(verb.gives)]}
-    annotations |= {"output": _output(verb)}
+    words = f"Write the result: {', '.join([*verb.writers, FORMATS])}."
+    if verb.model_text:
+        words = f"Write the model (.toml) or the result ({FORMATS})."
+    annotations |= {"output": Annotated[Path | None, file_option(words)]}
     defaults |= {"sets": None, "as_json": False, "figure": None, "output": None}
     run.__name__, run.__doc__, run.__annotations__ = verb.name, _unmarked(help_of(verb)), annotations
     run.__signature__ = Signature(  # type: ignore[attr-defined]
@@ -463,14 +451,6 @@ def command(verb: Verb) -> Callable[..., None]:
         ]
     )
     return run
-
-
-def _output(verb: Verb) -> Any:
-    """The option ``-o`` of a verb, with its own kinds of files."""
-    words = f"Write the result: {', '.join([*verb.writers, FORMATS])}."
-    if verb.model_text:
-        words = f"Write the model (.toml) or the result ({FORMATS})."
-    return Annotated[Path | None, file_option(words)]
 
 
 def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, Any]:

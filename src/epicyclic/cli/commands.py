@@ -32,6 +32,7 @@ from .output import (
     import_model_rooms,
     on_stdout,
     parsed_overrides,
+    print_file,
     progress_bar,
     put,
     reported,
@@ -41,8 +42,6 @@ from .output import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import xarray as xr
 
 _NEEDED = ("nicegui", "tomlkit")  # of the extra "app"
@@ -289,9 +288,7 @@ def _run(
     try:
         return run_report(model, overrides=parsed_overrides(sets), sections=sections, progress=step, **more)
     except ModelError as error:
-        if error.path != "sections":
-            raise
-        raise ModelError(error.problem, path="--sections", given=error.given, allowed=error.allowed) from None
+        raise (error.at("--sections") if error.path == "sections" else error) from None
 
 
 def _compared(models: Sequence[str], sets: list[str] | None) -> Any:
@@ -463,9 +460,7 @@ def _file_of(name: str, output: Path | None, *, force: bool, as_json: bool) -> N
         raise ModelError("prints names and titles only", path="--json", allowed=f"epicyclic systems {name}, without it")
     text = drive_text(name)
     if output is None:
-        with on_stdout():
-            typer.echo(text.encode("utf-8"), nl=False)  # whatever the encoding of stdout, TOML is UTF-8
-        return
+        return print_file(text)
     if not force and (output.exists() or output.is_symlink()):
         raise ModelError("is there already", path="--output", given=str(output), allowed="another name, or --force")
     target_of(output, (".toml",))

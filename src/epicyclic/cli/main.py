@@ -20,7 +20,7 @@ from .command import Commands, Json, Model, Output, Sets, command, file_option
 from .commands import app as cockpit
 from .commands import audit, compare, explain, report, show, study, systems
 from .new import export, import_rexs, new
-from .output import collect_again, figure_option, on_stdout, open_streams, parsed_overrides, reported, target_of
+from .output import collect_again, figure_option, open_streams, parsed_overrides, print_file, reported, target_of
 
 app = typer.Typer(
     name="epicyclic",
@@ -67,44 +67,25 @@ def check(
     """Ratio, speeds, torques, phases on one screen; every derived value and where it came from with --all."""
     if resolved:
         with reported():
-            _write_resolved(model, sets, output)
+            from ..document.writer import model_text
+            from ..train.resolution import load, resolved_document
+
+            if output is not None:
+                target_of(output, (".toml",))
+            text = model_text(resolved_document(load(model, overrides=parsed_overrides(sets))))
+            if output is None:
+                print_file(text)
+            else:
+                write_text(output, text)
     else:
         run = command(verbs()["check"])
         run(model=model, sets=sets, as_json=as_json, figure=figure, output=output, whole=everything)
 
 
-def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
-    from ..document.writer import model_text
-    from ..train.resolution import load, resolved_document
-
-    if output is not None:
-        target_of(output, (".toml",))
-    text = model_text(resolved_document(load(model, overrides=parsed_overrides(sets))))
-    if output is None:
-        _print_file(text)
-    else:
-        write_text(output, text)
-
-
-def _print_file(text: str) -> None:
-    """Print the text of a file, in UTF-8 whatever the encoding of stdout: escapes of a terminal are none of TOML."""
-    with on_stdout():
-        typer.echo(text.encode("utf-8"), nl=False)
-
-
 for _verb in verbs().values():
     app.command()(check if _verb.name == "check" else command(_verb))
-app.command()(audit)
-app.command()(study)
-app.command("import")(import_rexs)
-app.command()(export)
-app.command()(compare)
-app.command()(explain)
-app.command()(report)
-app.command()(show)
-app.command()(new)
-app.command()(cockpit)
-app.command()(systems)
+for _function in (audit, study, import_rexs, export, compare, explain, report, show, new, cockpit, systems):
+    app.command("import" if _function is import_rexs else None)(_function)
 
 
 @app.command()
@@ -117,7 +98,7 @@ def schema(
 
         text = json_schema_text()
         if output is None:
-            _print_file(text)
+            print_file(text)
         else:
             target_of(output, (".json",))
             write_text(output, text)

@@ -18,7 +18,7 @@ import typer
 
 from ..errors import ModelError
 from ..results.files import require_writable, write_text
-from ..rexs.file import SUFFIXES
+from ..rexs.file import HEADINGS, SUFFIXES
 from .command import Model, Sets, file_name, file_option
 from .output import complain, complain_of, on_stdout, parsed_overrides, reported, require_stdout, target_of
 
@@ -83,22 +83,8 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Replace FILE where there is one.")] = False,
 ) -> None:
     """A model file of a new train from teeth or ratio, power and speed; asks for what is missing in a terminal."""
-    given = {
-        "kind": kind,
-        "teeth": teeth,
-        "ratio": ratio,
-        "planets": planets,
-        "held": held,
-        "driver": driver,
-        "speed": _values(speed),
-        "torque": _values(torque),
-        "power": _values(power),
-        "module": module,
-        "face_width": face_width,
-        "helix_angle": helix_angle,
-        "pressure_angle": pressure_angle,
-        "title": title,
-    }
+    given = {name: value for name, value in locals().items() if name in _FLAGS}  # the keywords of `new_train`
+    given |= {"speed": _values(speed), "torque": _values(torque), "power": _values(power)}
     with reported(), _flagged():
         _check_target(file, force=force)
         words = {name: value for name, value in given.items() if value is not None}
@@ -275,13 +261,6 @@ def _flagged() -> Iterator[None]:
         raise ModelError(flag + text) from error
 
 
-_HEADINGS = {
-    "read": "Read from the file",
-    "assumed": "Assumed, as the file does not say it",
-    "dropped": "Dropped, as the model has no place for it",
-}
-
-
 @reported()
 def import_rexs(
     file: Annotated[str, typer.Argument(metavar="FILE", help="A REXS file: .rexs, .rexsj or .rexsz.")],
@@ -313,7 +292,7 @@ def import_rexs(
     with on_stdout():
         if as_json:
             keys = ("component", "attribute", "path", "text")
-            lists = {kind: [{key: getattr(e, key) for key in keys} for e in getattr(found, kind)] for kind in _HEADINGS}
+            lists = {kind: [{key: getattr(e, key) for key in keys} for e in getattr(found, kind)] for kind in HEADINGS}
             typer.echo(json.dumps({"version": found.file.version, "title": found.document["title"], **lists}))
         else:
             _print_import(found)
@@ -326,7 +305,7 @@ def _print_import(found: RexsImport) -> None:
     console = stdout_console()
     console.print(str(found.document["title"]), style="bold", markup=False, soft_wrap=True)
     types = {component.id: component.type for component in found.file.components}
-    for kind, heading in _HEADINGS.items():
+    for kind, heading in HEADINGS.items():
         entries: tuple[Entry, ...] = getattr(found, kind)
         console.print(f"\n{heading} ({len(entries)})", style="bold", markup=False)
         for line in _lines(entries, types):

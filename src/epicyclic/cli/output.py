@@ -127,6 +127,12 @@ def on_stdout() -> Iterator[None]:
         raise ModelError(f"cannot be written: {error.strerror or error}", path="stdout") from None
 
 
+def print_file(text: str) -> None:
+    """Print the text of a file, in UTF-8 whatever the encoding of stdout: escapes of a terminal are none of TOML."""
+    with on_stdout():
+        typer.echo(text.encode("utf-8"), nl=False)
+
+
 @contextmanager
 def help_on_stdout() -> Iterator[None]:
     """The block may print a help, outside of any command; raises typer.Exit with the status of `reported`."""

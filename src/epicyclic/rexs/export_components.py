@@ -25,6 +25,7 @@ from ..teeth.form import PLAIN, Flank
 from ..train.train import Body, GearData, Link, Mesh, Train
 from .file import Attribute, Component, Relation, Value
 from .members import MATERIAL, Inertia, SolidSection, inertia_of
+from .stages import Parts
 
 Attributes = Mapping[str, tuple[Value, str]]
 # what programs write for rigid, and every reader takes for it [N/m, N mm/rad]
@@ -183,17 +184,10 @@ def add_shafts(draft: Draft) -> None:
 def _shafts_of(draft: Draft) -> list[ShaftPart]:
     """The shafts of a train, in the order of its bodies; what is taken together is noted."""
     train = draft.train
-    above = {body.name: body.name for body in train.bodies}
-
-    def root(name: str) -> str:
-        while above[name] != name:
-            name = above[name]
-        return name
-
+    joined = Parts[str]()
     for link in train.links:
         if link.kind in ("shaft", "neck") and link.second is not None:
-            a, b = root(link.first), root(link.second)
-            above[b] = a
+            joined.join([link.first, link.second])
             if any(math.isfinite(value) for value in link.stiffness):
                 draft.drop(link.path, f"elastic {link.kind}: one rigid shaft in the file")
     by_half: dict[tuple[str, int | None], str] = {}
@@ -201,12 +195,12 @@ def _shafts_of(draft: Draft) -> list[ShaftPart]:
         if body.side is None:
             continue
         first = by_half.setdefault((body.member, body.branch), body.name)
-        if root(first) != root(body.name):
-            above[root(body.name)] = root(first)
+        if joined.root(first) != joined.root(body.name):
+            joined.join([first, body.name])
             draft.drop(f"stages.{body.member}.split", "halves without a neck: one rigid shaft in the file")
     groups: dict[str, list[Body]] = {}
     for body in train.bodies:
-        groups.setdefault(root(body.name), []).append(body)
+        groups.setdefault(joined.root(body.name), []).append(body)
     for bodies in groups.values():
         for other in bodies:
             if other.member != bodies[0].member:

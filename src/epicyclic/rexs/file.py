@@ -31,6 +31,12 @@ MAX_DEPTH = 16
 MAX_RATIO = 300
 # Names and texts: longer ones say nothing that a model file could carry.
 MAX_TEXT = 2_000
+HEADINGS = {
+    "read": "Read from the file",
+    "assumed": "Assumed, as the file does not say it",
+    "dropped": "Dropped, as the model has no place for it",
+}
+"""List of an import -> what stands above it."""
 SUFFIXES = (".rexs", ".rexsj", ".rexsz", ".rexs.xml", ".rexs.json", ".rexs.zip")
 
 
@@ -307,11 +313,7 @@ _UNITS: dict[str, dict[str, tuple[float, str]]] = {
     "acceleration": {"m/s^2": (1.0, "m/s^2"), "mm/s^2": (1e-3, "mm/s^2")},
 }
 # units in SI, as a model file spells them
-_SI = {
-    "ratio": "", "length": "m", "angle": "rad", "speed": "rad/s", "torque": "N m", "power": "W", "force": "N",
-    "stiffness": "N/m", "stiffness_per_width": "N/m^2", "torsional_stiffness": "N m/rad", "density": "kg/m^3",
-    "pressure": "Pa", "mass": "kg", "inertia": "kg m^2", "acceleration": "m/s^2",
-}  # fmt: skip
+_SI = {kind: next(text for scale, text in units.values() if scale == 1.0) for kind, units in _UNITS.items()}
 # nothing of a gear unit is larger in SI; "rigid" is 1e23 N/m
 _LARGEST = 1e30
 

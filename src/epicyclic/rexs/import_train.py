@@ -143,7 +143,9 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
         case = None if stated & {"rotational_speed", "torque_around_u_axis", "power"} else file.load_cases[0].id
     view = view_of(file, case)
     unit = unit_of(view)
-    document: Table = {"format": 2, "title": _title(file)}
+    name = next((c.name for c in file.components if c.type == "gear_unit" and c.name), "Gear unit")
+    writer = f", {file.application} {file.application_version}".rstrip() if file.application else ""
+    document: Table = {"format": 2, "title": f"{name} (REXS {file.version}{writer})"}
     materials = {m: _material(unit, m.gears[0]) for m in unit.members if m.gears}
     common = _common_material(unit, list(materials.values()))
     if common:
@@ -197,13 +199,6 @@ def traced(error: ModelError, imported: RexsImport) -> ModelError:
     if entry is None or entry.component is None:
         return error
     return error.at(f"{error.path} (component {entry.component}, {entry.attribute})")
-
-
-def _title(file: RexsFile) -> str:
-    """The name of the gear unit, and what wrote the file."""
-    name = next((c.name for c in file.components if c.type == "gear_unit" and c.name), "Gear unit")
-    writer = f", {file.application} {file.application_version}".rstrip() if file.application else ""
-    return f"{name} (REXS {file.version}{writer})"
 
 
 def _tell_cases(view: View, case: int | None, *, chosen: bool) -> None:

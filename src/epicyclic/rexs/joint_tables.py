@@ -229,7 +229,7 @@ def operation_table(unit: GearUnit) -> Table:
         table["held"] = [_short(unit, member) for member in held]
         for member in held:
             unit.view.read(member.parts[0], "held", "operation.held", "joined to the casing so that it does not turn")
-    turning = Parts()  # at one speed: rigidly joined, or by a coupling of any stiffness
+    turning = Parts[int]()  # at one speed: rigidly joined, or by a coupling of any stiffness
     for number in unit.view.components:
         turning.join([number, unit.rigid.root(number)])
     for joint in unit.joints:
@@ -252,7 +252,7 @@ def _short(unit: GearUnit, member: StageMember) -> str:
     return member.name if len(unit.stages) == 1 else member.full_name
 
 
-def _end_at(unit: GearUnit, turning: Parts, held: list[StageMember], part: int) -> str | None:
+def _end_at(unit: GearUnit, turning: Parts[int], held: list[StageMember], part: int) -> str | None:
     """Name of the body or member that turns with a part; None where that is held, or in no planetary stage.
 
     The member that it is rigidly joined to comes before others.

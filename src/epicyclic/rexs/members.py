@@ -66,7 +66,7 @@ class GearUnit:
     view: View
     stages: tuple[StageParts, ...]
     joints: tuple[Joint, ...]
-    rigid: Parts
+    rigid: Parts[int]
     members: tuple[StageMember, ...]
     axis: Vector
     still: frozenset[int]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 from ..errors import ModelError
 from .file import Component, Number, Relation, RexsFile, Value, number_in, number_of, shown
@@ -393,13 +393,16 @@ def _at_operating_point(view: View, component: Component) -> Number | None:
     return Number(mean, f"{shown(mean)} N/m")
 
 
+Id = TypeVar("Id", int, str)
+
+
 @dataclass(slots=True)
-class Parts:
-    """Which parts are one: a union of sets of ids."""
+class Parts(Generic[Id]):
+    """Which parts are one: a union of sets of ids, or of names."""
 
-    _above: dict[int, int] = field(default_factory=dict)
+    _above: dict[Id, Id] = field(default_factory=dict)
 
-    def root(self, part: int) -> int:
+    def root(self, part: Id) -> Id:
         """The part that stands for all that are one with this."""
         path = []
         while (above := self._above.get(part, part)) != part:
@@ -409,16 +412,16 @@ class Parts:
             self._above[passed] = part
         return part
 
-    def join(self, parts: Iterable[int]) -> None:
+    def join(self, parts: Iterable[Id]) -> None:
         """Make parts one; the least id stands for them."""
         roots = sorted({self.root(part) for part in parts})
         for root in roots[1:]:
             self._above[root] = roots[0]
 
 
-def rigid_parts(view: View, joints: Iterable[Joint]) -> Parts:
+def rigid_parts(view: View, joints: Iterable[Joint]) -> Parts[int]:
     """The parts that move as one: what is assembled in a planet carrier, a gear and its shaft, rigid joints."""
-    parts = Parts()
+    parts = Parts[int]()
     for carrier in view.of_type("planet_carrier"):
         parts.join([carrier.id, *view.parts(carrier.id, "shaft", "side_plate")])
     for shaft in view.of_type("shaft"):

@@ -138,9 +138,11 @@ def mesh_frequency(value: float | str, *, path: str, tone: float, train: Train |
 
 def _given_speed(train: Train | None, path: str, value: str) -> float:
     """Size of the speed of the first member given that turns [rpm]."""
+    from ..document.tables import leaves
+
     speed = {} if train is None else train.kinematics.speed or {}
     operation: Any = None if train is None else train.document.get("operation")
-    for member in _members((operation or {}).get("speed") or {}):
+    for member, _ in leaves((operation or {}).get("speed") or {}):  # in the order of the file, "main.sun"
         if speed.get(member):
             return abs(float(speed[member]))
     raise ModelError(
@@ -149,14 +151,6 @@ def _given_speed(train: Train | None, path: str, value: str) -> float:
         given=value,
         allowed="a model whose operation.speed gives a member that turns, or Hz, %",
     )
-
-
-def _members(given: Mapping[str, Any], before: str = "") -> list[str]:
-    """Names of the members in the order of the file, ``main.sun``."""
-    names: list[str] = []
-    for key, value in given.items():
-        names += _members(value, f"{before}{key}.") if isinstance(value, Mapping) else [f"{before}{key}"]
-    return names
 
 
 def share(value: float | str, path: str) -> float:

@@ -32,8 +32,6 @@ from ..user_input import check_arguments
 from ..warning_codes import CodedText, coded, placed
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import xarray as xr
 
     from ..engine.source import Overrides, Source
@@ -367,7 +365,8 @@ def run_report(
         steps = _steps(train, place)
         if chosen is not None:
             steps = {name: step for name, step in steps.items() if _section(name) in chosen}
-        elif _several_tones(train):
+        # with several mesh frequencies a worst case is one over their phases too
+        elif len(set((train.kinematics.mesh_frequency or {}).values()) - {0}) > 1:
             words = "takes long with several mesh frequencies; it runs where --sections names it,"
             left_out += [coded("section-left-out", f"{name} {words} {_section(name)}") for name in STUDIES]
             steps = {name: step for name, step in steps.items() if name not in STUDIES}
@@ -445,11 +444,6 @@ def _chosen(sections: Sequence[str]) -> set[str]:
     if wrong or not names:
         raise ModelError("no such section", path="sections", given=", ".join(wrong), allowed=", ".join(known))
     return {"check", *names}
-
-
-def _several_tones(train: Train) -> bool:
-    """Whether meshes have several frequencies, so that a worst case is one over their phases too."""
-    return len(set((train.kinematics.mesh_frequency or {}).values()) - {0}) > 1
 
 
 def _kept(folder: Path, name: str, step: Callable[[], xr.Dataset]) -> xr.Dataset:

@@ -289,15 +289,10 @@ def _answers(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[
         told["modes"] = {"rows": rows, **values, **more}
     if parts.twin is not None:
         told["twin"] = {**parts.twin.head, "coefficient": parts.twin.coefficient}
-    checks = [_table(check) for check in answers.checks_of(model.train, model.system)]
+    checks = [asdict(check) for check in answers.checks_of(model.train, model.system)]
     for missing in parts.missing:
         checks.append({"level": "warn", "code": "not-computed", "text": missing.text, "path": missing.path})
     return {
-        "answers": [_table(answer) for answer in answers.answers_of(model.train, model.system, **told)],
+        "answers": [asdict(answer) for answer in answers.answers_of(model.train, model.system, **told)],
         "checks": checks,
     }
-
-
-def _table(value: Any) -> dict[str, Any]:
-    """A record as a table."""
-    return dict(value) if isinstance(value, Mapping) else asdict(value)

@@ -370,25 +370,18 @@ class JobKind:
             if key not in self.options:
                 allowed = ", ".join(self.options) or "none"
                 raise ModelError("no such option", path=f"{self.name}.{key}", given=value, allowed=allowed)
+        from ...verbs.record import verbs
+
         train = load(source, dict(overrides))
         chosen = {**self.defaults, **(self.search(train) if self.search else {}), **options}
         keywords = {key: value for key, value in chosen.items() if key != "show"}
-        result = run_verb(self.verb, source, overrides, progress, **keywords)
+        run = verbs()[self.verb].run
+        if "progress" in signature(run).parameters:
+            keywords["progress"] = progress
+        else:
+            progress(0.05)
+        result = run(source, overrides=dict(overrides), **keywords)
         return self.frame(result, train, chosen), result
-
-
-def run_verb(
-    name: str, source: Source, overrides: Mapping[str, object], progress: Progress, **options: Any
-) -> xr.Dataset:
-    """Result of a verb, which tells its progress where it can. Raises ModelError and ConvergenceError as the verb."""
-    from ...verbs.record import verbs
-
-    run = verbs()[name].run
-    if "progress" in signature(run).parameters:
-        options["progress"] = progress
-    else:
-        progress(0.05)
-    return run(source, overrides=dict(overrides), **options)
 
 
 def _relief_search(train: Train) -> Mapping[str, Any]:

@@ -184,10 +184,8 @@ def _labels(
     member_of_body = np.array([members.index(body.member) for body in train.bodies])
     member_sum = (member_of_body == np.arange(len(members))[:, None]).astype(float)
     by_member = np.einsum("kb,mbd->mkd", member_sum, energy)
-    motions = np.stack(
-        [by_member[..., 0], by_member[..., 1], by_member[..., 2], by_member[..., 3:5].sum(axis=2), by_member[..., 5]],
-        axis=2,
-    )
+    tilting = by_member[..., 3:5].sum(axis=2, keepdims=True)
+    motions = np.concatenate([by_member[..., :3], tilting, by_member[..., 5:]], axis=2)
     # a member about the axis has no radial and tangential of its own
     central = np.array([all(b.branch is None for b in train.bodies if b.member == member) for member in members])
     motions[:, central, 0] += motions[:, central, 1]

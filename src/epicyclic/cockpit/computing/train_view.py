@@ -542,12 +542,7 @@ def sharing_head(
         "parts": view.over_period.shape[1],
         "twin": None if twin is None else twin.head,
     }
-    arrays = {
-        "coefficient": view.coefficient,
-        "turning": view.turning,
-        "cycle_peak": view.cycle_peak,
-        "over_period": view.over_period,
-    }
+    arrays = {name: getattr(view, name) for name in ("coefficient", "turning", "cycle_peak", "over_period")}
     return head, arrays if twin is None else {**arrays, "twin": twin.coefficient}
 
 

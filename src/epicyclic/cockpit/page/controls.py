@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from inspect import isawaitable
 from typing import Any, Literal
 
-from nicegui import Client, background_tasks, events, ui
+from nicegui import background_tasks, events, ui
 from nicegui.element import Element
 from nicegui.elements.mixins.text_element import TextElement
 from nicegui.events import GenericEventArguments
@@ -335,20 +335,6 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
 
 # Beyond a hundred times the operating speed nothing is computed: such a number did not come from the pane.
 _LARGEST_SPEED = 100.0
-
-
-def send(where: Client | Board, packed: bytes) -> None:
-    """Show a packed frame in all panes of a page, in one message.
-
-    Parameters
-    ----------
-    where : any pane of the page, or its client; a client without a pane is left alone.
-    packed : frame as `pack` gives it.
-    """
-    elements = [where] if isinstance(where, Board) else where.elements.values()
-    board = next((element for element in elements if isinstance(element, Board)), None)
-    if board is not None:
-        board.frame(packed)
 
 
 def _text(packed: bytes) -> str:

@@ -15,7 +15,7 @@ from ..computing.job_kinds import JOBS
 from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
 from ..state.frames import QUESTIONS
-from .controls import Board, Words, box, button, hide, prop, refused, send
+from .controls import Board, Words, box, button, hide, prop, refused
 
 OPTIONS: Mapping[str, tuple[str, Mapping[str, Mapping[str, int | float | str]]]] = {
     "contact": ("Show", {"transmission error": {}, "load along the face": {"show": "load"}}),
@@ -46,8 +46,8 @@ class JobBar:
         list_label, choices = OPTIONS.get(name, ("", {}))
         self._options = list(choices.values())
         self._chosen = 0
-        with box("ck-job") as self._bar:
-            self._bar.props["data-job"] = name
+        with box("ck-job") as self.root:
+            self.root.props["data-job"] = name
             self._run = button("Run", lambda: run(name), classes="ck-small ck-main")
             self._cancel = button("Cancel", lambda: cancel(name))
             with box("ck-choice", "label") as self._choices:
@@ -65,10 +65,7 @@ class JobBar:
         hide(self._choices, not choices)
         for control in (self._cancel, self._progress, self._apply):
             hide(control, True)
-        self.hide(True)
-
-    def hide(self, hidden: bool) -> None:
-        hide(self._bar, hidden)
+        hide(self.root, True)
 
     @property
     def options(self) -> Mapping[str, Any]:
@@ -92,7 +89,7 @@ class JobBar:
         self._text.say(self._before if job is None else progress_text(job, rev))
         prop(self._text, "title", self._text.text)
         prop(self._text, "role", "alert" if job is not None and job.status == "failed" else None)
-        prop(self._bar, "data-stale", "true" if job is not None and job.ended and job.rev != rev else None)
+        prop(self.root, "data-stale", "true" if job is not None and job.ended and job.rev != rev else None)
         self._run.say("Run again" if job is not None and job.rev != rev and job.status == "done" else "Run")
         result = {} if job is None or job.rev != rev else result_of(job)
         hide(self._apply, not result.get("apply"))
@@ -309,7 +306,7 @@ class EvidenceTabs:
             prop(tab, "aria-selected", "true" if key == name else "false")
             prop(tab, "tabindex", "0" if key == name else "-1")
         for key, bar in self._bars.items():
-            bar.hide(key != name)
+            hide(bar.root, key != name)
         hide(self._drawn, name == _LIST)
         self._list.hide(name != _LIST)
         if name != _LIST:
@@ -341,7 +338,7 @@ class EvidenceTabs:
             bar.follow(job)
             if job is not None and job.packed is not None and self._sent.get(name) != (job.id, job.rev):
                 self._sent[name] = job.id, job.rev
-                send(self.pane, job.packed)
+                self.pane.frame(job.packed)
             prop(self._tabs[name], "data-busy", "true" if job is not None and not job.ended else None)
         self._list.follow(self.newest)
 

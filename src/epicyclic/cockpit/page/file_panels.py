@@ -500,8 +500,7 @@ class _Row:
         self.tell(words)
 
     def _reset(self) -> None:
-        self.tell("")
-        self._write(self.shown)
+        self._escape()
         self.panel.reset(self.path)
 
 

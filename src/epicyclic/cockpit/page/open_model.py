@@ -14,7 +14,7 @@ from nicegui import events, ui
 
 from ...document.document import MAX_BYTES, drive_titles
 from ...errors import ModelError
-from ...rexs.file import is_rexs_name
+from ...rexs.file import HEADINGS, is_rexs_name
 from ..processes.session import Session
 from ..state.state import PageState, file_name_of, opened, uploaded
 from .controls import heard, icon_button, literal, on_key, plain_button, refused, rename, show_model, window
@@ -49,11 +49,7 @@ async def recent_files() -> list[str]:
     return [path for path in paths if isinstance(path, str)][:_MOST_RECENT] if isinstance(paths, list) else []
 
 
-_HEADINGS = {
-    "assumed": "Assumed, as the file does not say it",
-    "dropped": "Dropped, as the model has no place for it",
-    "read": "Read from the file",
-}
+_HEADINGS = {kind: HEADINGS[kind] for kind in ("assumed", "dropped", "read")}
 _COLUMNS = [
     {"name": "what", "label": "in the file", "field": "what", "align": "left"},
     {"name": "became", "label": "in the model", "field": "became", "align": "left"},
@@ -120,7 +116,12 @@ def open_button(session: Session) -> Callable[[], Awaitable[None]]:
         paths = await recent_files()
         if not dialog.is_deleted and paths:
             with recent:
-                _recent(session, dialog, paths)
+                ui.label("Recent").classes("text-subtitle1")
+                with ui.list().props("dense").classes("w-full"):
+                    for path in paths:
+                        take = partial(_take, session, dialog, partial(_at_path, path), path)
+                        with ui.item(on_click=take), ui.item_section():
+                            ui.item_label(path)
 
     plain_button("Open", show, icon="folder_open").props('aria-label="Open a model"')
     return show
@@ -217,14 +218,6 @@ def _at_path(text: str) -> PageState:
     if not path.is_absolute():
         raise ModelError("is no whole path", path=text, allowed="a path from the root on, or from ~")
     return opened(path)
-
-
-def _recent(session: Session, dialog: ui.dialog, paths: list[str]) -> None:
-    ui.label("Recent").classes("text-subtitle1")
-    with ui.list().props("dense").classes("w-full"):
-        for path in paths:
-            with ui.item(on_click=partial(_take, session, dialog, partial(_at_path, path), path)), ui.item_section():
-                ui.item_label(path)
 
 
 # files of the browser -------------------------------------------------------------------------------------------------

@@ -39,7 +39,6 @@ from .controls import (
     hide,
     literal,
     prop,
-    send,
     sentence,
     show_model,
 )
@@ -134,7 +133,8 @@ class LeverControl(Element, component="lever.js"):
         number = self._unstated if stated is None else self._read(stated)
         if number is None or math.isclose(number, self._value, rel_tol=1e-9, abs_tol=1e-300):
             return
-        self._show(number)
+        self._value, self._shows = number, self._shows + 1
+        prop(self, "shown", [self._shows, number])
 
     def refuse(self, failed: Mapping[str, Any] | None) -> bool:
         """Show the message of a failed state that is about this lever; whether it is."""
@@ -202,10 +202,6 @@ class LeverControl(Element, component="lever.js"):
         if state is not None:
             self._value = math.nan
             self._ask(file_value(state, self.path), released=True)
-
-    def _show(self, value: float) -> None:
-        self._value, self._shows = value, self._shows + 1
-        prop(self, "shown", [self._shows, value])
 
     def _tell(self, text: str) -> None:
         prop(self, "message", text)
@@ -348,7 +344,7 @@ class _Page:
 
     def frame(self, packed: bytes, frame: PageFrame) -> None:
         """Show a frame; the panes first, since they are what moves under a lever."""
-        send(self._train, packed)
+        self._train.frame(packed)
         self._shown_rev = max(self._shown_rev, frame.rev)
         self._draw_late(False)
         if not self._head:
@@ -374,8 +370,20 @@ class _Page:
         self._show_busy()
         if self._shown_rev and self._timer is None:
             self._watch()
-        self._show_empty(begun=session.rev > 0)
-        self._show_pinned()
+        # the ways to a model, where there is none; they are built when they are first seen
+        is_empty = session.rev > 0 and session.state is None
+        if is_empty and self._empty is None:
+            with self._root:
+                self._empty = empty_page(session, self._header)
+        if self._empty is not None:
+            hide(self._empty, not is_empty)
+        prop(self._root, "data-empty", "true" if is_empty else None)
+        prop(self._root, "data-starting", None if session.rev > 0 else "true")
+        if session.pinned_packed != self._pinned:  # A is drawn dashed; its frames may come one after another
+            self._pinned = dict(session.pinned_packed)
+            self._train.ghost(None)
+            for packed in self._pinned.values():
+                self._train.ghost(packed)
         self.jobs(session)
 
     def _watch(self) -> None:
@@ -422,32 +430,11 @@ class _Page:
         self._evidence.follow()
         self._answers.jobs(self._evidence.newest)
 
-    def _show_pinned(self) -> None:
-        """Draw A dashed; its frames may come one after another."""
-        frames = dict(self._session.pinned_packed)
-        if frames == self._pinned:
-            return
-        self._pinned = frames
-        self._train.ghost(None)
-        for packed in frames.values():
-            self._train.ghost(packed)
-
     def _show_busy(self) -> None:
         """A line runs over the page while everything of a released state is computed; a drag needs none."""
         session = self._session
         busy = session.busy and session.rev == session.released_rev
         prop(self._root, "data-busy", "true" if busy else None)
-
-    def _show_empty(self, *, begun: bool) -> None:
-        """The ways to a model, where there is none; they are built when they are first seen."""
-        is_empty = begun and self._session.state is None
-        if is_empty and self._empty is None:
-            with self._root:
-                self._empty = empty_page(self._session, self._header)
-        if self._empty is not None:
-            hide(self._empty, not is_empty)
-        prop(self._root, "data-empty", "true" if is_empty else None)
-        prop(self._root, "data-starting", None if begun else "true")
 
 
 # tabs -----------------------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from typing import Any
 
 from nicegui import background_tasks, ui
 
-from ...document.tables import PlainTable, value_at
+from ...document.tables import PlainTable, merge, nested, value_at
 from ...document.writer import commented_text
 from ...errors import ModelError
 from ...train.new_train import HELD, KINDS, MEMBERS, new_train
@@ -189,12 +189,7 @@ def _with_values(document: Mapping[str, Any], values: Mapping[str, object]) -> P
     """The document with values put in, and without the reasons of those they replace."""
     changed: PlainTable = {**document, "assumed": {k: v for k, v in document["assumed"].items() if k not in values}}
     for path, value in values.items():
-        *above, last = path.split(".")
-        table = changed
-        for key in above:
-            table[key] = dict(table[key])
-            table = table[key]
-        table[last] = value
+        changed = merge(changed, nested(tuple(path.split(".")), value))
     return changed
 
 
@@ -252,8 +247,28 @@ class _Wizard:
         with window("New train", width=1000, stays=True) as self.window:
             with ui.row().classes("w-full no-wrap items-start q-col-gutter-md"):
                 with ui.column().classes("q-gutter-none").style("flex: 3; min-width: 0"):
-                    self._train_fields()
-                    self._load_fields()
+                    with ui.row().classes("w-full items-start"):
+                        self._choice("kind", {kind: kind for kind in KINDS}, "planetary")
+                        self._text("planets", "3")
+                        self._choice("held", {}, None)
+                        self._choice("driver", {}, None)
+                    with ui.row().classes("w-full items-start"):
+                        self._choice("by", {"teeth": "by their teeth", "ratio": "from a ratio"}, "teeth")
+                        self._text("teeth")
+                        self._text("ratio")
+                    self.proposals = ui.row().classes("w-full items-center q-gutter-xs")
+                    with ui.row().classes("w-full items-start"):
+                        for name in ("module", "face_width", "helix_angle", "pressure_angle"):
+                            self._text(name)
+                    with ui.row().classes("w-full items-start"):
+                        self._text("speed")
+                        for member in MEMBERS:
+                            self._text(f"speed.{member}")
+                        self._choice("load", {"power": "power", "torque": "torque"}, "power")
+                        self._choice("load_member", {member: member for member in MEMBERS}, "sun")
+                        self._text("power")
+                        self._text("torque")
+                    self._text("title").classes("w-full").style("flex: none")
                     words = "Damping, bearings, carrier: by rules unless said here"
                     with ui.expansion(words).classes("w-full").props("dense"), ui.grid(columns=2).classes("w-full"):
                         for path in BESIDE:
@@ -269,32 +284,6 @@ class _Wizard:
                 self.create = plain_button("Create", self._create, main=True)
         self.built = True
         self._rearrange()
-
-    def _train_fields(self) -> None:
-        with ui.row().classes("w-full items-start"):
-            self._choice("kind", {kind: kind for kind in KINDS}, "planetary")
-            self._text("planets", "3")
-            self._choice("held", {}, None)
-            self._choice("driver", {}, None)
-        with ui.row().classes("w-full items-start"):
-            self._choice("by", {"teeth": "by their teeth", "ratio": "from a ratio"}, "teeth")
-            self._text("teeth")
-            self._text("ratio")
-        self.proposals = ui.row().classes("w-full items-center q-gutter-xs")
-        with ui.row().classes("w-full items-start"):
-            for name in ("module", "face_width", "helix_angle", "pressure_angle"):
-                self._text(name)
-
-    def _load_fields(self) -> None:
-        with ui.row().classes("w-full items-start"):
-            self._text("speed")
-            for member in MEMBERS:
-                self._text(f"speed.{member}")
-            self._choice("load", {"power": "power", "torque": "torque"}, "power")
-            self._choice("load_member", {member: member for member in MEMBERS}, "sun")
-            self._text("power")
-            self._text("torque")
-        self._text("title").classes("w-full").style("flex: none")
 
     def _text(self, name: str, value: str = "") -> ui.input:
         label, unit = _FIELDS[name]

@@ -153,8 +153,6 @@ def kill_group(process: SpawnProcess) -> None:
     with suppress(ProcessLookupError, PermissionError):
         if hasattr(os, "killpg"):
             os.killpg(process.pid, signal.SIGKILL)
-        else:
-            process.kill()
     with suppress(OSError, ValueError):
         process.kill()
 

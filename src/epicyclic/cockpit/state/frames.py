@@ -112,7 +112,7 @@ def unpack(data: bytes) -> PageFrame:
 
 def _plain(value: object) -> Any:
     """A value as JSON has it: numpy's numbers and arrays as numbers and lists, nan and infinity as null."""
-    if value is None or isinstance(value, str | bool):
+    if value is None or isinstance(value, str | int):
         return value
     if isinstance(value, Mapping):
         return {str(key): _plain(one) for key, one in value.items()}
@@ -122,8 +122,6 @@ def _plain(value: object) -> Any:
         return _plain(value.tolist())
     if isinstance(value, float):
         return value if math.isfinite(value) else None
-    if isinstance(value, int):
-        return value
     raise TypeError(f"{type(value).__name__} in the head of a frame")
 
 
