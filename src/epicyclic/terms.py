@@ -79,8 +79,7 @@ WORDS: dict[str, tuple[str, str]] = {
 
 def word_of(word: str) -> list[Explanation]:
     """What a word of a table means; its case does not count.  Empty where it is none."""
-    known = {name.casefold(): name for name in WORDS}
-    name = known.get(word.casefold())
+    name = next((name for name in WORDS if name.casefold() == word.casefold()), None)
     if name is None:
         return []
     meaning, page = WORDS[name]

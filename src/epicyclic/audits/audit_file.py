@@ -336,7 +336,14 @@ def _problems(row: Row) -> Iterator[tuple[str, str]]:
     runs = set(row.ours.runs()) if row.ours else set()
     if len(runs) != 1 and any(reading.run for reading in row.readings):
         yield "a reading names a run, but ours of the row is not computed from one", "ours = { ... } in the reading"
-    yield from _number_problems(row)
+    if row.verdict in ("reproduced", "under a reading"):  # what a claimed number lacks to be checked
+        tried = [one for one in attempts(row) if one.ours is not None]
+        if not tried or (row.verdict == "reproduced" and row.ours is None):
+            yield f"{row.verdict}, but nothing is computed", "ours = { run = ..., take = ... }"
+        if isinstance(row.published, str) and claim_of(row.published) is None:
+            yield "a text cannot be checked", 'a number, "> 0", "0.2 .. 0.3"'
+        if not isinstance(row.published, str) and any(one.tolerance is None and one.relative is None for one in tried):
+            yield "no tolerance", "tolerance (in the unit of the row) or relative, and because"
     bounds = row.tolerance is not None or row.relative is not None
     if row.tolerance is not None and row.relative is not None:
         yield "both tolerance and relative", "one of them"
@@ -361,19 +368,6 @@ def _problems(row: Row) -> Iterator[tuple[str, str]]:
     texts = [row.reading or AS_PRINTED, *(reading.reading for reading in row.readings)]
     if len(set(texts)) < len(texts):
         yield "two readings of the same text", "one text each"
-
-
-def _number_problems(row: Row) -> Iterator[tuple[str, str]]:
-    """What a claimed number lacks to be checked: problem, and what is allowed."""
-    if row.verdict not in ("reproduced", "under a reading"):
-        return
-    tried = [one for one in attempts(row) if one.ours is not None]
-    if not tried or (row.verdict == "reproduced" and row.ours is None):
-        yield f"{row.verdict}, but nothing is computed", "ours = { run = ..., take = ... }"
-    if isinstance(row.published, str) and claim_of(row.published) is None:
-        yield "a text cannot be checked", 'a number, "> 0", "0.2 .. 0.3"'
-    if not isinstance(row.published, str) and any(one.tolerance is None and one.relative is None for one in tried):
-        yield "no tolerance", "tolerance (in the unit of the row) or relative, and because"
 
 
 AUDITED = ".audit.toml"

@@ -498,19 +498,6 @@ def _added_gear(draft: Draft, shaft: ShaftPart, part: GearPart, flank: Flank) ->
     kind = "ring_gear" if gear.internal else "cylindrical_gear"
     number = draft.add(kind, name, attributes, within=shaft.number)
     draft.relate("reference", origin=number, referenced=_material(draft, body))
-    _check_form(draft, gear, path)
-    profile: Attributes = {
-        "normal_pressure_angle": in_unit(gear.pressure_angle, "deg"),
-        "addendum_modification_coefficient": (gear.profile_shift, "none"),
-    }
-    left, right = (draft.add("cylindrical_gear_flank", f"{name} {end} flank", profile) for end in ("left", "right"))
-    draft.relate("flank", gear=number, left=left, right=right)
-    _add_modifications(draft, flank, gear, path, (left, right))
-    return number
-
-
-def _check_form(draft: Draft, gear: GearData, path: str) -> None:
-    """Note a base radius that teeth, module and angles do not give, and a face width that is missing."""
     transverse = math.atan(math.tan(gear.pressure_angle) / math.cos(gear.helix_angle))
     base = gear.module * gear.teeth / math.cos(gear.helix_angle) * math.cos(transverse) / 2
     # the bound is far above rounding and far below any tolerance of a base circle
@@ -519,6 +506,14 @@ def _check_form(draft: Draft, gear: GearData, path: str) -> None:
         draft.drop(f"{path}.base_radius", text)
     if gear.face_width is None:
         draft.drop(f"{path}.face_width", "not in the model: the file has none either, and no mesh stiffness")
+    profile: Attributes = {
+        "normal_pressure_angle": in_unit(gear.pressure_angle, "deg"),
+        "addendum_modification_coefficient": (gear.profile_shift, "none"),
+    }
+    left, right = (draft.add("cylindrical_gear_flank", f"{name} {end} flank", profile) for end in ("left", "right"))
+    draft.relate("flank", gear=number, left=left, right=right)
+    _add_modifications(draft, flank, gear, path, (left, right))
+    return number
 
 
 def _add_modifications(draft: Draft, flank: Flank, gear: GearData, path: str, sides: tuple[int, int]) -> None:

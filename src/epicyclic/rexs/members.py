@@ -302,7 +302,10 @@ def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
 
     pin_radius : distance of the planet axes from that of the stage [m].
     """
-    parts = [part for part in _bodies(unit, member) if unit.view.components[part].type in ("shaft", "side_plate")]
+    own = list(member.parts)
+    if not unit.held(member) and unit.sharing(member)[0] == member:  # and what is rigidly joined and no member's own
+        own += dict.fromkeys(other for part in member.parts for other in unit.loose.get(unit.rigid.root(part), ()))
+    parts = [part for part in own if unit.view.components[part].type in ("shaft", "side_plate")]
     if member.kind == "planet":
         parts = [member.parts[0]]
         for shaft in member.parts[1:]:
@@ -352,14 +355,6 @@ def body_tables(unit: GearUnit) -> Table:
 def is_lumped(unit: GearUnit, shaft: int) -> bool:
     """Whether a shaft has no sections but additional masses, which are then all of its mass."""
     return not _stretches(unit, shaft) and bool(unit.view.parts(shaft, "additional_mass"))
-
-
-def _bodies(unit: GearUnit, member: StageMember) -> list[int]:
-    """Parts that belong to a member: its own, and what is rigidly joined and no member's own."""
-    if unit.held(member) or unit.sharing(member)[0] != member:
-        return list(member.parts)
-    joined = dict.fromkeys(other for part in member.parts for other in unit.loose.get(unit.rigid.root(part), ()))
-    return [*member.parts, *joined]
 
 
 def _density(unit: GearUnit, part: int) -> float:

@@ -162,7 +162,22 @@ def _live_set(request: Request) -> tuple[_Model, _Parts]:
         meshes=mesh_labels(train),
         axis=speed_axis(train),
     )
-    parts = _live_parts(model)
+    system, relative_speed, missing = model.system, request.relative_speed, list[_Missing]()
+    modes = _attempt(
+        "modes", "modes", lambda: mode_view(train, system, model.labels, relative_speed=relative_speed), missing
+    )
+    shared = _attempt("sharing", "load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
+    twin = errors = curves = None
+    if shared is not None:
+        twin = twin_of(train, shared)
+        errors = _attempt("errors", "share of the errors", lambda: error_view(train, system), missing)
+    ready = _attempt("sweep", "forces over speed", lambda: speed_model(system), missing)
+    if ready is not None:
+        effort = efforts(ready)[0]
+        curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, effort), missing)
+    parts = _Parts(
+        modes=modes, sharing=shared, twin=twin, errors=errors, ready=ready, curves=curves, missing=tuple(missing)
+    )
     _newest = same, model, parts
     return model, parts
 
@@ -177,27 +192,6 @@ def _attempt(pane: str, what: str, compute_it: Callable[[], Found], missing: lis
     except _NOT_COMPUTED as error:
         missing.append(_Missing(pane, f"no {what}: {error}", ""))
     return None
-
-
-def _live_parts(model: _Model) -> _Parts:
-    """The live set."""
-    train, system, missing = model.train, model.system, list[_Missing]()
-    relative_speed = model.request.relative_speed
-    modes = _attempt(
-        "modes", "modes", lambda: mode_view(train, system, model.labels, relative_speed=relative_speed), missing
-    )
-    shared = _attempt("sharing", "load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
-    twin = errors = curves = None
-    if shared is not None:
-        twin = twin_of(train, shared)
-        errors = _attempt("errors", "share of the errors", lambda: error_view(train, system), missing)
-    ready = _attempt("sweep", "forces over speed", lambda: speed_model(system), missing)
-    if ready is not None:
-        effort = efforts(ready)[0]
-        curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, effort), missing)
-    return _Parts(
-        modes=modes, sharing=shared, twin=twin, errors=errors, ready=ready, curves=curves, missing=tuple(missing)
-    )
 
 
 def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:

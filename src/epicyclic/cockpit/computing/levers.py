@@ -351,11 +351,8 @@ def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tup
         if candidates[i].kind not in [candidates[k].kind for k in chosen]:
             chosen.append(i)
     # the places that are left go to those that move most
-    for i in ranked:
-        if len(chosen) >= _MOST:
-            break
-        if i not in chosen and effects[i].size > 0:
-            chosen.append(i)
+    moving = [i for i in ranked if i not in chosen and effects[i].size > 0]
+    chosen += moving[: _MOST - len(chosen)]
     levers = []
     for i in sorted(chosen):
         lever = _lever(candidates[i], effects[i])

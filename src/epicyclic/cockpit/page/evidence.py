@@ -3,7 +3,7 @@ the modes as a list, a tab for each job with its options, a list of all jobs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -381,8 +381,19 @@ class AnswersPane:
     def follow(self, head: Mapping[str, Any], *, moving: bool) -> None:
         """Show the answers and checks of a frame that brings some.  moving : a lever is held, nothing is read out."""
         prop(self._list, "aria-busy", "true" if moving else "false")
-        if "checks" in head:
-            self._follow_checks(head["checks"])
+        bad = [str(check["text"]) for check in head.get("checks", ()) if check.get("level") == "bad"]
+        if "checks" in head and bad != self._told:
+            self._told = bad
+            texts, others = bad[:_MOST_CHECKS], len(bad) - _MOST_CHECKS
+            if others > 0:
+                texts.append(f"{others} more checks fail: see the warnings above")
+            self._checks.clear()
+            with self._checks:
+                for text in texts:
+                    with box("ck-answer ck-check") as failing:
+                        failing.props.update({"data-check": "", "title": text})
+                        Words(text="✗", classes="ck-mark bad").props.update({"aria-label": "fails", "role": "img"})
+                        Words(text=text, classes="ck-answer-text")
         for answer in head.get("answers") or ():
             if (line := self._lines.get(str(answer["key"]))) is not None:
                 line.follow(answer, self._session.rev)
@@ -391,22 +402,6 @@ class AnswersPane:
         """Show how far the jobs are that an answer waits for."""
         for line in self._lines.values():
             line.follow_jobs(newest, self._session.rev)
-
-    def _follow_checks(self, checks: Sequence[Mapping[str, Any]]) -> None:
-        bad = [str(check["text"]) for check in checks if check.get("level") == "bad"]
-        if bad == self._told:
-            return
-        self._told = bad
-        texts, others = bad[:_MOST_CHECKS], len(bad) - _MOST_CHECKS
-        if others > 0:
-            texts.append(f"{others} more checks fail: see the warnings above")
-        self._checks.clear()
-        with self._checks:
-            for text in texts:
-                with box("ck-answer ck-check") as line:
-                    line.props.update({"data-check": "", "title": text})
-                    Words(text="✗", classes="ck-mark bad").props.update({"aria-label": "fails", "role": "img"})
-                    Words(text=text, classes="ck-answer-text")
 
     def apply(self, values: Mapping[str, Any], label: str) -> None:
         try:
@@ -462,7 +457,21 @@ class _Line:
                     break
         if answer != self._answer:
             self._answer = answer
-            self._show_answer()
+            level = str(answer.get("level"))
+            mark, words = _MARKS.get(level, _MARKS["none"])
+            self._mark.say(mark)
+            prop(self._mark, "aria-label", words)
+            others = [mark for mark in _MARKS if mark != level and mark in self._mark.classes]
+            if others or level not in self._mark.classes:
+                self._mark.classes(add=level, remove=" ".join(others))
+            self._figure.say(str(answer.get("figure") or ""))
+            self._text.classes(remove="ck-pale")
+            self._apply.say(str(answer.get("apply_label") or "Apply"))
+            hide(self._apply, not answer.get("apply"))
+            for name in ("aria-label", "title"):
+                prop(self._job, name, f"Compute {answer.get('job') or ''}")
+            prop(self._evidence, "aria-label", f"Show {answer.get('evidence') or ''}")
+            prop(self._row, "data-stale", "true" if answer.get("stale") else None)
         hide(self._job, not answer.get("job") or runs or by_job)
         hide(self._cancel, not runs)
         hide(self._evidence, not answer.get("evidence") or (bool(answer.get("job")) and not done))
@@ -474,24 +483,6 @@ class _Line:
                 text = progress_text(job, rev)
         self._text.say(text)
         prop(self._words, "title", f"{self._answer.get('question') or ''} {text}".strip())
-
-    def _show_answer(self) -> None:
-        answer = self._answer
-        level = str(answer.get("level"))
-        mark, words = _MARKS.get(level, _MARKS["none"])
-        self._mark.say(mark)
-        prop(self._mark, "aria-label", words)
-        others = [mark for mark in _MARKS if mark != level and mark in self._mark.classes]
-        if others or level not in self._mark.classes:
-            self._mark.classes(add=level, remove=" ".join(others))
-        self._figure.say(str(answer.get("figure") or ""))
-        self._text.classes(remove="ck-pale")
-        self._apply.say(str(answer.get("apply_label") or "Apply"))
-        hide(self._apply, not answer.get("apply"))
-        for name in ("aria-label", "title"):
-            prop(self._job, name, f"Compute {answer.get('job') or ''}")
-        prop(self._evidence, "aria-label", f"Show {answer.get('evidence') or ''}")
-        prop(self._row, "data-stale", "true" if answer.get("stale") else None)
 
     def _on_apply(self) -> None:
         values = self._answer.get("apply")
