@@ -376,7 +376,7 @@ def test_random_places_of_the_errors_of_the_stars() -> None:
 
 
 def test_bearings_even_out_run_outs_that_point_anywhere() -> None:
-    """Sixty draws of the directions of five run-outs: 1.006 to 1.031 on bearings of 3e7 N/m; of ten 2.24 on rigid stars.
+    """Sixty draws of the directions of five run-outs: 1.006 to 1.031 on bearings of 3e7 N/m; of ten 2.24 on rigid ones.
 
     On rigid stars no direction matters: every draw says the same.
     """
