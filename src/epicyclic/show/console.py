@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.text import Text
 
-from ..results.ties import largest
+from ..results.dataset import largest
 from ..warning_codes import code_of
 from .elements import Table, number, shown_columns
 from .views import brief_of, tables_of

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..results.ties import largest
+from ..results.dataset import largest
 from .elements import Details, Listing, Part, Section, Table
 from .series import engineering, of_first_stage, own_tones, texts
 

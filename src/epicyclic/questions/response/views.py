@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...results.ties import first_largest, largest
+from ...results.dataset import first_largest, largest
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import engineering, of_first_stage, own_tones, split_name, stage_count, texts, unbroken
 from ...show.tables import (

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...results.ties import largest
+from ...results.dataset import largest
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
 from ...show.tables import force_table

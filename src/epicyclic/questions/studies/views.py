@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...results.ties import largest
+from ...results.dataset import largest
 from ...show.elements import Company, Drawing, KeyFigure, Part, Section, Table, number
 from ...show.series import texts
 from ...show.tables import ComparedRow, compared_rows, letters, percent, shown

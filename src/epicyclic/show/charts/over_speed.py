@@ -16,7 +16,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...results.ties import EQUAL, largest, ranked
+from ...results.dataset import EQUAL, largest, ranked
 from ..series import (
     Array,
     Series,

@@ -13,7 +13,7 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ...results.ties import ranked
+from ...results.dataset import ranked
 from ..series import (
     Array,
     by_panel,
