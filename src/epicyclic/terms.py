@@ -213,20 +213,6 @@ def _figure(word: str) -> list[Explanation]:
     ]
 
 
-_LABELS = {
-    "meaning": "meaning",
-    "unit": "unit",
-    "default": "default",
-    "allowed": "allowed",
-    "example": "example",
-    "dims": "dims",
-    "given_by": "given by",
-    "cure": "cure",
-    "options": "options",
-    "page": "page",
-}
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Explanation:
     """One word explained; what it has not is empty.
@@ -255,8 +241,8 @@ class Explanation:
 
     def rows(self) -> dict[str, str]:
         """Label -> text, in the order to read them, without kind and name."""
-        own = self.as_dict()
-        return {label: own[name] for name, label in _LABELS.items() if name in own}
+        texts = self.as_dict().items()
+        return {name.replace("_", " "): text for name, text in texts if name not in ("kind", "name")}
 
     def __str__(self) -> str:
         rows = self.rows()
@@ -264,8 +250,7 @@ class Explanation:
         lines = (f"  {label:{width}}  {text}" for label, text in rows.items())
         return "\n".join([f"{self.name} ({self.kind})", *lines])
 
-    def __repr__(self) -> str:
-        return str(self)
+    __repr__ = __str__
 
 
 Schema = Mapping[str, Any]
@@ -304,7 +289,8 @@ _EXAMPLES = {
 
 
 @cache
-def _schema() -> Schema:
+def schema() -> Schema:
+    """The JSON Schema of the model file."""
     return json_schema()
 
 
@@ -322,29 +308,28 @@ def _nodes() -> Mapping[Path, Schema]:
                 if not set(reference) & set(above):
                     visit(entry, own, (*above, *reference))
 
-    visit(_schema(), (), ())
+    visit(schema(), (), ())
     return found
 
 
 def _references(node: Schema) -> Iterator[str]:
     """Definitions of tables that a node refers to; texts hold no keys."""
     for form in (node, *node.get("anyOf", ())):
-        if "$ref" in form and _schema()["$defs"][form["$ref"].rpartition("/")[2]].get("type") != "string":
+        if "$ref" in form and schema()["$defs"][form["$ref"].rpartition("/")[2]].get("type") != "string":
             yield form["$ref"]
 
 
-def _forms(node: Schema) -> Iterator[Schema]:
+def forms_of(node: Schema) -> Iterator[Schema]:
     """What a node may be, references followed."""
     for form in (node, *node.get("anyOf", ())):
-        target = _schema()["$defs"][form["$ref"].rpartition("/")[2]] if "$ref" in form else None
-        if target is None:
-            yield form
+        if "$ref" in form:
+            yield from forms_of(schema()["$defs"][form["$ref"].rpartition("/")[2]])
         else:
-            yield from _forms(target)
+            yield form
 
 
 def _children(node: Schema) -> Iterator[tuple[str, Schema]]:
-    for form in _forms(node):
+    for form in forms_of(node):
         yield from form.get("properties", {}).items()
         if isinstance(form.get("additionalProperties"), dict):
             yield ANY, form["additionalProperties"]
@@ -371,7 +356,7 @@ def _whole(words: Path, *, within: int = 0) -> list[Path]:
     within : words that were put before what was typed; what was typed must then hold a key of its own.
     """
     matches = [path for path in _ending(words[-1]) if len(path) == len(words) and all(map(_fits, path, words))]
-    good = [path for path in matches if not _mistyped(path, words) and (not within or _named(path[within:]))]
+    good = [path for path in matches if not _mistyped(path, words) and (not within or path[-1] != ANY)]
     least = min((path.count(ANY) for path in good), default=0)
     return [path for path in good if path.count(ANY) == least]
 
@@ -388,11 +373,6 @@ def _by_last() -> Mapping[str, tuple[Path, ...]]:
 def _ending(word: str) -> tuple[Path, ...]:
     """Paths whose last word fits."""
     return tuple(_nodes()) if word == ANY else (*_by_last().get(word, ()), *_by_last()[ANY])
-
-
-def _named(path: Path) -> bool:
-    """Whether the last word is a key, not a name of the user's."""
-    return path[-1] != ANY
 
 
 def _fits(own: str, word: str) -> bool:
@@ -461,25 +441,22 @@ def path_words() -> tuple[str, ...]:
 
 def _explanation(path: Path, words: Path) -> Explanation:
     node = _nodes()[path]
-    meaning, default, unit, span = _described(str(node.get("description") or _table_words(node)))
+    of_table = (form["description"] for form in forms_of(node) if "description" in form)
+    meaning, default, unit, span = _described(str(node.get("description") or next(of_table, "")))
     name, above = _filled(path, words), path[:-1]
     while not meaning and above:  # a value by names of the user's: what its table is
         meaning, above = _described(str(_nodes()[above].get("description", "")))[0], above[:-1]
+    allowed = ", ".join(dict.fromkeys(words for form in forms_of(node) for words in _form_words(form)))
     return Explanation(
         kind="path",
         name=name,
         meaning=meaning,
         unit=unit,
         default=default,
-        allowed=_allowed(node) + (f"; {span}" if span else ""),
+        allowed=allowed + (f"; {span}" if span else ""),
         example=_example(path, name, node, unit),
         page="tolerance.md" if path[0] == "tolerance" else "model-file.md",
     )
-
-
-def _table_words(node: Schema) -> str:
-    """Description of the table that a node is."""
-    return next((str(form["description"]) for form in _forms(node) if "description" in form), "")
 
 
 def _filled(path: Path, words: Path) -> str:
@@ -501,16 +478,8 @@ def _described(text: str) -> tuple[str, str, str, str]:
     return meaning, default, "" if unit == "1" else unit, span[1] if span else ""
 
 
-def _allowed(node: Schema) -> str:
-    """What may stand there, in words."""
-    found: dict[str, None] = {}
-    for form in _forms(node):
-        for words in _form_words(form):
-            found[words] = None
-    return ", ".join(found)
-
-
 def _form_words(form: Schema) -> Iterator[str]:
+    """What may stand there, in words."""
     kind, text = form.get("type"), str(form.get("description", ""))
     if "enum" in form:
         yield from ("0" if word == 0 else f'"{word}"' for word in form["enum"])
@@ -544,11 +513,11 @@ def _example(path: Path, name: str, node: Schema, unit: str) -> str:
             return f"{'.'.join(own)} = {_toml(value)}  (ready drive {drive})"
     shown = ".".join(_NAMES.get(path[:i], "NAME") if word == ANY else word for i, word in enumerate(name.split(".")))
     first = unit.split(", ")[0]
-    words = [word for form in _forms(node) if form.get("type") == "string" for word in form.get("enum", ())]
+    words = [word for form in forms_of(node) if form.get("type") == "string" for word in form.get("enum", ())]
     value = f'"{words[0]}"' if words else _EXAMPLES.get(first, "")
     if first == "m" and path[-1] in _SMALL:
         value = '"20 um"'
-    if not value and any(form.get("type") == "boolean" for form in _forms(node)):
+    if not value and any(form.get("type") == "boolean" for form in forms_of(node)):
         value = "true"
     return f"{shown} = {value}" if value else ""
 

@@ -544,10 +544,6 @@ def _read(result: xr.Dataset, data: xr.DataArray, name: str, *, largest: bool) -
     return xr.DataArray(other.values.reshape(-1)[at]), str(result[name].attrs.get("units", ""))
 
 
-def _first(data: xr.DataArray, dims: list[Any], at: int = 0) -> xr.DataArray:
-    return data.isel({dim: at for dim in dims})
-
-
 _REDUCE: Mapping[str, Callable[[xr.DataArray, list[Any]], xr.DataArray]] = {
     "max": lambda data, dims: data.max(dims, skipna=False),
     "min": lambda data, dims: data.min(dims, skipna=False),
@@ -557,8 +553,8 @@ _REDUCE: Mapping[str, Callable[[xr.DataArray, list[Any]], xr.DataArray]] = {
     "range": lambda data, dims: data.max(dims, skipna=False) - data.min(dims, skipna=False),
     "ratio": lambda data, dims: data.max(dims, skipna=False) / data.min(dims, skipna=False),
     "largest": lambda data, dims: abs(data).max(dims, skipna=False),
-    "first": _first,
-    "last": lambda data, dims: _first(data, dims, -1),
+    "first": lambda data, dims: data.isel(dict.fromkeys(dims, 0)),
+    "last": lambda data, dims: data.isel(dict.fromkeys(dims, -1)),
 }
 
 

@@ -159,8 +159,16 @@ class SourceReading(_Table):
 
     @model_validator(mode="after")
     def _claims_fit(self) -> SourceReading:
-        for problem, allowed in _reading_problems(self):
-            raise ModelError(problem, allowed=allowed)
+        bounds = self.tolerance is not None or self.relative is not None
+        if self.ours is not None and self.run is not None:
+            raise ModelError("both ours and run", allowed="one of them")
+        if self.ours is None and self.run is None and not self.reason:
+            allowed = 'ours = { ... }, run = "NAME", or reason = "why it gives no number"'
+            raise ModelError("no number and no reason", allowed=allowed)
+        if self.tolerance is not None and self.relative is not None:
+            raise ModelError("both tolerance and relative", allowed="one of them")
+        if bounds and not self.because:
+            raise ModelError("a tolerance without its reason", allowed='because = "..."')
         return self
 
 
@@ -256,7 +264,7 @@ class Audit(_Table):
             based_on=None if run.verb or base.verb else run.based_on,
         )
 
-    def fitted(self, row: Row | Attempt) -> bool:
+    def fitted(self, row: Attempt) -> bool:
         """Whether `ours` of a row or of an attempt rests on a fitted parameter, its own or one of its runs'."""
         return row.fitted or any(self.resolved(name).fitted for name in (row.ours.runs() if row.ours else ()))
 
@@ -279,49 +287,20 @@ class Audit(_Table):
             )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Attempt:
-    """One number of ours for a row: its own, or that of a reading.  ours : None where it gives no number.
-
-    reading, reason, because : texts, as in the file.
-    tolerance [unit of the row] or relative : None where there is none.
-    """
-
-    reading: str
-    ours: Value | None
-    tolerance: float | None
-    relative: float | None
-    because: str
-    reason: str
-    fitted: bool
+Attempt = Row | SourceReading
+"""One number of ours for a row: its own, or that of a reading, with the tolerance that holds for it."""
 
 
 def attempts(row: Row) -> tuple[Attempt, ...]:
     """The row's own number if it has one, then those of its readings, with their own tolerance or that of the row."""
-    own = Attempt(
-        reading=row.reading or AS_PRINTED,
-        ours=row.ours,
-        tolerance=row.tolerance,
-        relative=row.relative,
-        because=row.because,
-        reason=row.reason,
-        fitted=row.fitted,
-    )
-    tried = [] if row.ours is None and row.readings else [own]
+    own = row.model_copy(update={"reading": row.reading or AS_PRINTED})
+    tried: list[Attempt] = [] if row.ours is None and row.readings else [own]
     for one in row.readings:
         bounds = one if one.tolerance is not None or one.relative is not None else row
-        ours = row.ours.with_run(one.run) if one.run is not None and row.ours is not None else one.ours
-        tried.append(
-            Attempt(
-                reading=one.reading,
-                ours=ours,
-                tolerance=bounds.tolerance,
-                relative=bounds.relative,
-                because=bounds.because,
-                reason=one.reason,
-                fitted=one.fitted,
-            )
-        )
+        changed: dict[str, Any] = {name: getattr(bounds, name) for name in ("tolerance", "relative", "because")}
+        if one.run is not None and row.ours is not None:
+            changed["ours"] = row.ours.with_run(one.run)
+        tried.append(one.model_copy(update=changed))
     return tuple(tried)
 
 
@@ -399,18 +378,6 @@ def _number_problems(row: Row) -> Iterator[tuple[str, str]]:
         yield "a text cannot be checked", 'a number, "> 0", "0.2 .. 0.3"'
     if not isinstance(row.published, str) and any(one.tolerance is None and one.relative is None for one in tried):
         yield "no tolerance", "tolerance (in the unit of the row) or relative, and because"
-
-
-def _reading_problems(reading: SourceReading) -> Iterator[tuple[str, str]]:
-    """Contradictions within a reading: problem, and what is allowed."""
-    if reading.ours is not None and reading.run is not None:
-        yield "both ours and run", "one of them"
-    if reading.ours is None and reading.run is None and not reading.reason:
-        yield "no number and no reason", 'ours = { ... }, run = "NAME", or reason = "why it gives no number"'
-    if reading.tolerance is not None and reading.relative is not None:
-        yield "both tolerance and relative", "one of them"
-    if (reading.tolerance is not None or reading.relative is not None) and not reading.because:
-        yield "a tolerance without its reason", 'because = "..."'
 
 
 AUDITED = ".audit.toml"

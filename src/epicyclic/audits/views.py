@@ -109,7 +109,8 @@ def _records(part: xr.Dataset, along: str) -> list[dict[str, Any]]:
 def _rows(part: xr.Dataset, title: str, note: str) -> Table:
     """Table of a drive: every row, and below it what was tried."""
     remarks: dict[str, int] = {}
-    attempts = [_as_row(attempt) for attempt in _records(part, "attempt")]
+    # an attempt by the names of a row
+    attempts = [{name.removeprefix(_ATTEMPT): v for name, v in one.items()} for one in _records(part, "attempt")]
     lines = []
     for at, row in zip(part["row"].values, _records(part, "row"), strict=True):
         tried = [attempt for attempt in attempts if attempt["row"] == at]
@@ -120,19 +121,14 @@ def _rows(part: xr.Dataset, title: str, note: str) -> Table:
     return Table(title=title, columns=columns, lead=" ".join(note.split()), notes=tuple(remarks))
 
 
-def _as_row(attempt: dict[str, Any]) -> dict[str, Any]:
-    """An attempt by the names of a row."""
-    return {name.removeprefix(_ATTEMPT): value for name, value in attempt.items()}
-
-
 def _cells(row: dict[str, Any], tried: Sequence[dict[str, Any]], remarks: dict[str, int]) -> tuple[Any, ...]:
     """Cells of a row; tried : what was tried for it, whose texts stand below."""
-    published = str(row["published_text"]) + _unit(str(row["published_unit"]))
+    unit = "" if row["published_unit"] == "1" else f" {row['published_unit']}"
     texts = {name: row.get(name, "") for name in _REMARKS if not (tried and name == "reading")}
     return (
         str(row["quantity"]),
         str(row["place"]),
-        published,
+        f"{row['published_text']}{unit}",
         float(row["ours"]),
         float(f"{row['difference']:.2g}"),
         _verdict(row, len(tried)),
@@ -154,10 +150,6 @@ def _attempt_cells(attempt: dict[str, Any], row: dict[str, Any], remarks: dict[s
         Styled(text=outcome, tone=tone),
         _remarks(texts, remarks),
     )
-
-
-def _unit(text: str) -> str:
-    return "" if text == "1" else f" {text}"
 
 
 def _verdict(row: dict[str, Any], tried: int) -> Styled:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +16,9 @@ from tomlkit.exceptions import TOMLKitError
 from ...document.document import read
 from ...document.overrides import layer_of, parse_setting, replace_alternatives, stepwise
 from ...document.tables import PlainTable, merge, split_path, union, value_at, value_text
-from ...document.writer import commented_text, json_schema
+from ...document.writer import commented_text
 from ...errors import ModelError
-from ...terms import Explanation, explained_paths
+from ...terms import Explanation, Schema, explained_paths, forms_of, schema
 from .state import Keys, PageState, keyed, request_of, spelling_of, tables_of
 
 # Rounds of writing what still differs from the aim: the first writes the overrides, the second what follows from them
@@ -216,7 +216,6 @@ def _replaced(table: Any, key: str, value: object) -> bool:
 
 # fields ---------------------------------------------------------------------------------------------------------------
 
-Schema = Mapping[str, Any]
 # The version of the format, which nobody sets by hand; tables that say why, not what; tables whose keys are texts of
 # distributions, which no path names.
 _LEFT_OUT = ("format", "assumed", "tolerance.cost", "tolerance.correlation")
@@ -286,28 +285,14 @@ def _unfolded(table: Mapping[str, Any]) -> PlainTable:
 # the schema -----------------------------------------------------------------------------------------------------------
 
 
-@cache
-def _schema() -> Schema:
-    return json_schema()
-
-
-def _forms(node: Schema) -> Iterator[Schema]:
-    """What a node may be, references followed."""
-    for form in (node, *node.get("anyOf", ())):
-        if "$ref" in form:
-            yield from _forms(_schema()["$defs"][form["$ref"].rpartition("/")[2]])
-        else:
-            yield form
-
-
 def _children(node: Schema) -> dict[str, Schema]:
     """Keys of a table with a meaning of their own."""
-    return {key: entry for form in _forms(node) for key, entry in form.get("properties", {}).items()}
+    return {key: entry for form in forms_of(node) for key, entry in form.get("properties", {}).items()}
 
 
 def _named(node: Schema) -> Schema | None:
     """What stands behind a name of the user's; None where there is none."""
-    inner = (form.get("additionalProperties") for form in _forms(node))
+    inner = (form.get("additionalProperties") for form in forms_of(node))
     return next((schema for schema in inner if isinstance(schema, dict)), None)
 
 
@@ -315,18 +300,14 @@ def _is_leaf(node: Schema) -> bool:
     """Whether a value that is no table may stand there."""
     return any(
         form.get("type") in ("string", "number", "integer", "boolean", "array") or "enum" in form or "const" in form
-        for form in _forms(node)
+        for form in forms_of(node)
     )
-
-
-def _is_table(node: Schema) -> bool:
-    return _named(node) is not None or any("properties" in form for form in _forms(node))
 
 
 def _choices(node: Schema) -> tuple[str, ...]:
     """Words that may stand there, where nothing but words and truth values may."""
     words: dict[str, None] = {}
-    for form in _forms(node):
+    for form in forms_of(node):
         if form.get("type") == "boolean":
             words |= {"true": None, "false": None}
         elif "enum" in form and all(isinstance(word, str) for word in form["enum"]):
@@ -338,13 +319,6 @@ def _choices(node: Schema) -> tuple[str, ...]:
     return tuple(words)
 
 
-def _node(path: tuple[str, ...]) -> Schema | None:
-    node: Schema | None = _schema()
-    for key in path:
-        node = None if node is None else _children(node).get(key) or _named(node)
-    return node
-
-
 # groups and fields ----------------------------------------------------------------------------------------------------
 
 
@@ -354,7 +328,9 @@ def group_at(tables: Mapping[str, Any], path: str = "") -> FieldGroup:
     tables : of `current_tables`.
     """
     words = tuple(path.split(".")) if path else ()
-    node = _node(words)
+    node: Schema | None = schema()
+    for key in words:
+        node = None if node is None else _children(node).get(key) or _named(node)
     table = value_at(tables, words)
     if node is None:
         return FieldGroup(path=path, fields=(), tables=(), stated=frozenset())
@@ -372,7 +348,8 @@ def group_at(tables: Mapping[str, Any], path: str = "") -> FieldGroup:
         if len(words) == 2 and words[0] == "stages" and _is_member(entry) and key not in values:
             continue
         value = values.get(key)
-        if _is_table(entry) and (isinstance(value, Mapping) or not _is_leaf(entry)):
+        is_table = _named(entry) is not None or any("properties" in form for form in forms_of(entry))
+        if is_table and (isinstance(value, Mapping) or not _is_leaf(entry)):
             inner.append(key)
         elif _is_leaf(entry):
             text = "" if value is None else typed_text(where, value)
@@ -416,7 +393,7 @@ def _members(stage: object) -> tuple[str, ...]:
     """Members of a stage as the file names them."""
     if not isinstance(stage, Mapping):
         return ()
-    known = {key for key, entry in _children(_schema()["$defs"]["Stage"]).items() if not _is_member(entry)}
+    known = {key for key, entry in _children(schema()["$defs"]["Stage"]).items() if not _is_member(entry)}
     return tuple(key for key, value in stage.items() if isinstance(value, Mapping) and key not in known)
 
 
