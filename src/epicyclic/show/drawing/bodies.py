@@ -292,7 +292,7 @@ def _bodies(check: xr.Dataset) -> list[Part]:
             member=member or name,
             kind=kind,
             stage=stage,
-            branch=int(branch) if np.isfinite(branch) else 0,
+            branch=int(np.nan_to_num(branch)),
             side=side,
             carried_by=carrier,
             x=x,
@@ -331,7 +331,6 @@ def _toothed(body: Part, row: Mapping[str, Any]) -> Part:
         profile_shift=value("profile_shift", 0.0),
         pressure_angle=value("pressure_angle"),
     )
-    hand = value("hand", 0.0)
     return replace(
         body,
         form=form,
@@ -341,7 +340,7 @@ def _toothed(body: Part, row: Mapping[str, Any]) -> Part:
         gap=float(np.nan_to_num(value("gap", 0.0))),
         herringbone=bool(row["herringbone"]) if "herringbone" in row else False,
         helix_angle=float(np.nan_to_num(value("helix_angle", 0.0))),
-        hand=int(hand) if np.isfinite(hand) else 0,
+        hand=int(np.nan_to_num(value("hand", 0.0))),
     )
 
 
