@@ -139,7 +139,12 @@ def _reached_at(
         return _on_branch(refinement, speed, last, ahead, unstable)
     if unstable != "replace":
         return _nearest(refinement, last, choices, unstable)
-    return _off_branch(refinement, speed, before, last, choices)
+    # the branch has ended before this speed, or was left: the attractor of a start from the last motion
+    at = _continued(refinement, speed, last) if before.part is None else None
+    if at is not None:
+        return _on_branch_set(refinement, at, choices, jumped=False)
+    motion = attractor(refinement, initial_state(last), speed, harmonics=last.harmonics)
+    return _on_branch_set(refinement, motion, choices, jumped=True)
 
 
 def _begun(refinement: Refinement, speed: float) -> Reached:
@@ -244,17 +249,6 @@ def switched(refinement: Refinement, at: Solution) -> Solution | None:
     search = {"symmetry breaking": symmetry_broken_motions, "period doubling": period_doubled_motions}
     instability = _instability(at)
     return next(search[instability](refinement, at), None) if instability in search else None
-
-
-def _off_branch(
-    refinement: Refinement, speed: float, before: Reached, last: Solution, choices: list[Crossing]
-) -> Reached:
-    """The branch has ended before this speed, or was left: the attractor of a start from the last motion."""
-    at = _continued(refinement, speed, last) if before.part is None else None
-    if at is not None:
-        return _on_branch_set(refinement, at, choices, jumped=False)
-    motion = attractor(refinement, initial_state(last), speed, harmonics=last.harmonics)
-    return _on_branch_set(refinement, motion, choices, jumped=True)
 
 
 def _on_branch_set(

@@ -175,7 +175,7 @@ def study(result: xr.Dataset, name: str | None = None) -> go.Figure:
     result : Dataset of any kind with a variable of numbers of one or two dims; attribute ``study`` is the title.
     name : the variable, the first of numbers where not said.
     """
-    values = result[name or _first(result)]
+    values = result[name or drawable(result)[0]]
     along = next((dim for dim in values.dims if _abscissa(result, dim) is not None), values.dims[0])
     others = [dim for dim in values.dims if dim != along]
     table = values.transpose(*others, along).values.reshape(-1, values.sizes[along])
@@ -193,14 +193,9 @@ def study(result: xr.Dataset, name: str | None = None) -> go.Figure:
     return drawn.update_layout(showlegend=bool(others))
 
 
-def drawable(result: xr.Dataset) -> bool:
-    """Whether `study` has something to draw."""
-    return any(result[name].dtype.kind == "f" and 1 <= result[name].ndim <= 2 for name in result.data_vars)
-
-
-def _first(result: xr.Dataset) -> str:
-    named = [str(name) for name in result.data_vars if result[name].dtype.kind == "f" and 1 <= result[name].ndim <= 2]
-    return named[0]
+def drawable(result: xr.Dataset) -> list[str]:
+    """Names of the variables that `study` can draw."""
+    return [str(name) for name, one in result.data_vars.items() if one.dtype.kind == "f" and 1 <= one.ndim <= 2]
 
 
 def _abscissa(result: xr.Dataset, dim: Hashable) -> tuple[Array, str] | None:
