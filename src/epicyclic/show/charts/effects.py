@@ -61,7 +61,10 @@ def tornado(data: xr.Dataset, *, most: int = 20) -> go.Figure:
             orientation="h",
             marker={"color": colour},
             name=words,
-            text=[_span_words(a, b, alone) for (a, b), alone in zip(ends, single, strict=True)],
+            text=[
+                f"{'+' if b > 0 else '−'}{engineering(abs(b))}" if alone else f"{engineering(a)} … {engineering(b)}"
+                for (a, b), alone in zip(ends, single, strict=True)
+            ],
             hovertemplate="%{y}: %{text} % per 1 %<extra></extra>",
             **OUTSIDE,
         )
@@ -72,12 +75,6 @@ def tornado(data: xr.Dataset, *, most: int = 20) -> go.Figure:
     reach = 1.28 * float(np.nanmax(size, initial=0.0)) or 1.0
     drawn.update_xaxes(range=[-reach if np.nanmin(low, initial=0.0) < 0 else -0.05 * reach, reach])
     return drawn.update_layout(barmode="overlay", bargap=0.3, legend=level_legend(1.0, x=1), margin={"t": 84})
-
-
-def _span_words(low: float, high: float, same: bool) -> str:
-    if same:
-        return f"{'+' if high > 0 else '−'}{engineering(abs(high))}"
-    return f"{engineering(low)} … {engineering(high)}"
 
 
 def _name(data: xr.Dataset, place: int) -> str:

@@ -78,16 +78,6 @@ def abscissa(sweep: xr.Dataset) -> tuple[Array, str]:
     return 100 * numbers(sweep, "speed"), "speed [% of the operating speed]"
 
 
-def mark_failed(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
-    """Points that did not converge, as crosses on the axis x (speed,) [Hz]."""
-    bad = [place for place, status in enumerate(texts(sweep, "status", "speed")) if status not in ("ok", "")]
-    if bad:
-        look = {"symbol": "x", "size": 9, "color": WARNING}
-        legend = {"name": "no convergence", "legendgroup": "marks"}
-        at = [float(x[place]) for place in bad]
-        drawn.add_scatter(x=at, y=[0.0] * len(at), mode="markers", marker=look, cliponaxis=False, **legend)
-
-
 def mark_modes(drawn: go.Figure, modes: xr.Dataset | None, sweep: xr.Dataset, x: Array) -> None:
     """What of the modes lies within x (speed,) [Hz], as lines behind the curves.
 
@@ -166,7 +156,12 @@ def _finished(drawn: go.Figure, sweep: xr.Dataset, modes: xr.Dataset | None, x: 
     """The figure over x (speed,) [Hz] with its range and all marks."""
     if len(x):
         drawn.update_xaxes(range=[float(x.min()), float(x.max())])
-    mark_failed(drawn, sweep, x)
+    bad = [place for place, status in enumerate(texts(sweep, "status", "speed")) if status not in ("ok", "")]
+    if bad:
+        look = {"symbol": "x", "size": 9, "color": WARNING}
+        legend = {"name": "no convergence", "legendgroup": "marks"}
+        at = [float(x[place]) for place in bad]
+        drawn.add_scatter(x=at, y=[0.0] * len(at), mode="markers", marker=look, cliponaxis=False, **legend)
     mark_modes(drawn, modes, sweep, x)
     mark_operating(drawn, sweep, x)
     return drawn

@@ -57,7 +57,8 @@ def train_section(check: xr.Dataset) -> go.Figure:
     check : Dataset of `check`: what `section_layout.layout_of` reads.
     """
     layout = layout_of(check)
-    given = widths_given(check)
+    # whether every gear has its face width from the model
+    given = "gear" not in check.dims or bool(np.isfinite(numbers(check, "face_width", "gear")).all())
     title = "Axial section, gears to scale" if given else "Axial section, radii to scale (face widths are not given)"
     several = len({part.split("/")[0] for part in texts(check, "gear")}) > 1
     drawn = figure(
@@ -82,11 +83,6 @@ def train_section(check: xr.Dataset) -> go.Figure:
     _names(drawn, layout)
     _frame(drawn, layout)
     return drawn
-
-
-def widths_given(check: xr.Dataset) -> bool:
-    """Whether every gear has its face width from the model."""
-    return "gear" not in check.dims or bool(np.isfinite(numbers(check, "face_width", "gear")).all())
 
 
 def _shafts(column: Column, layout: SectionLayout) -> list[go.Scatter]:
