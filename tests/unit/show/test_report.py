@@ -216,6 +216,7 @@ def test_a_finding_links_only_where_there_is_something() -> None:
 def test_the_code_of_a_warning_is_set_apart() -> None:
     assert html_warning("teeth [a] part [contact-lost]").startswith("teeth [a] part <code title=")
     assert html_warning("a length [mm") == "a length [mm"
+    assert html_warning("a <b> [contact-lost]").startswith("a &lt;b&gt; <code title=")
 
 
 def test_variants_stand_side_by_side_with_their_differences(ren: Datasets) -> None:
