@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import epicyclic
 
-STATIC = Path(epicyclic.__file__).parent / "cockpit" / "canvas" / "static"
+STATIC = Path(epicyclic.__file__).parent / "cockpit" / "page" / "static"
 ORIGIN = "http://cockpit.test"
 PAGE = """<!doctype html><html><head><meta charset="utf-8"><style>
  body { margin: 8px; display: grid; grid-template-columns: 424px 592px; gap: 8px; font: 13px sans-serif;

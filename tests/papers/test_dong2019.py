@@ -376,12 +376,17 @@ def test_random_places_of_the_errors_of_the_stars() -> None:
 
 
 def test_bearings_even_out_run_outs_that_point_anywhere() -> None:
-    """Sixty draws of the directions of five run-outs: 2.24 on rigid stars, 1.006 to 1.031 on bearings of 3e7 N/m."""
+    """Sixty draws of the directions of five run-outs: 1.006 to 1.031 on bearings of 3e7 N/m; of ten 2.24 on rigid ones.
+
+    On rigid stars no direction matters: every draw says the same.
+    """
     found: dict[str, list[float]] = {"inf": [], "3e7 N/m": []}
     rng = np.random.default_rng(2019)
-    for _ in range(60):
+    for draw in range(60):
         errors = {"star1.run_out": amplitude(phase=rng.uniform(0, 360, N).round(3))}
         for bearing, values in found.items():
+            if bearing == "inf" and draw >= 10:
+                continue
             system = drive(errors, stages__main__star1__bearing__radial=bearing)
             values.append(float(shares(static(system, turns=11, of="main/sun", samples=24))[0].max()))
     assert all(f"{value:.2f}" in ("2.24", "2.25") for value in found["inf"])

@@ -175,7 +175,7 @@ def test_order_one_excites_only_translational_modes(system: System) -> None:
 def test_steady_response_is_the_periodic_orbit_of_the_integration(system: System) -> None:
     """Classical Runge-Kutta over one mesh cycle, the orbit from its own return map."""
     solution = periodic(system, relative_speed=1200 / float(system.tones[0]), samples=64)
-    computed = orbit(system, solution, steps=6400)
+    computed = orbit(system, solution, steps=1600)
     assert np.abs(solution.force - computed).max() < 1e-4 * solution.force.mean()
     assert np.ptp(solution.force, axis=1).max() > 0.1 * solution.force.mean()
 

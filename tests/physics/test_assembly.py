@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
+from functools import lru_cache
 
 import pytest
 from hypothesis import given, settings
@@ -74,20 +75,20 @@ def stages(draw: st.DrawFn) -> Stage:
 # ---------------------------------------------------------------- every position of the teeth
 
 
-def gap_of(table: Mapping[str, ToothedGear], mesh: ToothMesh, branch: int, angle: Mapping[str, Fraction]) -> Fraction:
+def gap_of(table: Mapping[str, ToothedGear], mesh: ToothMesh, angle: Mapping[str, Fraction]) -> Fraction:
     """How far the teeth of b are from the gaps of a at the pitch point [pitches], 0 where they mesh."""
-    a, b, at = table[mesh.a], table[mesh.b], F(mesh.directions[branch])  # type: ignore[arg-type]
+    a, b, at = table[mesh.a], table[mesh.b], F(mesh.directions[0])  # type: ignore[arg-type]
     tooth = a.teeth * (angle[a.name] - at)
     mate = b.teeth * (angle[b.name] - at - (0 if b.internal else HALF))
     return (tooth + HALF - mate if b.internal else tooth + HALF + mate) % 1
 
 
 def positions(
-    table: Mapping[str, ToothedGear], meshes: tuple[ToothMesh, ...], branch: int, known: Mapping[str, Fraction]
+    table: Mapping[str, ToothedGear], meshes: tuple[ToothMesh, ...], known: Mapping[str, Fraction]
 ) -> Iterator[dict[str, Fraction]]:
-    """All ways to put the gears of a branch in mesh with a gear that stands, tooth by tooth."""
+    """All ways to put the gears of one branch in mesh with a gear that stands, tooth by tooth."""
     todo = [m for m in meshes if m.a not in known or m.b not in known]
-    if any(gap_of(table, m, branch, known) for m in meshes if m not in todo):
+    if any(gap_of(table, m, known) for m in meshes if m not in todo):
         return
     if not todo:
         yield dict(known)
@@ -95,19 +96,19 @@ def positions(
     mesh = next(m for m in todo if m.a in known or m.b in known)
     name = mesh.b if mesh.a in known else mesh.a
     teeth = table[name].teeth
-    start = gap_of(table, mesh, branch, {**known, name: F(0)})
+    start = gap_of(table, mesh, {**known, name: F(0)})
     sign = 1 if table[mesh.b].internal and name == mesh.b else -1
     for k in range(teeth):
         angle = (sign * start + k) / teeth % 1
-        yield from positions(table, meshes, branch, {**known, **solid(table, name, branch, angle)})
+        yield from positions(table, meshes, {**known, **solid(table, name, angle)})
 
 
-def solid(table: Mapping[str, ToothedGear], name: str, branch: int, angle: Fraction) -> dict[str, Fraction]:
+def solid(table: Mapping[str, ToothedGear], name: str, angle: Fraction) -> dict[str, Fraction]:
     """A gear at an angle and what sits on its shaft."""
     found = {name: angle}
     for gear in table.values():
         if gear.on is not None and gear.clocking is not None:
-            ahead = F(gear.clocking[branch])  # type: ignore[arg-type]
+            ahead = F(gear.clocking[0])  # type: ignore[arg-type]
             if gear.on == name:
                 found[gear.name] = (angle + ahead) % 1
             elif gear.name == name:
@@ -115,37 +116,45 @@ def solid(table: Mapping[str, ToothedGear], name: str, branch: int, angle: Fract
     return found
 
 
-def counted(stage: Stage) -> list[dict[tuple[Fraction, ...], set[tuple[Fraction, ...]]]]:
+Built = Mapping[tuple[Fraction, ...], set[tuple[Fraction, ...]]]
+
+
+@lru_cache(maxsize=8)
+def counted_branch(gears: tuple[ToothedGear, ...], meshes: tuple[ToothMesh, ...], start: Fraction) -> Built:
+    """Of a stage of one branch whose first gear stands: angles of the central gears -> places of contact."""
+    table, built = {gear.name: gear for gear in gears}, dict[tuple[Fraction, ...], set[tuple[Fraction, ...]]]()
+    for angle in positions(table, meshes, {meshes[0].a: start}):
+        centrals = tuple(angle[g.name] % 1 for g in gears if g.central)
+        places = tuple(
+            (m.flank * table[m.a].teeth * (angle[m.a] - F(m.directions[0])) + F(1, 4)) % 1  # type: ignore[arg-type]
+            for m in meshes
+        )
+        built.setdefault(centrals, set()).add(places)
+    return built
+
+
+def counted(stage: Stage) -> Iterator[Built]:
     """Of every branch: angles of the central gears at which it can be built -> places of contact of its meshes."""
     gears, meshes = stage
-    table = {gear.name: gear for gear in gears}
-    sun, at = meshes[0].a, F(meshes[0].directions[0])  # type: ignore[arg-type]
-    start = {sun: at - F(meshes[0].flank, 4 * table[sun].teeth)}  # its flank touches at the pitch point of branch 1
-    found = []
-    for branch in range(3):
-        built: dict[tuple[Fraction, ...], set[tuple[Fraction, ...]]] = {}
-        for angle in positions(table, meshes, branch, start):
-            centrals = tuple(angle[g.name] % 1 for g in gears if g.central)
-            places = tuple(
-                (m.flank * table[m.a].teeth * (angle[m.a] - F(m.directions[branch])) + F(1, 4)) % 1  # type: ignore[arg-type]
-                for m in meshes
-            )
-            built.setdefault(centrals, set()).add(places)
-        found.append(built)
-    return found
+    sun = next(gear for gear in gears if gear.name == meshes[0].a)
+    # its flank touches at the pitch point of branch 1
+    start = F(meshes[0].directions[0]) - F(meshes[0].flank, 4 * sun.teeth)  # type: ignore[arg-type]
+    for i in range(3):
+        alone = tuple(replace(g, clocking=g.clocking and g.clocking[i : i + 1]) for g in gears)
+        yield counted_branch(alone, tuple(replace(m, directions=m.directions[i : i + 1]) for m in meshes), start)
 
 
 def agrees(found: StagePhases, stage: Stage) -> bool:
     """Whether the leads are those of one way to build all branches on the same central gears."""
-    built = counted(stage)
+    built = list(counted(stage))
     leads = [tuple(F(found.sense[m.pair] * F(found.lead[m.pair][branch])) % 1 for m in stage[1]) for branch in range(3)]
     common = set(built[0]) & set(built[1]) & set(built[2])
     return any(all(leads[i] in built[i][centrals] for i in range(3)) for centrals in common)
 
 
 def buildable(stage: Stage) -> bool:
-    built = counted(stage)
-    return bool(set(built[0]) & set(built[1]) & set(built[2]))
+    first, *others = counted(stage)
+    return any(all(centrals in other for other in others) for centrals in first)
 
 
 def moved(stage: Stage, angles: tuple[Fraction, ...]) -> Stage:

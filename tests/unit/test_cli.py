@@ -318,7 +318,10 @@ def raising(error: BaseException) -> Callable[..., object]:
 def test_ctrl_c(tmp_path: Path) -> None:
     target = tmp_path / "sweep.nc"
     with process("sweep", "ren2021", "--points", "100000", "-o", str(target)) as running:
-        time.sleep(3.0)  # long enough to have begun, far too short to be done
+        begun = time.monotonic()
+        while not (tmp_path / "sweep.nc.parts").exists() and time.monotonic() - begun < 90:
+            time.sleep(0.1)
+        time.sleep(1.0)  # far too short to be done
         running.send_signal(signal.SIGINT)
         _, err = running.communicate(timeout=60)
     assert running.returncode == 130

@@ -193,3 +193,5 @@ def test_the_citation_says_what_the_project_says() -> None:
     assert said["license"] == project["license"] == "BSD-3-Clause"
     assert f'  - name: "{project["authors"][0]["name"]}"' in lines
     assert "The epicyclic authors" in (ROOT / "LICENSE").read_text("utf-8")
+    dated = rf"^## \[{re.escape(project['version'])}\] - \d{{4}}-\d\d-\d\d$"
+    assert re.search(dated, (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from epicyclic.results.ties import first_largest, largest, ranked
+from epicyclic.results.dataset import first_largest, largest, ranked
 
 
 @pytest.mark.parametrize("rounding", [0.0, 1e-12, -1e-12])

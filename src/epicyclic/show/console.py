@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.text import Text
 
-from ..results.ties import largest
+from ..results.dataset import largest
 from ..warning_codes import code_of
 from .elements import Table, number, shown_columns
 from .views import brief_of, tables_of
@@ -146,12 +146,10 @@ def _texts(heading: str, numeric: bool, cells: list[tuple[str, str]]) -> _Texts:
 
 def _kept_rows(table: Table, columns: Sequence[_Texts], rows: int) -> list[int]:
     """The first rows; those with something bad; of every column of numbers the row of its largest, the last first."""
-    head = _HEAD
-    found = set(range(head))
+    found = set(range(_HEAD))
     bad = [row for one in columns for row, (_, tone) in enumerate(one.cells) if tone == "bad"]
     largest = [_largest(table.columns[one.heading]) for one in reversed(columns) if one.numeric]
-    room = _ROWS - head - _LARGEST
-    found |= set(bad[:room])
+    found |= set(bad[: _ROWS - _HEAD - _LARGEST])
     beyond = [row for row in dict.fromkeys(largest) if row is not None and row not in found]
     return sorted(found | set(beyond[:_LARGEST]))
 

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from ..results.ties import EQUAL, largest
+from ..results.dataset import EQUAL, largest
 
 Array = NDArray[np.float64]
 # Values whose spread is below this part of them are one level: what differs is rounding of what was computed.

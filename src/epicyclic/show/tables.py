@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..results.ties import largest
+from ..results.dataset import largest
 from .elements import Details, Listing, Part, Section, Table
 from .series import engineering, of_first_stage, own_tones, texts
 
@@ -266,7 +266,14 @@ def provenance(results: Mapping[str, xr.Dataset]) -> Section:
         for name in ("assumed", "values", "model")
     )
     parts: list[Part] = [] if assumed is None else [*assumed_tables(assumed)]
-    parts.append(_runs(results))
+    attributes = [result.attrs for result in results.values()]
+    runs = {
+        "analysis": list(results),
+        "options": [_options(str(one.get("options", "{}"))) for one in attributes],
+        "package": [str(one.get("package", "")) for one in attributes],
+        "version": [str(one.get("version", "")) for one in attributes],
+    }
+    parts.append(Table(title="", columns=runs))
     if values is not None:
         parts += [Details(summary=one.title, parts=[replace(one, title="")]) for one in value_tables(values)]
     if model is not None:
@@ -303,17 +310,6 @@ def _number(value: Any) -> Any:
         except ValueError:
             return value
     return str(value) if isinstance(value, bool) else value
-
-
-def _runs(results: Mapping[str, xr.Dataset]) -> Table:
-    attributes = [result.attrs for result in results.values()]
-    columns = {
-        "analysis": list(results),
-        "options": [_options(str(one.get("options", "{}"))) for one in attributes],
-        "package": [str(one.get("package", "")) for one in attributes],
-        "version": [str(one.get("version", "")) for one in attributes],
-    }
-    return Table(title="", columns=columns)
 
 
 def _options(text: str) -> str:

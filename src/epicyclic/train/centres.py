@@ -349,9 +349,19 @@ def _place_beside(plan: Plan, name: str, place: dict[str, Place], distance: Mapp
 def _directions(
     plan: Plan, p: GearPair, pin: Mapping[str, float], ahead: Mapping[str, float], centre: Mapping[str, Place]
 ) -> tuple[Angle, ...]:
-    """Polar angle of e, from the centre of a to the pitch point, one per branch [turns]."""
+    """Polar angle of e, from the centre of a to the pitch point, one per branch [turns].
+
+    Raises
+    ------
+    ModelError : two gears on fixed axes that have one centre.
+    """
     if p.a in centre and p.b in centre:
-        return (_between(plan, p, centre),) * len(plan.angles)
+        # two gears on fixed axes
+        (xa, ya), (xb, yb) = centre[p.a], centre[p.b]
+        if xa == xb and ya == yb:
+            raise ModelError("two gears that mesh have one centre", path=p.path, given=f"{p.a}, {p.b}")
+        sign = -1.0 if p.internal else 1.0
+        return (turns_of(math.atan2(sign * (yb - ya), sign * (xb - xa))),) * len(plan.angles)
     if p.a in pin and p.b in pin:
         a, b = (pin[n] * complex(math.cos(ahead[n]), math.sin(ahead[n])) for n in (p.a, p.b))
         offset = Phase(rest=math.atan2((b - a).imag, (b - a).real) / math.tau)
@@ -362,12 +372,3 @@ def _directions(
     return tuple(
         (Phase.of(angle) + offset).value if offset.rest == 0.0 else Phase.of(angle) + offset for angle in plan.angles
     )
-
-
-def _between(plan: Plan, p: GearPair, centre: Mapping[str, Place]) -> Angle:
-    """Polar angle of e between two gears on fixed axes [turns]. Raises ModelError for one common centre."""
-    (xa, ya), (xb, yb) = centre[p.a], centre[p.b]
-    sign = -1.0 if p.internal else 1.0
-    if xa == xb and ya == yb:
-        raise ModelError("two gears that mesh have one centre", path=p.path, given=f"{p.a}, {p.b}")
-    return turns_of(math.atan2(sign * (yb - ya), sign * (xb - xa)))

@@ -209,11 +209,21 @@ def _seat_error(
 
     def resolve(scope: DeviationScope, body: Body, path: str, table: DisplacementTable | TiltTable) -> None:
         seats = scope.seats(body)
-        _warn_unheld(scope, body, path, table, tilt=cause == "tilt")
+        # a doubt where nothing holds the member (or the half that `path` names) in the direction of the displacement
+        whole, same = f".{body.side}." not in path, (body.member, body.branch)
+        halves = [b for b in scope.bodies if b is body or (whole and (b.member, b.branch) == same)]
+        rows = [_held_rows(link, b) for b in halves for link in scope.seats(b)]
+        first = 3 if cause == "tilt" else 0
+        components = _components(scope, body, path, table)
+        for value, directions in zip(components, ((first, first + 1), (first + 2,)), strict=True):
+            if value and not any(row[i] for row in rows for i in directions):
+                names = " and ".join(DIRECTIONS[i] for i in directions)
+                text = f"{path} has no effect: no support or bearing holds {body.member} in {names}"
+                scope.log.coded("deviation-without-effect", text)
         turns = cause == "bearing_run_out"
         frequency = scope.relative(body) if turns else scope.seat_turn(body, seats)
-        rows: Literal["own", "seat"] = "own" if turns else "seat"
-        _displace(scope, body, path, table, cause=cause, rows=rows, links=seats, frequency=frequency)
+        entered: Literal["own", "seat"] = "own" if turns else "seat"
+        _displace(scope, body, path, table, cause=cause, rows=entered, links=seats, frequency=frequency)
 
     return resolve
 
@@ -250,24 +260,6 @@ def _displace(
                     vector=_six(size, along=axial, tilt=cause == "tilt", turning=turns != 0),
                     frequency=turns,
                 )
-            )
-
-
-def _warn_unheld(
-    scope: DeviationScope, body: Body, path: str, table: DisplacementTable | TiltTable, *, tilt: bool
-) -> None:
-    """Warn where nothing holds a member (or the half that `path` names) in the direction its seat is displaced in."""
-    whole = f".{body.side}." not in path
-    halves = [b for b in scope.bodies if b is body or (whole and (b.member, b.branch) == (body.member, body.branch))]
-    rows = [_held_rows(link, b) for b in halves for link in scope.seats(b)]
-    first = 3 if tilt else 0
-    components = _components(scope, body, path, table)
-    for value, directions in zip(components, ((first, first + 1), (first + 2,)), strict=True):
-        if value and not any(row[i] for row in rows for i in directions):
-            names = " and ".join(DIRECTIONS[i] for i in directions)
-            scope.log.coded(
-                "deviation-without-effect",
-                f"{path} has no effect: no support or bearing holds {body.member} in {names}",
             )
 
 
@@ -394,7 +386,10 @@ def _turning_error(scope: DeviationScope, mesh: Mesh, path: str, table: TurningE
     Derived here.
     """
     gears = [next(b for b in scope.bodies if b.name == name) for name in (mesh.a, mesh.b)]
-    body = _turning_body(scope, gears, table.turns_with, mesh.side)
+    # of a split carrier the half of the side of the mesh
+    carriers = [body for body in scope.bodies if body.kind == "carrier" and body.frame == gears[0].frame]
+    nearest = sorted(carriers, key=lambda body: body.side != mesh.side)
+    body = next(body for body in (*gears, *nearest) if body.member == table.turns_with)
     amplitude = scope.value_of_mesh(mesh, table.amplitude, f"{path}.amplitude")
     if amplitude == 0.0:
         return
@@ -407,26 +402,14 @@ def _turning_error(scope: DeviationScope, mesh: Mesh, path: str, table: TurningE
     phase = scope.value_of_mesh(mesh, table.phase, f"{path}.phase")
     for far in (False, True) if table.flanks == "both" else (False,):
         if table.from_ == "pitch-point":
-            origin = _pitch_point_angle(mesh, gears[0], body)
+            x = gears[0].centre[0] + mesh.radius_a * math.cos(mesh.direction) - body.centre[0]
+            y = gears[0].centre[1] + mesh.radius_a * math.sin(mesh.direction) - body.centre[1]
+            origin = math.atan2(y, x)
         else:
             origin = _force_angle(mesh, gears, body, far=far)
         wave = cmath.rect(size, table.order * (body.angle - origin) + phase)
         amplitude_at = -wave if table.sense == "closes" else wave
         scope.add_error("errors", mesh, path, amplitude_at, table.order * turns, far=far)
-
-
-def _turning_body(scope: DeviationScope, gears: Sequence[Body], member: str, side: str | None) -> Body:
-    """The gear of a mesh, or the carrier of its stage, that an error turns with; of a split one the half of a side."""
-    carriers = [body for body in scope.bodies if body.kind == "carrier" and body.frame == gears[0].frame]
-    nearest = sorted(carriers, key=lambda body: body.side != side)
-    return next(body for body in (*gears, *nearest) if body.member == member)
-
-
-def _pitch_point_angle(mesh: Mesh, a: Body, body: Body) -> float:
-    """Polar angle from the centre of a body to the pitch point of a mesh with the gear a [rad]."""
-    x = a.centre[0] + mesh.radius_a * math.cos(mesh.direction) - body.centre[0]
-    y = a.centre[1] + mesh.radius_a * math.sin(mesh.direction) - body.centre[1]
-    return math.atan2(y, x)
 
 
 def _force_angle(mesh: Mesh, gears: Sequence[Body], body: Body, *, far: bool) -> float:
@@ -483,7 +466,16 @@ def check_sizes(document: Document, bodies: Sequence[Body], meshes: Sequence[Mes
         for path, size in _of_mesh(mesh_table, f"deviations.{name}"):
             _check(path, size, module, document.data, log)
     for mesh in meshes:
-        _check_backlash(mesh, bodies, document.data)
+        # a backlash in which a tooth is lost
+        module = min(gear.module for gear in _gears_of(mesh, bodies))
+        if math.isfinite(mesh.backlash) and mesh.backlash > _LARGEST * module:
+            sided = f"{mesh.pair}.{mesh.side}.backlash"
+            raise ModelError(
+                "larger than a module: no backlash of teeth",
+                path=f"{mesh.pair}.backlash" if value_at(document.data, sided.split(".")) is None else sided,
+                given=_millimetres(mesh.backlash),
+                allowed=f"at most a module, {_millimetres(module)}; leave it out where the far flank never touches",
+            )
 
 
 def _of_member(table: MemberDeviationsTable, path: str, reach: float) -> Iterator[tuple[str, float]]:
@@ -576,19 +568,6 @@ def check_contact_errors(
 def _gears_of(mesh: Mesh, bodies: Sequence[Body]) -> list[GearData]:
     """Both gears of a mesh."""
     return [b.gear for b in bodies if b.name in (mesh.a, mesh.b) and b.gear is not None]
-
-
-def _check_backlash(mesh: Mesh, bodies: Sequence[Body], data: Mapping[str, Any]) -> None:
-    """Raise ModelError for a backlash in which a tooth is lost."""
-    module = min(gear.module for gear in _gears_of(mesh, bodies))
-    if math.isfinite(mesh.backlash) and mesh.backlash > _LARGEST * module:
-        sided = f"{mesh.pair}.{mesh.side}.backlash"
-        raise ModelError(
-            "larger than a module: no backlash of teeth",
-            path=f"{mesh.pair}.backlash" if value_at(data, sided.split(".")) is None else sided,
-            given=_millimetres(mesh.backlash),
-            allowed=f"at most a module, {_millimetres(module)}; leave it out where the far flank never touches",
-        )
 
 
 def _written(data: Mapping[str, Any], path: str, size: float) -> object:

@@ -251,7 +251,7 @@ def solve_kinematics(
     turns = {} if speed is None else {stage: speed[c] if c is not None else Fraction(0) for stage, c in frames.items()}
     found = _external_torques(members, rows, motions, loads, held, balance, ends, coupled) if loads else None
     torque, reacting = (None, ()) if found is None else found
-    inner = None if torque is None else _internal_torques(members, gearings, ties, rows, torque)
+    inner = None if torque is None else _internal_torques(gearings, ties, torque)
     return Kinematics(
         freedoms=tuple(motions),
         ratio=ratio,
@@ -483,15 +483,12 @@ def _work(loads: Mapping[str, Fraction], motion: Motion) -> Fraction:
 
 
 def _internal_torques(
-    members: Sequence[str],
-    gearings: Sequence[Gearing],
-    ties: Sequence[Tie],
-    rows: Sequence[Mapping[str, Fraction]],
-    torque: Mapping[str, Fraction],
+    gearings: Sequence[Gearing], ties: Sequence[Tie], torque: Mapping[str, Fraction]
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Torque of each pair's meshes and of each tie on its member b [N m], from tau + A^T lambda = 0."""
-    matrix = [[row.get(name, Fraction(0)) for row in rows] for name in members]
-    found = (least_norm(matrix, [-torque[name] for name in members]) if rows else None) or []
+    rows = _equations(gearings, ties)
+    matrix = [[row.get(name, Fraction(0)) for row in rows] for name in torque]
+    found = (least_norm(matrix, [-value for value in torque.values()]) if rows else None) or []
     ends = [*(g.b for g in gearings), *(tie.b for tie in ties)]
     values = [float(row[end] * value) for row, end, value in zip(rows, ends, found, strict=False)]
     meshes, tied = values[: len(gearings)], values[len(gearings) :]

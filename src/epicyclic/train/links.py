@@ -122,7 +122,7 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
     first, second = site.first.name, site.second
     if site.kind == "bearing" and second is not None:
         first, second = second, first  # of a bearing the carrier stands first
-    curves = _curves(site, table, path)
+    stiffness, curves = _stiffnesses(site, path, table, rest, log)
     damping = [0.0 if table.damping is None else (getattr(table.damping, d) or 0.0) * site.share for d in DIRECTIONS]
     friction: list[tuple[str, float | str]] = []
     for key in () if table.friction is None else ("force", "coefficient", "radius", "law"):
@@ -137,7 +137,7 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
         centre=site.first.centre,
         station=site.station if table.at is None else site.centre + table.at,
         angle=site.first.angle,
-        stiffness=_six(*_stiffnesses(site, path, table, rest, curves, log)),
+        stiffness=_six(*stiffness),
         damping=_six(*damping),
         clearance=site.of_branch(table.clearance or 0.0, f"{path}.clearance"),
         exponent=table.exponent if table.exponent is not None else 1.0,
@@ -147,9 +147,20 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
     )
 
 
-def _curves(site: LinkSite, table: LinkTable, path: str) -> dict[int, ForceCurve]:
-    """Force over deflection of the directions that state a table; at a shared site the share of the force."""
-    curves = {}
+def _six(x: float, y: float, z: float, rx: float, ry: float, rz: float) -> Six:
+    return x, y, z, rx, ry, rz
+
+
+def _stiffnesses(
+    site: LinkSite, path: str, table: LinkTable, rest: Mapping[str, float], log: ResolutionLog
+) -> tuple[list[float], dict[int, ForceCurve]]:
+    """Stiffness in x y z [N/m], rx ry rz [N m/rad], and force over deflection of the directions that state a table.
+
+    At a shared site the share of finite stiffnesses and of the force.  Of a direction that follows a table the
+    stiffness is the nominal one.
+    """
+    values: list[float] = []
+    curves: dict[int, ForceCurve] = {}
     for number, direction in enumerate(DIRECTIONS):
         stated = getattr(table, direction)
         if isinstance(stated, ForceTableOf):
@@ -158,29 +169,6 @@ def _curves(site: LinkSite, table: LinkTable, path: str) -> dict[int, ForceCurve
                 radius = _known(site.radius, f"{path}.{direction}", "a table in m and N")
             curve = force_curve(*stated.curves[0])
             curves[number] = curve.scaled(deflection=1 / radius, force=radius * site.share)
-    return curves
-
-
-def _six(x: float, y: float, z: float, rx: float, ry: float, rz: float) -> Six:
-    return x, y, z, rx, ry, rz
-
-
-def _stiffnesses(
-    site: LinkSite,
-    path: str,
-    table: LinkTable,
-    rest: Mapping[str, float],
-    curves: Mapping[int, ForceCurve],
-    log: ResolutionLog,
-) -> list[float]:
-    """Stiffness in x y z [N/m], rx ry rz [N m/rad]; at a shared site the share of finite ones.
-
-    Of a direction that follows a table, the nominal one.
-    """
-    values = []
-    for number, direction in enumerate(DIRECTIONS):
-        stated = getattr(table, direction)
-        if number in curves:
             values.append(curves[number].stiffness)
             log.note(f"{path}.{direction}.tangent", values[-1] / site.share, UNITS[direction], "half of its last force")
             continue
@@ -194,7 +182,7 @@ def _stiffnesses(
             note = list(whole) if isinstance(whole, tuple) else whole
             log.note(f"{path}.{direction}", note, UNITS[direction])
         values.append(value * site.share if math.isfinite(value) else value)
-    return values
+    return values, curves
 
 
 def _torsional(stated: Quantity, radius: float, path: str) -> float | tuple[float, ...]:
@@ -277,7 +265,7 @@ def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Bod
             if member.on is None or (member.bearing if planet else member.support) is not None:
                 for body in member_bodies(plan, name, None if branch is None else branch + 1).values():
                     links += _seat(plan, name, bodies[body], bodies, model, log)
-            links += _joints(shape, name, branch, bodies, model, log)
+            links += _joints(plan, name, branch, bodies, model, log)
         if plan.split(name) and member.neck is None:
             _check_halves(plan, name, model)
     return links
@@ -421,12 +409,7 @@ def _bearings_of_seat(site: LinkSite, support: SupportTable | None, rz: float, l
 
 
 def _joints(
-    shape: StageShape,
-    name: str,
-    branch: int | None,
-    bodies: Mapping[str, Body],
-    model: ModelFile,
-    log: ResolutionLog,
+    plan: Plan, name: str, branch: int | None, bodies: Mapping[str, Body], model: ModelFile, log: ResolutionLog
 ) -> list[Link]:
     """Neck between the halves of a member, and shaft to the member it sits on; directions that the shape of a solid
     does not give are rigid.
@@ -435,7 +418,7 @@ def _joints(
     ------
     ModelError : a diameter or a torsional rigidity without length.
     """
-    plan, member = shape.plan, shape.plan.stage.members[name]
+    member = plan.stage.members[name]
     number = None if branch is None else branch + 1
     pieces = member_bodies(plan, name, number)
     material = elastic_constants(member_material(plan, name, model))

@@ -16,7 +16,6 @@ from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..document.schema import ModelFile, ProfileTable, ReliefTable, VariationTable
 from ..document.schema_fields import MeshForceTable
@@ -273,24 +272,27 @@ def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank
     """Micro-geometry of one helix of a gear: every entry of its side, else the gear, else the stage."""
     levels = subtables(plan.levels(name, side), "flank")
 
-    def entry(key: str) -> Stated | None:
-        """Nearest statement of one entry of the micro-geometry."""
-        return stated(levels, key)
-
     def length(key: str) -> float:
         """Crown or slope [m], 0 where it is not stated."""
-        statement = entry(key)
+        statement = stated(levels, key)
         if statement is not None:
             log.note(statement.path, statement.value, "m")
         return 0.0 if statement is None else float(statement.value)
 
     def relief(key: str) -> Relief | None:
-        """One relief, None where it is not stated."""
-        statement = entry(key)
-        return None if statement is None else _relief(statement.value, statement.path, log)
+        """One relief, None where it is not stated. Raises ModelError where its amount or length is missing."""
+        if (statement := stated(levels, key)) is None:
+            return None
+        table: ReliefTable = statement.value
+        for name in ("amount", "length"):
+            if getattr(table, name) is None:
+                raise ModelError("is missing", path=f"{statement.path}.{name}", allowed="a length")
+            log.note(f"{statement.path}.{name}", getattr(table, name), "m")
+        log.note(f"{statement.path}.shape", table.shape)
+        return Relief(amount=table.amount or 0.0, length=table.length or 0.0, shape=table.shape)
 
     crown, slope = length("crown"), length("slope")
-    profile, wave = entry("profile"), entry("wave")
+    profile, wave = stated(levels, "profile"), stated(levels, "wave")
     return Flank(
         tip_relief=relief("tip_relief"),
         root_relief=relief("root_relief"),
@@ -318,16 +320,6 @@ def _stating_path(plan: Plan, name: str, side: str | None) -> str:
     return f"{plan.member_path(name)}.flank" if statement is None else statement.path
 
 
-def _relief(table: ReliefTable, path: str, log: ResolutionLog) -> Relief:
-    """Amount and length [m] and shape of a relief. Raises ModelError where amount or length is missing."""
-    for key in ("amount", "length"):
-        if getattr(table, key) is None:
-            raise ModelError("is missing", path=f"{path}.{key}", allowed="a length")
-        log.note(f"{path}.{key}", getattr(table, key), "m")
-    log.note(f"{path}.shape", table.shape)
-    return Relief(amount=table.amount or 0.0, length=table.length or 0.0, shape=table.shape)
-
-
 def _profile(table: ProfileTable, path: str) -> tuple[tuple[float, float], ...]:
     """Measured profile: heights below the tip, missing material [m]. Raises ModelError unless heights rise."""
     if len(table.below_tip) != len(table.missing) or any(b <= a for a, b in pairwise(table.below_tip)):
@@ -341,7 +333,6 @@ def _profile(table: ProfileTable, path: str) -> tuple[tuple[float, float], ...]:
 
 STEEL_GRADES = 0.1  # steels differ by less in Young's modulus
 NORMAL_RANGE = (10e9, 30e9)  # stiffness per face width of steel teeth, transverse [N/m^2]
-Series = NDArray[np.complex128]
 # Methods that give mean and variation from the shape of the teeth.
 _BY_SHAPE: tuple[Literal["energy", "ishikawa"], ...] = ("energy", "ishikawa")
 
@@ -355,15 +346,13 @@ class MeshLaw:
     """
 
     stiffness: tuple[float, ...]
-    variation: Series
-    narrow: Series | None
-    damping: float
-    backlash: float
+    variation: ComplexArray
+    narrow: ComplexArray | None
     table: ContactTable | None = None
 
 
 def mesh_law(at: MeshSide, *, teeth: ToothPair | None, lean: int) -> MeshLaw:
-    """Stiffness [N/m], its variation, damping [N s/m] and backlash [m] of one side of a pair.
+    """Stiffness [N/m] of one side of a pair, and its variation.
 
     teeth : of the mesh.  lean : d h of its first gear.
 
@@ -419,8 +408,6 @@ def mesh_law(at: MeshSide, *, teeth: ToothPair | None, lean: int) -> MeshLaw:
         stiffness=stiffness,
         variation=variation,
         narrow=narrow,
-        damping=at.value("damping", 0.0),
-        backlash=at.value("backlash", math.inf),
         table=loaded,
     )
 
@@ -495,7 +482,7 @@ def _form(at: MeshSide, method: str) -> str:
     return "contact-lines" if method else "none"
 
 
-def _variation(at: MeshSide, form: str, by_shape: Series | None) -> tuple[Series, Series | None]:
+def _variation(at: MeshSide, form: str, by_shape: ComplexArray | None) -> tuple[ComplexArray, ComplexArray | None]:
     """Relative Fourier coefficients (L,) over sigma [1], and those of a narrow slice where the helix shifts slices.
 
     by_shape : series (L,) of a narrow slice by the shape of the teeth.
@@ -519,7 +506,7 @@ def _variation(at: MeshSide, form: str, by_shape: Series | None) -> tuple[Series
     return values, None
 
 
-def _check_positive(series: Series, path: str) -> None:
+def _check_positive(series: ComplexArray, path: str) -> None:
     """Raise ModelError where a stiffness that varies by a series (L,) is not above 0 over the whole mesh cycle."""
     if not series.size:
         return
@@ -580,8 +567,6 @@ def _given_law(at: MeshSide, statement: Stated) -> MeshLaw:
         stiffness=(table.stiffness,) * len(at.shape.plan.angles),
         variation=table.variation,
         narrow=None,
-        damping=at.value("damping", 0.0),
-        backlash=at.value("backlash", math.inf),
         table=table,
     )
 

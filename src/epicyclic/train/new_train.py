@@ -44,6 +44,7 @@ Kind = Literal["planetary", "star", "differential"]
 Member = Literal["sun", "ring", "carrier"]
 Number = float | str
 """A text with its unit, "10 mm", or a float in SI."""
+_Given = Mapping[str, Number | Mapping[str, Number] | None]  # speed, torque and power, as the keywords have them
 KINDS: tuple[Kind, ...] = get_args(Kind)
 MEMBERS: tuple[Member, ...] = get_args(Member)
 HELD: Mapping[Kind, tuple[Held, ...]] = {"planetary": ("ring", "sun"), "star": ("carrier",), "differential": ()}
@@ -115,14 +116,20 @@ def read_wishes(
     _one_of(kind, KINDS, "kind")
     if isinstance(planets, bool) or not isinstance(planets, int) or not 1 <= planets <= _MOST_PLANETS:
         raise ModelError("no number of planets", path="planets", given=planets, allowed=f"1 to {_MOST_PLANETS}")
-    fixed = _held(kind, held)
+    allowed = HELD[kind]
+    if held is not None and held not in allowed:
+        if not allowed:
+            raise ModelError("nothing is held in a differential", path="held", given=held, allowed="leave it out")
+        hint = "; with the carrier held it is a star" if kind == "planetary" and held == "carrier" else ""
+        raise ModelError(f"cannot be held in a {kind} set{hint}", path="held", given=held, allowed=" or ".join(allowed))
+    fixed = next((name for name in allowed if held in (None, name)), None)
     texts: dict[str, str] = {}
     normal = _read(module, "length", "module", _MODULE, texts)
     width = _read(face_width, "length", "face_width", _WIDTH, texts)
     helix = _read(helix_angle, "angle", "helix_angle", _SLANT, texts)
     pressure = _read(pressure_angle, "angle", "pressure_angle", _SLANT, texts)
-    best = _counts(kind, teeth, ratio, planets, fixed, helix or 0.0, normal)
-    load = _load(kind, fixed, best[0], driver, speed=speed, torque=torque, power=power)
+    best = _counts(teeth, ratio, planets, fixed, helix or 0.0, normal)
+    load = _load(fixed, best[0], driver, {"speed": speed, "torque": torque, "power": power})
     words = {"planetary": "Planetary set", "star": "Star set", "differential": "Differential set"}[kind]
     return Wishes(
         kind=kind,
@@ -148,17 +155,6 @@ def _one_of(value: object, allowed: Sequence[str], path: str) -> None:
         raise ModelError(f"not one of them{word}", path=path, given=value, allowed=" or ".join(allowed))
 
 
-def _held(kind: Kind, held: str | None) -> Held | None:
-    """The member that is held."""
-    allowed = HELD[kind]
-    if held is None or held in allowed:
-        return next((name for name in allowed if held in (None, name)), None)
-    if not allowed:
-        raise ModelError("nothing is held in a differential", path="held", given=held, allowed="leave it out")
-    hint = "; with the carrier held it is a star" if kind == "planetary" and held == "carrier" else ""
-    raise ModelError(f"cannot be held in a {kind} set{hint}", path="held", given=held, allowed=" or ".join(allowed))
-
-
 def _read(value: Number | None, kind: str, path: str, bounds: Bounds, texts: dict[str, str]) -> float | None:
     """Value of a keyword in SI; its text goes into `texts`. Raises ModelError."""
     if value is None:
@@ -176,7 +172,6 @@ def _read(value: Number | None, kind: str, path: str, bounds: Bounds, texts: dic
 
 
 def _counts(
-    kind: Kind,
     teeth: str | Sequence[int] | None,
     ratio: float | None,
     planets: int,
@@ -184,7 +179,10 @@ def _counts(
     helix_angle: float,
     module: float | None,
 ) -> tuple[ToothCounts, ...]:
-    """Tooth counts, given or those of a ratio, the best first. Raises ModelError where both disagree."""
+    """Tooth counts, given or those of a ratio, the best first. Raises ModelError where both disagree.
+
+    held : None of a differential alone.
+    """
     if ratio is not None and (isinstance(ratio, bool) or not isinstance(ratio, (int, float)) or not abs(ratio) < 1e3):
         raise ModelError("not a ratio", path="ratio", given=ratio, allowed="a number below 1000 in size, 5.7")
     if teeth is not None:
@@ -202,11 +200,10 @@ def _counts(
                     allowed="one of teeth and ratio, or both within 2 %",
                 )
         return (counts,)
-    if kind == "differential":
+    if held is None:
         raise ModelError("is missing", path="teeth", allowed="sun/planet/ring, 21/39/99; a ratio says nothing of it")
     if ratio is None:
         raise ModelError("is missing", path="teeth", allowed="sun/planet/ring, 21/39/99, or a ratio")
-    assert held is not None
     least = 2.0 if held == "ring" else 1.0
     if not abs(ratio) > least or (ratio < 0 and held != "carrier"):
         raise ModelError("no ratio of such a set", path="ratio", given=ratio, allowed=f"above {least:g}")
@@ -242,27 +239,17 @@ def _given_counts(teeth: str | Sequence[int], planets: int, helix_angle: float, 
 # speed and load -------------------------------------------------------------------------------------------------------
 
 
-def _load(
-    kind: Kind,
-    held: Held | None,
-    counts: ToothCounts,
-    driver: str | None,
-    *,
-    speed: Number | Mapping[str, Number] | None,
-    torque: Number | Mapping[str, Number] | None,
-    power: Number | Mapping[str, Number] | None,
-) -> DrivenLoad:
-    """Speed and load. Raises ModelError for what is missing or contradicts."""
-    if kind == "differential":
-        return _differential_load(counts, driver, speed=speed, torque=torque, power=power)
-    assert held is not None
+def _load(held: Held | None, counts: ToothCounts, driver: str | None, given: _Given) -> DrivenLoad:
+    """Speed and load, `given` in the order of `_EXAMPLE`. Raises ModelError for what is missing or contradicts."""
+    if held is None:
+        return _differential_load(counts, driver, given)
     ends = tuple(m for m in MEMBERS if m != held)
     if driver is not None:
         _one_of(driver, ends, "driver")
     first: Member = next(m for m in ends if m == (driver or _DRIVER[held]))
     texts: dict[str, str] = {}
     driven: dict[str, float | None] = {}
-    for path, value in (("speed", speed), ("torque", torque), ("power", power)):
+    for path, value in given.items():
         if isinstance(value, Mapping):
             raise ModelError(
                 "one value: that of the driving member",
@@ -301,18 +288,11 @@ def _load(
 _EXAMPLE = {"speed": "1000 rpm", "torque": "7.2 kN m", "power": "750 kW"}
 
 
-def _differential_load(
-    counts: ToothCounts,
-    driver: str | None,
-    *,
-    speed: Number | Mapping[str, Number] | None,
-    torque: Number | Mapping[str, Number] | None,
-    power: Number | Mapping[str, Number] | None,
-) -> DrivenLoad:
+def _differential_load(counts: ToothCounts, driver: str | None, given: _Given) -> DrivenLoad:
     """Speeds of two members and the load of one, each by its name. Raises ModelError."""
     if driver is not None:
         raise ModelError("a differential names its members", path="driver", given=driver, allowed="leave it out")
-    speeds = _by_member(speed, "speed", 2)
+    speeds, torque, power = _by_member(given["speed"], "speed", 2), given["torque"], given["power"]
     if (torque is None) == (power is None):
         raise ModelError(
             "one of torque and power" if torque is not None else "is missing",
@@ -401,8 +381,7 @@ def planetary(
     ModelError : a keyword that is missing or contradicts another, teeth that do not assemble (with the nearest that
         do), planets without room.
     """
-    given = dict(locals())
-    return dict(new_train(kind="planetary", **given).document)
+    return dict(new_train(kind="planetary", **locals()).document)
 
 
 @checked
@@ -425,8 +404,7 @@ def star(
 
     Keywords, units and errors as of `planetary`; ratio : size of the speed of the sun per ring [1], of either sign.
     """
-    given = dict(locals())
-    return dict(new_train(kind="star", **given).document)
+    return dict(new_train(kind="star", **locals()).document)
 
 
 @checked
@@ -448,8 +426,7 @@ def differential(
     Keywords, units and errors as of `planetary`, but members are named: speed : of two of sun, ring and carrier
     [rad/s], ``{"sun": "1000 rpm", "carrier": "100 rpm"}``; torque or power : of one of them [N m, W].
     """
-    given = dict(locals())
-    return dict(new_train(kind="differential", **given).document)
+    return dict(new_train(kind="differential", **locals()).document)
 
 
 _NORMAL_ANGLE = math.radians(20)  # the file format's default

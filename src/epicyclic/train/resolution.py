@@ -528,8 +528,7 @@ def resolved_document(train: Train) -> dict[str, Any]:
             for name in path[:-1]:
                 table = table.setdefault(name, {})
             table[path[-1]] = _plain(value.value)
-    _set_directions(data)
-    _keep_contact(data)
+    _keep_laws(data)
     return data
 
 
@@ -566,28 +565,25 @@ def _plain(value: object) -> object:
     return "inf" if value == math.inf else value
 
 
-def _keep_contact(data: Mapping[str, Any]) -> None:
-    """Meshes of loaded contact stay so: their tangent alone would be another law."""
+def _keep_laws(data: Mapping[str, Any]) -> None:
+    """Stiffnesses of meshes are written along the tooth normal, tables of force as they are given.
+
+    Meshes of loaded contact stay so: their tangent alone would be another law.
+    """
     for stage in data["stages"].values():
         for mesh in stage.get("meshes", {}).values():
-            for table in (mesh, mesh.get("left", {}), mesh.get("right", {})):
-                if table.get("variation", mesh.get("variation")) == "contact" and "stiffness" in table:
-                    table["stiffness"] = "contact"
-            for table in (mesh, mesh.get("left", {}), mesh.get("right", {})):
-                if table.get("variation") == "contact":
-                    del table["variation"]
-
-
-def _set_directions(data: Mapping[str, Any]) -> None:
-    """Stiffnesses are written along the tooth normal, tables of force as they are given."""
-    for stage in data["stages"].values():
-        for mesh in stage.get("meshes", {}).values():
-            direction = mesh.get("direction")
-            for table in (mesh, mesh.get("left", {}), mesh.get("right", {})):
+            direction, tables = mesh.get("direction"), (mesh, mesh.get("left", {}), mesh.get("right", {}))
+            for table in tables:
                 stated = table.get("direction", direction)
                 if stated is not None and (table is mesh or "stiffness" in table or "direction" in table):
                     tabulated = isinstance(table.get("stiffness", mesh.get("stiffness")), dict)
                     table["direction"] = stated if tabulated else "normal"
+            for table in tables:
+                if table.get("variation", mesh.get("variation")) == "contact" and "stiffness" in table:
+                    table["stiffness"] = "contact"
+            for table in tables:
+                if table.get("variation") == "contact":
+                    del table["variation"]
 
 
 @checked

@@ -198,6 +198,7 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
     bodies = []
     for side in sides:
         gear = shape.gears[name][side] if name in plan.gears else None
+        rim = _radii(member, gear)[0] if gear is not None and gear.internal else NAN
         masses = _masses(plan, name, side, gear, radius, model)
         if not branch:
             _log_masses(plan, name, side, masses, log)
@@ -217,7 +218,7 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
                 inertia=masses["inertia"],
                 tilt_inertia=masses["tilt_inertia"],
                 reference_radius=radius if math.isfinite(radius) else 1.0,
-                outer_radius=_ring_radius(member, gear),
+                outer_radius=rim if math.isfinite(rim) else None,
                 gear=gear,
             )
         )
@@ -300,12 +301,6 @@ def _radii(member: MemberTable, gear: GearData | None) -> tuple[float, float]:
     if member.outer_diameter is not None:
         return member.outer_diameter / 2, gear.reference_radius
     return (NAN if member.rim is None else gear.root_radius + member.rim), gear.reference_radius
-
-
-def _ring_radius(member: MemberTable, gear: GearData | None) -> float | None:
-    """Outer radius of a ring whose rim or outer diameter is given [m], else None."""
-    outer = _radii(member, gear)[0] if gear is not None and gear.internal else NAN
-    return outer if math.isfinite(outer) else None
 
 
 def _log_masses(plan: Plan, name: str, side: str | None, masses: Mapping[str, float], log: ResolutionLog) -> None:
@@ -453,8 +448,8 @@ def _mesh(
         variation=law.variation,
         lead=lead,
         sense=sense,
-        damping=law.damping,
-        backlash=law.backlash,
+        damping=at.value("damping", 0.0),
+        backlash=at.value("backlash", math.inf),
         tooth_shift=2 * shift,
         contact_ratio=meshing.contact_ratio,
         limits=meshing.limits,

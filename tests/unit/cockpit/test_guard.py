@@ -200,3 +200,26 @@ def test_headers_of_a_proxy_do_not_reach_the_page() -> None:
     forged = {**COOKIE, "x-forwarded-prefix": "/evil", "x-forwarded-host": "evil.example", "forwarded": "host=evil"}
     assert b"forwarded" in asked(page, "GET", "/", forged).headers["x-seen"].encode()
     assert b"forwarded" not in asked(GUARDED, "GET", "/", forged).headers["x-seen"].encode()
+
+
+def status_of(method: str, *headers: tuple[bytes, bytes]) -> int:
+    """Status of a request that is let in, with further headers; a client library sends none of them twice."""
+    sent: list[MutableMapping[str, Any]] = []
+
+    async def receive() -> dict[str, Any]:
+        return {"type": "http.request", "body": b"x", "more_body": False}
+
+    async def send(message: MutableMapping[str, Any]) -> None:
+        sent.append(message)
+
+    own = [(b"host", HOST.encode()), (b"cookie", COOKIE["cookie"].encode()), *headers]
+    scope = {"type": "http", "method": method, "path": "/", "query_string": b"", "headers": own}
+    asyncio.run(GUARDED(scope, receive, send))
+    return int(sent[0]["status"])
+
+
+def test_two_names_and_a_body_in_pieces_are_refused() -> None:
+    length = (b"content-length", b"1")
+    assert status_of("POST", length) == 200
+    assert status_of("POST", length, (b"host", HOST.encode())) == 421
+    assert status_of("POST", length, (b"transfer-encoding", b"chunked")) == 411

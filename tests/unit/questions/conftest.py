@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from scipy.integrate import solve_ivp
 from epicyclic.system.system import Dofs, Line, LinkRows, MeshRows, System
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 RADII = (0.04, 0.06)
 TONE = Fraction(137)
 _SKEW = np.kron(np.diag([1.0, 2.0]), np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]))
@@ -109,24 +111,33 @@ class Motion:
     system: System
     speed: float
 
+    @cached_property
+    def waves(self) -> tuple[ComplexArray, ComplexArray]:
+        """Exponents i w of the mesh stiffness (m, orders) and of the lines (L,) [1/s]."""
+        meshes, turn = self.system.meshes, 2j * np.pi * self.speed
+        orders = np.arange(1, meshes.variation.shape[1] + 1)
+        tones = np.array([float(self.system.tones[i]) for i in meshes.tone])
+        return turn * np.outer(tones, orders), turn * np.array([float(line.frequency) for line in self.system.lines])
+
+    @cached_property
+    def amplitudes(self) -> tuple[Array, Array]:
+        """Of the lines: gaps (L, m) [m] and forces (L, n) [N]."""
+        lines, power = self.system.lines, self.speed ** np.arange(3)
+        gap = np.array([line.gap for line in lines]).reshape(len(lines), -1)
+        return gap, np.array([power @ line.force for line in lines]).reshape(len(lines), -1)
+
     def laws(self, t: float) -> tuple[Array, Array, Array, Array]:
         """Mesh stiffness, e, e' (m,) and the right side (n,)."""
-        system, s = self.system, self.speed
-        meshes, turn = system.meshes, 2j * np.pi * s
-        orders = np.arange(1, meshes.variation.shape[1] + 1)
-        tones = np.array([float(system.tones[i]) for i in meshes.tone])
-        wave = np.exp(turn * np.outer(tones, orders) * t)
-        k = meshes.stiffness * (1 + (meshes.variation * wave).sum(axis=1).real)
-        e, rate, force = np.zeros(len(k)), np.zeros(len(k)), system.force.copy()
-        for line in system.lines:
-            phase = np.exp(turn * float(line.frequency) * t)
-            e += (line.gap * phase).real
-            rate += (turn * float(line.frequency) * line.gap * phase).real
-            force += ((line.force[0] + s * line.force[1] + s**2 * line.force[2]) * phase).real
-        return k, e, rate, force
+        meshes, (meshing, turning), (gap, push) = self.system.meshes, self.waves, self.amplitudes
+        k = meshes.stiffness * (1 + (meshes.variation * np.exp(meshing * t)).sum(axis=1).real)
+        phase = np.exp(turning * t)
+        return k, (phase @ gap).real, ((turning * phase) @ gap).real, self.system.force + (phase @ push).real
 
     def mesh_force(self, t: float, q: Array, v: Array) -> Array:
-        k, e, rate, _ = self.laws(t)
+        return self.pressed(self.laws(t), q, v)
+
+    def pressed(self, laws: tuple[Array, Array, Array, Array], q: Array, v: Array) -> Array:
+        k, e, rate, _ = laws
         B = self.system.meshes.B
         return np.asarray(k * (B.T @ q - e) + self.system.meshes.damping * (B.T @ v - rate))
 
@@ -139,7 +150,8 @@ class Motion:
 
         def slope(t: float, state: Array) -> Array:
             x, u = state[:n], state[n:]
-            push = self.laws(t)[3] - rates @ u - rest @ x - system.meshes.B @ self.mesh_force(t, x, u)
+            laws = self.laws(t)
+            push = laws[3] - rates @ u - rest @ x - system.meshes.B @ self.pressed(laws, x, u)
             return np.concatenate([u, inverse @ push])
 
         found = solve_ivp(

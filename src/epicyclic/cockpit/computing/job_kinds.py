@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...document.tables import PlainTable
 from ...document.units import written
 from ...errors import ModelError
-from ...results.ties import largest, ranked
+from ...results.dataset import largest, ranked
 from ...show.series import label, scattering_pair
 from ...train.resolution import load
 from ...train.train import Train

@@ -22,7 +22,7 @@ from ...document.tables import PlainTable, leaves, split_path, value_at
 from ...document.units import Written, factor, written
 from ...errors import ConvergenceError, ModelError
 from ...questions.modes.eigen import mean_modes
-from ...results.ties import largest
+from ...results.dataset import largest
 from ...statics.sample_loads import mean_loads
 from ...statics.tangent import linear
 from ...system.assembly import assemble

@@ -18,7 +18,7 @@ from ...questions.response.measures import force_extremes, mean
 from ...questions.response.response import Response, respond_part, response, response_parts, unstable_speeds
 from ...questions.response.spectra import force_signal, whole_mesh_signal
 from ...questions.response.sweep_table import BAND, SpeedOptions, excited_modes, of_one_tone, speeds_of
-from ...results.ties import largest, ranked
+from ...results.dataset import largest, ranked
 from ...statics.tangent import linear
 from ...system.system import Array, System, faces
 from ...train.train import Train

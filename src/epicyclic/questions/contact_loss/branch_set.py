@@ -412,7 +412,13 @@ def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _
             trace.part += 1
         parts.append(trace.part)
         part = parts[-2] if abs(before.tangent.speed) > abs(after.tangent.speed) else parts[-1]
-        _enter_crossings(trace, before, after, part, harmonics)
+        low, high = sorted((before.state.speed, after.state.speed))
+        for index in range(int(np.searchsorted(scan.speeds, low)), int(np.searchsorted(scan.speeds, high, "right"))):
+            speed, asked = float(scan.speeds[index]), int(scan.asked[index])
+            if asked >= 0 and speed != before.state.speed:
+                at = _between(trace, before, after, speed, harmonics)
+                if at is not None:
+                    trace.branches.crossings[asked].append(Crossing(solution=at, part=part))
     solutions = [_as_solution(trace.refinement, point, harmonics) for point in points]
     _enter_start(trace, solutions[0], parts[0])
     trace.branches.segments.append(Segment(solutions=solutions, parts=parts, branch=True))
@@ -423,7 +429,13 @@ def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _
     if end != "through" or points[-1].tangent.speed < 0:
         trace.part += 1
         behind = int(np.searchsorted(scan.speeds, max(point.state.speed for point in points), side="right"))
-    _enter_other_closed(trace, behind)
+    # closed solutions at speeds that the branch has passed without reaching them: parts of their own
+    for closed, asked in zip(scan.solutions[:behind], scan.asked[:behind].tolist(), strict=True):
+        if closed is None or asked < 0:
+            continue
+        known = trace.branches.crossings[asked]
+        if all(distinct(each.solution, closed) for each in known):
+            known.append(Crossing(solution=closed, part=-1 - asked))
     return behind
 
 
@@ -433,18 +445,6 @@ def _enter_start(trace: _Trace, first: Solution, part: int) -> None:
     asked = int(trace.scan.asked[index]) if index < trace.scan.speeds.size else -1
     if asked >= 0 and trace.scan.speeds[index] == first.state.speed and not trace.branches.crossings[asked]:
         trace.branches.crossings[asked].append(Crossing(solution=first, part=part))
-
-
-def _enter_crossings(trace: _Trace, before: PathPoint, after: PathPoint, part: int, harmonics: int) -> None:
-    """Enter the solutions at the speeds asked for between two points of a branch."""
-    low, high = sorted((before.state.speed, after.state.speed))
-    speeds = trace.scan.speeds
-    for index in range(int(np.searchsorted(speeds, low)), int(np.searchsorted(speeds, high, side="right"))):
-        asked = int(trace.scan.asked[index])
-        if asked >= 0 and speeds[index] != before.state.speed:
-            at = _between(trace, before, after, float(speeds[index]), harmonics)
-            if at is not None:
-                trace.branches.crossings[asked].append(Crossing(solution=at, part=part))
 
 
 def _between(trace: _Trace, before: PathPoint, after: PathPoint, speed: float, harmonics: int) -> Solution | None:
@@ -475,17 +475,6 @@ def _as_solution(refinement: Refinement, point: PathPoint, harmonics: int) -> So
     balance, state = point.path.balance, point.state
     residual, backward = refinement.residual(balance, state, harmonics), point.tangent.speed < _FLAT
     return Solution(balance=balance, harmonics=harmonics, state=state, residual=residual, backward=backward)
-
-
-def _enter_other_closed(trace: _Trace, behind: int) -> None:
-    """Enter closed solutions at speeds that a branch has passed without reaching them: parts of their own."""
-    for index in range(behind):
-        at, asked = trace.scan.solutions[index], int(trace.scan.asked[index])
-        if at is None or asked < 0:
-            continue
-        known = trace.branches.crossings[asked]
-        if all(distinct(each.solution, at) for each in known):
-            known.append(Crossing(solution=at, part=-1 - asked))
 
 
 # --- measures of its motions ------------------------------------------------------------------------------------------

@@ -263,11 +263,6 @@ def mesh_orders(at: Solution) -> MeshOrders:
     )
 
 
-def integrated_with_shaft_orders() -> ShaftResponse:
-    """What is known of shaft orders on a motion that is integrated."""
-    return ShaftResponse(measures=None, status="shaft orders are not known of a motion that is integrated")
-
-
 def shaft_response(torus: Torus, at: MeshOrders) -> ShaftResponse:
     """A motion with shaft orders next to one of mesh orders; where there is none, why."""
     if at.cycles > 1:

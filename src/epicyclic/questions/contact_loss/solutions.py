@@ -324,7 +324,12 @@ def quasi_periodic_growth(balance: Problem, state: State, tones: tuple[Fraction,
     """
     window, period = window_cycles(tones[1] / tones[0])
     cycle = 2 * np.pi / (float(balance.tones[0]) * state.speed)
-    steps = _steps_of_torus(balance, state, cycle)
+    # as of a linear system, and more where contact changes
+    shortest = 2 * np.pi / (float(balance.tones.max()) * state.speed)
+    harmonics = balance.rows.flanks.variation.shape[1]
+    steps = steps_needed(balance.modal, period=cycle, cycle=shortest, harmonics=harmonics)
+    if not state.unchanging:
+        steps = max(steps, int(np.ceil(_TORUS_STEPS * cycle / shortest)))
     # cycles of the first tone whose tangents are made at once, so that a matrix over their samples stays small
     size = max(1, _VALUES // (steps * _TORUS_SAMPLES * len(balance.rows.linear)))
     turns = float(tones[1] / tones[0])
@@ -390,14 +395,6 @@ def window_cycles(ratio: Fraction) -> tuple[int, bool]:
     if ratio.denominator <= _MOST:
         return ratio.denominator * -(-_LEAST // ratio.denominator), True
     return min(range(_LEAST, _MOST + 1), key=lambda count: abs(count * ratio - round(count * ratio))), False
-
-
-def _steps_of_torus(balance: Problem, state: State, cycle: float) -> int:
-    """Steps of a cycle of the first tone: as of a linear system, and more where contact changes."""
-    shortest = 2 * np.pi / (float(balance.tones.max()) * state.speed)
-    top = balance.rows.flanks.variation.shape[1]
-    least = steps_needed(balance.modal, period=cycle, cycle=shortest, harmonics=top)
-    return least if state.unchanging else max(least, int(np.ceil(_TORUS_STEPS * cycle / shortest)))
 
 
 def _rate(flow: VariationalFlow, block: Array, after: Array, cycles: int) -> tuple[float, float]:
@@ -678,12 +675,6 @@ def load_continuation(refinement: Refinement, speed: float, *, harmonics: int) -
 
 
 # --- symmetry ---------------------------------------------------------------------------------------------------------
-
-
-def with_kind(refinement: Refinement, at: Solution) -> Solution:
-    """A motion that repeats every mesh cycle, named after whether it has the symmetry of its train."""
-    broken = at.kind == "periodic" and symmetry_is_broken(refinement, at)
-    return replace(at, kind="symmetry broken") if broken else at
 
 
 def symmetry_is_broken(refinement: Refinement, at: Solution) -> bool:

@@ -149,9 +149,14 @@ def steady_motion(
     if start is None:
         mesh_point = respond_torus(torus.mesh_orders_only, speed)
         if not mesh_point.converged:
-            start = _from_branch_set(torus, speed)
-            if start is None:
+            # on the branch set, a stable one if there is
+            refinement = Refinement(ready=torus.ready)
+            crossings = branch_set(refinement, np.array([speed])).crossings[0]
+            judged = [with_stability(refinement, crossing.solution) for crossing in crossings]
+            if not judged:
                 return torus.mesh_orders_only, mesh_point, []
+            at = next((motion for motion in judged if motion.stable), judged[0])
+            start = at.balance.grid.points, at.state.y
             mesh_point = respond_torus(torus.mesh_orders_only, speed, start=start)
         lines = superposed_lines(torus.mesh_orders_only, mesh_point) if mesh_point.converged else []
         if not mesh_point.converged or (mesh_point.status == "ok" and superposition_is_exact(mesh_point, lines)):
@@ -165,17 +170,6 @@ def steady_motion(
         point = respond_torus(torus, speed, start=start)
     lines = superposed_lines(torus, point) if point.converged else []
     return torus, point if superposition_is_an_answer(point, lines) else replace(point, converged=False), lines
-
-
-def _from_branch_set(torus: Torus, speed: float) -> tuple[NDArray[np.int64], Array] | None:
-    """Points (J, D) and motion (2, J, n) of mesh orders on the branch set, a stable one if there is."""
-    refinement = Refinement(ready=torus.ready)
-    crossings = branch_set(refinement, np.array([speed])).crossings[0]
-    judged = [with_stability(refinement, crossing.solution) for crossing in crossings]
-    if not judged:
-        return None
-    at = next((motion for motion in judged if motion.stable), judged[0])
-    return at.balance.grid.points, at.state.y
 
 
 # --- the Dataset and its warnings -------------------------------------------------------------------------------------

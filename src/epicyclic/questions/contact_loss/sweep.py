@@ -21,7 +21,7 @@ from ..response.sweep_table import SpeedOptions, speeds_of
 from .branch_set import BranchSet, Crossing, Measures, branch_set, force_level, periodic_measures
 from .continuation import folds_of_speed
 from .rows import gap_rows_of, law_warnings
-from .shaft_orders import MeshOrders, ShaftResponse, integrated_with_shaft_orders, mesh_orders, shaft_response
+from .shaft_orders import MeshOrders, ShaftResponse, mesh_orders, shaft_response
 from .solutions import HARMONICS, Refinement, Solution, Stability, distinct, require_fast_enough, with_stability
 from .sweep_direction import (
     Begin,
@@ -356,7 +356,8 @@ def _fill(system: System, values: _Curves, reached: Reached, shaft: bool) -> tup
         if not np.isfinite(measures.rms).all():
             values["status"][0] = "not finite"
         if shaft:
-            _enter_shaft_orders(values, 0, integrated_with_shaft_orders())
+            unknown = "shaft orders are not known of a motion that is integrated"
+            _enter_shaft_orders(values, 0, ShaftResponse(measures=None, status=unknown))
             return None, None
     else:
         values["motion"][0] = motion.kind

@@ -39,7 +39,7 @@ from .solutions import (
     distinct,
     floquet_vector,
     solution,
-    with_kind,
+    symmetry_is_broken,
     with_stability,
 )
 
@@ -115,8 +115,9 @@ def sweep_direction(
     for index in rising if upward else reversed(rising):
         speed, choices = float(branches.speeds[index]), branches.crossings[index]
         reached = _reached_at(refinement, speed, reached, choices if upward else choices[::-1], unstable)
-        if isinstance(reached.motion, Solution):
-            reached = replace(reached, motion=with_kind(refinement, reached.motion))
+        at = reached.motion
+        if isinstance(at, Solution) and at.kind == "periodic" and symmetry_is_broken(refinement, at):
+            reached = replace(reached, motion=replace(at, kind="symmetry broken"))
         yield index, reached
 
 
@@ -137,9 +138,19 @@ def _reached_at(
     ahead = next((crossing for crossing in choices if crossing.part == before.part), None)
     if ahead is not None:
         return _on_branch(refinement, speed, last, ahead, unstable)
+    if unstable != "replace" and not choices:
+        return Reached(motion=None, part=None)
     if unstable != "replace":
-        return _nearest(refinement, last, choices, unstable)
-    return _off_branch(refinement, speed, before, last, choices)
+        # the solution most like the last one, of stable ones if there are: no branch switching
+        candidates = [(_stability_unless_ignored(refinement, at.solution, unstable), at.part) for at in choices]
+        near, part = min(candidates, key=lambda candidate: (not candidate[0].stable, distance(candidate[0], last)))
+        return Reached(motion=near, part=part, instability=_instability(near), jumped=True)
+    # the branch has ended before this speed, or was left: the attractor of a start from the last motion
+    at = _continued(refinement, speed, last) if before.part is None else None
+    if at is not None:
+        return _on_branch_set(refinement, at, choices, jumped=False)
+    motion = attractor(refinement, initial_state(last), speed, harmonics=last.harmonics)
+    return _on_branch_set(refinement, motion, choices, jumped=True)
 
 
 def _begun(refinement: Refinement, speed: float) -> Reached:
@@ -246,17 +257,6 @@ def switched(refinement: Refinement, at: Solution) -> Solution | None:
     return next(search[instability](refinement, at), None) if instability in search else None
 
 
-def _off_branch(
-    refinement: Refinement, speed: float, before: Reached, last: Solution, choices: list[Crossing]
-) -> Reached:
-    """The branch has ended before this speed, or was left: the attractor of a start from the last motion."""
-    at = _continued(refinement, speed, last) if before.part is None else None
-    if at is not None:
-        return _on_branch_set(refinement, at, choices, jumped=False)
-    motion = attractor(refinement, initial_state(last), speed, harmonics=last.harmonics)
-    return _on_branch_set(refinement, motion, choices, jumped=True)
-
-
 def _on_branch_set(
     refinement: Refinement, motion: Solution | IntegratedMotion, choices: list[Crossing], *, jumped: bool
 ) -> Reached:
@@ -266,15 +266,6 @@ def _on_branch_set(
             if not distinct(crossing.solution, motion):
                 return Reached(motion=with_stability(refinement, crossing.solution), part=crossing.part, jumped=jumped)
     return Reached(motion=motion, part=None, jumped=jumped)
-
-
-def _nearest(refinement: Refinement, last: Solution, choices: list[Crossing], unstable: Unstable) -> Reached:
-    """The solution of the branch set most like the last one, of stable ones if there are: no branch switching."""
-    if not choices:
-        return Reached(motion=None, part=None)
-    candidates = [(_stability_unless_ignored(refinement, at.solution, unstable), at.part) for at in choices]
-    motion, part = min(candidates, key=lambda candidate: (not candidate[0].stable, distance(candidate[0], last)))
-    return Reached(motion=motion, part=part, instability=_instability(motion), jumped=True)
 
 
 def _stability_unless_ignored(refinement: Refinement, at: Solution, unstable: Unstable) -> Solution:
@@ -310,8 +301,14 @@ def symmetry_broken_motions(refinement: Refinement, at: Solution, *, seeds: int 
 
 def _without_pitch_error(balance: Problem, at: Solution, seeds: int) -> Iterator[Array]:
     """Motions (2, J, n) that are left when a random pitch error of either sign has been taken away."""
+    J, F = len(balance.omega), balance.rows.count
+    rows = np.r_[1 : 1 + _ORDERS, J + 1 : J + 1 + _ORDERS]
+    gap = gap_rows(balance, at.state.y)
+    size = _PITCH * float(np.abs(gap[np.r_[1:J, J + 1 : 2 * J], :F]).max(initial=0.0))
     for seed in range(seeds):
-        pitch = _pitch_error(balance, at, seed)
+        # random amplitudes of the errors of all flanks at the lowest orders [m]
+        pitch = np.zeros_like(balance.error)
+        pitch[rows, :F] = size * np.random.default_rng(seed).standard_normal((rows.size, F))
         for sign in (1.0, -1.0):
             y, converged = at.state.y, True
             for part in _PARTS:
@@ -321,18 +318,6 @@ def _without_pitch_error(balance: Problem, at: Solution, seeds: int) -> Iterator
                     break
             if converged:
                 yield y
-
-
-def _pitch_error(balance: Problem, at: Solution, seed: int) -> Array:
-    """Random amplitudes (2 J, R) of the errors of all flanks at the lowest orders [m]."""
-    random = np.random.default_rng(seed)
-    J = len(balance.omega)
-    rows = np.r_[1 : 1 + _ORDERS, J + 1 : J + 1 + _ORDERS]
-    gap = gap_rows(balance, at.state.y)
-    size = _PITCH * float(np.abs(gap[np.r_[1:J, J + 1 : 2 * J], : balance.rows.count]).max(initial=0.0))
-    result = np.zeros_like(balance.error)
-    result[rows, : balance.rows.count] = size * random.standard_normal((rows.size, balance.rows.count))
-    return result
 
 
 def period_doubled_motions(refinement: Refinement, at: Solution) -> Iterator[Solution]:
@@ -446,7 +431,10 @@ def attractor(
             continue
         for cycles in (1, 2):
             period = cycles * samples
-            y = _without_drift(refinement, record[-1 - 2 * period :, 0])
+            # what turns freely and drifts is brought back
+            y = record[-1 - 2 * period :, 0] @ np.linalg.inv(ready.modal.shapes).T
+            drift = np.where(ready.modal.rigid, y[-1] - y[0], 0.0)
+            y = (y - np.outer(np.linspace(0, 1, len(y)), drift))[:-1]
             first, second = y[:period], y[period:]
             if np.linalg.norm(first - second) < _SAME_BRANCH * np.linalg.norm(second - second.mean(axis=0)):
                 at = _periodic_solution(refinement, second, speed, cycles, harmonics)
@@ -460,15 +448,6 @@ def attractor(
         measures=record_measures(system, force, record[:, 0]),
         unchanging=bool(np.all((force != 0) == (force[0] != 0))),
     )
-
-
-def _without_drift(refinement: Refinement, q: Array) -> Array:
-    """Modal coordinates (N, n) of a record q (N + 1, n) [m]; what turns freely and drifts is brought back."""
-    modal = refinement.ready.modal
-    y = q @ np.linalg.inv(modal.shapes).T
-    drift = np.where(modal.rigid, y[-1] - y[0], 0.0)
-    result: Array = (y - np.outer(np.linspace(0, 1, len(y)), drift))[:-1]
-    return result
 
 
 def _periodic_solution(

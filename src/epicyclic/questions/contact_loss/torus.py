@@ -128,10 +128,16 @@ def shaft_tones(ready: Response, groups: Sequence[Shaft], *, most: int) -> Shaft
             shafts.append(placed)
     width = len(tones)
     shafts = [placed._replace(orders=(*placed.orders, *(0,) * (width - len(placed.orders)))) for placed in shafts]
+    placed_lines: list[PlacedLine] = []  # at their points: a . f + base, or a . f - base as its conjugate
+    for placed in shafts:
+        for orders, minus, line in placed.shaft.members:
+            sign = -1 if minus else 1
+            mesh = (a + sign * b for a, b in zip(orders, placed.mesh, strict=True))
+            placed_lines.append(placed_line((*mesh, *(sign * order for order in placed.orders)), line))
     return ShaftTones(
         tones=tuple(tones),
         highest=tuple(max(abs(placed.orders[i]) for placed in shafts) for i in range(width)),
-        lines=tuple(line for placed in shafts for line in _lines(placed)),
+        lines=tuple(placed_lines),
         superposed=tuple(superposed),
     )
 
@@ -182,16 +188,6 @@ def _divided(
             ]
             return finer, moved
     return None
-
-
-def _lines(placed: _PlacedShaft) -> list[PlacedLine]:
-    """Every line of a group at its point: a . f + base, or a . f - base as its conjugate."""
-    lines: list[PlacedLine] = []
-    for orders, minus, line in placed.shaft.members:
-        sign = -1 if minus else 1
-        mesh = (a + sign * b for a, b in zip(orders, placed.mesh, strict=True))
-        lines.append(placed_line((*mesh, *(sign * order for order in placed.orders)), line))
-    return lines
 
 
 # --- the torus --------------------------------------------------------------------------------------------------------

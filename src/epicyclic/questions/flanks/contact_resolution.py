@@ -210,7 +210,13 @@ def _worst(
     most, worst = -1.0, (0.0, 0.0)
     for middle in _candidates(train, helices[0], pairs[0], errors):
         time = middle + np.arange(-2 * _STARTS, 2 * _STARTS + 1) / _STARTS
-        error = _transmission_error(train, helices, pairs, force, errors, time)
+        of_helices = []
+        for helix, pair in zip(helices, pairs, strict=True):
+            slices = 1 if uniform_along_face(pair) else _SLICES_OF_UNEVEN_FACE
+            cut_pair = replace(_with_gaps(train, helix, pair, errors, float(time.mean())), slices=slices)
+            loaded = loaded_contact(cut_pair, [force], helix.sense * (time + float(helix.lead)))
+            of_helices.append(loaded.transmission_error[0])
+        error = np.mean(of_helices, axis=0)
         sigma = helices[0].sense * (time + float(helices[0].lead))
         for angle in angles if errors.profile else angles[:1]:
             whole = error + errors.profile * np.cos(2 * np.pi * sigma + angle) / slant
@@ -239,19 +245,6 @@ def _candidates(train: Train, helix: Mesh, pair: ContactPair, errors: ToothError
     step = np.abs(np.diff(pair_gaps(train, helix, passing) + common))
     largest = np.argsort(-step, kind="stable")[:_SOLVED] + 1
     return [float(numbers[k]) - float(helix.lead) for k in largest] if step.any() else [-float(helix.lead)]
-
-
-def _transmission_error(
-    train: Train, helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, errors: ToothErrors, time: Array
-) -> Array:
-    """Loaded transmission error at times (T,), mean of the helices (T,) [m]."""
-    of_helices = []
-    for helix, pair in zip(helices, pairs, strict=True):
-        slices = 1 if uniform_along_face(pair) else _SLICES_OF_UNEVEN_FACE
-        cut_pair = replace(_with_gaps(train, helix, pair, errors, float(time.mean())), slices=slices)
-        sigma = helix.sense * (time + float(helix.lead))
-        of_helices.append(loaded_contact(cut_pair, [force], sigma).transmission_error[0])
-    return np.asarray(np.mean(of_helices, axis=0))
 
 
 # phases and slices ----------------------------------------------------------------------------------------------------

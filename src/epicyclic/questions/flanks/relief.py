@@ -155,7 +155,11 @@ def relief(
         system=system,
         speeds=None if system is None else relative_speeds(system, speeds, speed_points),
     )
-    _check_bounds(problem)
+    for corner_of_bounds in (np.zeros(len(variables)), np.ones(len(variables))):  # refuse what does not fit a flank
+        bound = problem.settings(corner_of_bounds)
+        for part in chain(*problem.meshes):
+            assert part.mesh.teeth is not None
+            check_pair(part.modified_pair(bound), path=part.mesh.pair, paths=part.mesh.teeth.paths)
     options = {
         **{"vary": dict(vary), "mesh": mesh, "torque": torque, "objectives": list(objectives)},
         **{"factors": list(factors), **asdict(settings)},
@@ -267,15 +271,6 @@ def _meshes(train: Train, mesh: str | Sequence[str] | None) -> list[tuple[Mesh, 
         if helices[0].teeth is None:
             raise ModelError("has no face width, which tooth contact needs", path="mesh", given=name)
     return list({helices[0].pair: helices for helices in meshes}.values())
-
-
-def _check_bounds(problem: ReliefProblem) -> None:
-    """Refuse bounds whose lowest or highest values do not fit a flank."""
-    for corner in (np.zeros(len(problem.variables)), np.ones(len(problem.variables))):
-        settings = problem.settings(corner)
-        for helix in chain(*problem.meshes):
-            assert helix.mesh.teeth is not None
-            check_pair(helix.modified_pair(settings), path=helix.mesh.pair, paths=helix.mesh.teeth.paths)
 
 
 def _drawn_candidate(problem: ReliefProblem, flanks: Mapping[str, Flank]) -> Array | None:
@@ -502,7 +497,13 @@ def genetic_search(
     if record is not None:
         require_writable(record)
     evaluated: list[tuple[Array, Array]] = []
-    algorithm = _algorithm(_first_generation(variables, population, seed, start), variables, objectives, seed)
+    # a Latin hypercube [mckay1979] whose first candidates are replaced by the given ones
+    random = np.random.default_rng(seed)
+    stratum = np.stack([random.permutation(population) for _ in range(variables)], axis=1)
+    first: Array = (stratum + random.random((population, variables))) / population
+    if start is not None:
+        first[: len(start)] = start[:population]
+    algorithm = _algorithm(first, objectives, seed)
     stopped = False
     try:
         for generation in range(generations):
@@ -543,17 +544,7 @@ def genetic_search(
     )
 
 
-def _first_generation(variables: int, population: int, seed: int, start: Array | None) -> Array:
-    """Latin hypercube (P, v) [mckay1979] whose first candidates are replaced by the given ones (k, v)."""
-    random = np.random.default_rng(seed)
-    stratum = np.stack([random.permutation(population) for _ in range(variables)], axis=1)
-    candidates: Array = (stratum + random.random((population, variables))) / population
-    if start is not None:
-        candidates[: len(start)] = start[:population]
-    return candidates
-
-
-def _algorithm(first: Array, variables: int, objectives: int, seed: int) -> Any:
+def _algorithm(first: Array, objectives: int, seed: int) -> Any:
     """GA, or NSGA-II of several objectives, of pymoo [blank2020] with its first generation (P, v)."""
     try:
         from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -565,7 +556,7 @@ def _algorithm(first: Array, variables: int, objectives: int, seed: int) -> Any:
             path="relief",
             allowed="pip install 'epicyclic[optimise]'",
         ) from None
-    problem = Problem(n_var=variables, n_obj=objectives, xl=np.zeros(variables), xu=np.ones(variables))
+    problem = Problem(n_var=first.shape[1], n_obj=objectives, xl=np.zeros(first.shape[1]), xu=np.ones(first.shape[1]))
     algorithm = (GA if objectives == 1 else NSGA2)(pop_size=len(first), sampling=first)
     algorithm.setup(problem, termination=("n_gen", 10**9), seed=seed, verbose=False)
     return algorithm

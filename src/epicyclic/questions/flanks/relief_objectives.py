@@ -133,7 +133,10 @@ def read_variables(
                 raise ModelError(f"given twice for {path}", path=f"vary {name}")
         value = _read(given, key, f"vary {name}")
         if isinstance(value, tuple):
-            variables.append(_variable(str(name).strip(), key, paths, value))
+            low, high = map(float, value) if key in _RESOLUTION else (0.0, len(value))
+            shapes = () if key in _RESOLUTION else tuple(map(str, value))
+            name = str(name).strip()
+            variables.append(DesignVariable(name=name, key=key, paths=paths, low=low, high=high, shapes=shapes))
         else:
             for path in paths:
                 fixed[path][key] = value
@@ -141,13 +144,6 @@ def read_variables(
         raise ModelError("nothing to vary", path="vary", given=dict(vary), allowed='tip_relief.amount = "0..40 um"')
     _require_complete(variables, fixed, flanks)
     return tuple(variables), fixed
-
-
-def _variable(name: str, key: str, paths: tuple[str, ...], bounds: tuple[Value, ...]) -> DesignVariable:
-    if key in _RESOLUTION:
-        low, high = (float(value) for value in bounds)
-        return DesignVariable(name=name, key=key, paths=paths, low=low, high=high)
-    return DesignVariable(name=name, key=key, paths=paths, low=0.0, high=len(bounds), shapes=tuple(map(str, bounds)))
 
 
 def _flanks_and_key(name: str, paths: Sequence[str]) -> tuple[tuple[str, ...], str]:
@@ -173,7 +169,10 @@ def _gear_names(path: str) -> set[str]:
 def _read(given: object, key: str, path: str) -> Value | tuple[Value, ...]:
     """One value, bounds [m], or shapes."""
     if key not in _RESOLUTION:
-        return _shapes(given, path)
+        names = [part.strip() for part in given.split(",")] if isinstance(given, str) else given
+        if not isinstance(names, (list, tuple)) or not names or any(name not in _SHAPES for name in names):
+            raise ModelError("no such shape", path=path, given=given, allowed=", ".join(_SHAPES))
+        return str(names[0]) if len(names) == 1 else tuple(dict.fromkeys(map(str, names)))
     if isinstance(given, str) and ".." in given:
         match = _RANGE.fullmatch(given)
         if match is None:
@@ -214,13 +213,6 @@ def _removing(value: float, key: str, path: str) -> float:
     if value < 0 and key != "slope":
         raise ModelError("takes material off", path=path, given=value, allowed="0 or more")
     return value
-
-
-def _shapes(given: object, path: str) -> Value | tuple[Value, ...]:
-    names = [part.strip() for part in given.split(",")] if isinstance(given, str) else given
-    if not isinstance(names, (list, tuple)) or not names or any(name not in _SHAPES for name in names):
-        raise ModelError("no such shape", path=path, given=given, allowed=", ".join(_SHAPES))
-    return str(names[0]) if len(names) == 1 else tuple(dict.fromkeys(map(str, names)))
 
 
 def _require_complete(

@@ -119,7 +119,9 @@ def train_contact(
     operating = int(np.argmin(np.abs(levels - 1.0)))
     force = np.array([_mesh_force(state) for state in states])
     lengths = [np.full(len(law.meshes), averaging_length(law.pair.plane)) for law in laws]
-    instants = case.record.instants
+    instants, links = case.record.instants, case.system.links
+    motion = states[operating].displacement[:instants]
+    deflection = motion @ links.B - case.acting.link_gap[:instants]
     result = dataset(
         {
             **_force_columns(case, force[..., :instants]),
@@ -129,7 +131,9 @@ def train_contact(
                 _gathered(laws, [_flank_maps(load) for load in loads[operating]]),
             ),
             **_root_columns(laws, loads),
-            **_motion_columns(case, states[operating]),
+            "displacement": (("dof", "time"), (motion * case.system.dofs.radius).T),
+            "link_force": (("link_row", "time"), (links.stiffness * deflection).T),
+            "link_deflection": (("link_row", "time"), deflection.T),
             "averaging_length": ("mesh", _gathered(laws, lengths)),
             "contact_residual": ("torque_factor", np.array([state.contact_residual.max() for state in states])),
             "balance_residual": ("torque_factor", np.array([state.force_residual.max() for state in states])),
@@ -238,6 +242,11 @@ def _case(train: Train, laws: Sequence[MeshFaceLaw], length: _Length, *, samples
         phases, times = np.concatenate([phases, turned]), np.concatenate([times, corners])
     _require_room(len(times), laws)
     cycles = phases[:, of_mesh]
+    # weights of instants in the mean over a length, which repeats, of values linear between them
+    order, length_of_record = np.argsort(times), float(over.count)
+    apart = np.diff(times[order], append=times[order[0]] + length_of_record) / length_of_record
+    weight = np.empty(len(times))
+    weight[order] = 0.5 * (apart + np.roll(apart, 1))
     return _Case(
         laws=laws,
         contacts=[(law.at(cycles[:, list(law.meshes)]), np.array(law.meshes, np.int64)) for law in laws],
@@ -245,17 +254,8 @@ def _case(train: Train, laws: Sequence[MeshFaceLaw], length: _Length, *, samples
         flexible=flexible,
         record=over,
         acting=acting,
-        weight=_weights(times, float(over.count)),
+        weight=weight,
     )
-
-
-def _weights(times: Array, length: float) -> Array:
-    """Weights (T,) [1] of instants in the mean over a length, which repeats, of values linear between them."""
-    order = np.argsort(times)
-    apart = np.diff(times[order], append=times[order[0]] + length) / length
-    weight = np.empty(len(times))
-    weight[order] = 0.5 * (apart + np.roll(apart, 1))
-    return weight
 
 
 def _corner_times(laws: Sequence[MeshFaceLaw], record: Record, rate: Array) -> Array:
@@ -510,18 +510,6 @@ def _flank_maps(load: FaceLoad) -> Array:
         high = min(sigma[:, :, k][loaded[:, :, k]].max() for k in slices)
         maps.append(flank_map(sigma, value, loaded, np.linspace(low, high, _PLACES)))
     return np.array(maps)
-
-
-def _motion_columns(case: _Case, state: ContactEquilibrium) -> dict[str, Any]:
-    """Displacement of every degree of freedom (n, T) [m, rad], force and deflection of every link row (p, T)."""
-    links = case.system.links
-    motion = state.displacement[: case.record.instants]
-    deflection = motion @ links.B - case.acting.link_gap[: case.record.instants]
-    return {
-        "displacement": (("dof", "time"), (motion * case.system.dofs.radius).T),
-        "link_force": (("link_row", "time"), (links.stiffness * deflection).T),
-        "link_deflection": (("link_row", "time"), deflection.T),
-    }
 
 
 def _warnings(train: Train, case: _Case, force: Array) -> list[CodedText]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...results.ties import EQUAL, ranked
+from ...results.dataset import EQUAL, ranked
 from ...show.elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table
 from ...show.series import engineering, mode_groups, numbers, stage_count, summed_shares, texts, unbroken
 from ...show.views import ResultView

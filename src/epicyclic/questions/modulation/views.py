@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...results.ties import ranked
+from ...results.dataset import ranked
 from ...show.elements import Company, Drawing, Section, Table, number
 from ...show.views import ResultView
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
-from ...results.ties import first_largest, largest
+from ...results.dataset import first_largest, largest
 from ...statics.record import parallel_meshes
 from ...statics.static import rounding_of
 from ...statics.tangent import linear

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...results.ties import first_largest, largest
+from ...results.dataset import first_largest, largest
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import engineering, of_first_stage, own_tones, split_name, stage_count, texts, unbroken
 from ...show.tables import (
@@ -164,7 +164,10 @@ def sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     extent_shown = f"from {engineering(speed.min())} to {engineering(speed.max())} % of the operating speed"
     most = f"largest K_v {factor[mesh, at]:.3f} at {engineering(float(speed[at]))} %, {_mesh(result, mesh)}"
     found: list[Finding] = []
-    idle = _idle(result, factor)
+    # meshes of pairs and sides that have no K_v at any speed: they carry nothing
+    pairs = [(stage, pair, side) for stage, pair, _, side in map(split_name, texts(result, "mesh"))]
+    loaded = {pair for pair, known in zip(pairs, np.isfinite(factor).any(axis=1), strict=True) if known}
+    idle = np.array([pair not in loaded for pair in pairs])
     least = result["mesh_force_minimum"].transpose("mesh", "speed").values
     apart = np.asarray((least[~idle] < 0).any(axis=0))  # teeth without load always part and meet again
     parted = _ranges(speed, apart)
@@ -193,13 +196,6 @@ def _first_most(values: np.ndarray) -> tuple[int, int]:
     at = int(np.nanmax(np.where(np.isfinite(values), values, -np.inf), axis=0).argmax())
     (mesh,) = first_largest(values[:, at])
     return mesh, at
-
-
-def _idle(result: xr.Dataset, factor: np.ndarray) -> np.ndarray:
-    """Meshes (m,) of pairs and sides that have no K_v (m, P) at any speed: they carry nothing."""
-    pairs = [(stage, pair, side) for stage, pair, _, side in map(split_name, texts(result, "mesh"))]
-    loaded = {pair for pair, known in zip(pairs, np.isfinite(factor).any(axis=1), strict=True) if known}
-    return np.array([pair not in loaded for pair in pairs])
 
 
 def _ranges(speed: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
@@ -265,7 +261,14 @@ def _motions(result: xr.Dataset) -> Table:
     frequency, rows = result.mesh_frequency.values[rank], []
     for direction in result.direction.values:
         part = result.sel(direction=direction)
-        label = _labels(part)[rank]
+        # periodic, integrated (quasi-periodic), ...: the motion, and what its branch was left by
+        said = [
+            f"{motion or 'none'}{f' ({left})' if left else ''}{', teeth part' if apart > 0 else ''}"
+            for motion, left, apart in zip(
+                part.motion.values, part.branch_instability.values, part.contact_open.max("mesh").values, strict=True
+            )
+        ]
+        label = np.array(said, dtype=object)[rank]
         starts = np.flatnonzero(np.r_[True, label[1:] != label[:-1]])
         for first, last in zip(starts, [*(starts[1:] - 1), len(label) - 1], strict=True):
             rows.append((str(direction), float(frequency[first]), float(frequency[last]), str(label[first])))
@@ -274,17 +277,6 @@ def _motions(result: xr.Dataset) -> Table:
     headings = ("direction", *(end.format(of) for end in ends), "motion")
     left = f", first {_SHOWN} of {len(rows)}" if len(rows) > _SHOWN else ""
     return Table(title=f"What moves{left}", columns=named_columns(headings, rows[:_SHOWN]))
-
-
-def _labels(part: xr.Dataset) -> np.ndarray[Any, np.dtype[np.object_]]:
-    """``periodic``, ``integrated (quasi-periodic)``, ...: the motion, and what its branch was left by."""
-    texts = []
-    for motion, left, apart in zip(
-        part.motion.values, part.branch_instability.values, part.contact_open.max("mesh").values, strict=True
-    ):
-        teeth = ", teeth part" if apart > 0 else ""
-        texts.append(f"{motion or 'none'}{f' ({left})' if left else ''}{teeth}")
-    return np.array(texts, dtype=object)
 
 
 def _folds(result: xr.Dataset) -> list[Table]:

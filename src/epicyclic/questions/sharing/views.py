@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...results.ties import largest
+from ...results.dataset import largest
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
 from ...show.tables import force_table
@@ -112,7 +112,9 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         count = np.count_nonzero(loaded)
         which = f"{count} meshes" if loaded.all() else f"{count} meshes that carry a load"
         if lost:
-            pairs = ", ".join(dict.fromkeys(_pair(name, stages) for name in lost))
+            # differential sun-planet
+            own = (name.split("/")[:2] if stages > 1 else name.split("/")[1:2] for name in lost)
+            pairs = ", ".join(dict.fromkeys(map(" ".join, own)))
             text = f"Teeth part at the operating point in {len(lost)} of {which}: {pairs}."
             found.append(Finding(tone="bad", text=text, change=_CHANGE, anchor="sharing"))
         else:
@@ -145,12 +147,6 @@ def _loaded(result: xr.Dataset) -> NDArray[np.bool_]:
         return np.ones(result.sizes["mesh"], bool)
     loaded: NDArray[np.bool_] = np.isfinite(result.load_sharing.transpose("mesh", ...).values).any(axis=1)
     return loaded
-
-
-def _pair(name: str, stages: int) -> str:
-    """``differential sun-planet``."""
-    stage, pair, *_ = name.split("/")
-    return f"{stage} {pair}" if stages > 1 else pair
 
 
 def _coefficients(result: xr.Dataset, meshes: Sequence[str], definitions: Sequence[str], title: str) -> Table:

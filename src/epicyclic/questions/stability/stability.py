@@ -32,7 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...engine.workers import each, import_results
 from ...errors import ModelError
-from ...results.ties import largest
+from ...results.dataset import largest
 from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, System
 from ...warning_codes import CodedText, coded

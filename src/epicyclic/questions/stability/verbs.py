@@ -99,7 +99,7 @@ def stability(
             return run(system, **options, progress=progress, kept=kept)
     import numpy as np
 
-    from ..studies.loci import stability_map
+    from ..studies.parameter_studies import stability_map
 
     refuse_without(
         False, "speed as the only parameter", variation=variation, damping=damping, relative_speed=relative_speed

@@ -30,8 +30,7 @@ from ...document.tables import leaves
 from ...document.units import KINDS, factor
 from ...engine.source import train_of
 from ...errors import ConvergenceError, ModelError
-from ...results.dataset import SUFFIXES, dataset, load_result
-from ...results.ties import EQUAL, largest
+from ...results.dataset import EQUAL, SUFFIXES, dataset, largest, load_result
 from ...statics.tangent import linear
 from ...system.assembly import assemble
 from ...system.system import System

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from ...document.schema import nearest
 from ...errors import ModelError
-from ...results.dataset import dataset
-from ...results.ties import largest, ranked
+from ...results.dataset import dataset, largest, ranked
 from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
 from ...system.system import System, faces

@@ -102,7 +102,7 @@ def track(
     ModelError : the model is wrong; a path that is no number, an empty range, a value the model cannot have.
     """
     from ...engine.source import train_of
-    from .loci import track as run
+    from .parameter_studies import track as run
 
     return run(
         train_of(source, overrides=overrides),

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...results.ties import largest
+from ...results.dataset import largest
 from ...show.elements import Company, Drawing, KeyFigure, Part, Section, Table, number
 from ...show.series import texts
 from ...show.tables import ComparedRow, compared_rows, letters, percent, shown
@@ -82,7 +82,9 @@ def _differences(result: xr.Dataset) -> tuple[list[list[str]], list[str]]:
     rows = []
     for path, row, numbers in zip(paths[:_MOST], values, result["difference_value"].values, strict=False):
         change = ComparedRow(group="drawing", name=path, unit="", value=tuple(map(float, numbers))).change
-        rows.append(["drawing", path, *(_cell(str(one)) for one in row), *map(percent, change)])
+        # a dash where the file says nothing
+        cells = [(one if len(one) <= 32 else f"{one[:29]}...") or "-" for one in map(str, row)]
+        rows.append(["drawing", path, *cells, *map(percent, change)])
     if not paths:
         return [["drawing", "no difference", *blank, *blank]], []
     if len(paths) <= _MOST:
@@ -93,11 +95,6 @@ def _differences(result: xr.Dataset) -> tuple[list[list[str]], list[str]]:
         heads[head] = heads.get(head, 0) + 1
     listed = ", ".join(f"{count} of {head}" for head, count in heads.items())
     return rows, [f"{len(paths) - _MOST} more differences of the drawings: {listed}; all with --json or -o"]
-
-
-def _cell(text: str) -> str:
-    """Text of one value; a dash where the file says nothing."""
-    return (text if len(text) <= 32 else f"{text[:29]}...") or "-"
 
 
 def _effects(result: xr.Dataset) -> tuple[list[ComparedRow], list[str]]:

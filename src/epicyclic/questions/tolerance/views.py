@@ -128,11 +128,6 @@ def _left_out(result: xr.Dataset) -> str:
     return f"Left out: {'; '.join(found.values())}." if found else ""
 
 
-def _count(result: xr.Dataset) -> str:
-    done = int(result.attrs.get("done", 0))
-    return f"{done:,} samples".replace(",", "\u2009")
-
-
 def _quantiles(result: xr.Dataset) -> Table:
     """Quantiles of the train by each definition with their bands, and of its pairs where they have others."""
     given = [float(p) for p in result["probability"].values]
@@ -148,7 +143,8 @@ def _quantiles(result: xr.Dataset) -> Table:
     columns: dict[str, Any] = {"": list(rows)}
     for place, p in enumerate(given):
         columns[percent(p)] = [row[place] for row in rows.values()]
-    lead = f"{_count(result)}; in brackets the 95 % band of each quantile."
+    count = f"{int(result.attrs.get('done', 0)):,} samples".replace(",", "\u2009")
+    lead = f"{count}; in brackets the 95 % band of each quantile."
     return Table(title="Mesh-load factor not exceeded in ... of the trains", columns=columns, lead=lead)
 
 

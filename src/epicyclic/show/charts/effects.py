@@ -61,7 +61,10 @@ def tornado(data: xr.Dataset, *, most: int = 20) -> go.Figure:
             orientation="h",
             marker={"color": colour},
             name=words,
-            text=[_span_words(a, b, alone) for (a, b), alone in zip(ends, single, strict=True)],
+            text=[
+                f"{'+' if b > 0 else '−'}{engineering(abs(b))}" if alone else f"{engineering(a)} … {engineering(b)}"
+                for (a, b), alone in zip(ends, single, strict=True)
+            ],
             hovertemplate="%{y}: %{text} % per 1 %<extra></extra>",
             **OUTSIDE,
         )
@@ -72,12 +75,6 @@ def tornado(data: xr.Dataset, *, most: int = 20) -> go.Figure:
     reach = 1.28 * float(np.nanmax(size, initial=0.0)) or 1.0
     drawn.update_xaxes(range=[-reach if np.nanmin(low, initial=0.0) < 0 else -0.05 * reach, reach])
     return drawn.update_layout(barmode="overlay", bargap=0.3, legend=level_legend(1.0, x=1), margin={"t": 84})
-
-
-def _span_words(low: float, high: float, same: bool) -> str:
-    if same:
-        return f"{'+' if high > 0 else '−'}{engineering(abs(high))}"
-    return f"{engineering(low)} … {engineering(high)}"
 
 
 def _name(data: xr.Dataset, place: int) -> str:
@@ -175,7 +172,7 @@ def study(result: xr.Dataset, name: str | None = None) -> go.Figure:
     result : Dataset of any kind with a variable of numbers of one or two dims; attribute ``study`` is the title.
     name : the variable, the first of numbers where not said.
     """
-    values = result[name or _first(result)]
+    values = result[name or drawable(result)[0]]
     along = next((dim for dim in values.dims if _abscissa(result, dim) is not None), values.dims[0])
     others = [dim for dim in values.dims if dim != along]
     table = values.transpose(*others, along).values.reshape(-1, values.sizes[along])
@@ -193,14 +190,9 @@ def study(result: xr.Dataset, name: str | None = None) -> go.Figure:
     return drawn.update_layout(showlegend=bool(others))
 
 
-def drawable(result: xr.Dataset) -> bool:
-    """Whether `study` has something to draw."""
-    return any(result[name].dtype.kind == "f" and 1 <= result[name].ndim <= 2 for name in result.data_vars)
-
-
-def _first(result: xr.Dataset) -> str:
-    named = [str(name) for name in result.data_vars if result[name].dtype.kind == "f" and 1 <= result[name].ndim <= 2]
-    return named[0]
+def drawable(result: xr.Dataset) -> list[str]:
+    """Names of the variables that `study` can draw."""
+    return [str(name) for name, one in result.data_vars.items() if one.dtype.kind == "f" and 1 <= one.ndim <= 2]
 
 
 def _abscissa(result: xr.Dataset, dim: Hashable) -> tuple[Array, str] | None:

@@ -57,7 +57,8 @@ def mode_shapes(check: xr.Dataset, modes: xr.Dataset, *, most: int = 30) -> go.F
     swings = [_swing(shape, known, found) for shape in np.moveaxis(_shapes(modes, most), 2, 0)]
     sketches = _sketches(found, axial=_axial(swings))
     swings = swings[: _affordable(sketches, swings)]
-    first = next((place for place, hertz in enumerate(numbers(modes, "frequency")[: len(swings)]) if hertz > 1e-3), 0)
+    hertz, kinds = numbers(modes, "frequency"), texts(modes, "mode_kind", "mode")
+    first = next((place for place in range(len(swings)) if hertz[place] > 1e-3), 0)
     drawn = figure("Mode shapes, exaggerated", height=640)
     drawn.add_traces(_traces(sketches, np.zeros((len(found), 6)), ghost=True))
     ghosts = len(drawn.data)
@@ -74,7 +75,8 @@ def mode_shapes(check: xr.Dataset, modes: xr.Dataset, *, most: int = 30) -> go.F
         for step, phase in enumerate(_phases(swing))
     ]
     _frame(drawn, sketches)
-    _controls(drawn, _titles(modes, len(swings)), [np.iscomplexobj(swing) for swing in swings], first)
+    titles = [f"mode {i + 1}: {engineering(float(hertz[i]))} Hz, {kinds[i]}" for i in range(len(swings))]
+    _controls(drawn, titles, [np.iscomplexobj(swing) for swing in swings], first)
     return drawn
 
 
@@ -151,16 +153,17 @@ def _sketches(found: Sequence[Part], *, axial: bool) -> list[Sketch]:
     right = max(part.offset + part.radius + part.outer for part in found)
     left = min(part.station - _half(part) for part in found)
     shift = right + 0.35 * max(part.radius + part.outer for part in found) - left
+    corners = [complex(_half(part), part.outer) for part in found]
     side = [
         Sketch(
             body=place[part.name],
             kind=part.kind,
             view="side",
             at=complex(part.station + shift, part.y),
-            points=_box(_half(part), part.outer),
+            points=_strokes([np.array([-corner, corner.conjugate(), corner, -corner.conjugate(), -corner])]),
             closed=True,
         )
-        for part in found
+        for part, corner in zip(found, corners, strict=True)
     ]
     return [*front, *side]
 
@@ -192,11 +195,6 @@ def _half(part: Part) -> float:
         return 0.08 * part.outer
     extent = faces(part)
     return (extent[-1][1] - extent[0][0]) / 2
-
-
-def _box(half: float, tall: float) -> NDArray[np.complex128]:
-    corner = complex(half, tall)
-    return _strokes([np.array([-corner, corner.conjugate(), corner, -corner.conjugate(), -corner])])
 
 
 def _traces(
@@ -254,11 +252,6 @@ def _frame(drawn: go.Figure, sketches: Sequence[Sketch]) -> None:
         middle = 5e2 * float(np.nanmin(points.real) + np.nanmax(points.real))
         words = {"front": "front view", "side": "side view, z to the right"}[view]
         note(drawn, words, x=middle, y=1.2 * tall, yanchor="top", xanchor="center")
-
-
-def _titles(modes: xr.Dataset, count: int) -> list[str]:
-    hertz, kinds = numbers(modes, "frequency"), texts(modes, "mode_kind", "mode")
-    return [f"mode {place + 1}: {engineering(float(hertz[place]))} Hz, {kinds[place]}" for place in range(count)]
 
 
 def _controls(drawn: go.Figure, names: Sequence[str], turning: Sequence[bool], first: int) -> None:

@@ -8,7 +8,7 @@ of speeds has the largest dynamic factor, the band about operation, and what mee
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise, product
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...results.ties import EQUAL, largest, ranked
+from ...results.dataset import EQUAL, largest, ranked
 from ..series import (
     Array,
     Series,
@@ -78,16 +78,6 @@ def abscissa(sweep: xr.Dataset) -> tuple[Array, str]:
     return 100 * numbers(sweep, "speed"), "speed [% of the operating speed]"
 
 
-def mark_failed(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
-    """Points that did not converge, as crosses on the axis x (speed,) [Hz]."""
-    bad = [place for place, status in enumerate(texts(sweep, "status", "speed")) if status not in ("ok", "")]
-    if bad:
-        look = {"symbol": "x", "size": 9, "color": WARNING}
-        legend = {"name": "no convergence", "legendgroup": "marks"}
-        at = [float(x[place]) for place in bad]
-        drawn.add_scatter(x=at, y=[0.0] * len(at), mode="markers", marker=look, cliponaxis=False, **legend)
-
-
 def mark_modes(drawn: go.Figure, modes: xr.Dataset | None, sweep: xr.Dataset, x: Array) -> None:
     """What of the modes lies within x (speed,) [Hz], as lines behind the curves.
 
@@ -100,7 +90,7 @@ def mark_modes(drawn: go.Figure, modes: xr.Dataset | None, sweep: xr.Dataset, x:
         _mark_resonances(drawn, modes, sweep, x)
     else:
         natural = [one for one in mode_groups(modes) if float(x.min()) <= one.frequency <= float(x.max())]
-        _kind_lines(drawn, [(one.frequency, one.kind) for one in natural], "{} mode")
+        kind_lines(drawn, [(one.frequency, one.kind) for one in natural], "{} mode", legendgroup="marks")
 
 
 def _mark_resonances(drawn: go.Figure, modes: xr.Dataset, sweep: xr.Dataset, x: Array) -> None:
@@ -111,7 +101,7 @@ def _mark_resonances(drawn: go.Figure, modes: xr.Dataset, sweep: xr.Dataset, x: 
     inside = (force > 0) & (at >= x.min()) & (at <= x.max())
     inside &= np.array([one != "no" for one in texts(modes, "resonance_excited", "resonance")], dtype=bool)
     shown = [int(place) for place in ranked(force, equal=EQUAL) if inside[place]][:_RESONANCES]
-    _kind_lines(drawn, [(float(at[place]), kinds[place]) for place in shown], "resonance, {} mode")
+    kind_lines(drawn, [(float(at[place]), kinds[place]) for place in shown], "resonance, {} mode", legendgroup="marks")
     stages = texts(modes, "resonance_stage")
     several = len(set(stages)) > 1
     taken: list[float] = []
@@ -134,15 +124,20 @@ def _operating_frequency(sweep: xr.Dataset, x: Array) -> float:
     return float(np.median(x[known] / speed[known])) if known.any() else np.nan
 
 
-def _kind_lines(drawn: go.Figure, lines: list[tuple[float, str]], name: str) -> None:
-    """Dotted lines at abscissas, in the colours of kinds of modes, each kind once in the legend."""
+def kind_lines(
+    drawn: go.Figure, lines: list[tuple[float, str]], name: str, *, along: str = "x", alpha: float = 0.75, **look: Any
+) -> None:
+    """Dotted lines at places along an axis, in the colours of kinds of modes, each kind once in the legend.
+
+    lines : place and kind of the mode.  name : in the legend, with {} for the kind.  look : of that entry.
+    """
     looks = {
-        kind: {"color": translucent(mode_colour(kind), 0.75), "width": 1.1, "dash": "dot"}
+        kind: {"color": translucent(mode_colour(kind), alpha), "width": 1.1, "dash": "dot"}
         for kind in dict.fromkeys(kind for _, kind in lines)
     }
-    lines_across(drawn, [(at, {"line": looks[kind], "layer": "below"}) for at, kind in lines])
+    lines_across(drawn, [(at, {"line": looks[kind], "layer": "below"}) for at, kind in lines], along=along)
     for kind, line in looks.items():
-        add_key(drawn, name.format(kind), line, legendgroup="marks")
+        add_key(drawn, name.format(kind), line, **look)
 
 
 def mark_operating(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
@@ -161,7 +156,12 @@ def _finished(drawn: go.Figure, sweep: xr.Dataset, modes: xr.Dataset | None, x: 
     """The figure over x (speed,) [Hz] with its range and all marks."""
     if len(x):
         drawn.update_xaxes(range=[float(x.min()), float(x.max())])
-    mark_failed(drawn, sweep, x)
+    bad = [place for place, status in enumerate(texts(sweep, "status", "speed")) if status not in ("ok", "")]
+    if bad:
+        look = {"symbol": "x", "size": 9, "color": WARNING}
+        legend = {"name": "no convergence", "legendgroup": "marks"}
+        at = [float(x[place]) for place in bad]
+        drawn.add_scatter(x=at, y=[0.0] * len(at), mode="markers", marker=look, cliponaxis=False, **legend)
     mark_modes(drawn, modes, sweep, x)
     mark_operating(drawn, sweep, x)
     return drawn
@@ -336,7 +336,10 @@ def _branches(drawn: go.Figure, sweep: xr.Dataset, x: Array, y: Array) -> None:
     part, kind = sweep["path_part"].values, np.array(texts(sweep, "path_instability"), dtype=object)
     unstable = ~np.isin(kind, ("stable", ""))
     shown: set[bool] = set()
-    for first, last in _runs(unstable, part):
+    # runs of one kind, not across a break of the branch
+    cut = np.flatnonzero((unstable[1:] != unstable[:-1]) | (np.abs(np.diff(part)) > 1))
+    for run in np.split(np.arange(len(unstable)), cut + 1) if len(unstable) else ():
+        first, last = int(run[0]), int(run[-1])
         dashed = bool(unstable[first])
         end = min(last + 1, len(x) - 1) if last + 1 < len(x) and part[last + 1] - part[last] in (0, 1) else last
         label = "unstable branch" if dashed else "branch"
@@ -351,15 +354,6 @@ def _branches(drawn: go.Figure, sweep: xr.Dataset, x: Array, y: Array) -> None:
             **entry(label, first=dashed not in shown),
         )
         shown.add(dashed)
-
-
-def _runs(unstable: NDArray[np.bool_], part: NDArray[np.int64]) -> list[tuple[int, int]]:
-    """First and last places of runs of one kind (P,), not across a break of the branch."""
-    if not len(unstable):
-        return []
-    cut = (unstable[1:] != unstable[:-1]) | (np.abs(np.diff(part)) > 1)
-    edges = [0, *(np.flatnonzero(cut) + 1).tolist(), len(unstable)]
-    return [(first, last - 1) for first, last in pairwise(edges)]
 
 
 def _direction(drawn: go.Figure, part: xr.Dataset, direction: str, x: Array, rank: NDArray[np.int64]) -> None:
@@ -436,16 +430,18 @@ def operating_range(results: Mapping[str, Pair]) -> go.Figure | None:
         if single:
             _names(drawn, modes, 32 / strip)
     if most >= _PARTS:
-        ends = {"x0": 0, "x1": 1, "xref": "paper", "y0": _PARTS, "y1": _PARTS}
-        drawn.add_shape(type="line", **ends, line={"color": WARNING, "width": 1.2, "dash": "dash"})
+        across = {"x0": 0, "x1": 1, "xref": "paper", "y0": _PARTS, "y1": _PARTS}
+        drawn.add_shape(type="line", **across, line={"color": WARNING, "width": 1.2, "dash": "dash"})
         where = {"x": 0.005, "xref": "paper", "xanchor": "left", "y": _PARTS, "yanchor": "bottom"}
         note(drawn, f"K_v {_PARTS:g}", **where, font={"size": 12, "color": WARNING})
     drawn.add_vline(x=100, line={"color": INK, "width": 1.5})
+    ends = [value for curve in curves.values() if curve is not None for value in (curve[0][0], curve[0][-1])]
+    ends = ends or [value for modes, _ in known.values() for value in _speeds(modes)]
     drawn.update_layout(
         height=_CURVE + strip + _AROUND,
         yaxis={"range": [1.0, max(1.02, 1 + 1.08 * (most - 1))], "domain": [0, low], "showticklabels": rated},
         yaxis2={"range": [0, 1], "domain": [low, 1], "visible": False, "fixedrange": True},
-        xaxis={"range": _extent(known, curves)},
+        xaxis={"range": [float(min(*ends, 95.0)), float(max(*ends, 105.0))]},
         legend=level_legend(-60 / (_CURVE + strip)),
     )
     return drawn.update_layout(showlegend=True, margin={"t": 76})
@@ -494,9 +490,3 @@ def _names(drawn: go.Figure, modes: xr.Dataset, height: float) -> None:
             kept.append(float(speed[i]))
             upright = {"textangle": -90, "yref": "y2", "yanchor": "bottom", "font": {"size": 11, "color": PALE}}
             note(drawn, words[i], x=float(speed[i]), y=height, **upright)
-
-
-def _extent(known: Mapping[str, Pair], curves: Mapping[str, tuple[Array, Array] | None]) -> list[float]:
-    ends = [value for curve in curves.values() if curve is not None for value in (curve[0][0], curve[0][-1])]
-    ends = ends or [value for modes, _ in known.values() for value in _speeds(modes)]
-    return [float(min(*ends, 95.0)), float(max(*ends, 105.0))]

@@ -13,7 +13,7 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ...results.ties import ranked
+from ...results.dataset import ranked
 from ..series import (
     Array,
     by_panel,
@@ -275,11 +275,31 @@ def modulation(result: xr.Dataset) -> go.Figure:
         variable, title = "carrier_order", "frequency per speed of the carrier [1]"
     x = np.asarray(result[variable].values, float)
     rings = {"color": PALE, "size": 9, "symbol": "circle-open"}
+    label, cause, hertz = texts(result, "line"), texts(result, "causes"), result["line_frequency"].values
     for row in (2, 3):
         for family, colour in _colours(result).items():
             lines = [i for i in shown if str(result["family"].values[i]) == family]
-            if lines:
-                _stems(drawn, result, lines, x, level, colour=colour, family=family, row=row)
+            if not lines:
+                continue
+            # from the bottom up to the level of each line
+            at, heads = [float(x[i]) for i in lines], [round(float(level[i]), 2) for i in lines]
+            drawn.add_scatter(
+                x=[value for place in at for value in (place, place, None)],
+                y=[value for head in heads for value in (-_DECIBELS, head, None)],
+                **{"mode": "lines", "line": {"color": colour, "width": 1.8}, "legendgroup": family},
+                **{"showlegend": False, "hoverinfo": "skip", "row": row, "col": 1},
+            )
+            words = [
+                f"{label[i]}, {engineering(float(hertz[i]))} Hz<br>{cause[i].replace('; ', '<br>')}" for i in lines
+            ]
+            drawn.add_scatter(
+                x=[round(place, 6) for place in at],
+                y=heads,
+                **{"mode": "markers", "marker": {"color": colour, "size": 5}, "name": family, "legendgroup": family},
+                text=words,
+                hovertemplate="%{text}<br>%{y:.1f} dB<extra></extra>",
+                **{"showlegend": row == 2, "row": row, "col": 1},
+            )
         # rings at the level that each line has in the train as drawn
         drawn.add_scatter(
             x=[round(float(x[i]), 6) for i in there],
@@ -334,37 +354,6 @@ def _signal(drawn: go.Figure, result: xr.Dataset, carrier: float) -> None:
             at = float(passage) * carrier % 1.0
             drawn.add_vline(x=at, line={"color": branch_colour(int(planet)), "width": 1.6, "dash": "dot"}, row=1, col=1)
             note(drawn, f"planet {planet}", x=at, **where)
-
-
-def _stems(
-    drawn: go.Figure,
-    result: xr.Dataset,
-    lines: list[int],
-    x: Array,
-    level: Array,
-    *,
-    colour: str,
-    family: str,
-    row: int,
-) -> None:
-    """Lines of one family at x (lines,), from the bottom up to their level (lines,) [dB]."""
-    at, heads = [float(x[i]) for i in lines], [round(float(level[i]), 2) for i in lines]
-    label, cause = texts(result, "line"), texts(result, "causes")
-    hertz = result["line_frequency"].values
-    drawn.add_scatter(
-        x=[value for place in at for value in (place, place, None)],
-        y=[value for head in heads for value in (-_DECIBELS, head, None)],
-        **{"mode": "lines", "line": {"color": colour, "width": 1.8}, "legendgroup": family},
-        **{"showlegend": False, "hoverinfo": "skip", "row": row, "col": 1},
-    )
-    drawn.add_scatter(
-        x=[round(place, 6) for place in at],
-        y=heads,
-        **{"mode": "markers", "marker": {"color": colour, "size": 5}, "name": family, "legendgroup": family},
-        text=[f"{label[i]}, {engineering(float(hertz[i]))} Hz<br>{cause[i].replace('; ', '<br>')}" for i in lines],
-        hovertemplate="%{text}<br>%{y:.1f} dB<extra></extra>",
-        **{"showlegend": row == 2, "row": row, "col": 1},
-    )
 
 
 def _zoom(drawn: go.Figure, result: xr.Dataset, shown: list[int], x: Array, level: Array) -> None:

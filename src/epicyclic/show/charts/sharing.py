@@ -258,7 +258,13 @@ def k_gamma_histogram(result: xr.Dataset) -> go.Figure:
         line = {"color": PALETTE[1], "width": 1.6, "shape": "hvh"}
         words = "largest while turning"
         add_curve(drawn, outline[0], 100 * outline[1], digits=(6, 5), line=line, name=words, hoverinfo="skip")
-    _add_lines(drawn, quantiles, references, limits)
+    lines = [(value, f"{percent(p)}: {value:.3f}", INK, "solid") for p, value in quantiles.items()]
+    lines += [(value, f"{name}: {value:.4g}", WARNING, "dash") for name, value in references.items()]
+    lines += [(value, name, WARNING, "dot") for name, value in limits.items()]
+    for place, (at, words, colour, dash) in enumerate(sorted(lines)):
+        drawn.add_vline(x=at, line={"color": colour, "width": 1.6, "dash": dash})
+        where = {"x": at, "xref": "x", "y": _HEIGHTS[place % len(_HEIGHTS)], "yref": "paper", "yanchor": "bottom"}
+        note(drawn, words, **where, font={"size": 12, "color": colour})
     drawn.update_xaxes(range=[low, high])
     drawn.update_yaxes(rangemode="tozero")
     legend = level_legend(-0.17, x=1)
@@ -273,19 +279,6 @@ def _range(result: xr.Dataset, counts: Array, shown: list[float]) -> tuple[float
     high = max([float(edges[min(last + 1, len(edges) - 1)]), *shown])
     room = 0.04 * max(high - low, 1e-6)
     return low - room, high + room
-
-
-def _add_lines(
-    drawn: go.Figure, quantiles: dict[float, float], references: dict[str, float], limits: dict[str, float]
-) -> None:
-    """Percentiles and lines of the user, each with its words above the panel."""
-    lines = [(value, f"{percent(p)}: {value:.3f}", INK, "solid") for p, value in quantiles.items()]
-    lines += [(value, f"{name}: {value:.4g}", WARNING, "dash") for name, value in references.items()]
-    lines += [(value, name, WARNING, "dot") for name, value in limits.items()]
-    for place, (x, words, colour, dash) in enumerate(sorted(lines)):
-        drawn.add_vline(x=x, line={"color": colour, "width": 1.6, "dash": dash})
-        where = {"x": x, "xref": "x", "y": _HEIGHTS[place % len(_HEIGHTS)], "yref": "paper", "yanchor": "bottom"}
-        note(drawn, words, **where, font={"size": 12, "color": colour})
 
 
 def _k_gamma_panels(title: str, names: list[str]) -> go.Figure:
@@ -335,8 +328,8 @@ def _mark_drawn(drawn: go.Figure, x: float, panel: int) -> None:
 
 def _finished(drawn: go.Figure, count: int) -> go.Figure:
     """The figure with the titles of its axes of K_gamma, numbers on every panel's own, and its legend."""
-    for row in range(-(-count // _ACROSS)):
-        drawn.update_yaxes(title_text="Kγ [-]", row=row + 1, col=1)
+    for row in range(1, -(-count // _ACROSS) + 1):
+        drawn.update_yaxes(title_text="Kγ [-]", row=row, col=1)
     drawn.update_xaxes(showticklabels=True)
     legend = level_legend(0.99, x=1, yref="container", yanchor="top")
     return drawn.update_layout(showlegend=True, legend=legend, margin={**drawn.layout.margin.to_plotly_json(), "t": 84})
@@ -439,7 +432,22 @@ def grade_prices(result: xr.Dataset) -> go.Figure:
         ("one grade finer", _FINER, 1, ("finer_grade", "extra_cost", "finer_k_gamma")),
         ("one grade coarser", _COARSER, -1, ("coarser_grade", "saving", "coarser_k_gamma")),
     ):
-        said += _add_neighbours(drawn, result, names, price, words, colour, sign, steps)
+        grade, change, factor = steps
+        costs, values, grades = numbers(result, change), numbers(result, factor), texts(result, grade)
+        # of entries with another grade that has a price
+        kept = np.flatnonzero(np.isfinite(costs) & np.isfinite(values)).tolist()
+        if not kept:
+            continue
+        prices = [price + sign * float(costs[i]) for i in kept]
+        drawn.add_scatter(
+            x=prices,
+            y=compact(values[kept], digits=6),
+            **{"mode": "markers", "name": words, "marker": {"size": 9, "color": colour}},
+            text=[names[i] for i in kept],
+            customdata=[f"{grades[i]}: {'+' if sign > 0 else '−'}{engineering(float(costs[i]))}" for i in kept],
+            hovertemplate="%{text}, %{customdata}<br>Kγ %{y:.4f}<extra></extra>",
+        )
+        said += [(at, float(values[i]), names[i]) for at, i in zip(prices, kept, strict=True)]
     paid = float(result["drawn_price"]) if "drawn_price" in result else np.nan
     if np.isfinite(paid):
         cross = {"symbol": "x", "size": 12, "color": INK}
@@ -450,34 +458,6 @@ def grade_prices(result: xr.Dataset) -> go.Figure:
     note(drawn, "target", x=1, xref="paper", xanchor="right", y=target, yanchor="bottom", font={"color": WARNING})
     _name_points(drawn, said, target)
     return drawn.update_layout(showlegend=True, legend=level_legend(1.0, x=1), margin={"t": 96})
-
-
-def _add_neighbours(
-    drawn: go.Figure,
-    result: xr.Dataset,
-    names: list[str],
-    price: float,
-    words: str,
-    colour: str,
-    sign: int,
-    variables: tuple[str, str, str],
-) -> list[tuple[float, float, str]]:
-    """Points of one change each, none without a price; their prices, factors and the names of their entries."""
-    grade, change, factor = variables
-    steps, values, grades = numbers(result, change), numbers(result, factor), texts(result, grade)
-    kept = [i for i in range(len(names)) if np.isfinite(steps[i]) and np.isfinite(values[i])]
-    if not kept:
-        return []
-    prices = [price + sign * float(steps[i]) for i in kept]
-    drawn.add_scatter(
-        x=prices,
-        y=compact(values[kept], digits=6),
-        **{"mode": "markers", "name": words, "marker": {"size": 9, "color": colour}},
-        text=[names[i] for i in kept],
-        customdata=[f"{grades[i]}: {'+' if sign > 0 else '−'}{engineering(float(steps[i]))}" for i in kept],
-        hovertemplate="%{text}, %{customdata}<br>Kγ %{y:.4f}<extra></extra>",
-    )
-    return [(at, float(values[i]), names[i]) for at, i in zip(prices, kept, strict=True)]
 
 
 def _name_points(drawn: go.Figure, said: list[tuple[float, float, str]], target: float) -> None:

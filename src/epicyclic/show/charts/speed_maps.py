@@ -18,7 +18,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..series import Array, compact, engineering, mode_groups, numbers, stability_verdict, texts
-from .over_speed import abscissa, mark_operating
+from .over_speed import abscissa, kind_lines, mark_operating
 from .style import (
     GRID,
     INK,
@@ -26,11 +26,8 @@ from .style import (
     PALETTE,
     WARNING,
     add_curve,
-    add_key,
     figure,
     level_legend,
-    lines_across,
-    mode_colour,
     note,
     panels,
     translucent,
@@ -91,7 +88,8 @@ def waterfall(sweep: xr.Dataset, modes: xr.Dataset | None = None, *, mesh: str |
     highest = _highest(shown, x, top, modes)
     for ray in shown:
         _draw(drawn, ray, x, top, highest)
-    _natural(drawn, modes, highest)
+    natural = [one for one in mode_groups(modes) if 0 < one.frequency <= highest] if modes is not None else []
+    kind_lines(drawn, [(one.frequency, one.kind) for one in natural], "{} mode", along="y", alpha=0.6)
     _label(drawn, crests(shown, x, modes, highest=highest), x, highest)
     mark_operating(drawn, sweep, x)
     if len(x):
@@ -224,18 +222,6 @@ def _scale(top: float) -> dict[str, object]:
     bar["tickvals"] = [float(np.log10(tick)) for tick in ticks]
     bar["ticktext"] = [engineering(tick) for tick in ticks]
     return {"colorscale": _COLOURS, "cmin": float(low), "cmax": float(high), "colorbar": bar}
-
-
-def _natural(drawn: go.Figure, modes: xr.Dataset | None, highest: float) -> None:
-    """Natural frequencies as lines in the colour of their kind."""
-    inside = [one for one in mode_groups(modes) if 0 < one.frequency <= highest] if modes is not None else []
-    looks = {
-        kind: {"color": translucent(mode_colour(kind), 0.6), "width": 1.1, "dash": "dot"}
-        for kind in dict.fromkeys(one.kind for one in inside)
-    }
-    lines_across(drawn, [(one.frequency, {"line": looks[one.kind], "layer": "below"}) for one in inside], along="y")
-    for kind, line in looks.items():
-        add_key(drawn, f"{kind} mode", line)
 
 
 def _label(drawn: go.Figure, shown: list[Crest], x: Array, highest: float) -> None:

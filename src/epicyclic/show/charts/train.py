@@ -24,11 +24,6 @@ from ..series import (
 from .style import DASHES, INK, OUTSIDE, PALE, add_curve, branch_colour, entry, figure, kind_colour, panels
 
 
-def member_label(name: str, several: bool) -> str:
-    """``main.sun`` -> ``sun``, ``main sun`` where there are several stages."""
-    return name.replace(".", " ") if several else name.split(".")[-1]
-
-
 def members(check: xr.Dataset) -> go.Figure:
     """Speed [rpm], external torque [N m or kN m] and power into the train [kW] of every member, as bars about zero.
 
@@ -52,7 +47,7 @@ def members(check: xr.Dataset) -> go.Figure:
         words = [engineering(value).replace("-", "\u2212") for value in values]
         drawn.add_bar(
             x=[float(value) if there else 0.0 for value, there in zip(values, known, strict=True)],
-            y=[member_label(one.name, several) for one in found],
+            y=[one.name.replace(".", " ") if several else one.name.split(".")[-1] for one in found],
             orientation="h",
             marker={"color": [kind_colour(one.kind) for one in found]},
             text=[text if there else "not given" for text, there in zip(words, known, strict=True)],

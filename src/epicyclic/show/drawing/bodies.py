@@ -130,9 +130,12 @@ def rotations(forms: Mapping[str, ToothForm], matings: list[Mating]) -> dict[str
         if mating.a not in placed and mating.b not in placed:
             placed[mating.a] = _turn_of_a(a, mating, mating.sigma)
         if mating.b not in placed:
-            placed[mating.b] = _turn_of_b(b, mating, _sigma_of_a(a, mating, placed[mating.a]))
+            sigma = mating.flank * a.teeth / (2 * math.pi) * (placed[mating.a] - _turn_of_a(a, mating, 0.0))
+            placed[mating.b] = _turn_of_b(b, mating, sigma)
         elif mating.a not in placed:
-            placed[mating.a] = _turn_of_a(a, mating, _sigma_of_b(b, mating, placed[mating.b]))
+            sign = mating.flank if b.internal else -mating.flank
+            sigma = sign * b.teeth / (2 * math.pi) * (placed[mating.b] - _turn_of_b(b, mating, 0.0))
+            placed[mating.a] = _turn_of_a(a, mating, sigma)
     return {name: placed.get(name, 0.0) for name in forms}
 
 
@@ -150,20 +153,11 @@ def _turn_of_a(form: ToothForm, mating: Mating, sigma: float) -> float:
     return mating.direction - mating.flank * _pitch_half_angle(form, mating) + turned
 
 
-def _sigma_of_a(form: ToothForm, mating: Mating, turn: float) -> float:
-    return mating.flank * form.teeth / (2 * math.pi) * (turn - _turn_of_a(form, mating, 0.0))
-
-
 def _turn_of_b(form: ToothForm, mating: Mating, sigma: float) -> float:
     half, turned = _pitch_half_angle(form, mating), 2 * math.pi * mating.flank * sigma / form.teeth
     if form.internal:
         return mating.direction + mating.flank * half + turned
     return mating.direction + math.pi - mating.flank * half - turned
-
-
-def _sigma_of_b(form: ToothForm, mating: Mating, turn: float) -> float:
-    inward = 1 if form.internal else -1
-    return inward * mating.flank * form.teeth / (2 * math.pi) * (turn - _turn_of_b(form, mating, 0.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -244,11 +238,6 @@ def faces(part: Part) -> list[tuple[float, float, int]]:
     return [(left - half, left + half, part.hand), (right - half, right + half, -part.hand)]
 
 
-def title_of(check: xr.Dataset) -> str:
-    """Title of the train."""
-    return str(check.attrs.get("title", ""))
-
-
 def matings(check: xr.Dataset) -> list[Mating]:
     """Every mesh of the train, with the place of its contact at time zero."""
     if "gear_a" not in check.variables:
@@ -292,7 +281,7 @@ def _bodies(check: xr.Dataset) -> list[Part]:
             member=member or name,
             kind=kind,
             stage=stage,
-            branch=int(branch) if np.isfinite(branch) else 0,
+            branch=int(np.nan_to_num(branch)),
             side=side,
             carried_by=carrier,
             x=x,
@@ -331,7 +320,6 @@ def _toothed(body: Part, row: Mapping[str, Any]) -> Part:
         profile_shift=value("profile_shift", 0.0),
         pressure_angle=value("pressure_angle"),
     )
-    hand = value("hand", 0.0)
     return replace(
         body,
         form=form,
@@ -341,7 +329,7 @@ def _toothed(body: Part, row: Mapping[str, Any]) -> Part:
         gap=float(np.nan_to_num(value("gap", 0.0))),
         herringbone=bool(row["herringbone"]) if "herringbone" in row else False,
         helix_angle=float(np.nan_to_num(value("helix_angle", 0.0))),
-        hand=int(hand) if np.isfinite(hand) else 0,
+        hand=int(np.nan_to_num(value("hand", 0.0))),
     )
 
 

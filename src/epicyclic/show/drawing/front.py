@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
@@ -137,9 +138,9 @@ def _held(check: xr.Dataset, found: Sequence[Part]) -> list[go.Scatter]:
             deep = 0.03 * part.outer
             count = 48 if part.form.internal else 16
             for angle in 2 * math.pi * np.arange(count) / count:
-                turned = angle + (1.6 * deep / radius if part.form.internal else -1.6 * deep / radius)
-                ends = np.array([radius, radius + deep if part.form.internal else radius - deep])
-                both = np.array([angle, turned])
+                outwards = deep if part.form.internal else -deep
+                ends = np.array([radius, radius + outwards])
+                both = np.array([angle, angle + 1.6 * outwards / radius])
                 pieces.append((part.x + part.offset + ends * np.cos(both), part.y + ends * np.sin(both)))
             pieces.append(_circle(part.x + part.offset, part.y, radius))
     line = {"line": {"color": INK, "width": 1.2}, "name": "held", "showlegend": True}
@@ -175,7 +176,9 @@ def _action(mating: Mating, a: Part, b: Part) -> tuple[Array, Array]:
 def _senses(found: Sequence[Part]) -> list[go.Scatter]:
     """Arc arrows of the absolute speeds, one for all gears that turn alike on one axis."""
     arcs, heads = [], []
-    for part in {(one.x + one.offset, one.y, one.speed, _inside(one)): one for one in found}.values():
+    for part in {
+        (one.x + one.offset, one.y, one.speed, one.form is not None and one.form.internal): one for one in found
+    }.values():
         if part.form is None or not np.isfinite(part.speed) or part.speed == 0:
             continue
         rim = (part.form.root_radius + part.outer) / 2
@@ -196,10 +199,6 @@ def _senses(found: Sequence[Part]) -> list[go.Scatter]:
     return [_line(*_joined(arcs), {**arc, **group}), _line(at[:, 0], at[:, 1], {**head, **group})]
 
 
-def _inside(part: Part) -> bool:
-    return part.form is not None and part.form.internal
-
-
 def _names(check: xr.Dataset, found: Sequence[Part]) -> list[go.Scatter]:
     """Names in the gears, one for all on one axis; that of a ring above and that of a carrier below the stage.
 
@@ -207,7 +206,8 @@ def _names(check: xr.Dataset, found: Sequence[Part]) -> list[go.Scatter]:
     """
     several = len(stages(found)) > 1
     still = _still(check)
-    shown = 780.0 / (1e-9 + _across(found))  # [px/m] of a figure of 900 px that its width limits
+    low, high = _ends(found)
+    shown = 780.0 / (1e-9 + 1.08 * (high - low))  # [px/m] of a figure of 900 px that its width limits
     shown = min(shown, 440.0 / (2.36 * max((part.radius + part.outer for part in found), default=1.0)))
     rows: dict[tuple[int, str], list[tuple[float, float, str]]] = {}
     outside: dict[tuple[str, str], list[Part]] = {(stage, "top"): [] for stage in stages(found)} if several else {}
@@ -246,7 +246,9 @@ def _names(check: xr.Dataset, found: Sequence[Part]) -> list[go.Scatter]:
 def _fitting(own: Sequence[Part], still: Collection[str], room: float) -> tuple[str, int]:
     """Name and teeth of the gears on one axis in the largest type that so many pixels hold, else the branch alone."""
     tried = [
-        "<br>".join(_name(part, still) for part in own) if len(own) == 1 else _stepped(own, still),
+        _name(own[0], still)
+        if len(own) == 1
+        else "<br>".join(_name(part, still).replace("<br>", ", ") for part in own),
         "<br>".join(part.short for part in own),
         str(own[0].branch or own[0].short),
     ]
@@ -256,10 +258,6 @@ def _fitting(own: Sequence[Part], still: Collection[str], room: float) -> tuple[
             if 0.56 * size * wide <= room and 1.3 * size * (text.count("<br>") + 1) <= room:
                 return text, size
     return tried[-1], 9
-
-
-def _stepped(own: Sequence[Part], still: Collection[str]) -> str:
-    return "<br>".join(_name(part, still).replace("<br>", ", ") for part in own)
 
 
 def _name(part: Part, still: Collection[str]) -> str:
@@ -272,20 +270,17 @@ def _name(part: Part, still: Collection[str]) -> str:
     return ", ".join(text for text in (part.short, teeth, speed) if text)
 
 
-def _across(found: Sequence[Part]) -> float:
+def _ends(found: Sequence[Part]) -> tuple[float, float]:
+    """Of the drawing along x [m]."""
     low = min((part.offset - part.radius - part.outer for part in found), default=-1.0)
-    return 1.08 * (max((part.offset + part.radius + part.outer for part in found), default=1.0) - low)
+    return low, max((part.offset + part.radius + part.outer for part in found), default=1.0)
 
 
 def _frame(drawn: go.Figure, found: Sequence[Part]) -> None:
-    low = min((part.offset - part.radius - part.outer for part in found), default=-1.0)
-    high = max((part.offset + part.radius + part.outer for part in found), default=1.0)
+    low, high = _ends(found)
     tall = max((part.radius + part.outer for part in found), default=1.0)
     drawn.update_xaxes(range=[1.04e3 * low, 1.04e3 * high], constrain="domain", showgrid=False)
-    rings: dict[str, int] = {}
-    for part in found:
-        if part.form is not None and part.form.internal:
-            rings[part.stage] = rings.get(part.stage, 0) + 1
+    rings = Counter(part.stage for part in found if part.form is not None and part.form.internal)
     lines = max(rings.values(), default=1) + (len(stages(found)) > 1)
     above = 1.18 + 0.09 * max(lines - 1, 0)  # a line of text for each further ring, and for the name of the stage
     drawn.update_yaxes(range=[-1.18e3 * tall, above * 1e3 * tall], scaleanchor="x", constrain="domain", showgrid=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -57,7 +57,8 @@ def train_section(check: xr.Dataset) -> go.Figure:
     check : Dataset of `check`: what `section_layout.layout_of` reads.
     """
     layout = layout_of(check)
-    given = widths_given(check)
+    # whether every gear has its face width from the model
+    given = "gear" not in check.dims or bool(np.isfinite(numbers(check, "face_width", "gear")).all())
     title = "Axial section, gears to scale" if given else "Axial section, radii to scale (face widths are not given)"
     several = len({part.split("/")[0] for part in texts(check, "gear")}) > 1
     drawn = figure(
@@ -68,18 +69,20 @@ def train_section(check: xr.Dataset) -> go.Figure:
     drawn.add_traces(_couplings(layout))
     for column in layout.columns:
         for group in column.groups:
-            drawn.add_traces(_solid(group, column, layout))
+            if group.first.form is not None:
+                drawn.add_traces(_gear(group, column, layout))
+            elif _carried(group, column):
+                drawn.add_traces(_carrier(group, column, layout))
+            else:
+                half, middle = layout.length(BODY / 2), group.first.station + column.shift
+                radii = (base_of(group, column, layout), _height(column, layout))
+                drawn.add_traces(boxes((middle - half, middle + half), radii, group, layout, appearance(group)))
         drawn.add_traces(_pins(column, layout))
     drawn.add_traces(_meshes(check, layout))
     drawn.add_traces(supports(layout))
     _names(drawn, layout)
     _frame(drawn, layout)
     return drawn
-
-
-def widths_given(check: xr.Dataset) -> bool:
-    """Whether every gear has its face width from the model."""
-    return "gear" not in check.dims or bool(np.isfinite(numbers(check, "face_width", "gear")).all())
 
 
 def _shafts(column: Column, layout: SectionLayout) -> list[go.Scatter]:
@@ -93,24 +96,13 @@ def _shafts(column: Column, layout: SectionLayout) -> list[go.Scatter]:
             ends = [beyond(column, side, SEGMENT, layout) for side in ("left", "right")]
             reach = [station + column.shift + way * layout.length(12) for station in stations for way in (-1, 1)]
             found.append(box((min([ends[0], *reach]), max([ends[1], *reach])), around, look))
-        for side, stack in (("left", column.left), ("right", column.right)):
-            if group.key in stack and not column.lone:
-                start = edge_of(column, side) if group.first.form else cheek(column, side, layout)[0]
-                if group.internal:
-                    start = disc(column, side, layout)[0]
-                radii = lane_radii(lane_of(group, column, side), layout)
-                found += boxes((start, end_of(group, column, side, layout)), radii, group, layout, look)
+        for side in [] if column.lone else column.sides_of(group):
+            start = edge_of(column, side) if group.first.form else cheek(column, side, layout)[0]
+            if group.internal:
+                start = disc(column, side, layout)[0]
+            radii = lane_radii(lane_of(group, column, side), layout)
+            found += boxes((start, end_of(group, column, side, layout)), radii, group, layout, look)
     return found
-
-
-def _solid(group: Group, column: Column, layout: SectionLayout) -> list[go.Scatter]:
-    if group.first.form is not None:
-        return _gear(group, column, layout)
-    if _carried(group, column):
-        return _carrier(group, column, layout)
-    half, middle = layout.length(BODY / 2), group.first.station + column.shift
-    radii = (base_of(group, column, layout), _height(column, layout))
-    return boxes((middle - half, middle + half), radii, group, layout, appearance(group))
 
 
 def _height(column: Column, layout: SectionLayout) -> float:
@@ -123,7 +115,7 @@ def _gear(group: Group, column: Column, layout: SectionLayout) -> list[go.Scatte
     assert form is not None
     low = base_of(group, column, layout) if not group.internal and group.first.radius < 1e-9 else group.low
     traces = []
-    for one, other in zip(group.faces, group.faces[1:], strict=False):
+    for one, other in pairwise(group.faces):
         along = (one[1] + shift, other[0] + shift)
         if web := _web(group, low, layout):
             traces += boxes(along, web, group, layout, appearance(group, 0.75))
@@ -131,12 +123,11 @@ def _gear(group: Group, column: Column, layout: SectionLayout) -> list[go.Scatte
         traces += boxes((left + shift, right + shift), (low, group.high), group, layout, look)
         if hand:
             traces += _helix(group, (left + shift, right + shift), (low, group.high), hand, layout)
-    for side, stack in (("left", column.left), ("right", column.right)):
-        if group.internal and group.key in stack:
-            plate, rim = disc(column, side, layout), (form.root_radius, group.high)
-            floor = lane_radii(lane_of(group, column, side), layout)[0]
-            traces += boxes((edge_of(column, side), plate[1]), rim, group, layout, look)
-            traces += boxes(plate, (floor, group.high), group, layout, look)
+    for side in column.sides_of(group) if group.internal else ():
+        plate, rim = disc(column, side, layout), (form.root_radius, group.high)
+        floor = lane_radii(lane_of(group, column, side), layout)[0]
+        traces += boxes((edge_of(column, side), plate[1]), rim, group, layout, look)
+        traces += boxes(plate, (floor, group.high), group, layout, look)
     return traces
 
 
@@ -223,22 +214,13 @@ def _meshes(check: xr.Dataset, layout: SectionLayout) -> list[go.Scatter]:
         )
         if (a.first.branch and b.first.branch) or apart > 0.2 * max(a.high, b.high):
             continue  # two planets of a branch mesh beside the plane
-        for left, right in _overlaps(a, b):
+        over = {(max(one[0], two[0]), min(one[1], two[1])) for one, two in product(a.faces, b.faces)}
+        for left, right in sorted(span for span in over if span[1] > span[0]):
             for sign in sorted(set(signs(a, layout)) & set(signs(b, layout))):
                 z += [left + column.shift, right + column.shift, math.nan]
                 r += [sign * level, sign * level, math.nan]
     look = {"line": {"color": WARNING, "width": 3}, "name": "meshes", "showlegend": True}
     return [trace(z, r, look)] if z else []
-
-
-def _overlaps(a: Group, b: Group) -> list[tuple[float, float]]:
-    """Where faces of two gears lie over each other [m]."""
-    found = set()
-    for left, right, _ in a.faces:
-        for start, stop, _ in b.faces:
-            if min(right, stop) > max(left, start):
-                found.add((max(left, start), min(right, stop)))
-    return sorted(found)
 
 
 def _couplings(layout: SectionLayout) -> list[go.Scatter]:
@@ -322,10 +304,9 @@ def _rings(drawn: go.Figure, title: str, column: Column, layout: SectionLayout) 
     middles = [(group.faces[0][0] + group.faces[-1][1]) / 2 + column.shift for group in rings]
     if len(rings) > 1:
         places = sorted(zip(middles, texts, strict=True))
-        pairs = pairwise(places)
         room = [
             (far - near) * layout.scale - (text_width(one) + text_width(other)) / 2
-            for (near, one), (far, other) in pairs
+            for (near, one), (far, other) in pairwise(places)
         ]
         if min(room) < AIR:
             middles, texts = [sum(middles) / len(middles)], [", ".join(texts)]
@@ -377,19 +358,15 @@ def _name(drawn: go.Figure, group: Group, column: Column, layout: SectionLayout)
 
 def _crowded(column: Column, side: str) -> bool:
     """Whether the disc of a ring stands on that side of the gears."""
-    stack = column.left if side == "left" else column.right
-    return any(group.internal and group.key in stack for group in column.groups)
+    return any(group.internal and side in column.sides_of(group) for group in column.groups)
 
 
 def _port(drawn: go.Figure, group: Group, column: Column, side: str, layout: SectionLayout) -> None:
     """Power at the end of a shaft, with the way it goes."""
     if any(one.left == group.key or one.right == group.key for one in layout.couplings):
         return
-    into = group.power > 0
     low, high = lane_radii(lane_of(group, column, side), layout)
-    outwards = "→" if side == "right" else "←"
-    inwards = "←" if side == "right" else "→"
-    arrow = inwards if into else outwards
+    arrow = "←" if (group.power > 0) == (side == "right") else "→"
     words = f"{arrow} {_power(group)}" if side == "right" else f"{_power(group)} {arrow}"
     towards, shift = ("left", 6) if side == "right" else ("right", -6)
     at, stack = end_of(group, column, side, layout), column.left if side == "left" else column.right
@@ -407,7 +384,9 @@ def _frame(drawn: go.Figure, layout: SectionLayout) -> None:
     top = layout.top + layout.length(66)
     bottom = -top if layout.both else -layout.length(44)
     drawn.add_trace(trace([low, high], [0, 0], {"line": {"color": PALE, "width": 1.2, "dash": "longdashdot"}}))
-    bar = _round(0.16 * (high - low))
+    longest = 0.16 * (high - low)  # the bar is the next smaller 1, 2 or 5 times a power of ten
+    power = 10.0 ** math.floor(math.log10(longest))
+    bar = next(step * power for step in (5.0, 2.0, 1.0) if step * power <= longest * (1 + 1e-9))
     level = bottom + layout.length(14)
     ends = [low, low, low + bar, low + bar], [level + layout.length(4), level, level, level + layout.length(4)]
     drawn.add_trace(trace(*ends, {"line": {"color": INK, "width": 1.6}}))
@@ -418,9 +397,3 @@ def _frame(drawn: go.Figure, layout: SectionLayout) -> None:
     shrunk = min(1.0, WIDE / ((high - low) * layout.scale))  # a crowded series does not fit as it was laid out
     drawn.update_layout(height=round((top - bottom) * layout.scale * shrunk + 130))
     drawn.update_layout(legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": -0.03, "yanchor": "top"})
-
-
-def _round(length: float) -> float:
-    """The next smaller 1, 2 or 5 times a power of ten [m]."""
-    power = 10.0 ** math.floor(math.log10(length))
-    return next(step * power for step in (5.0, 2.0, 1.0) if step * power <= length * (1 + 1e-9))

@@ -7,6 +7,7 @@ discs, ends.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -123,6 +124,10 @@ class Column:
     room_left: float = 0.0
     room_right: float = 0.0
 
+    def sides_of(self, group: Group) -> list[str]:
+        """Sides on which the shaft of a group leaves."""
+        return [side for side, stack in (("left", self.left), ("right", self.right)) if group.key in stack]
+
     @property
     def lone(self) -> bool:
         return all(group.first.form is None for group in self.groups)
@@ -169,7 +174,12 @@ def layout_of(check: xr.Dataset) -> SectionLayout:
     columns = _sided(_ordered(groups, coupled), coupled)
     places = {column.place: place for place, column in enumerate(columns)}
     found = _lanes(coupled, places)
-    columns = [_passed(column, place, found, places) for place, column in enumerate(columns)]
+    for place, column in enumerate(columns):
+        lanes = [one.lane for one in found if one.lane >= 0 and places[one.left[0]] < place < places[one.right[0]]]
+        passing = max(lanes, default=-1) + 1
+        columns[place] = replace(
+            column, passing=passing, room_left=_room(column, "left"), room_right=_room(column, "right")
+        )
     top = max(column.top for column in columns if not column.lone or len(columns) == 1)
     both = any(group.half < 0 for group in groups)
     scale = _scale(columns, top, both)
@@ -187,7 +197,9 @@ def _links(check: xr.Dataset) -> tuple[SectionLink, ...]:
     return tuple(
         SectionLink(
             name=name,
-            kind=kind or _kind(name),
+            # a result file that is older than the variable has the kind in the name alone
+            kind=kind
+            or next((word for word in ("support", "bearing", "neck", "shaft") if f"/{word}" in name), "coupling"),
             first=first,
             second=second,
             station=float(station),
@@ -195,11 +207,6 @@ def _links(check: xr.Dataset) -> tuple[SectionLink, ...]:
         )
         for name, kind, first, second, station, k in rows
     )
-
-
-def _kind(name: str) -> str:
-    """Kind of a link whose result file is older than the variable."""
-    return next((kind for kind in ("support", "bearing", "neck", "shaft") if f"/{kind}" in name), "coupling")
 
 
 def _groups(check: xr.Dataset, links: Sequence[SectionLink]) -> list[Group]:
@@ -288,7 +295,12 @@ def _coupled(links: Iterable[SectionLink], ends: Mapping[str, Group]) -> list[tu
 
 def _ordered(groups: Sequence[Group], coupled: Sequence[tuple[str, Group, Group]]) -> list[Column]:
     """Stages by station, else as they are written; lone bodies where couplings become shortest."""
-    columns = {place: _column(place, groups) for place in dict.fromkeys(group.place for group in groups)}
+    columns: dict[str, Column] = {}
+    for place in dict.fromkeys(group.place for group in groups):
+        own = tuple(group for group in groups if group.place == place)
+        ends = [end for group in own if group.first.form is not None for face in group.faces for end in face[:2]]
+        ends = ends or [group.first.station for group in own]
+        columns[place] = Column(place=place, groups=own, low=min(ends), high=max(ends))
     order = [place for place, column in columns.items() if not column.lone]
     waiting = [place for place, column in columns.items() if column.lone]
     pairs = [(one.place, other.place) for _, one, other in coupled]
@@ -305,13 +317,6 @@ def _ordered(groups: Sequence[Group], coupled: Sequence[tuple[str, Group, Group]
 def _span(order: Sequence[str], pairs: Iterable[tuple[str, str]]) -> int:
     at = {place: number for number, place in enumerate(order)}
     return sum(abs(at[one] - at[other]) for one, other in pairs if one in at and other in at)
-
-
-def _column(place: str, groups: Sequence[Group]) -> Column:
-    own = tuple(group for group in groups if group.place == place)
-    ends = [end for group in own if group.first.form is not None for face in group.faces for end in face[:2]]
-    ends = ends or [group.first.station for group in own]
-    return Column(place=place, groups=own, low=min(ends), high=max(ends))
 
 
 def _sided(columns: Sequence[Column], coupled: Sequence[tuple[str, Group, Group]]) -> list[Column]:
@@ -334,21 +339,16 @@ def _sides_of(column: Column, towards: Mapping[tuple[str, str, int], set[str]]) 
     for group in sorted(central, key=lambda one: (_RANK.get(one.kind, 1), one.high)):
         own = towards.get(group.key)
         if own is None and not column.lone and not (group.internal and (group.held or not group.power)):
-            free = {"left": 0, "right": 0}
-            for sides in chosen.values():
-                for side in sides:
-                    free[side] += 1
+            free = Counter(side for sides in chosen.values() for side in sides)
             loaded = [part.side for part in group.bodies if part.side and abs(np.nan_to_num(part.torque)) > 0]
             prefer = loaded[0] if len(loaded) == 1 else "left" if _RANK.get(group.kind, 1) < 2 else "right"
             other = "left" if prefer == "right" else "right"
             own = {other if len(loaded) != 1 and free[prefer] > free[other] else prefer}
         if own:
             chosen[group.key] = own
-    stacks = {
-        side: tuple(key for key, sides in chosen.items() if side in sides)  # sorted by rank: from the axis outwards
-        for side in ("left", "right")
-    }
-    return replace(column, left=stacks["left"], right=stacks["right"])
+    # sorted by rank: from the axis outwards
+    left, right = (tuple(key for key, sides in chosen.items() if side in sides) for side in ("left", "right"))
+    return replace(column, left=left, right=right)
 
 
 def _lanes(coupled: Sequence[tuple[str, Group, Group]], places: Mapping[str, int]) -> list[Coupling]:
@@ -365,12 +365,6 @@ def _lanes(coupled: Sequence[tuple[str, Group, Group]], places: Mapping[str, int
             taken.append((lane, first, last))
         found.append(Coupling(name=name, left=a.key, right=b.key, lane=lane))
     return found
-
-
-def _passed(column: Column, place: int, found: Sequence[Coupling], places: Mapping[str, int]) -> Column:
-    lanes = [one.lane for one in found if one.lane >= 0 and places[one.left[0]] < place < places[one.right[0]]]
-    column = replace(column, passing=max(lanes, default=-1) + 1)
-    return replace(column, room_left=_room(column, "left"), room_right=_room(column, "right"))
 
 
 def _room(column: Column, side: str) -> float:
@@ -400,14 +394,11 @@ def _scale(columns: Sequence[Column], top: float, both: bool) -> float:
 def _shifted(columns: Sequence[Column], scale: float) -> list[Column]:
     """Columns one behind the other: where they stand, or further right where they would meet."""
     result: list[Column] = []
+    behind = -math.inf
     for column in columns:
-        start = column.low - column.room_left / scale
-        shift = 0.0
-        if result:
-            last = result[-1]
-            behind = last.high + last.shift + (last.room_right + AIR) / scale
-            shift = max(0.0, behind - start)
+        shift = max(0.0, behind - (column.low - column.room_left / scale))
         result.append(replace(column, shift=shift))
+        behind = column.high + shift + (column.room_right + AIR) / scale
     return result
 
 
@@ -470,8 +461,7 @@ def lane_of(group: Group, column: Column, side: str) -> int:
 
 def base_of(group: Group, column: Column, layout: SectionLayout) -> float:
     """Inner radius of a member about the axis [m]."""
-    sides = [side for side, stack in (("left", column.left), ("right", column.right)) if group.key in stack]
-    number = min((lane_of(group, column, side) for side in sides), default=column.passing)
+    number = min((lane_of(group, column, side) for side in column.sides_of(group)), default=column.passing)
     return lane_radii(number, layout)[0]
 
 
@@ -531,8 +521,8 @@ def supports(layout: SectionLayout) -> list[go.Scatter]:
                 walls.add((round(z, 9), sign * top, "up" if sign > 0 else "down"))
                 stems.append((z, sign * group.high, sign * top))
                 r = group.high + layout.length(10)
-            if fixed and not group.internal and group.key in (*column.left, *column.right) and not column.lone:
-                side = "left" if group.key in column.left else "right"
+            if fixed and not group.internal and column.sides_of(group) and not column.lone:
+                side = column.sides_of(group)[0]
                 end = end_of(group, column, side, layout)
                 walls.add((round(end, 9), sign * lane_radii(lane_of(group, column, side), layout)[1] / 2, side))
             if not (fixed and group.internal) and (link.radial or link.axial):
@@ -560,7 +550,7 @@ def _seat(link: SectionLink, group: Group, column: Column, layout: SectionLayout
         return place, group.first.radius
     if column.lone:
         return station + column.shift, base_of(group, column, layout) + layout.length(LANE)
-    sides = [side for side, stack in (("left", column.left), ("right", column.right)) if group.key in stack]
+    sides = column.sides_of(group)
     if not sides:
         return station + column.shift, base_of(group, column, layout) + layout.length(LANE / 2)
     side = "right" if "right" in sides and station > (column.low + column.high) / 2 else sides[0]
@@ -577,8 +567,8 @@ def _marked(marks: Mapping[tuple[float, float], Sequence[SectionLink]], layout: 
     found: list[go.Scatter] = []
     for name, look in _SYMBOLS.items():
         rigid = name.startswith("rigid")
-        own = {at: links for at, links in marks.items() if any(link.radial for link in links)}
-        own = {at: links for at, links in own.items() if all(math.isinf(max(k.stiffness[:2])) for k in links) == rigid}
+        radial = {at: links for at, links in marks.items() if any(link.radial for link in links)}
+        own = {at: k for at, k in radial.items() if all(math.isinf(max(one.stiffness[:2])) for one in k) == rigid}
         if own:
             words = ["<br>".join(map(spring, links)) for links in own.values()]
             marker = {**look, "size": 11, "line": {"width": 1.4, "color": INK}}
@@ -601,17 +591,14 @@ def _grounds(walls: Iterable[tuple[float, float, str]], layout: SectionLayout) -
     r: list[float] = []
     half, deep = layout.length(10), layout.length(5)
     for at, height, way in sorted(walls):
-        along = np.linspace(-half, half, 5)
-        upright = way in ("left", "right")
         sign = 1 if way in ("up", "right") else -1
-        places = [(0.0, one) for one in (-half, half)] if upright else [(one, 0.0) for one in (-half, half)]
-        strokes = [places]
-        for one in along:
-            end = (sign * deep, one - deep) if upright else (one - deep, sign * deep)
-            strokes.append([(0.0, one) if upright else (one, 0.0), end])
+        # of an upright wall; the others are these with their axes exchanged
+        strokes = [[(0.0, -half), (0.0, half)]]
+        strokes += [[(0.0, one), (sign * deep, one - deep)] for one in np.linspace(-half, half, 5)]
         for stroke in strokes:
-            z += [*(at + dz for dz, _ in stroke), math.nan]
-            r += [*(height + dr for _, dr in stroke), math.nan]
+            ends = stroke if way in ("left", "right") else [end[::-1] for end in stroke]
+            z += [*(at + dz for dz, _ in ends), math.nan]
+            r += [*(height + dr for _, dr in ends), math.nan]
     look = {"line": {"color": INK, "width": 1.3}, "name": "housing", "showlegend": True}
     return [trace(z, r, look)] if z else []
 

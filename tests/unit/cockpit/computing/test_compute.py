@@ -151,9 +151,7 @@ def test_a_refused_value_is_told_at_the_path_that_was_set(lever: str) -> None:
 
 
 def test_work_pauses_often(slowness: float) -> None:
-    request = Request(
-        rev=1, kind="full", source=tomllib.loads(drive_text("xu2020")), overrides=RUN_OUTS
-    )
+    request = Request(rev=1, kind="full", source=tomllib.loads(drive_text("xu2020")), overrides=RUN_OUTS)
     clock: list[float] = []
 
     def asked() -> bool:

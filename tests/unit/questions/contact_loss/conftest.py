@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 import pytest
@@ -161,12 +162,22 @@ def _bench(scale: float = 0.35, backlash: float = 1e-4) -> System:
     return with_backlash(system, backlash=backlash, load=scale)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class _Equation:
     """M q'' + (C + s G) q' + (K + s Cskew + s^2 Kg) q + sum of flanks = F(t) of a System with one tone."""
 
     system: System
     speed: float
+
+    @cached_property
+    def waves(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]:
+        """Of the L lines: exponents i w (L,) [1/s], gaps of flanks (L, m + c) [m] and forces (L, n) [N]."""
+        lines, power = self.system.lines, self.speed ** np.arange(3)
+        turn = 2j * np.pi * self.speed * np.array([float(line.frequency) for line in lines])
+        gap = np.array([self.system.flank_gaps(line) for line in lines], complex)
+        push = np.array([power @ line.force for line in lines], complex)
+        flanks = len(self.system.meshes.name) + self.system.far_flanks.mesh.size
+        return turn, gap.reshape(-1, flanks), push.reshape(-1, len(self.system.force))
 
     def flanks(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
         """Forces of the loaded and of the far flanks, (m,) and (c,)."""
@@ -184,21 +195,14 @@ class _Equation:
         return loaded, np.where(gap_far > 0, k_far * gap_far + meshes.damping[far.mesh] * fast_far, 0.0)
 
     def _error(self, t: float) -> tuple[Array, Array]:
-        total = np.zeros(len(self.system.meshes.name) + self.system.far_flanks.mesh.size)
-        rate = total.copy()
-        for line in self.system.lines:
-            w = 2 * np.pi * float(line.frequency) * self.speed
-            value = self.system.flank_gaps(line) * np.exp(1j * w * t)
-            total, rate = total + value.real, rate + (1j * w * value).real
-        return total, rate
+        turn, gap, _ = self.waves
+        phase = np.exp(turn * t)
+        return (phase @ gap).real, ((turn * phase) @ gap).real
 
     def push(self, t: float) -> Array:
         """External force, (n,)."""
-        s, force = self.speed, self.system.force.copy()
-        for line in self.system.lines:
-            wave = np.exp(2j * np.pi * float(line.frequency) * s * t)
-            force = force + ((line.force[0] + s * line.force[1] + s**2 * line.force[2]) * wave).real
-        return force
+        turn, _, push = self.waves
+        return np.asarray(self.system.force + (np.exp(turn * t) @ push).real)
 
     def slope(self) -> Callable[[float, Array], Array]:
         system, s, n = self.system, self.speed, len(self.system.force)

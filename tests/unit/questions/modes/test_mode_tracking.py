@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -81,13 +82,14 @@ def test_a_double_root_is_turned_to_what_went_before() -> None:
     assert repeated_loci(np.array([before.omega_squared, here.omega_squared])) == [(0, 1), (2,)]
 
 
-def over_pins(build: Any, mistuned: Array) -> tuple[list[ModeSet], list[LocusEvent], tuple[str, ...]]:
+@cache
+def over_pins(build: Any, mistuned: tuple[float, float]) -> tuple[list[ModeSet], list[LocusEvent], tuple[str, ...]]:
     """Four planets, over the pin stiffness; two meshes stiffer by the parts `mistuned`."""
 
     def system(value: float) -> System:
         made: System = build.planar(mesh=(5e8, 6e8), lateral=(1e8, 1e8, 1e8, value)).system()
         stiffness = made.meshes.stiffness.copy()
-        stiffness[1:3] *= 1 + mistuned
+        stiffness[1:3] *= 1 + np.array(mistuned)
         return replace(made, meshes=replace(made.meshes, stiffness=stiffness))
 
     def at(value: float) -> ModeSet:
@@ -105,7 +107,7 @@ def over_pins(build: Any, mistuned: Array) -> tuple[list[ModeSet], list[LocusEve
 
 def test_modes_of_different_kinds_cross_and_of_one_kind_veer(build: Any) -> None:
     """Symmetry keeps the kinds apart whatever the pins; two rotational modes are nothing apart [lin2001]."""
-    path, met, kinds = over_pins(build, np.zeros(2))
+    path, met, kinds = over_pins(build, (0.0, 0.0))
     kind_of = {event: (kinds[event.first[0]], kinds[event.second[0]]) for event in met}
     crossing = [event for event in met if event.kind == "crossing"]
     veering = [event for event in met if event.kind == "veering"]
@@ -122,9 +124,9 @@ def test_modes_of_different_kinds_cross_and_of_one_kind_veer(build: Any) -> None
 
 def test_mistuned_planets_turn_crossings_into_veerings(build: Any) -> None:
     """One planet alone leaves a mirror: of each double root one mode still crosses; two unequal ones leave nothing."""
-    _, tuned_met, _ = over_pins(build, np.zeros(2))
+    _, tuned_met, _ = over_pins(build, (0.0, 0.0))
     crossings = [event.value for event in tuned_met if event.kind == "crossing"]
-    for mistuned, left in ((np.array([0.02, 0.0]), 1), (np.array([0.02, 0.012]), 0)):
+    for mistuned, left in (((0.02, 0.0), 1), ((0.02, 0.012), 0)):
         _, met, _ = over_pins(build, mistuned)
         for value in crossings:
             near = [event for event in met if abs(event.value / value - 1) < 0.02]

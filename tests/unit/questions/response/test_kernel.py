@@ -58,7 +58,7 @@ def test_truncated_forces_are_made_once(name: str, speeds: tuple[float, ...]) ->
             if solved is not None:
                 assert solved.truncated_force is not None
                 again = truncated_product(ready.kernel(block.truncation, shifted=shifted), solved.gap)
-                assert solved.truncated_force == pytest.approx(again, rel=1e-12, abs=1e-12 * np.abs(again).max())
+                assert np.abs(solved.truncated_force - again).max() <= 1e-12 * np.abs(again).max()
     assert name != "encased-differential" or all(block.shaft is not None for block in blocks)
 
 

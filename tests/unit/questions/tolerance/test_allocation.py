@@ -18,6 +18,7 @@ from epicyclic.engine.plan import piece_uniforms, sampling_plan
 from epicyclic.errors import ModelError
 from epicyclic.questions.tolerance.allocation import GradeSet, SampledGrades, allocate, allocated_model, grade_columns
 from epicyclic.questions.tolerance.tolerance_map import tolerance_map
+from epicyclic.statics import sample_loads
 from epicyclic.train.resolution import costs_of, tolerances_of
 
 POSITION, GAP = "deviations.main.planet.position.y", "deviations.main.meshes.sun-planet.gap"
@@ -69,12 +70,12 @@ def with_grades(texts: tuple[str, ...]) -> dict[str, Any]:
     return changed(**{POSITION: position, GAP: own, RUN_OUT: run_out})
 
 
-def exceeding(model: dict[str, Any], definition: int) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """K_gamma of the samples of the search, of a model of its own."""
+def exceeding(model: dict[str, Any]) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """K_gamma (samples, definition) of the samples of the search, of a model of its own."""
     drawn, plan = tolerance_map(epicyclic.load(model)), sampling_plan(SAMPLES, seed=1)
     d, rows = drawn.dimension_entry.size, plan.together * plan.rows
     u = np.concatenate([piece_uniforms(plan, piece, d)[:rows] for piece in range(plan.pieces)])
-    return np.asarray(drawn.evaluate(u).k[:, definition].max(axis=1))
+    return np.asarray(drawn.evaluate(u).k[:, :2].max(axis=2))
 
 
 @pytest.fixture(scope="module")
@@ -84,8 +85,7 @@ def every() -> dict[tuple[str, ...], tuple[float, Any]]:
     found = {}
     for texts in product(*(costs[path] for path in (POSITION, GAP, RUN_OUT))):
         price = sum(costs[path][text] for path, text in zip((POSITION, GAP, RUN_OUT), texts, strict=True))
-        model = with_grades(texts)
-        found[texts] = price, np.stack([exceeding(model, definition) for definition in (0, 1)], axis=1)
+        found[texts] = price, exceeding(with_grades(texts))
     return found
 
 
@@ -143,11 +143,14 @@ def test_a_stiffness_with_prices_is_searched_by_evaluation() -> None:
     assert (float(found.total_price), found.attrs["linear"]) == (4.0, 0)
 
 
-def test_where_contact_opens_the_loads_of_teeth_that_only_push_decide() -> None:
+def test_where_contact_opens_the_loads_of_teeth_that_only_push_decide(monkeypatch: pytest.MonkeyPatch) -> None:
+    # the mean over a run-out of open contact and its largest, of fewer places: both sides of what is compared have them
+    monkeypatch.setattr(sample_loads, "_PHASES", 72)
+    monkeypatch.setattr(sample_loads, "_ROUNDS", 2)
     # at 60 N m the errors open most meshes: the sum of columns, which lets them pull, exceeds any such target
     model = changed(**{"operation.torque.main.sun": "normal(60 N m, 2 N m)"})
     model["operation"]["torque"]["sun"] = "60 N m"
-    options: dict[str, Any] = {"probability": 0.9, "samples": 256, "fresh_samples": 256}
+    options: dict[str, Any] = {"probability": 0.9, "samples": 80, "fresh_samples": 80}
     found = allocate(model, target=2.3, **options)
     # one pin alone saturates at 2.236 of five planets; the coarsest grades of all are enough
     assert (float(found.total_price), found.attrs["linear"]) == (30.0, 0)

@@ -19,7 +19,7 @@ from epicyclic.errors import ModelError
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.tolerance.tolerance_map import SAMPLES, ToleranceMap, tolerance_map
 from epicyclic.show.console import warnings_of
-from epicyclic.statics import sample_loads
+from epicyclic.statics import load_map, sample_loads
 from epicyclic.statics.record import excitation
 from epicyclic.statics.sample_loads import SampleLoads, mean_loads, net_forces
 from epicyclic.statics.static import held_train, settled
@@ -220,7 +220,7 @@ def forces_at(system: System, index: NDArray[np.int64]) -> Array:
     return net_force(np.hstack([state.mesh_force, state.far_force]), far)
 
 
-@pytest.mark.parametrize(("torque", "count", "tolerance"), [("100 kN m", 120, 1e-9), ("3 kN m", 80, 1e-6)])
+@pytest.mark.parametrize(("torque", "count", "tolerance"), [("100 kN m", 40, 1e-9), ("3 kN m", 30, 1e-6)])
 def test_samples_of_ren2021_are_full_static_solutions(torque: str, count: int, tolerance: float) -> None:
     model = ren(**{"main.sun": torque})
     given = tolerance_map(load(model))
@@ -245,7 +245,7 @@ def test_samples_of_ren2021_are_full_static_solutions(torque: str, count: int, t
         # bounds of all phases hold those at any
         shares = 3 * expected[:, :3:2] / expected[:, [0, 2, 4]].sum(axis=1, keepdims=True)
         assert values.k[sample, 1, 0] >= shares.max() * (1 - 1e-9)
-    assert (opened > 20) == (torque == "3 kN m")
+    assert (opened > count // 4) == (torque == "3 kN m")
 
 
 @pytest.mark.parametrize(("n", "backlash"), [(4, None), (5, None), (3, "8 um"), (5, "8 um")])
@@ -525,6 +525,13 @@ def test_correlated_pins_move_together() -> None:
     np.testing.assert_allclose(json.loads(gap.removesuffix(" m")), expected, rtol=1e-9)
 
 
+def scattered(count: int, dimensions: int) -> Array:
+    """Points (count, d) in [0, 1) in steps of irrational length, which need no search for a lattice."""
+    root = np.roots([1, *[0] * (dimensions - 1), -1, -1])
+    root = root[np.abs(root.imag) < 1e-9].real.max()
+    return np.asarray(np.outer(np.arange(count), root ** -np.arange(1.0, dimensions + 1)) % 1.0)
+
+
 def test_the_search_for_the_largest_while_turning_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     """Against 43 200 slow phases of open contact; of few phases without a search the shortfall is said."""
     run_outs = {f"deviations.main.{member}.run_out": "disc(20 um)" for member in ("sun", "planet", "ring", "carrier")}
@@ -534,6 +541,7 @@ def test_the_search_for_the_largest_while_turning_is_bounded(monkeypatch: pytest
     u = np.random.default_rng(5).random((8, len(given.dimension_entry)))
     with monkeypatch.context() as brute:
         brute.setattr(sample_loads, "_DENSE_PHASES", 43_200)
+        brute.setattr(load_map, "_lattice", scattered)
         reference = given.evaluate(u, dense=True)
     assert reference.open.sum() > 1
     np.testing.assert_allclose(given.evaluate(u).k[:, 1], reference.k[:, 1], rtol=1e-4)
@@ -562,8 +570,10 @@ def test_mean_and_largest_of_wide_open_contact_are_converged(monkeypatch: pytest
     given = tolerance_map(load(model))
     u = np.random.default_rng(1).random((8, len(given.dimension_entry)))
     found = given.evaluate(u)
-    monkeypatch.setattr(sample_loads, "_DENSE_PHASES", 20_000)
-    reference = given.evaluate(u, dense=True)
+    with monkeypatch.context() as brute:
+        brute.setattr(sample_loads, "_DENSE_PHASES", 20_000)
+        brute.setattr(load_map, "_lattice", scattered)
+        reference = given.evaluate(u, dense=True)
     assert found.open.sum() > 6
     np.testing.assert_allclose(found.load[:, 0], reference.load[:, 0], rtol=0, atol=5e-3)
     assert np.nanmax(reference.k[:, 1] / found.k[:, 1]) < 1.01

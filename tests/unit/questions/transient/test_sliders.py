@@ -89,7 +89,7 @@ def test_compiled_sliders_are_the_law(lag: float, clearance: float) -> None:
         laws = stacked([one])
         numbers = np.array([0, rows, K, -FRICTION, START, START + clearance, K, 1.0, lag, clearance])
         seen = set()
-        for _ in range(2000):
+        for _ in range(600):
             delta, rate = rng.normal(size=rows) * 10 ** rng.uniform(-6, -4), rng.normal(size=rows)
             anchor = rng.normal(size=rows)
             anchor *= clearance * rng.choice([1.0, rng.random()]) / np.linalg.norm(anchor)
@@ -111,14 +111,14 @@ def test_compiled_sliders_are_the_law(lag: float, clearance: float) -> None:
 def test_compiled_steps_equal_numpy(made: Any, monkeypatch: pytest.MonkeyPatch, lag: float, clearance: float) -> None:
     pytest.importorskip("numba")
     moving = motion(plane(made, lag=lag, clearance=clearance), program=constant(0.9))
-    fast, sliders = integrate(moving, at_rest(moving), stop=0.05, steps=1000, keep=10)
+    fast, sliders = integrate(moving, at_rest(moving), stop=0.025, steps=500, keep=10)
     monkeypatch.setattr(integrators, "numba_available", lambda: False)
-    slow, other = integrate(moving, at_rest(moving), stop=0.05, steps=1000, keep=10)
-    # the same steps with sums in another order: rounding, grown over 1000 steps
+    slow, other = integrate(moving, at_rest(moving), stop=0.025, steps=500, keep=10)
+    # the same steps with sums in another order: rounding, grown over 500 steps
     np.testing.assert_allclose(fast, slow, rtol=1e-9, atol=1e-11 * np.abs(slow).max())
     np.testing.assert_allclose(sliders, other, rtol=1e-9, atol=1e-10 * clearance)
     assert np.ptp(sliders, axis=0).min() > 0.1 * clearance
-    stretch = group_stretch(moving, np.linspace(0, 0.05, 101), fast)
+    stretch = group_stretch(moving, np.linspace(0, 0.025, 51), fast)
     states = set(np.ravel(moving.laws.state(stretch, sliders)).tolist())
     assert states >= ({1, 3} if clearance < CLEARANCE else {1})
 
@@ -208,8 +208,8 @@ def test_order_of_fixed_steps(made: Any) -> None:
 def test_adaptive_methods_move_the_sliders(made: Any, method: Any) -> None:
     """Both rows of a line and of a plane against fine fixed steps; the tolerance is felt."""
     moving = motion(oscillator(made, amplitude=60.0, c=40.0), program=constant(1.1))
-    times, start = np.linspace(0, 0.02, 21), np.zeros((2, 1))
-    exact, sliders = integrate(moving, start, stop=0.02, steps=200_000, keep=10_000)
+    times, start = np.linspace(0, 0.01, 11), np.zeros((2, 1))
+    exact, sliders = integrate(moving, start, stop=0.01, steps=100_000, keep=10_000)
     begin, far = to_modal(moving, start), []
     for tolerance in (1e-5, 1e-8) if method == "dop853" else (1e-6,):
         found, slid = adaptive_states(moving, begin, times, method=method, tolerance=tolerance)
@@ -242,10 +242,10 @@ def test_a_very_slow_run_is_the_static_history(made: Any) -> None:
     """The same way of the sliders as a record of quasi-static states, one behind the other."""
     system = plane(made)
     quick = replace(system, lines=system.lines[:1], C=200.0 * np.eye(2))
-    speed, samples = 1e-3, 2000
+    speed, samples = 1e-3, 1000
     moving, cycle = motion(quick, program=constant(speed)), 1 / (speed * 100.0)
     # a cycle of warm-up, as the static record has it
-    states, sliders = integrate(moving, at_equilibrium(moving), stop=2 * cycle, steps=400_000, keep=100)
+    states, sliders = integrate(moving, at_equilibrium(moving), stop=2 * cycle, steps=200_000, keep=100)
     record = record_of(quick, cycles=1, turns=None, of=None, samples=samples, most=samples)
     pieces = list(quasi_static(held_train(quick), record))
     still = np.concatenate([piece.state.displacement for piece in pieces])
@@ -256,7 +256,7 @@ def test_a_very_slow_run_is_the_static_history(made: Any) -> None:
     assert np.ptp(sliders, axis=0).min() > START
     stuck = replace(quick, groups=(group(np.eye(2), friction=1e9),))
     elastic = integrate(
-        motion(stuck, program=constant(speed)), np.zeros((2, 2)), stop=2 * cycle, steps=400_000, keep=100
+        motion(stuck, program=constant(speed)), np.zeros((2, 2)), stop=2 * cycle, steps=200_000, keep=100
     )[0]
     assert np.abs(elastic[samples:-1, 0] - still).max() > 0.1 * np.ptp(still)
 
@@ -302,7 +302,7 @@ def test_a_stopped_run_continues_to_the_same_bits(
             raise KeyboardInterrupt
 
     system = oscillator(made, amplitude=60.0, c=40.0)
-    options: dict[str, Any] = {"cycles": 2, "start": "rest", "method": method}
+    options: dict[str, Any] = {"cycles": 1, "start": "rest", "method": method}
     whole = transient(system, **options)
     with pytest.raises(KeyboardInterrupt):
         transient(system, **options, folder=tmp_path / "run", progress=interrupt)

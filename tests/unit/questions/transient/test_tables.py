@@ -280,7 +280,7 @@ def test_a_law_without_compiled_form_says_so(made: Any) -> None:
     )
     start = at_equilibrium(moving)
     assert start[0, 0] == pytest.approx((force / factor) ** (1 / 3), rel=1e-10)
-    states = integrate(moving, start + np.array([[1e-4], [0.0]]), stop=0.02, steps=4000, keep=40)[0]
+    states = integrate(moving, start + np.array([[1e-4], [0.0]]), stop=0.02, steps=2000, keep=20)[0]
     x, v = states[:, 0, 0], states[:, 1, 0]
     energy = v**2 / 2 + factor * np.maximum(x, 0) ** 4 / 4 - force * x
     assert np.ptp(energy) < 1e-6 * np.ptp(v**2 / 2)
