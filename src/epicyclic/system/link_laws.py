@@ -104,6 +104,7 @@ class Law:
     load: float = 0.0
     friction: float = 0.0
     memory: bool = False
+    end = math.inf  # of a formula, and so no field
 
     @property
     def slip_start(self) -> float:
@@ -129,11 +130,6 @@ class Law:
         if self.exponent != 1.0:
             return "rolling elements with play" if self.clearance else "rolling elements"
         return "play" if self.clearance else "linear"
-
-    @property
-    def end(self) -> float:
-        """No end: inf [N]."""
-        return math.inf
 
     @classmethod
     def profile(cls, laws: Sequence[Any]) -> PowerProfile:
@@ -219,7 +215,7 @@ def energy_before(deflection: Array, force: Array, slope: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RadialTable:
-    """Force over the length of the stretch.
+    """Force over the length of the stretch; nothing slides, and there is no history.
 
     deflection : (L,) rising [m, rad].  force : (L,) rising, 0 first [N, N m].  slope : (L,) [N/m, N m/rad].
     stiffness : k, nominal [N/m, N m/rad].
@@ -229,6 +225,10 @@ class RadialTable:
     force: tuple[float, ...]
     slope: tuple[float, ...]
     stiffness: float
+    # the same of every table, and so no fields
+    slip_start = 0.0
+    friction = 0.0
+    memory = False
 
     def __repr__(self) -> str:
         """One line: points and last force."""
@@ -246,24 +246,9 @@ class RadialTable:
         return max(*self.slope, 1.5 * float(secant.max()))
 
     @property
-    def slip_start(self) -> float:
-        """0: nothing slides [m]."""
-        return 0.0
-
-    @property
     def clearance(self) -> float:
         """Deflection of the first point, up to which there is no force [m]."""
         return self.deflection[0]
-
-    @property
-    def friction(self) -> float:
-        """None [N]."""
-        return 0.0
-
-    @property
-    def memory(self) -> bool:
-        """No history."""
-        return False
 
     @property
     def end(self) -> float:

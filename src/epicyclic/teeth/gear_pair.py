@@ -375,6 +375,14 @@ class MeshedTeeth:
         return np.hypot(_base(self.a), on_a), np.hypot(_base(self.b), on_b)
 
 
+def meshed_teeth(pair: ContactPair) -> MeshedTeeth:
+    """The two gears of a contact pair as drawn, whose teeth are elastic."""
+    a, b = pair.tooth_a, pair.tooth_b
+    assert isinstance(a, ToothCompliance)
+    assert isinstance(b, ToothCompliance)
+    return MeshedTeeth(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
+
+
 def section_stiffness(mesh: MeshedTeeth, sigma: Array, load: float) -> Array:
     """Stiffness (n,) along the normal per length of contact line of one plane section [N/m^2].
 

@@ -629,7 +629,7 @@ def resolve(document: Document) -> Train:
     links = [link for shape in shapes for link in links_of_stage(shape, model, by_name, log)]
     links += [*links_of_bodies(model, by_name, log), *couplings(model, by_name, log)]
     kinematics = kinematics_of(model, plans, log)
-    named = tones(gearings_of(plans), kinematics.ratio)
+    named = tones(kinematics.gearings, kinematics.ratio)
     tilting = tilt_groups(bodies, links, misaligned_bodies(model, bodies))
     meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, named, tilting, log)]
     check_sizes(document, bodies, meshes, log)
@@ -653,8 +653,6 @@ def resolve(document: Document) -> Train:
         torques=body_torques(model, kinematics, bodies),
         power_paths=power_flow(
             kinematics,
-            gearings_of(plans),
-            ties_of(model, plans),
             planets={f"{plan.name}.{gear}" for plan in plans for gear in plan.gears if not plan.central(gear)},
             arms=planet_arms(meshes, bodies),
         ),
