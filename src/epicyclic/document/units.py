@@ -358,16 +358,11 @@ def _parse(text: str, wanted: _Wanted, *, bare: bool) -> tuple[float, str]:
                 continue
             if (scale := convert(unit, KINDS[kind].unit)) is not None:
                 return _scaled(found["number"], scale), KINDS[kind].unit
-    near = _meant(unit, kinds)
-    raise ValueError(f"{UNKNOWN_UNIT}; did you mean {near!r}?" if near else UNKNOWN_UNIT)
-
-
-def _meant(unit: str, kinds: tuple[str, ...]) -> str:
-    """A unit of these kinds that differs in spaces and capitals alone: ``kN m`` of ``kNm``; "" without one."""
-    plain = _BLANKS.sub("", unit).casefold()
-    targets = {KINDS[kind].unit for kind in kinds}
+    # a unit that differs in spaces and capitals alone: ``kN m`` of ``kNm``
+    plain, targets = _BLANKS.sub("", unit).casefold(), {KINDS[kind].unit for kind in kinds}
     alike = (known for known, (_, si) in COMMON.items() if si in targets and _BLANKS.sub("", known).casefold() == plain)
-    return next(alike, "")
+    near = next(alike, "")
+    raise ValueError(f"{UNKNOWN_UNIT}; did you mean {near!r}?" if near else UNKNOWN_UNIT)
 
 
 def _scaled(text: str, scale: float) -> float:

@@ -13,7 +13,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from ..errors import ModelError
-from .deviations import TurningErrorTable, check_pitch
+from .deviations import check_pitch
 from .schema import (
     KIND_BY_NAME,
     SIDES,
@@ -319,25 +319,18 @@ def _check_deviations(model: ModelFile) -> None:
         gears = path.split(".")[2].split("-")
         planets = any(stage.members[g].kind == "planet" for g in gears)
         _check_counts(mesh, f"deviations.{path}", stage.branches if planets else 0)
+        carriers = [member for member, of_stage in stage.members.items() if of_stage.kind == "carrier"]
+        known = [f"{path.partition('.')[0]}.{member}" for member in (*gears, *carriers)]
+        both = all(stage.members[gear].kind == "planet" for gear in gears)
         for name, error in mesh.errors.items():
-            _check_turning(f"deviations.{path}.errors.{name}", name, error, path.partition(".")[0], gears, stage)
-
-
-def _check_turning(
-    path: str, name: str, error: TurningErrorTable, stage_name: str, gears: Sequence[str], stage: StageTable
-) -> None:
-    """Check the name of an error of a mesh, and that it turns with a gear of the mesh or with the carrier."""
-    check_label(name, path)
-    carriers = [member for member, table in stage.members.items() if table.kind == "carrier"]
-    known = [f"{stage_name}.{member}" for member in (*gears, *carriers)]
-    if error.turns_with not in known:
-        given = error.turns_with
-        raise ModelError(
-            "turns with no part of this mesh", path=f"{path}.turns_with", given=given, allowed=", ".join(known)
-        )
-    both = all(stage.members[gear].kind == "planet" for gear in gears)
-    if error.from_ == "normal" and both and error.turns_with not in known[: len(gears)]:
-        raise ModelError("the carrier carries both gears", path=f"{path}.from", given="normal", allowed='"pitch-point"')
+            where, given = f"deviations.{path}.errors.{name}", error.turns_with
+            check_label(name, where)
+            if given not in known:
+                problem = "turns with no part of this mesh"
+                raise ModelError(problem, path=f"{where}.turns_with", given=given, allowed=", ".join(known))
+            if error.from_ == "normal" and both and given not in known[: len(gears)]:
+                problem = "the carrier carries both gears"
+                raise ModelError(problem, path=f"{where}.from", given="normal", allowed='"pitch-point"')
 
 
 def _check_counts(table: object, path: str, count: int, skip: tuple[str, ...] = ()) -> None:

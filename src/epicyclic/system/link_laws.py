@@ -134,17 +134,13 @@ class Law:
     @classmethod
     def profile(cls, laws: Sequence[Any]) -> PowerProfile:
         """These laws, all at once."""
-
-        def values(name: str) -> Array:
-            return np.array([getattr(law, name) for law in laws], dtype=float)
-
         return PowerProfile(
-            stiffness=values("stiffness"),
-            friction=values("friction"),
-            slip_start=values("friction") / values("stiffness"),
-            clearance=values("clearance"),
-            coefficient=values("coefficient"),
-            exponent=values("exponent"),
+            stiffness=_values(laws, "stiffness"),
+            friction=_values(laws, "friction"),
+            slip_start=_values(laws, "slip_start"),
+            clearance=_values(laws, "clearance"),
+            coefficient=_values(laws, "coefficient"),
+            exponent=_values(laws, "exponent"),
         )
 
     def lower(self) -> Law:
@@ -586,6 +582,10 @@ def _or_one(values: Array) -> Array:
     return np.where(values > 0, values, 1.0)
 
 
+def _values(laws: Sequence[Any], name: str) -> Array:
+    return np.array([getattr(law, name) for law in laws], dtype=float)
+
+
 def stacked(groups: Sequence[LawGroup]) -> Laws:
     """Laws of the groups as arrays, rows in order."""
     counts = np.array([len(group.rows) for group in groups], dtype=np.int64)
@@ -594,20 +594,16 @@ def stacked(groups: Sequence[LawGroup]) -> Laws:
     for kind in dict.fromkeys(type(law) for law in laws):
         numbers = [i for i, law in enumerate(laws) if type(law) is kind]
         profiles.append((kind.profile([laws[i] for i in numbers]), np.array(numbers, np.int64)))
-
-    def values(name: str) -> Array:
-        return np.array([getattr(law, name) for law in laws], dtype=float)
-
     return Laws(
         rows=GroupRows(
             first=np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)[: len(groups)],
             owner=np.repeat(np.arange(len(groups)), counts),
         ),
         profiles=tuple(profiles),
-        stiffness=values("stiffness"),
-        stiffest=values("stiffest"),
-        friction=values("friction"),
-        slip_start=values("slip_start"),
-        clearance=values("clearance"),
+        stiffness=_values(laws, "stiffness"),
+        stiffest=_values(laws, "stiffest"),
+        friction=_values(laws, "friction"),
+        slip_start=_values(laws, "slip_start"),
+        clearance=_values(laws, "clearance"),
         memory=np.array([law.memory and law.friction > 0 for law in laws], dtype=bool),
     )

@@ -42,7 +42,7 @@ from .contact_solver import (
     with_residuals,
 )
 from .gear_pair import ContactPair, Torsion
-from .mesh_stiffness import DEFAULT_HARMONICS, ContactTable, evaluate_series, table_series
+from .mesh_stiffness import DEFAULT_HARMONICS, ContactTable, error_samples, evaluate_series, table_series
 from .path_of_contact import LineWindows, contact_lines, corner_reach, line_windows, tip_separation
 from .segments import ContactSegments, contact_segments, initial_gap, microgeometry_gaps
 
@@ -387,8 +387,7 @@ def contact_table(pair: ContactPair, load: float, *, samples: int = 50, count: i
     series = series[:count]
     linear = mean * evaluate_series(series, sigma)
     error = harmonics(contact.approach[_OPERATING - 1] - load / linear, count)
-    wave = np.exp(2j * np.pi * np.outer(sigma, np.arange(len(error))))
-    gap = np.vstack([contact.no_load, contact.approach]).T - (wave @ error).real[:, None]
+    gap = np.vstack([contact.no_load, contact.approach]).T - error_samples(error, samples)
     return ContactTable(
         load=load,
         stiffness=mean,
