@@ -78,7 +78,9 @@ class CsvTable:
 
     def error(self, line: int, problem: str, *, given: object, allowed: str = "") -> ModelError:
         """Return the error of a line of the file."""
-        return _line_error(self.name, self.path, line, problem, given=given, allowed=allowed)
+        if self.path:  # the key comes first
+            return ModelError(f"{self.name}, line {line}: {problem}", path=self.path, given=given, allowed=allowed)
+        return ModelError(problem, path=f"{self.name}, line {line}", given=given, allowed=allowed)
 
 
 def read_table(file: str | Path, *, most: int, allowed: str, path: str = "", given: str = "") -> CsvTable:
@@ -93,24 +95,18 @@ def read_table(file: str | Path, *, most: int, allowed: str, path: str = "", giv
     if not kept:
         raise ModelError("holds no line", path=f"{path}, {name}" if path else name, allowed=allowed)
     separator = ";" if ";" in kept[0][1] else ","
-    table: list[list[str]] = []
+    table = CsvTable(name=name, path=path, heading=(), rows=(), lines=[number for number, _ in kept])
+    rows: list[list[str]] = []
     for number, line in kept:
         try:
             cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
         except csv.Error as error:  # a cell of more than 131072 characters
-            raise _line_error(name, path, number, f"no row of a table: {error}", given=line, allowed=allowed) from None
-        if table and len(cells) != len(table[0]):
-            problem, count = "another number of columns than the heading", str(len(table[0]))
-            raise _line_error(name, path, number, problem, given=len(cells), allowed=count)
-        table.append(cells)
-    return CsvTable(name=name, path=path, heading=table[0], rows=table[1:], lines=[number for number, _ in kept])
-
-
-def _line_error(name: str, path: str, line: int, problem: str, *, given: object, allowed: str) -> ModelError:
-    """Return an error that names the key, if any, the file and the line."""
-    if path:
-        return ModelError(f"{name}, line {line}: {problem}", path=path, given=given, allowed=allowed)
-    return ModelError(problem, path=f"{name}, line {line}", given=given, allowed=allowed)
+            raise table.error(number, f"no row of a table: {error}", given=line, allowed=allowed) from None
+        if rows and len(cells) != len(rows[0]):
+            problem, count = "another number of columns than the heading", str(len(rows[0]))
+            raise table.error(number, problem, given=len(cells), allowed=count)
+        rows.append(cells)
+    return replace(table, heading=rows[0], rows=rows[1:])
 
 
 # files that a document names ------------------------------------------------------------------------------------------

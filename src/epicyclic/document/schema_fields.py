@@ -30,7 +30,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from ..errors import ModelError
-from .units import KINDS, SMALL, Bounds, Ladder, PerPlanet, Quantity, Reading, read_quantity
+from .units import ASKED, KINDS, SMALL, Bounds, Ladder, PerPlanet, Probe, Quantity, Reading, read_quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ class Unit:
     def read(self, value: object, info: ValidationInfo[Any] | None = None) -> object:
         """Return the SI value (float, tuple, Quantity, word or table) of what stands in the file.
 
-        info : its context is a `Reading`, or nothing.  Raises ModelError.
+        info : its context is a `Reading`, or nothing.  Raises ModelError; of these Probe where the place is asked for.
         """
         context: Reading | None = None if info is None else info.context
         if self.table is not None and isinstance(value, dict):
@@ -70,7 +70,9 @@ class Unit:
         kinds = tuple(self.kinds.split())
         bounds = Bounds(low=self.low, high=self.high, above=self.above, below=self.below, inf=self.inf)
         if context is not None:
-            context.look(value, kinds, self.likely, bounds=bounds, many=self.many, lists=self.lists)
+            if value is ASKED:
+                raise Probe(kinds, self.likely, bounds=bounds, many=self.many, lists=self.lists)
+            context.look(value, kinds, self.likely)
         many, one = self.many or self.lists, not self.lists
         try:
             read = read_quantity(value, kinds, bounds, many=many, one=one, words=self.words, listed=True)

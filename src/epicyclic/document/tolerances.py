@@ -8,7 +8,7 @@ The draw is the number at the path: it takes the place of what the file states t
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -112,8 +112,22 @@ def check_tolerance(data: PlainTable, names: Names) -> None:
         return
     reading = _ToleranceTable(data, names)
     entries = reading.entries()
-    _check_overlaps(entries, names)
-    _check_costs(reading, entries)
+    drawn: dict[str, str] = {}
+    for entry in entries:
+        for path in _numbers_of(entry, names):
+            if (other := drawn.setdefault(path, entry.path)) != entry.path:
+                problem = f"draws what {other} draws, or what stands in its place"
+                allowed = "one of the two; an empty value removes an entry of the file"
+                raise ModelError(problem, path=f"tolerance.{entry.path}", allowed=allowed)
+    known = [entry.path for entry in entries]
+    for path, table in reading.costs.items():
+        if path not in known:
+            problem = f"no tolerance at this path{nearest(path, known)}"
+            allowed = f"one of {', '.join(known)}" if known else "a path of [tolerance]"
+            raise ModelError(problem, path=f"tolerance.cost.{path}", given=_shown(table), allowed=allowed)
+    for entry in entries:
+        if entry.path in reading.costs:
+            list(reading.priced(entry))
 
 
 def still_toleranced(data: PlainTable, file: PlainTable, above: PlainTable, names: Names) -> PlainTable:
@@ -382,17 +396,6 @@ def _count(path: str, probe: Probe, names: Names, data: PlainTable) -> int:
 # several entries -----------------------------------------------------------------------------------------------------
 
 
-def _check_overlaps(entries: Iterable[_Entry], names: Names) -> None:
-    """Raise ModelError where two entries draw the same number, or one that excludes the other."""
-    drawn: dict[str, str] = {}
-    for entry in entries:
-        for path in _numbers_of(entry, names):
-            if (other := drawn.setdefault(path, entry.path)) != entry.path:
-                problem = f"draws what {other} draws, or what stands in its place"
-                allowed = "one of the two; an empty value removes an entry of the file"
-                raise ModelError(problem, path=f"tolerance.{entry.path}", allowed=allowed)
-
-
 def _numbers_of(entry: _Entry, names: Names) -> list[str]:
     """Return the paths of the numbers that an entry draws; of a vector, and of half a vector, one for each form."""
     found = [path for path, _ in leaves(expand(nested(tuple(entry.path.split(".")), 1.0), names))]
@@ -403,19 +406,6 @@ def _numbers_of(entry: _Entry, names: Names) -> list[str]:
         # an amplitude stands in place of x and y
         return [f"{table}.{last}", *([f"{table}.x", f"{table}.y"] if last == "amplitude" else [])]
     return found
-
-
-def _check_costs(reading: _ToleranceTable, entries: Sequence[_Entry]) -> None:
-    """Raise ModelError for prices of a path without tolerance, and for what is no grade or no price."""
-    known = [entry.path for entry in entries]
-    for path, table in reading.costs.items():
-        if path not in known:
-            problem = f"no tolerance at this path{nearest(path, known)}"
-            allowed = f"one of {', '.join(known)}" if known else "a path of [tolerance]"
-            raise ModelError(problem, path=f"tolerance.cost.{path}", given=_shown(table), allowed=allowed)
-    for entry in entries:
-        if entry.path in reading.costs:
-            list(reading.priced(entry))
 
 
 def _resolved(entry: _Entry, width: Width | None) -> Tolerance:

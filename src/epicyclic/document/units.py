@@ -258,7 +258,10 @@ class _Wanted:
         """Return the error with the quantities, the range and the form that are allowed."""
         allowed = " or ".join([kind_words(self.kinds), *(f'"{word}"' for word in self.words)])
         if problem in ("out of range", "must be finite") or self.bounds.low is not None:
-            allowed += _range_words(self.bounds, KINDS[self.kinds[0]])
+            bounds, unit, limit = self.bounds, KINDS[self.kinds[0]].unit, KINDS[self.kinds[0]].limit
+            low = f"{'>' if bounds.above else '>='} {bounds.low:g}" if bounds.low is not None else f">= {-limit:g}"
+            high = f"{'<' if bounds.below else '<='} {bounds.high if bounds.high is not None else limit:g}"
+            allowed += f", {low} and {high}{' ' + unit if unit else ''}{' or inf' if bounds.inf else ''}"
         if not self.one:
             return ModelError(problem, given=value, allowed=f"a list of {allowed}")
         if self.many and problem != "an empty list":
@@ -355,16 +358,11 @@ def _parse(text: str, wanted: _Wanted, *, bare: bool) -> tuple[float, str]:
                 continue
             if (scale := convert(unit, KINDS[kind].unit)) is not None:
                 return _scaled(found["number"], scale), KINDS[kind].unit
-    near = _meant(unit, kinds)
-    raise ValueError(f"{UNKNOWN_UNIT}; did you mean {near!r}?" if near else UNKNOWN_UNIT)
-
-
-def _meant(unit: str, kinds: tuple[str, ...]) -> str:
-    """A unit of these kinds that differs in spaces and capitals alone: ``kN m`` of ``kNm``; "" without one."""
-    plain = _BLANKS.sub("", unit).casefold()
-    targets = {KINDS[kind].unit for kind in kinds}
+    # a unit that differs in spaces and capitals alone: ``kN m`` of ``kNm``
+    plain, targets = _BLANKS.sub("", unit).casefold(), {KINDS[kind].unit for kind in kinds}
     alike = (known for known, (_, si) in COMMON.items() if si in targets and _BLANKS.sub("", known).casefold() == plain)
-    return next(alike, "")
+    near = next(alike, "")
+    raise ValueError(f"{UNKNOWN_UNIT}; did you mean {near!r}?" if near else UNKNOWN_UNIT)
 
 
 def _scaled(text: str, scale: float) -> float:
@@ -432,14 +430,6 @@ def kind_words(kinds: tuple[str, ...]) -> str:
     """Return kinds of quantity with spellings of their units, `torque (N m, kN m, MN m) or length (m, mm, um)`."""
     named = (KINDS[kind] for kind in kinds)
     return " or ".join(f"{kind.name} ({kind.spellings})" if kind.unit else kind.name for kind in named)
-
-
-def _range_words(bounds: Bounds, kind: Kind) -> str:
-    """Return the range in SI units."""
-    unit, limit = kind.unit, kind.limit
-    low = f"{'>' if bounds.above else '>='} {bounds.low:g}" if bounds.low is not None else f">= {-limit:g}"
-    high = f"{'<' if bounds.below else '<='} {bounds.high if bounds.high is not None else limit:g}"
-    return f", {low} and {high}{' ' + unit if unit else ''}{' or inf' if bounds.inf else ''}"
 
 
 _ONE = re.compile(rf"\s*({NUMBER})\s*([^\d\s\[,].*?)?\s*")
@@ -593,19 +583,8 @@ class Reading:
     strict: bool = False
     found: bool = field(default=False, init=False)
 
-    def look(
-        self,
-        value: object,
-        kinds: tuple[str, ...],
-        ladder: Ladder | None,
-        *,
-        bounds: Bounds,
-        many: bool,
-        lists: bool,
-    ) -> None:
-        """Note a bare number. Raises BareNumber where it is strict, Probe where the place is asked for."""
-        if value is ASKED:
-            raise Probe(kinds, ladder, bounds=bounds, many=many, lists=lists)
+    def look(self, value: object, kinds: tuple[str, ...], ladder: Ladder | None) -> None:
+        """Note a bare number. Raises BareNumber where it is strict."""
         if bare_in(value, kinds):
             self.found = True
             if self.strict:

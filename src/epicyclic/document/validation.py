@@ -13,7 +13,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from ..errors import ModelError
-from .deviations import TurningErrorTable, check_pitch
+from .deviations import check_pitch
 from .schema import (
     KIND_BY_NAME,
     SIDES,
@@ -249,7 +249,8 @@ def _check_stage(name: str, stage: StageTable) -> None:
 
 def _check_member(path: str, stage_name: str, member: MemberTable, stage: StageTable) -> None:
     """Check one member against its name, its kind and its stage."""
-    named = KIND_BY_NAME.get(path.rpartition(".")[2], member.kind)
+    own = path.rpartition(".")[2]
+    named = KIND_BY_NAME.get(own, member.kind)
     if member.kind != named:
         raise ModelError(
             "contradicts the name", path=f"{path}.kind", given=member.kind, allowed=f"{named}, or another name"
@@ -261,34 +262,24 @@ def _check_member(path: str, stage_name: str, member: MemberTable, stage: StageT
     if member.kind != "carrier" and member.teeth is None:
         raise ModelError("missing", path=f"{path}.teeth", allowed="number of teeth, positive also of a ring")
     if member.on is not None:
-        _check_shaft(path, stage_name, member.on, stage)
+        # on another gear of its stage
+        first, _, other = member.on.partition(".")
+        known = [m for m, table in stage.members.items() if m != own and table.kind != "carrier"]
+        if first != stage_name or other not in known:
+            problem = f"no other gear of this stage{nearest(other, known)}"
+            raise ModelError(problem, path=f"{path}.on", given=member.on, allowed=", ".join(known))
     for key in ("shaft", "clocking"):
         if getattr(member, key) is not None and member.on is None:
             raise ModelError("without `on`", path=f"{path}.{key}", allowed="on = the member whose shaft it sits on")
     for key in ("bearing", "neck", "shaft"):
         _check_bolts(f"{path}.{key}", getattr(member, key))
-    _check_sides(path, member)
-    _check_counts(member, path, stage.branches if member.kind == "planet" else 0)
-
-
-def _check_sides(path: str, member: MemberTable) -> None:
-    """Check the keys of the sides against the member's kind."""
     for side in SIDES:
-        table: SideTable | None = getattr(member, side)
-        _check_bolts(f"{path}.{side}.bearing", None if table is None else table.bearing)
-        for key in sorted(table.model_fields_set - _ALLOWED[member.kind] if table else ()):
+        of_side: SideTable | None = getattr(member, side)
+        _check_bolts(f"{path}.{side}.bearing", None if of_side is None else of_side.bearing)
+        for key in sorted(of_side.model_fields_set - _ALLOWED[member.kind] if of_side else ()):
             allowed = ", ".join(sorted(set(SideTable.model_fields) & _ALLOWED[member.kind]))
             raise ModelError(f"no key of a {member.kind}", path=f"{path}.{side}.{key}", allowed=f"one of {allowed}")
-
-
-def _check_shaft(path: str, stage_name: str, on: str, stage: StageTable) -> None:
-    """Check that a gear sits on another gear of its stage."""
-    first, _, other = on.partition(".")
-    own = path.rpartition(".")[2]
-    if first != stage_name or other == own or other not in stage.members or stage.members[other].kind == "carrier":
-        known = [m for m, table in stage.members.items() if m != own and table.kind != "carrier"]
-        near = nearest(other, known)
-        raise ModelError(f"no other gear of this stage{near}", path=f"{path}.on", given=on, allowed=", ".join(known))
+    _check_counts(member, path, stage.branches if member.kind == "planet" else 0)
 
 
 def _check_bolts(path: str, link: LinkTable | None) -> None:
@@ -328,25 +319,18 @@ def _check_deviations(model: ModelFile) -> None:
         gears = path.split(".")[2].split("-")
         planets = any(stage.members[g].kind == "planet" for g in gears)
         _check_counts(mesh, f"deviations.{path}", stage.branches if planets else 0)
+        carriers = [member for member, of_stage in stage.members.items() if of_stage.kind == "carrier"]
+        known = [f"{path.partition('.')[0]}.{member}" for member in (*gears, *carriers)]
+        both = all(stage.members[gear].kind == "planet" for gear in gears)
         for name, error in mesh.errors.items():
-            _check_turning(f"deviations.{path}.errors.{name}", name, error, path.partition(".")[0], gears, stage)
-
-
-def _check_turning(
-    path: str, name: str, error: TurningErrorTable, stage_name: str, gears: Sequence[str], stage: StageTable
-) -> None:
-    """Check the name of an error of a mesh, and that it turns with a gear of the mesh or with the carrier."""
-    check_label(name, path)
-    carriers = [member for member, table in stage.members.items() if table.kind == "carrier"]
-    known = [f"{stage_name}.{member}" for member in (*gears, *carriers)]
-    if error.turns_with not in known:
-        given = error.turns_with
-        raise ModelError(
-            "turns with no part of this mesh", path=f"{path}.turns_with", given=given, allowed=", ".join(known)
-        )
-    both = all(stage.members[gear].kind == "planet" for gear in gears)
-    if error.from_ == "normal" and both and error.turns_with not in known[: len(gears)]:
-        raise ModelError("the carrier carries both gears", path=f"{path}.from", given="normal", allowed='"pitch-point"')
+            where, given = f"deviations.{path}.errors.{name}", error.turns_with
+            check_label(name, where)
+            if given not in known:
+                problem = "turns with no part of this mesh"
+                raise ModelError(problem, path=f"{where}.turns_with", given=given, allowed=", ".join(known))
+            if error.from_ == "normal" and both and given not in known[: len(gears)]:
+                problem = "the carrier carries both gears"
+                raise ModelError(problem, path=f"{where}.from", given="normal", allowed='"pitch-point"')
 
 
 def _check_counts(table: object, path: str, count: int, skip: tuple[str, ...] = ()) -> None:

@@ -104,6 +104,7 @@ class Law:
     load: float = 0.0
     friction: float = 0.0
     memory: bool = False
+    end = math.inf  # of a formula, and so no field
 
     @property
     def slip_start(self) -> float:
@@ -130,25 +131,16 @@ class Law:
             return "rolling elements with play" if self.clearance else "rolling elements"
         return "play" if self.clearance else "linear"
 
-    @property
-    def end(self) -> float:
-        """No end: inf [N]."""
-        return math.inf
-
     @classmethod
     def profile(cls, laws: Sequence[Any]) -> PowerProfile:
         """These laws, all at once."""
-
-        def values(name: str) -> Array:
-            return np.array([getattr(law, name) for law in laws], dtype=float)
-
         return PowerProfile(
-            stiffness=values("stiffness"),
-            friction=values("friction"),
-            slip_start=values("friction") / values("stiffness"),
-            clearance=values("clearance"),
-            coefficient=values("coefficient"),
-            exponent=values("exponent"),
+            stiffness=_values(laws, "stiffness"),
+            friction=_values(laws, "friction"),
+            slip_start=_values(laws, "slip_start"),
+            clearance=_values(laws, "clearance"),
+            coefficient=_values(laws, "coefficient"),
+            exponent=_values(laws, "exponent"),
         )
 
     def lower(self) -> Law:
@@ -219,7 +211,7 @@ def energy_before(deflection: Array, force: Array, slope: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RadialTable:
-    """Force over the length of the stretch.
+    """Force over the length of the stretch; nothing slides, and there is no history.
 
     deflection : (L,) rising [m, rad].  force : (L,) rising, 0 first [N, N m].  slope : (L,) [N/m, N m/rad].
     stiffness : k, nominal [N/m, N m/rad].
@@ -229,6 +221,10 @@ class RadialTable:
     force: tuple[float, ...]
     slope: tuple[float, ...]
     stiffness: float
+    # the same of every table, and so no fields
+    slip_start = 0.0
+    friction = 0.0
+    memory = False
 
     def __repr__(self) -> str:
         """One line: points and last force."""
@@ -246,24 +242,9 @@ class RadialTable:
         return max(*self.slope, 1.5 * float(secant.max()))
 
     @property
-    def slip_start(self) -> float:
-        """0: nothing slides [m]."""
-        return 0.0
-
-    @property
     def clearance(self) -> float:
         """Deflection of the first point, up to which there is no force [m]."""
         return self.deflection[0]
-
-    @property
-    def friction(self) -> float:
-        """None [N]."""
-        return 0.0
-
-    @property
-    def memory(self) -> bool:
-        """No history."""
-        return False
 
     @property
     def end(self) -> float:
@@ -601,6 +582,10 @@ def _or_one(values: Array) -> Array:
     return np.where(values > 0, values, 1.0)
 
 
+def _values(laws: Sequence[Any], name: str) -> Array:
+    return np.array([getattr(law, name) for law in laws], dtype=float)
+
+
 def stacked(groups: Sequence[LawGroup]) -> Laws:
     """Laws of the groups as arrays, rows in order."""
     counts = np.array([len(group.rows) for group in groups], dtype=np.int64)
@@ -609,20 +594,16 @@ def stacked(groups: Sequence[LawGroup]) -> Laws:
     for kind in dict.fromkeys(type(law) for law in laws):
         numbers = [i for i, law in enumerate(laws) if type(law) is kind]
         profiles.append((kind.profile([laws[i] for i in numbers]), np.array(numbers, np.int64)))
-
-    def values(name: str) -> Array:
-        return np.array([getattr(law, name) for law in laws], dtype=float)
-
     return Laws(
         rows=GroupRows(
             first=np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)[: len(groups)],
             owner=np.repeat(np.arange(len(groups)), counts),
         ),
         profiles=tuple(profiles),
-        stiffness=values("stiffness"),
-        stiffest=values("stiffest"),
-        friction=values("friction"),
-        slip_start=values("slip_start"),
-        clearance=values("clearance"),
+        stiffness=_values(laws, "stiffness"),
+        stiffest=_values(laws, "stiffest"),
+        friction=_values(laws, "friction"),
+        slip_start=_values(laws, "slip_start"),
+        clearance=_values(laws, "clearance"),
         memory=np.array([law.memory and law.friction > 0 for law in laws], dtype=bool),
     )

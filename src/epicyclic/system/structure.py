@@ -354,12 +354,8 @@ def gap_rows(normal: Array, point: Array, axes: Array, *, rotation: NDArray[np.b
     -------
     (R, 6) in the body's own axes, order x y z rx ry rz.
     """
-    moment = np.empty_like(normal)
-    moment[:, 0] = point[:, 1] * normal[:, 2] - point[:, 2] * normal[:, 1]
-    moment[:, 1] = point[:, 2] * normal[:, 0] - point[:, 0] * normal[:, 2]
-    moment[:, 2] = point[:, 0] * normal[:, 1] - point[:, 1] * normal[:, 0]
     turned = rotation[:, None]
-    rows = np.hstack([np.where(turned, 0.0, normal), np.where(turned, normal, moment)])
+    rows = np.hstack([np.where(turned, 0.0, normal), np.where(turned, normal, np.cross(point, normal))])
     c, s = np.cos(axes), np.sin(axes)
     for i in (0, 3):
         x, y = rows[:, i].copy(), rows[:, i + 1].copy()

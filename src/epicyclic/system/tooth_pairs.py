@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..teeth.compliance import ToothCompliance
 from ..teeth.form import GearForm
-from ..teeth.gear_pair import ContactPair, MeshedTeeth, Torsion, check_pair, drawn_pair, interference_warnings
+from ..teeth.gear_pair import ContactPair, Torsion, check_pair, drawn_pair, interference_warnings, meshed_teeth
 from ..teeth.geometry import mesh_phasor
 from ..teeth.loaded_contact import harmonics
 from ..teeth.mesh_stiffness import series_in_time, table_series
@@ -74,7 +73,7 @@ def pair_of(
         corner=corner,
     )
     check_pair(pair, path=mesh.pair, paths=teeth.paths)
-    interference_warnings(_meshing(pair), path=mesh.pair, names=_gears(mesh))
+    interference_warnings(meshed_teeth(pair), path=mesh.pair, names=_gears(mesh))
     return pair
 
 
@@ -105,16 +104,9 @@ def tooth_warnings(pair: ContactPair, mesh: Mesh) -> tuple[CodedText, ...]:
 
     mesh : that the pair is of; its table in the model file stands before each warning.
     """
-    meshing = _meshing(pair)
+    meshing = meshed_teeth(pair)
     texts = (*meshing.a.warnings, *meshing.b.warnings, *interference_warnings(meshing, names=_gears(mesh)))
     return tuple(dict.fromkeys(placed(mesh.pair, text) for text in texts))
-
-
-def _meshing(pair: ContactPair) -> MeshedTeeth:
-    a, b = pair.tooth_a, pair.tooth_b
-    assert isinstance(a, ToothCompliance)
-    assert isinstance(b, ToothCompliance)
-    return MeshedTeeth(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
 
 
 def _gears(mesh: Mesh) -> tuple[str, str]:

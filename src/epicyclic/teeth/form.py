@@ -14,7 +14,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -314,8 +314,7 @@ def _joined(shape: Outline, fillet_radius: Array, fillet_psi: Array) -> Outline:
     psi[_FLANK - 1] = fillet_psi[start]
     x, y = radius * np.sin(psi), radius * np.cos(psi) * (1 if shape.internal else -1)
     slope = np.arctan2(np.gradient(x), np.gradient(y))
-    values = {name: getattr(shape, name) for name in shape.__dataclass_fields__}
-    return Outline(**values | {"radius": radius, "psi": psi, "slope": slope, "form": _FLANK - 1, "form_radius": form})
+    return replace(shape, radius=radius, psi=psi, slope=slope, form=_FLANK - 1, form_radius=form)
 
 
 # micro-geometry ------------------------------------------------------------------------------------------------------

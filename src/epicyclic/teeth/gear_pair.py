@@ -50,7 +50,7 @@ from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from . import geometry
 from .compliance import ToothCompliance, tooth_compliance
-from .form import PLAIN, Flank, GearForm, check_flank
+from .form import PLAIN, Flank, check_flank
 from .mesh_stiffness import DEFAULT_HARMONICS, ComplexArray, ToothPair
 from .path_of_contact import PlaneOfAction
 
@@ -272,8 +272,8 @@ def drawn_pair(
             face_a=(teeth.face_a[0] + slides[0], teeth.face_a[1] + slides[0]),
             face_b=(teeth.face_b[0] + slides[1], teeth.face_b[1] + slides[1]),
         ),
-        tooth_a=_tooth(teeth.form_a, paths[0]),
-        tooth_b=_tooth(teeth.form_b, paths[1]),
+        tooth_a=_tooth(teeth.form_a, path=paths[0]),
+        tooth_b=_tooth(teeth.form_b, path=paths[1]),
         flank_a=teeth.flank_a,
         flank_b=teeth.flank_b,
         youngs_modulus=(teeth.form_a.youngs_modulus, teeth.form_b.youngs_modulus),
@@ -282,9 +282,7 @@ def drawn_pair(
     )
 
 
-@lru_cache(maxsize=64)
-def _tooth(form: GearForm, path: str) -> ToothCompliance:
-    return tooth_compliance(form, path=path)
+_tooth = lru_cache(maxsize=64)(tooth_compliance)
 
 
 def check_pair(pair: ContactPair, *, path: str = "", paths: tuple[str, str] = ("a.flank", "b.flank")) -> None:
@@ -373,6 +371,14 @@ class MeshedTeeth:
         """Radii (n,) of the contact on a and b [m] at places sigma (n,) [base pitches]."""
         on_a, on_b = self.rolled(sigma)
         return np.hypot(_base(self.a), on_a), np.hypot(_base(self.b), on_b)
+
+
+def meshed_teeth(pair: ContactPair) -> MeshedTeeth:
+    """The two gears of a contact pair as drawn, whose teeth are elastic."""
+    a, b = pair.tooth_a, pair.tooth_b
+    assert isinstance(a, ToothCompliance)
+    assert isinstance(b, ToothCompliance)
+    return MeshedTeeth(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
 
 
 def section_stiffness(mesh: MeshedTeeth, sigma: Array, load: float) -> Array:

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 
 import numpy as np
@@ -42,7 +42,7 @@ from .contact_solver import (
     with_residuals,
 )
 from .gear_pair import ContactPair, Torsion
-from .mesh_stiffness import DEFAULT_HARMONICS, ContactTable, evaluate_series, table_series
+from .mesh_stiffness import DEFAULT_HARMONICS, ContactTable, error_samples, evaluate_series, table_series
 from .path_of_contact import LineWindows, contact_lines, corner_reach, line_windows, tip_separation
 from .segments import ContactSegments, contact_segments, initial_gap, microgeometry_gaps
 
@@ -307,7 +307,9 @@ def first_images(pairs: Sequence[ContactPair], sigma: Sequence[Array]) -> list[i
     images: list[int] = []
     for i, pair in enumerate(pairs):
         image = mirrored(pair)
-        same = (j for j in range(i) if np.array_equal(sigma[i], sigma[j]) and _equal(image, pairs[j]))
+        near = (j for j in range(i) if np.array_equal(sigma[i], sigma[j]))
+        # teeth are the same objects
+        same = (j for j in near if all(getattr(image, f.name) == getattr(pairs[j], f.name) for f in fields(image)))
         images.append(next(same, i))
     return images
 
@@ -336,11 +338,6 @@ def all_loaded(segments: Sequence[ContactSegments], loads: ArrayLike, *, tangent
         else:
             contacts.append(replace(contacts[first], segments=helix, force=contacts[first].force[..., ::-1]))
     return contacts
-
-
-def _equal(pair: ContactPair, other: ContactPair) -> bool:
-    """Whether two pairs are the same in every field; teeth are the same objects."""
-    return all(getattr(pair, name) == getattr(other, name) for name in pair.__dataclass_fields__)
 
 
 def _mirrored_torsion(torsion: Torsion | None) -> Torsion | None:
@@ -390,8 +387,7 @@ def contact_table(pair: ContactPair, load: float, *, samples: int = 50, count: i
     series = series[:count]
     linear = mean * evaluate_series(series, sigma)
     error = harmonics(contact.approach[_OPERATING - 1] - load / linear, count)
-    wave = np.exp(2j * np.pi * np.outer(sigma, np.arange(len(error))))
-    gap = np.vstack([contact.no_load, contact.approach]).T - (wave @ error).real[:, None]
+    gap = np.vstack([contact.no_load, contact.approach]).T - error_samples(error, samples)
     return ContactTable(
         load=load,
         stiffness=mean,

@@ -319,15 +319,18 @@ class ContactTable:
     @property
     def approach(self) -> Array:
         """d (S, L) [m]: the gap without the error of the linear model taken off."""
-        S = len(self.gap)
-        wave = np.exp(2j * np.pi * np.outer(np.arange(S) / S, np.arange(len(self.error))))
-        approach: Array = self.gap + (wave @ self.error).real[:, None]
-        return approach
+        return np.asarray(self.gap + error_samples(self.error, len(self.gap)))
 
     def __repr__(self) -> str:
         """One line: size of the table, operating load and mean tangent."""
         phases, loads = self.gap.shape
         return f"ContactTable({phases} phases x {loads} loads, {self.load:.4g} N, {self.stiffness:.4g} N/m)"
+
+
+def error_samples(error: ComplexArray, samples: int) -> Array:
+    """Error e (S, 1) [m] at S places sigma = 0, 1/S, ..., of its one-sided amplitudes [m], the mean first."""
+    wave = np.exp(2j * np.pi * np.outer(np.arange(samples) / samples, np.arange(len(error))))
+    return np.asarray((wave @ error).real[:, None])
 
 
 # curves of force over deflection -------------------------------------------------------------------------------------
@@ -368,7 +371,7 @@ class ForceCurve:
         cell = np.clip(np.searchsorted(x, deflection, side="right") - 1, 0, len(x) - 2)
         h = x[cell + 1] - x[cell]
         t = np.clip((deflection - x[cell]) / h, 0.0, 1.0)
-        force = _hermite(t, h, f[cell], f[cell + 1], k[cell], k[cell + 1])[0]
+        force = _cubic((f[cell], f[cell + 1]), (k[cell], k[cell + 1]), h, t)[0]
         return np.asarray(force + k[-1] * np.maximum(deflection - x[-1], 0.0))
 
     def inverse(self, force: ArrayLike) -> tuple[Array, Array]:
@@ -380,7 +383,7 @@ class ForceCurve:
         low, high = np.zeros_like(forces), np.ones_like(forces)
         t = np.clip((forces - f0) / (f1 - f0), 0.0, 1.0)
         for _ in range(_SEARCH):
-            value, rate = _hermite(t, h, f0, f1, k0, k1)
+            value, rate = _cubic((f0, f1), (k0, k1), h, t)
             low, high = np.where(value < forces, t, low), np.where(value < forces, high, t)
             trial = t - (value - forces) / np.where(rate > 0, h * rate, 1.0)
             trial = np.where((rate > 0) & (trial >= low) & (trial <= high), trial, (low + high) / 2)
@@ -388,7 +391,7 @@ class ForceCurve:
             if change <= _PLACE:
                 break
         t = np.where(forces <= f0, 0.0, np.where(forces >= f1, 1.0, t))
-        slope = np.where(forces >= f[-1], k[-1], _hermite(t, h, f0, f1, k0, k1)[1])
+        slope = np.where(forces >= f[-1], k[-1], _cubic((f0, f1), (k0, k1), h, t)[1])
         return x[cell] + t * h + np.maximum(forces - f[-1], 0.0) / k[-1], slope
 
 
@@ -431,14 +434,13 @@ def given_table(curves: tuple[ForceCurve, ...], load: float) -> ContactTable:
     error[0] /= 2
     forces = _common_forces(curves, load)
     gap, slope = (np.array(values) for values in zip(*(curve.inverse(forces) for curve in curves), strict=True))
-    wave = np.exp(2j * np.pi * np.outer(sigma, np.arange(len(error))))
     return ContactTable(
         load=load,
         stiffness=mean,
         variation=series,
         error=error,
         force=forces,
-        gap=gap - (wave @ error).real[:, None],
+        gap=gap - error_samples(error, len(curves)),
         slope=slope,
         last=min(curve.force[-1] for curve in curves),
     )
@@ -471,13 +473,14 @@ def _deviations(curve: ForceCurve, forces: Array) -> Array:
     """Largest force (L - 1,) [N] by which cubics between loads (L,) miss a curve whose points they have."""
     x, k = curve.inverse(forces)
     h = np.diff(x)
-    probed = _hermite(_PROBES[:, None], h, forces[:-1], forces[1:], k[:-1], k[1:])[0]
+    probed = _cubic((forces[:-1], forces[1:]), (k[:-1], k[1:]), h, _PROBES[:, None])[0]
     return np.asarray(np.abs(probed - curve.at(x[:-1] + _PROBES[:, None] * h)).max(axis=0))
 
 
-def _hermite(t: Array, h: Array, f0: Array, f1: Array, k0: Array, k1: Array) -> tuple[Array, Array]:
-    """Cubic of given ends and slopes over a cell of width h, at 0 <= t <= 1, and its slope."""
+def _cubic(force: tuple[Array, Array], slope: tuple[Array, Array], width: Array, t: Array) -> tuple[Array, Array]:
+    """Force [N] and slope [N/m] at the place t (0 .. 1) of a cell, from those at both ends of it."""
+    (f0, f1), (k0, k1) = force, slope
     rest = 1 - t
-    value = f0 * (1 + 2 * t) * rest**2 + f1 * t**2 * (3 - 2 * t) + h * (k0 * t * rest**2 - k1 * t**2 * rest)
-    rate = 6 * t * rest * (f1 - f0) / h + k0 * rest * (1 - 3 * t) + k1 * t * (3 * t - 2)
+    value = f0 * (1 + 2 * t) * rest**2 + f1 * t**2 * (3 - 2 * t) + width * (k0 * t * rest**2 - k1 * t**2 * rest)
+    rate = 6 * t * rest * (f1 - f0) / width + k0 * rest * (1 - 3 * t) + k1 * t * (3 * t - 2)
     return value, rate

@@ -32,10 +32,9 @@ from scipy import sparse
 from scipy.interpolate import CubicSpline
 from scipy.sparse.linalg import splu
 
-from .compliance import ToothCompliance, face_coupling
+from .compliance import face_coupling
 from .form import GearForm, Outline, tooth_outline
-from .gear_pair import ContactPair, ElasticTooth
-from .path_of_contact import PlaneOfAction
+from .gear_pair import ContactPair, meshed_teeth
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -407,10 +406,8 @@ def pair_influences(pair: ContactPair) -> tuple[RootInfluence, RootInfluence]:
     ------
     ModelError : as of `root_influence`.
     """
-    a, b = pair.tooth_a, pair.tooth_b
-    assert isinstance(a, ToothCompliance)
-    assert isinstance(b, ToothCompliance)
-    return root_influence(a.gear), root_influence(b.gear)
+    mesh = meshed_teeth(pair)
+    return root_influence(mesh.a.gear), root_influence(mesh.b.gear)
 
 
 def root_stress(
@@ -425,20 +422,17 @@ def root_stress(
     """
     plane = pair.plane
     on = np.clip(sigma, *plane.limits)
-    first = _of_gear(plane, pair.tooth_a, plane.face_a, plane.radius_a(on), force, influences[0], 1)
-    return first, _of_gear(plane, pair.tooth_b, plane.face_b, plane.radius_b(on), force, influences[1], -1)
+    first = _of_gear(pair, plane.radius_a(on), force, influences[0], 1)
+    return first, _of_gear(pair, plane.radius_b(on), force, influences[1], -1)
 
 
-def _of_gear(
-    plane: PlaneOfAction,
-    tooth: ElasticTooth,
-    face: tuple[float, float],
-    radius: Array,
-    force: Array,
-    influence: RootInfluence,
-    sense: int,
-) -> RootStress:
-    """Stress of one gear; radius : (T, J, K) of the loads [m]; sense : -1 where the next pair is one tooth behind."""
+def _of_gear(pair: ContactPair, radius: Array, force: Array, influence: RootInfluence, sense: int) -> RootStress:
+    """Stress of one gear; radius : (T, J, K) of the loads [m].
+
+    sense : 1 of gear a, -1 of gear b, where the next pair is one tooth behind.
+    """
+    plane = pair.plane
+    tooth, face = (pair.tooth_a, plane.face_a) if sense > 0 else (pair.tooth_b, plane.face_b)
     # load per length on each slice per force on another (K, K) [1/m], along the tooth
     slices, slant = force.shape[-1], math.cos(plane.base_helix)
     span = plane.width / slices

@@ -189,24 +189,20 @@ def _module(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float], log
         origin = "stage"
         log.note(f"{plan.path}.module", value, "m", "given" if stage.module is not None else "geometry")
     else:
-        value, origin = _module_of_radii(plan, chain, angles), "base radii"
+        radii = [(m.base_radius, m.teeth) for name in chain if (m := plan.gears[name]).base_radius is not None]
+        if len(radii) < len(chain):
+            raise ModelError(
+                "is missing",
+                path=f"{plan.member_path(chain[0])}.module",
+                allowed="module or transverse_module of the stage or of a gear of the chain, "
+                "or base_radius of every gear",
+            )
+        # the mean over the gears
+        units = [base / geometry.base_radius(teeth or 1, 1.0, *angles) for base, teeth in radii if base is not None]
+        value, origin = math.fsum(units) / len(units), "base radii"
     for name in chain:
         log.note(f"{plan.member_path(name)}.module", value, "m", "given" if name in given else origin)
     return value, origin != "base radii"
-
-
-def _module_of_radii(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float]) -> float:
-    """Mean normal module [m] of the stated base radii of a chain. Raises ModelError unless all are stated."""
-    normal, helix = angles
-    given = [(m.base_radius, m.teeth) for name in chain if (m := plan.gears[name]).base_radius is not None]
-    if len(given) < len(chain):
-        raise ModelError(
-            "is missing",
-            path=f"{plan.member_path(chain[0])}.module",
-            allowed="module or transverse_module of the stage or of a gear of the chain, or base_radius of every gear",
-        )
-    units = [base / geometry.base_radius(teeth or 1, 1.0, normal, helix) for base, teeth in given if base is not None]
-    return math.fsum(units) / len(units)
 
 
 def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog) -> dict[str, int]:

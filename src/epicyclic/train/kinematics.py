@@ -49,8 +49,7 @@ def least_norm(rows: Sequence[Sequence[Fraction]], right: Sequence[Fraction]) ->
         return solution
     # Take away the part along the null space: N (N^T N)^-1 N^T x.
     weights = least_norm([[_dot(u, v) for v in idle] for u in idle], [_dot(u, solution) for u in idle])
-    if weights is None:  # never: N^T N of independent vectors is regular
-        return None
+    assert weights is not None  # N^T N of independent vectors is regular
     return [
         value - sum((w * v[j] for w, v in zip(weights, idle, strict=True)), Fraction(0))
         for j, value in enumerate(solution)

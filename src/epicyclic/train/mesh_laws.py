@@ -609,23 +609,16 @@ def _table_of_pair(
     teeth: ToothPair, internal: bool, base_helix: float, lean: int, force: float, path: str, names: tuple[str, str]
 ) -> tuple[ContactTable, tuple[CodedText, ...]]:
     """Table of one pair around a normal force [N], and its warnings; kept, because sides and branches share it."""
-    from ..teeth.compliance import ToothCompliance
-    from ..teeth.gear_pair import (  # heavy, and needed by loaded contact alone
-        MeshedTeeth,
-        check_pair,
-        drawn_pair,
-        interference_warnings,
-    )
+    # heavy, and needed by loaded contact alone
+    from ..teeth.gear_pair import check_pair, drawn_pair, interference_warnings, meshed_teeth
     from ..teeth.loaded_contact import contact_table
 
     pair = drawn_pair(teeth, internal=internal, base_helix=base_helix, lean=lean)
     check_pair(pair, path=path, paths=teeth.paths)
     table = contact_table(pair, force)
-    a, b = pair.tooth_a, pair.tooth_b
-    assert isinstance(a, ToothCompliance)
-    assert isinstance(b, ToothCompliance)
-    mesh = MeshedTeeth(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
-    return table, tuple(dict.fromkeys((*a.warnings, *b.warnings, *interference_warnings(mesh, path=path, names=names))))
+    mesh = meshed_teeth(pair)
+    texts = (*mesh.a.warnings, *mesh.b.warnings, *interference_warnings(mesh, path=path, names=names))
+    return table, tuple(dict.fromkeys(texts))
 
 
 def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> list[MeshError]:

@@ -111,18 +111,6 @@ def flank_of_torque(torque_on_b: float, *, internal: bool) -> int:
     return -1 if along < 0 else 1
 
 
-def chain_flanks(gears: Sequence[ToothedGear], meshes: Sequence[tuple[str, str]], first: int) -> tuple[int, ...]:
-    """Flank d of every mesh (a, b) of a chain without torques, from that of its first mesh.
-
-    Along a branch d alternates at every external gear (docs/conventions.md, The mesh row).
-
-    Raises
-    ------
-    ModelError : a mesh without a gear in common with those before it.
-    """
-    return tuple(_senses(gears, meshes, first))
-
-
 def stage_leads(
     gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh], *, sense: int, tolerance: float = ASSEMBLY_TOLERANCE
 ) -> StagePhases:
@@ -137,7 +125,7 @@ def stage_leads(
     """
     table = _checked(gears, meshes)
     count = len(meshes[0].directions)
-    senses = _senses(gears, [(m.a, m.b) for m in meshes], sense)
+    senses = chain_signs(gears, [(m.a, m.b) for m in meshes], sense)
     drives = {m.pair: m.flank * s for m, s in zip(meshes, senses, strict=True)}
     points = [{m.pair: _pitch_point(table, m, i) for m in meshes} for i in range(count)]
     first = _first_branch(table, meshes, points[0])
@@ -262,8 +250,8 @@ def _sign(table: Mapping[str, ToothedGear], mesh: ToothMesh) -> int:
 def _pitch_point(table: Mapping[str, ToothedGear], mesh: ToothMesh, branch: int) -> _PitchPoint:
     a, b = table[mesh.a], table[mesh.b]
     direction = Phase.of(mesh.directions[branch])
-    driver = driver_tooth(Phase(), direction, teeth=a.teeth, flank=mesh.flank, shift=_shift(mesh, a))
-    mate = mate_tooth(Phase(), direction, teeth=b.teeth, flank=mesh.flank, shift=_shift(mesh, b), internal=b.internal)
+    driver = driver_tooth(Phase(), direction, teeth=a.teeth, flank=mesh.flank, shift=shift_of(mesh, a))
+    mate = mate_tooth(Phase(), direction, teeth=b.teeth, flank=mesh.flank, shift=shift_of(mesh, b), internal=b.internal)
     driver -= a.teeth * _solid(table, a.name, branch)[1]
     mate -= b.teeth * _solid(table, b.name, branch)[1]
     return _PitchPoint(driver, mate, driver + _sign(table, mesh) * mate)
@@ -364,7 +352,8 @@ def _fitted_clocking(table: Mapping[str, ToothedGear], gear: ToothedGear, branch
     return ((branch.angle[gear.name] - branch.angle[other.name]) % common).value
 
 
-def _shift(mesh: ToothMesh, gear: ToothedGear) -> float:
+def shift_of(mesh: ToothMesh, gear: ToothedGear) -> float:
+    """Phase c of a gear in one of its meshes [pitches], see `teeth.geometry`."""
     return shift_term(
         teeth=gear.teeth,
         profile_shift=gear.profile_shift,
@@ -409,13 +398,20 @@ def _hunting_period(table: Mapping[str, ToothedGear], meshes: Sequence[ToothMesh
     return math.lcm(*(turn.denominator for turn in turns.values()))
 
 
-def _senses(gears: Sequence[ToothedGear], pairs: Sequence[tuple[str, str]], first: int) -> list[int]:
-    """Sense of gear a of every pair, from that of the first one: external gears alternate, shafts and rings keep it."""
+def chain_signs(gears: Sequence[ToothedGear], pairs: Sequence[tuple[str, str]], first: int) -> tuple[int, ...]:
+    """Sign of every mesh (a, b) of a chain, from that of its first mesh: flank d without torques, or sense of gear a.
+
+    Along a branch it alternates at every external gear (docs/conventions.md, The mesh row); shafts and rings keep it.
+
+    Raises
+    ------
+    ModelError : a mesh without a gear in common with those before it.
+    """
     table = {gear.name: gear for gear in gears}
     sense = {pairs[0][0]: first}
     for a, b, ratio in _edges(table, pairs):
         sense.setdefault(b, sense[a] if ratio > 0 else -sense[a])
-    return [sense[a] for a, _ in pairs]
+    return tuple(sense[a] for a, _ in pairs)
 
 
 def _edges(table: Mapping[str, ToothedGear], pairs: Sequence[tuple[str, str]]) -> list[tuple[str, str, Fraction]]:

@@ -66,12 +66,7 @@ class PowerPath:
 
 
 def power_flow(
-    kinematics: Kinematics,
-    gearings: Sequence[Gearing],
-    ties: Sequence[Tie],
-    *,
-    planets: Collection[str] = (),
-    arms: Mapping[str, float] | None = None,
+    kinematics: Kinematics, *, planets: Collection[str] = (), arms: Mapping[str, float] | None = None
 ) -> tuple[PowerPath, ...]:
     """Power through every coupling and shaft, every pair in mesh and the pins; empty without speeds and torques.
 
@@ -88,6 +83,7 @@ def power_flow(
     speed, mesh, tied = kinematics.speed, kinematics.mesh_torque, kinematics.tie_torque
     if speed is None or mesh is None or tied is None:
         return ()
+    gearings, ties = kinematics.gearings, kinematics.ties
     central, at_pin = _axis_moments(gearings, mesh, planets, arms or {})
     carriers = _carriers(gearings, ties, planets)
     below = {tie.b: tie.a for tie in ties if tie.a in planets and tie.b in planets}
@@ -357,7 +353,7 @@ def _candidates(balance: _Balance, start: Directions) -> list[Directions]:
 class _Balance:
     """Balance of torques of all members with losses: B x = -given, x the torques of E ends and of m meshes and ties.
 
-    members : (n,).  ends : members whose torque follows.  speed : (n,) [rad/s].
+    Of the n members in the order of `Kinematics.ratio`.  ends : members whose torque follows.  speed : (n,) [rad/s].
     share : (p,) of the power of each pair that friction takes [1].  relative : (p,) speed of b in the frame of the
     carrier [rad/s].  given : (n,) torques kept [N m].  lossless : (E + m,) solution without losses, of meshes torque
     per tooth [N m].  kept : members whose stated torque is kept.
@@ -365,7 +361,6 @@ class _Balance:
 
     kinematics: Kinematics
     share: Array
-    members: tuple[str, ...]
     ends: tuple[str, ...]
     speed: Array
     relative: Array
@@ -375,8 +370,8 @@ class _Balance:
 
     @classmethod
     def of(cls, kinematics: Kinematics, share: Mapping[str, float]) -> _Balance:
-        members, torque = tuple(kinematics.ratio), kinematics.torque or {}
-        kept = _kept(kinematics, members)
+        members, torque = kinematics.ratio, kinematics.torque or {}
+        kept = _kept(kinematics)
         following = dict.fromkeys((*kinematics.reacting, *kinematics.stated))
         ends = tuple(name for name in following if name not in kept)
         speed = kinematics.speed or {}
@@ -389,7 +384,6 @@ class _Balance:
         return cls(
             kinematics=kinematics,
             share=np.array([share[g.pair] for g in kinematics.gearings]),
-            members=members,
             ends=ends,
             speed=np.array([float(speed[name]) * math.tau / 60 for name in members]),
             relative=np.array([float(turn) * math.tau / 60 for turn in relative]),
@@ -413,7 +407,7 @@ class _Balance:
 
     def solved(self, directions: Directions) -> Array | None:
         """Torques (E + m,) nearest to the lossless ones that balance, None where none do."""
-        matrix = _columns(self.kinematics, self.members, self.ends, directions, self.share)
+        matrix = _columns(self.kinematics, self.ends, directions, self.share)
         size = np.abs(matrix).max(axis=0)  # torques of meshes count as those on the larger gear
         rest = -self.given - matrix @ self.lossless
         change = np.linalg.lstsq(matrix / size, rest, rcond=1e-12)[0] / size
@@ -423,9 +417,9 @@ class _Balance:
 
     def flow(self, torques: Array, directions: Directions) -> LossyFlow:
         """The result of consistent directions."""
-        torque = dict(zip(self.members, self.given.tolist(), strict=True))
+        torque = dict(zip(self.kinematics.ratio, self.given.tolist(), strict=True))
         torque |= dict(zip(self.ends, torques[: len(self.ends)].tolist(), strict=True))
-        speed = dict(zip(self.members, self.speed.tolist(), strict=True))
+        speed = zip(self.kinematics.ratio, self.speed.tolist(), strict=True)
         into_b = self.rolled(torques)
         meshes: dict[str, MeshPower] = {}
         for i, g in enumerate(self.kinematics.gearings):
@@ -438,10 +432,10 @@ class _Balance:
                 loss=float(self.share[i]) * rolling,
                 torque=float(torques[len(self.ends) + i]) * g.signed_b,
             )
-        rank = np.linalg.matrix_rank(_lossless_columns(self.kinematics, self.members, self.ends), tol=1e-9)
+        rank = np.linalg.matrix_rank(_lossless_columns(self.kinematics, self.ends), tol=1e-9)
         return LossyFlow(
             torque=torque,
-            power={name: torque[name] * speed[name] for name in self.members},
+            power={name: torque[name] * omega for name, omega in speed},
             meshes=meshes,
             kept=self.kept,
             released=tuple(name for name in self.kinematics.stated if name not in self.kept),
@@ -449,14 +443,12 @@ class _Balance:
         )
 
 
-def _columns(
-    kinematics: Kinematics, members: Sequence[str], ends: Sequence[str], directions: Directions, share: Array
-) -> Array:
+def _columns(kinematics: Kinematics, ends: Sequence[str], directions: Directions, share: Array) -> Array:
     """B (n, E + m): torque on every member [N m] per torque of every end, mesh (per tooth) and tie.
 
     directions, share : of the power of every pair.
     """
-    index = {name: i for i, name in enumerate(members)}
+    index = {name: i for i, name in enumerate(kinematics.ratio)}
     columns: list[dict[str, float]] = [{name: 1.0} for name in ends]
     for g, sign, lost in zip(kinematics.gearings, directions, share, strict=True):
         on_a, on_b = g.teeth_a * (1 - lost) ** -sign, float(g.signed_b)
@@ -465,28 +457,28 @@ def _columns(
             column[g.carrier] = column.get(g.carrier, 0.0) - on_a - on_b
         columns.append(column)
     columns += [{tie.a: 1.0, tie.b: -1.0} for tie in kinematics.ties]
-    matrix = np.zeros((len(members), len(columns)))
+    matrix = np.zeros((len(index), len(columns)))
     for at, column in enumerate(columns):
         for name, value in column.items():
             matrix[index[name], at] = value
     return matrix
 
 
-def _lossless_columns(kinematics: Kinematics, members: Sequence[str], ends: Sequence[str]) -> Array:
+def _lossless_columns(kinematics: Kinematics, ends: Sequence[str]) -> Array:
     """The columns of `_columns` without losses, each per its largest entry [1]."""
     count = len(kinematics.gearings)
-    matrix = _columns(kinematics, members, ends, (0,) * count, np.zeros(count))
+    matrix = _columns(kinematics, ends, (0,) * count, np.zeros(count))
     return np.asarray(matrix / np.abs(matrix).max(axis=0))
 
 
-def _kept(kinematics: Kinematics, members: Sequence[str]) -> tuple[str, ...]:
+def _kept(kinematics: Kinematics) -> tuple[str, ...]:
     """Stated members whose torques do not follow from one another, those with the largest power into the train first.
 
     A torque is free to be kept while the balance without losses does not fix it by those kept before.
     """
     torque, power = kinematics.torque or {}, kinematics.power or {}
     ends = tuple(dict.fromkeys((*kinematics.stated, *kinematics.reacting)))
-    free = _null_space(_lossless_columns(kinematics, members, ends))
+    free = _null_space(_lossless_columns(kinematics, ends))
     kept: list[str] = []
     for name in sorted(kinematics.stated, key=lambda name: -power.get(name, 0.0)):
         row = free[ends.index(name)]

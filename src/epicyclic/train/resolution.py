@@ -41,7 +41,7 @@ from ..user_input import checked
 from .centres import StageShape, shape_stage
 from .deviations import DeviationScope, check_sizes, misaligned_bodies, module_of, resolve_deviations
 from .gears import half_station, width_of
-from .kinematics import Gearing, Kinematics, Tie, solve_kinematics, tones
+from .kinematics import Gearing, Kinematics, Tie, solve_kinematics
 from .links import couplings, links_of_bodies, links_of_stage
 from .mesh_laws import contact_errors
 from .phasing import disc_gaps
@@ -629,9 +629,8 @@ def resolve(document: Document) -> Train:
     links = [link for shape in shapes for link in links_of_stage(shape, model, by_name, log)]
     links += [*links_of_bodies(model, by_name, log), *couplings(model, by_name, log)]
     kinematics = kinematics_of(model, plans, log)
-    named = tones(gearings_of(plans), kinematics.ratio)
     tilting = tilt_groups(bodies, links, misaligned_bodies(model, bodies))
-    meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, named, tilting, log)]
+    meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, tilting, log)]
     check_sizes(document, bodies, meshes, log)
     check_tolerances(document, bodies, meshes)
     planets = {plan.name: len(plan.angles) for plan in plans}  # one branch on fixed axes
@@ -653,8 +652,6 @@ def resolve(document: Document) -> Train:
         torques=body_torques(model, kinematics, bodies),
         power_paths=power_flow(
             kinematics,
-            gearings_of(plans),
-            ties_of(model, plans),
             planets={f"{plan.name}.{gear}" for plan in plans for gear in plan.gears if not plan.central(gear)},
             arms=planet_arms(meshes, bodies),
         ),

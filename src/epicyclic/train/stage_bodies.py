@@ -19,13 +19,12 @@ from ..document.schema import MemberTable, ModelFile
 from ..document.schema_fields import ForceTableOf, LinkTable
 from ..document.units import Quantity
 from ..errors import ModelError
-from ..teeth.geometry import shift_term
 from ..teeth.mesh_stiffness import ToothPair, face_average
 from .centres import StageShape
 from .gears import half_station
-from .kinematics import Kinematics
+from .kinematics import Kinematics, tones
 from .mesh_laws import MeshLaw, MeshSide, mesh_law, tooth_pair
-from .phasing import StagePhases, ToothedGear, ToothMesh, chain_flanks, flank_of_torque, stage_leads, staggered
+from .phasing import StagePhases, ToothedGear, ToothMesh, chain_signs, flank_of_torque, shift_of, stage_leads, staggered
 from .stages import GearPair, Plan, density_of, gear_below, member_material, sides_of, stated, stated_value
 from .train import (
     HOUSING,
@@ -358,13 +357,12 @@ def meshes_of_stage(
     shape: StageShape,
     model: ModelFile,
     kinematics: Kinematics,
-    tones: Mapping[str, str],
     tilting: Mapping[str, str],
     log: ResolutionLog,
 ) -> list[Mesh]:
     """All meshes of a stage.
 
-    tones : mesh frequency each pair follows, by its path.  tilting : group of every body, see `tilt_groups`.
+    tilting : group of every body, see `tilt_groups`.
 
     Raises
     ------
@@ -383,7 +381,10 @@ def meshes_of_stage(
         angles = [math.tau * float(turn) for turn in turns]
         log.note(f"{plan.member_path(name)}.clocking", angles, "rad", origin)
     meshes: list[Mesh] = []
-    for p in plan.pairs:
+    named = tones(kinematics.gearings, kinematics.ratio)
+    for p, meeting in zip(plan.pairs, toothed, strict=True):
+        # c of gear a in this mesh [pitches], see `teeth.geometry`
+        shift = shift_of(meeting, next(gear for gear in gears if gear.name == p.a))
         count = _slice_count(plan, p, shape.meshes[p.name].width, tilting, log)
         for side in shape.meshes[p.name].width:
             at = MeshSide(shape, p, side, model, kinematics.mesh_torque, log)
@@ -393,8 +394,9 @@ def meshes_of_stage(
             law = mesh_law(at, teeth=teeth, lean=flanks[p.name] * hand)
             leads = _leads(plan, p, side, phases, sense, math.prod(signs) * _axial_pitches(shape, p, side), log)
             for branch in range(plan.branches_of(p)):
-                mesh = _mesh(at, branch, law, signs, leads[branch], tones[p.path], teeth)
-                meshes.append(replace(mesh, slices=_slices_of(mesh, count, law.narrow)))
+                mesh = _mesh(at, branch, law, signs, leads[branch], named[p.path], teeth)
+                slices = _slices_of(mesh, count, law.narrow)
+                meshes.append(replace(mesh, tooth_shift=2 * shift, slices=slices))
     return sorted(meshes, key=lambda mesh: ([p.path for p in plan.pairs].index(mesh.pair), mesh.branch or 0))
 
 
@@ -407,7 +409,7 @@ def _mesh(
     tone: str,
     teeth: ToothPair | None,
 ) -> Mesh:
-    """Mesh of one branch (0 ..) and side, without slices.
+    """Mesh of one branch (0 ..) and side, without slices and the shift of its teeth.
 
     signs : hand of gear a on this side, flank d and sense D (docs/conventions.md, rows and phases).
     tone : stage whose mesh frequency it follows.
@@ -416,13 +418,6 @@ def _mesh(
     plan, meshing, (hand, flank, sense) = shape.plan, at.meshing, signs
     a, b = shape.teeth[p.a], shape.teeth[p.b]
     number = branch + 1 if plan.branches and not (plan.central(p.a) and plan.central(p.b)) else None
-    shift = shift_term(  # c of gear a in this mesh [pitches], see `teeth.geometry`
-        teeth=plan.gears[p.a].teeth or 0,
-        profile_shift=next(iter(shape.gears[p.a].values())).profile_shift,
-        normal_angle=a.pressure_angle,
-        transverse_angle=a.transverse_angle,
-        working_angle=meshing.tooth_angle,
-    )
     direction = shape.directions[p.name][branch]
     turns = float(direction if isinstance(direction, (int, float, Fraction)) else direction.value)
     cosine = math.cos(meshing.working_angle)
@@ -450,7 +445,6 @@ def _mesh(
         sense=sense,
         damping=at.value("damping", 0.0),
         backlash=at.value("backlash", math.inf),
-        tooth_shift=2 * shift,
         contact_ratio=meshing.contact_ratio,
         limits=meshing.limits,
         teeth=teeth,
@@ -510,7 +504,7 @@ def _flanks(plan: Plan, gears: Sequence[ToothedGear], kinematics: Kinematics) ->
     torques = {p.name: (kinematics.mesh_torque or {}).get(p.path, 0.0) for p in plan.pairs}
     largest = max(abs(torque) for torque in torques.values())
     if largest == 0.0:
-        signs = chain_flanks(gears, [(p.a, p.b) for p in plan.pairs], 1)
+        signs = chain_signs(gears, [(p.a, p.b) for p in plan.pairs], 1)
         return {p.name: sign for p, sign in zip(plan.pairs, signs, strict=True)}
     return {p.name: flank_of_torque(torques[p.name], internal=p.internal) for p in plan.pairs}
 

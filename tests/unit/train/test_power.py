@@ -21,7 +21,7 @@ MEMBERS = ("main.sun", "main.planet", "main.ring", "main.carrier")
 
 def flow(gearings: tuple[Gearing, ...], ties: tuple[Tie, ...], **given: Any) -> tuple[Kinematics, dict[str, PowerPath]]:
     found = solve_kinematics(gearings=gearings, ties=ties, **given)
-    return found, {path.path: path for path in power_flow(found, gearings, ties, planets={"main.planet"})}
+    return found, {path.path: path for path in power_flow(found, planets={"main.planet"})}
 
 
 def test_a_plain_set_passes_its_power_from_mesh_to_mesh() -> None:
@@ -110,8 +110,10 @@ def test_power_that_returns_through_two_suns_of_one_stage() -> None:
         mesh_torque={gearings[0].pair: 50.0, gearings[1].pair: -50.0},
         tie_torque={"main.second": 50.0, "suns": 50.0},
         power={name: 0.0 for name in SUNS} | {"main.sun": 1.0},
+        gearings=gearings,
+        ties=ties,
     )
-    flows = power_flow(found, gearings, ties, planets={"main.planet", "main.second"})
+    flows = power_flow(found, planets={"main.planet", "main.second"})
     assert {path.path for path in flows if path.circulating} == {
         "stages.main.second",
         "couplings.suns",
@@ -131,4 +133,4 @@ def test_what_exceeds_the_input_circulates(ratio: int) -> None:
 def test_nothing_without_speed_or_torque() -> None:
     for speeds in ({}, {"main.sun": Fraction(10)}):
         found = solve_kinematics(members=MEMBERS, gearings=MAIN, held=("main.ring",), speeds=speeds)
-        assert power_flow(found, MAIN, ()) == ()
+        assert power_flow(found) == ()

@@ -14,7 +14,7 @@ from epicyclic.train.phasing import (
     StagePhases,
     ToothedGear,
     ToothMesh,
-    chain_flanks,
+    chain_signs,
     disc_gaps,
     flank_of_torque,
     stage_leads,
@@ -124,7 +124,7 @@ def meshed_double(count: int, sun: int = 32) -> StagePhases:
         ToothedGear(name="d", teeth=20),
         ToothedGear(name="ring", teeth=77, central=True, internal=True),
     )
-    flanks = chain_flanks(gears, (("sun", "p"), ("p", "d"), ("d", "ring")), 1)
+    flanks = chain_signs(gears, (("sun", "p"), ("p", "d"), ("d", "ring")), 1)
     assert flanks == (1, -1, 1)
     at = [Phase(angle) for angle in equal(count)]
     across = [angle + 0.3217 for angle in at]  # any direction of the line of centres p-d
@@ -222,7 +222,7 @@ def test_a_wheel_with_two_pinions_and_two_suns_in_one_stage() -> None:
     names = (("small", "p"), ("p", "d"), ("d", "ring"), ("large", "d"))
     meshes = tuple(
         ToothMesh(pair=f"{a}-{b}", a=a, b=b, directions=at, flank=flank)
-        for (a, b), flank in zip(names, chain_flanks(ravigneaux, names, 1), strict=True)
+        for (a, b), flank in zip(names, chain_signs(ravigneaux, names, 1), strict=True)
     )
     found = stage_leads(ravigneaux, meshes, sense=1)
     # (80 - 30) and (30 + 38) must both be met: multiples of 1/50 and of 1/68, so of 1/2.
