@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
@@ -42,8 +41,7 @@ _RING, _LETTER = (0.03, 0.045), (0.0105, 0.045)
 _COLOURS = [[0.0, "#DCE6EE"], [0.35, "#8FC1E3"], [0.6, "#0072B2"], [0.8, "#5B3F8C"], [1.0, "#D55E00"]]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Ray:
+class Ray(NamedTuple):
     """One line: frequency = order x mesh frequency.
 
     amplitude : (P,) largest of all meshes [N], mesh : (P,) which.  label : of the largest amplitude of all speeds.
@@ -57,8 +55,7 @@ class Ray:
     labels: list[str]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Crest:
+class Crest(NamedTuple):
     """A largest amplitude along a ray: at mesh frequency x, frequency y [Hz], amplitude [N]."""
 
     x: float
