@@ -12,8 +12,7 @@ import re
 import shutil
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from rich.cells import cell_len
@@ -76,8 +75,7 @@ _ROWS, _HEAD, _LARGEST = 60, 30, 8
 _MORE = "--json or -o file.csv"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TextColumn:
+class TextColumn(NamedTuple):
     """One column as it is drawn.
 
     heading : its lines.  numeric : stands to the right.  cells : (lines, tone) of every row.  width : of the terminal.
@@ -89,16 +87,14 @@ class TextColumn:
     width: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CutTable:
+class CutTable(NamedTuple):
     """A table for one width.  parts : columns of each, names of the rows in all.  more : what is left out, in words."""
 
     parts: Sequence[Sequence[TextColumn]]
     more: Sequence[str]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Texts:
+class _Texts(NamedTuple):
     """A column before it has a width.  least, most : widths at which words, and cells, stay whole."""
 
     heading: str

@@ -114,8 +114,18 @@ def _linear_solutions(refinement: Refinement, speeds: Array) -> tuple[list[Solut
                 if block.residual[at] <= _ACCEPTED:
                     speed, residual = float(block.speed[at]), float(block.residual[at])
                     solutions[index] = _closed(refinement, block.mesh.y[at], speed, block.truncation, residual)
-        if len(refinement.ready.lines.tones) == 1:
-            _without_open_flanks(refinement, speeds, solutions, harmonics)
+        # linear solutions in which flanks left open by the mean load never touch
+        one_tone = len(refinement.ready.lines.tones) == 1
+        missing = [index for index, found in enumerate(solutions) if found is None] if one_tone else []
+        pressed = _pressed(refinement, float(speeds[missing[0]]), int(harmonics[missing[0]])) if missing else None
+        for index in missing if pressed is not None else ():
+            H = harmonics_for(max(_LEAST_OF_CLOSED_TEETH, int(harmonics[index])))
+            balance, speed = refinement.problem(H), float(speeds[index])
+            start = linear_start(balance, speed, pressed)
+            if np.all(evaluate(balance, start, speed).touching == pressed):
+                open_apart = solution(refinement, start, speed, balance=balance, harmonics=H)
+                if open_apart is not None and np.all(open_apart.state.touching == pressed):
+                    solutions[index] = open_apart
     return solutions, harmonics
 
 
@@ -155,25 +165,6 @@ def _closed_by_law(refinement: Refinement, balance: Problem, y: Array, speed: fl
     linear = prolonged(balance, at.balance, y)
     moved = float(np.linalg.norm((at.state.y - linear)[:, 1:]))
     return at if moved <= NEAR * dynamic_size(linear) else None
-
-
-def _without_open_flanks(
-    refinement: Refinement, speeds: Array, solutions: list[Solution | None], harmonics: NDArray[np.int64]
-) -> None:
-    """Enter linear solutions at speeds (Q,) in which flanks left open by the mean load never touch."""
-    missing = [index for index, at in enumerate(solutions) if at is None]
-    if not missing:
-        return
-    pressed = _pressed(refinement, float(speeds[missing[0]]), int(harmonics[missing[0]]))
-    if pressed is None:
-        return
-    for index in missing:
-        H = harmonics_for(max(_LEAST_OF_CLOSED_TEETH, int(harmonics[index])))
-        balance, speed = refinement.problem(H), float(speeds[index])
-        start = linear_start(balance, speed, pressed)
-        if np.all(evaluate(balance, start, speed).touching == pressed):
-            at = solution(refinement, start, speed, balance=balance, harmonics=H)
-            solutions[index] = at if at is not None and np.all(at.state.touching == pressed) else None
 
 
 def _pressed(refinement: Refinement, speed: float, harmonics: int) -> NDArray[np.bool_] | None:

@@ -147,7 +147,32 @@ def contact_sweep(
     }
     path = _path_curves(refinement, branches, unstable != "ignore")
     warnings = [*instability_warnings(ready, speed[whirling]), *_warnings(ready, spread, branches, largest), *several]
-    return _labelled(ready, speed, spread, path, recorded, warnings)
+    variables = dict[str, tuple[tuple[str, ...], Any]]()
+    of_mesh, of_dof = ("direction", "mesh", "speed"), ("direction", "dof", "speed")
+    for name in spread[0]:
+        stacked = np.stack([values[name] for values in spread])
+        shape = of_dof if name == "amplitude" else of_mesh
+        variables[name] = (shape if stacked.ndim == 3 else ("direction", "speed"), stacked)
+    for name, values_along in path.items():
+        along = "fold" if name == "fold_frequency" else "path"
+        variables[name] = (("mesh", along) if values_along.ndim == 2 else (along,), values_along)
+    from ...results.dataset import dataset
+
+    return dataset(
+        variables,
+        {
+            "direction": list(_DIRECTIONS),
+            "mesh": list(faces(ready.system.meshes).name),
+            "dof": list(ready.system.dofs.names),
+            "speed": speed,
+            "mesh_frequency": ("speed", speed * float(ready.lines.tone)),
+        },
+        verb="contact_sweep",
+        options=recorded,
+        provenance=ready.system.provenance,
+        warnings=warnings,
+        units={"speed": "1"},
+    )
 
 
 # --- the branch set, and what both directions reach -------------------------------------------------------------------
@@ -416,43 +441,6 @@ def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> _C
 
 
 # --- the Dataset and its warnings -------------------------------------------------------------------------------------
-
-
-def _labelled(
-    ready: Response,
-    speed: Array,
-    curves: list[_Curves],
-    path: _Curves,
-    options: dict[str, Any],
-    warnings: list[CodedText],
-) -> xr.Dataset:
-    """The Dataset of curves (.., P) of both directions at relative speeds (P,), and of the path (.., K)."""
-    from ...results.dataset import dataset
-
-    system, variables = ready.system, dict[str, tuple[tuple[str, ...], Any]]()
-    of_mesh, of_dof = ("direction", "mesh", "speed"), ("direction", "dof", "speed")
-    for name in curves[0]:
-        stacked = np.stack([values[name] for values in curves])
-        shape = of_dof if name == "amplitude" else of_mesh
-        variables[name] = (shape if stacked.ndim == 3 else ("direction", "speed"), stacked)
-    for name, values in path.items():
-        along = "fold" if name == "fold_frequency" else "path"
-        variables[name] = (("mesh", along) if values.ndim == 2 else (along,), values)
-    return dataset(
-        variables,
-        {
-            "direction": list(_DIRECTIONS),
-            "mesh": list(faces(system.meshes).name),
-            "dof": list(system.dofs.names),
-            "speed": speed,
-            "mesh_frequency": ("speed", speed * float(ready.lines.tone)),
-        },
-        verb="contact_sweep",
-        options=options,
-        provenance=system.provenance,
-        warnings=warnings,
-        units={"speed": "1"},
-    )
 
 
 def _warnings(ready: Response, curves: list[_Curves], branches: BranchSet, largest: list[Array]) -> list[CodedText]:

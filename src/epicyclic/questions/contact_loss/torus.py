@@ -397,8 +397,18 @@ def _solve_size(
     solved = solve(prepared.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=newton_step())
     calls = solved.calls
     if not solved.converged and size.orders and rescue:
-        solved = _continued_in_shaft_load(torus, prepared.coarse, start, speed, tolerance)
-        calls += solved.calls
+        # with a part of the shaft lines, then more and more of them
+        of_shafts = prepared.coarse.grid.points[:, torus.mesh_tones :].any(axis=1)
+        y, used = np.where(of_shafts, _RISING[0], 1.0)[:, None] * start, 0
+        for factor in _RISING:
+            final = factor == _RISING[-1]
+            scaled = prepared.coarse if final else _with_scaled_shaft_lines(torus, prepared.coarse, factor)
+            wanted = tolerance if final else _ON_THE_WAY
+            solved = solve(scaled, y, speed, tolerance=wanted, steps=_STEPS, work=WORK - used, step=newton_step())
+            y, used = solved.state.y, used + solved.calls
+            if not solved.converged:
+                break
+        solved, calls = replace(solved, converged=solved.converged and final), calls + used
     dynamic = dynamic_size(solved.state.y)
     dropped = truncation_residual(prepared.coarse, solved.state, prepared.truncated_orders)
     return TorusPoint(
@@ -466,24 +476,6 @@ def _with_scaled_shaft_lines(torus: Torus, balance: Problem, factor: float) -> P
     return replace(
         balance, error=np.concatenate([scale, scale])[:, None] * balance.error, force=scale[:, None] * balance.force
     )
-
-
-def _continued_in_shaft_load(
-    torus: Torus, balance: Problem, start: Array, speed: float, tolerance: float
-) -> NewtonResult:
-    """Newton's method from a motion (2, J, n) with a part of the shaft lines, then more and more of them."""
-    of_shafts = balance.grid.points[:, torus.mesh_tones :].any(axis=1)
-    scale = np.where(of_shafts, _RISING[0], 1.0)[:, None]
-    y, calls = scale * start, 0
-    for factor in _RISING:
-        final = factor == _RISING[-1]
-        scaled = balance if final else _with_scaled_shaft_lines(torus, balance, factor)
-        wanted = tolerance if final else _ON_THE_WAY
-        solved = solve(scaled, y, speed, tolerance=wanted, steps=_STEPS, work=WORK - calls, step=newton_step())
-        y, calls = solved.state.y, calls + solved.calls
-        if not solved.converged:
-            break
-    return replace(solved, converged=solved.converged and final, calls=calls)
 
 
 def _first_size(torus: Torus, speed: float) -> Size:

@@ -142,19 +142,19 @@ def relief(
     forces = [[(helix, normal_force(train, helices, torque)) for helix in helices] for helices in meshes]
     dynamic = any(name in DYNAMIC for name in objectives)
     system = assemble(train) if dynamic else None
-    coarse = coarse_resolution(train, forces, settings)
     problem = ReliefProblem(
         objectives=tuple(objectives),
         variables=variables,
         fixed=fixed,
         contact=settings,
-        meshes=helix_contacts(train, forces, settings, coarse, variables=variables, fixed=fixed),
-        resolution=coarse,
+        meshes=(),
+        resolution=coarse_resolution(train, forces, settings),
         factors=np.array(factors, dtype=float),
         train=train,
         system=system,
         speeds=None if system is None else relative_speeds(system, speeds, speed_points),
     )
+    problem = replace(problem, meshes=helix_contacts(problem, forces))
     for corner_of_bounds in (np.zeros(len(variables)), np.ones(len(variables))):  # refuse what does not fit a flank
         bound = problem.settings(corner_of_bounds)
         for part in chain(*problem.meshes):

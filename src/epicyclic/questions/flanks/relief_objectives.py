@@ -142,7 +142,17 @@ def read_variables(
                 fixed[path][key] = value
     if not variables:
         raise ModelError("nothing to vary", path="vary", given=dict(vary), allowed='tip_relief.amount = "0..40 um"')
-    _require_complete(variables, fixed, flanks)
+    # refuse a changed relief whose amount or length is neither drawn nor given
+    for path, flank in flanks.items():
+        keys = {one.key: one.name for one in variables if path in one.paths} | {key: key for key in fixed[path]}
+        for table in _TABLES:
+            changed = [key for key in keys if key.startswith(table)]
+            if not changed or getattr(flank, table) is not None:
+                continue
+            for part in ("amount", "length"):
+                if f"{table}.{part}" not in keys:
+                    problem = f"{path}.{table} has no {part}, neither drawn nor given"
+                    raise ModelError(problem, path=f"vary {keys[changed[0]]}", allowed=f"{table}.{part} beside it")
     return tuple(variables), fixed
 
 
@@ -213,22 +223,6 @@ def _removing(value: float, key: str, path: str) -> float:
     if value < 0 and key != "slope":
         raise ModelError("takes material off", path=path, given=value, allowed="0 or more")
     return value
-
-
-def _require_complete(
-    variables: Sequence[DesignVariable], fixed: Mapping[str, FlankSettings], flanks: Mapping[str, Flank]
-) -> None:
-    """Refuse a changed relief whose amount or length is neither drawn nor given."""
-    for path, flank in flanks.items():
-        keys = {one.key: one.name for one in variables if path in one.paths} | {key: key for key in fixed[path]}
-        for table in _TABLES:
-            changed = [key for key in keys if key.startswith(table)]
-            if not changed or getattr(flank, table) is not None:
-                continue
-            for name in ("amount", "length"):
-                if f"{table}.{name}" not in keys:
-                    problem = f"{path}.{table} has no {name}, neither drawn nor given"
-                    raise ModelError(problem, path=f"vary {keys[changed[0]]}", allowed=f"{table}.{name} beside it")
 
 
 def modified_flank(flank: Flank, settings: FlankSettings) -> Flank:
@@ -347,26 +341,19 @@ def coarse_resolution(
     )
 
 
-def helix_contacts(
-    train: Train,
-    meshes: Sequence[Sequence[tuple[Mesh, float]]],
-    contact: ContactSettings,
-    cut: Resolution,
-    *,
-    variables: Sequence[DesignVariable],
-    fixed: Mapping[str, FlankSettings],
-) -> list[list[HelixContact]]:
+def helix_contacts(problem: ReliefProblem, meshes: Sequence[Sequence[tuple[Mesh, float]]]) -> list[list[HelixContact]]:
     """Helices of every mesh cut into contact segments; a face that stays uniform is one segment.
 
     Parameters
     ----------
-    meshes : helices of each mesh with their operating loads [N].  cut : phases and slices.
+    problem : whose `meshes` are not asked.  meshes : helices of each mesh with their operating loads [N].
 
     Raises
     ------
     ModelError : as of `pair_of`; a relief that does not fit a flank at the bounds.
     """
-    keys = [*(one.key for one in variables), *(key for settings in fixed.values() for key in settings)]
+    train, contact, cut = problem.train, problem.contact, problem.resolution
+    keys = [*(one.key for one in problem.variables), *(key for own in problem.fixed.values() for key in own)]
     lead_modified = any(key.startswith(("end_relief", "crown", "slope")) for key in keys)
     contacts = []
     for helices in meshes:
@@ -387,12 +374,9 @@ def with_resolution(problem: ReliefProblem, cut: Resolution) -> ReliefProblem:
     helices = [helix.mesh for one in problem.meshes for helix in one]
     pairs = [helix.segments.pair for one in problem.meshes for helix in one]
     phase = mesh_phases(helices, pairs, cut.samples, graded=problem.contact.samples is None)
-    common = replace(cut, phase=phase)
     forces = [[(helix.mesh, helix.force) for helix in one] for one in problem.meshes]
-    meshes = helix_contacts(
-        problem.train, forces, problem.contact, common, variables=problem.variables, fixed=problem.fixed
-    )
-    return replace(problem, meshes=meshes, resolution=common)
+    other = replace(problem, resolution=replace(cut, phase=phase))
+    return replace(other, meshes=helix_contacts(other, forces))
 
 
 def relative_speeds(system: System, mesh_frequencies: tuple[float, float] | None, points: int) -> Array:

@@ -206,24 +206,20 @@ def _traces(
     for view, kind, closed in groups:
         own = [one for one in sketches if (one.view, one.kind, one.closed) == (view, kind, closed)]
         points = np.concatenate([_moved(sketch, moved[sketch.body]) for sketch in own])
-        look = {} if data_only else _look(view, kind, closed, ghost)
+        colour = kind_colour(kind)
+        look = {
+            "mode": "lines",
+            "line": {"color": "#C5CCD3" if ghost else colour, "width": 1 if ghost else 2},
+            "fill": "toself" if closed and not ghost else "none",
+            "fillcolor": translucent(colour, 0.10),
+            "name": kind,
+            "legendgroup": kind,
+            "showlegend": not ghost and view == "front",
+            "hoverinfo": "skip",
+        }
         x, y = compact(1e3 * points.real, digits=4), compact(1e3 * points.imag, digits=4)
-        traces.append({"type": "scatter", "x": x, "y": y, **look})
+        traces.append({"type": "scatter", "x": x, "y": y, **({} if data_only else look)})
     return traces
-
-
-def _look(view: str, kind: str, closed: bool, ghost: bool) -> dict[str, Any]:
-    colour = kind_colour(kind)
-    return {
-        "mode": "lines",
-        "line": {"color": "#C5CCD3" if ghost else colour, "width": 1 if ghost else 2},
-        "fill": "toself" if closed and not ghost else "none",
-        "fillcolor": translucent(colour, 0.10),
-        "name": kind,
-        "legendgroup": kind,
-        "showlegend": not ghost and view == "front",
-        "hoverinfo": "skip",
-    }
 
 
 def _moved(sketch: Sketch, move: Array) -> NDArray[np.complex128]:

@@ -8,8 +8,7 @@ connection and kinetic energy by body are two heat maps.
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
@@ -173,8 +172,7 @@ def energy_shares(modes: xr.Dataset, *, most: int = 40) -> go.Figure:
     return drawn.update_layout(coloraxis=scale)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ResonanceCrossing:
+class ResonanceCrossing(NamedTuple):
     """A mesh order meets a natural frequency: relative speed, frequency [Hz], order, stage, mode (from 1)."""
 
     relative_speed: float

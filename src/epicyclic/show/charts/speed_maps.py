@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
@@ -42,8 +41,7 @@ _RING, _LETTER = (0.03, 0.045), (0.0105, 0.045)
 _COLOURS = [[0.0, "#DCE6EE"], [0.35, "#8FC1E3"], [0.6, "#0072B2"], [0.8, "#5B3F8C"], [1.0, "#D55E00"]]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Ray:
+class Ray(NamedTuple):
     """One line: frequency = order x mesh frequency.
 
     amplitude : (P,) largest of all meshes [N], mesh : (P,) which.  label : of the largest amplitude of all speeds.
@@ -57,8 +55,7 @@ class Ray:
     labels: list[str]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Crest:
+class Crest(NamedTuple):
     """A largest amplitude along a ray: at mesh frequency x, frequency y [Hz], amplitude [N]."""
 
     x: float
@@ -85,11 +82,17 @@ def waterfall(sweep: xr.Dataset, modes: xr.Dataset | None = None, *, mesh: str |
     shown = [ray for ray in strong if float(np.nanmax(ray.amplitude, initial=0.0)) > _LEAST * top]
     title = "Order spectrum of the mesh forces over speed" + (f": {mesh}" if mesh else "")
     drawn = figure(title, x=unit, y="frequency [Hz]", height=620)
-    highest = _highest(shown, x, top, modes)
+    # the axis ends above the natural frequencies, or what is strong
+    loud = [
+        float(np.max(ray.order * x[ray.amplitude > 0.03 * top], initial=0.0)) for ray in shown if len(ray.amplitude)
+    ]
+    groups = mode_groups(modes) if modes is not None else []
+    reach, above = max([1.0, *loud]), 1.15 * max((one.frequency for one in groups), default=np.inf)
+    highest = 1.08 * min(reach, above)
     for ray in shown:
         _draw(drawn, ray, x, top, highest)
-    natural = [one for one in mode_groups(modes) if 0 < one.frequency <= highest] if modes is not None else []
-    kind_lines(drawn, [(one.frequency, one.kind) for one in natural], "{} mode", along="y", alpha=0.6)
+    natural = [(one.frequency, one.kind) for one in groups if 0 < one.frequency <= highest]
+    kind_lines(drawn, natural, "{} mode", along="y", alpha=0.6)
     _label(drawn, crests(shown, x, modes, highest=highest), x, highest)
     mark_operating(drawn, sweep, x)
     if len(x):
@@ -169,16 +172,6 @@ def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None, *, highe
         if len(kept) < _MARKS and not covered:
             kept.append(one)
     return kept
-
-
-def _highest(shown: list[Ray], x: Array, top: float, modes: xr.Dataset | None) -> float:
-    """Where the axis ends [Hz]: above the natural frequencies, or what is strong over x (P,) [Hz]."""
-    strong = [
-        float(np.max(ray.order * x[ray.amplitude > 0.03 * top], initial=0.0)) for ray in shown if len(ray.amplitude)
-    ]
-    natural = [one.frequency for one in mode_groups(modes)] if modes is not None else []
-    reach = max(strong, default=0.0)
-    return 1.08 * (min(max(reach, 1.0), 1.15 * max(natural)) if natural else max(reach, 1.0))
 
 
 def _draw(drawn: go.Figure, ray: Ray, x: Array, top: float, highest: float) -> None:

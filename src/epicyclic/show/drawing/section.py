@@ -121,8 +121,17 @@ def _gear(group: Group, column: Column, layout: SectionLayout) -> list[go.Scatte
             traces += boxes(along, web, group, layout, appearance(group, 0.75))
     for left, right, hand in group.faces:
         traces += boxes((left + shift, right + shift), (low, group.high), group, layout, look)
-        if hand:
-            traces += _helix(group, (left + shift, right + shift), (low, group.high), hand, layout)
+        # three tooth traces on the side of the gear that looks at the viewer: of a right hand they fall to the right
+        slope, tall = -hand * math.tan(group.first.helix_angle), group.high - low
+        z: list[float] = []
+        r: list[float] = []
+        for share in (0.2, 0.5, 0.8) if hand else ():
+            middle, centre = low + share * tall, (left + shift + (right + shift)) / 2
+            reach = min(0.40 * (right + shift - (left + shift)), 0.12 * tall / max(abs(slope), 1e-9))
+            z += [centre - reach, centre + reach, math.nan]
+            r += [middle - slope * reach, middle + slope * reach, math.nan]
+        thin = {"line": {"color": kind_colour(group.kind), "width": 1}}
+        traces += [trace(z, [sign * one for one in r], thin) for sign in signs(group, layout) if hand]
     for side in column.sides_of(group) if group.internal else ():
         plate, rim = disc(column, side, layout), (form.root_radius, group.high)
         floor = lane_radii(lane_of(group, column, side), layout)[0]
@@ -145,23 +154,6 @@ def _web(group: Group, low: float, layout: SectionLayout) -> tuple[float, float]
         return low, max(low, thick * group.high)
     middle = group.first.radius
     return max(0.0, middle - thick * (middle - group.low)), middle + thick * (group.high - middle)
-
-
-def _helix(
-    group: Group, along: tuple[float, float], radii: tuple[float, float], hand: int, layout: SectionLayout
-) -> list[go.Scatter]:
-    """Three tooth traces on the side of the gear that looks at the viewer: of a right hand they fall to the right."""
-    left, right = along
-    slope = -hand * math.tan(group.first.helix_angle)
-    z: list[float] = []
-    r: list[float] = []
-    for share in (0.2, 0.5, 0.8):
-        middle, centre = radii[0] + share * (radii[1] - radii[0]), (left + right) / 2
-        reach = min(0.40 * (right - left), 0.12 * (radii[1] - radii[0]) / max(abs(slope), 1e-9))
-        z += [centre - reach, centre + reach, math.nan]
-        r += [middle - slope * reach, middle + slope * reach, math.nan]
-    look = {"line": {"color": kind_colour(group.kind), "width": 1}}
-    return [trace(z, [sign * one for one in r], look) for sign in signs(group, layout)]
 
 
 def _carried(group: Group, column: Column) -> list[Group]:

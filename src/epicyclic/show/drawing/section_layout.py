@@ -10,7 +10,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
@@ -94,8 +94,7 @@ class Group:
         return sorted(face for body in self.bodies for face in faces(body))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Coupling:
+class Coupling(NamedTuple):
     """Two groups in two columns that a link couples, the left one first; `lane` of a shaft that passes others."""
 
     name: str
