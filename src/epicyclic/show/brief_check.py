@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .elements import Table
+from .elements import Table, named_columns
 from .series import Member, engineering, members_of, numbers, split_name, texts
-from .tables import named_columns
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,15 +1,27 @@
-"""What a view is made of: tables, figures, sections; `console` draws them in a terminal, `report` in a page."""
+"""What a view is made of: tables, figures, sections; `console` draws them in a terminal, `report` in a page.
+
+Rows and tables that several views share: mesh forces, largest values over speed, counts of a status; quantities that
+trains or results have, and how much each differs from the first; where the numbers of a report come from: assumed
+values, options of the analyses, every resolved value, the model.  No plotly.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+import json
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+from ..results.dataset import largest
+from .series import engineering, of_first_stage, own_tones, texts
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
+    import xarray as xr
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,3 +161,307 @@ def shown_columns(table: Table, text: Callable[[Any], str]) -> list[tuple[str, b
 
 def _tone(value: Any) -> str:
     return value.tone if isinstance(value, Styled) else ""
+
+
+def named_columns(headings: tuple[str, ...], rows: list[tuple[Any, ...]]) -> dict[str, list[Any]]:
+    """Columns of rows of equal length."""
+    return {heading: [row[i] for row in rows] for i, heading in enumerate(headings)}
+
+
+def columns_of(result: xr.Dataset, dim: str, names: Mapping[str, tuple[str, float]]) -> dict[str, Any]:
+    """Columns of a table over `dim`: variable -> (heading, factor from SI to the heading's unit)."""
+    columns: dict[str, Any] = {dim: list(map(str, result[dim].values))}
+    for name, (heading, factor) in names.items():
+        if name in result:
+            values = result[name].values
+            columns[heading] = list(values * factor) if values.dtype.kind == "f" else [_plain(one) for one in values]
+    return columns
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else ""
+    return str(value) if isinstance(value, str) else value
+
+
+def force_table(result: xr.Dataset) -> Table:
+    """Mean, least and most of every mesh force [N], of mesh_force(mesh, ...), and what else is known of each mesh."""
+    force = result.mesh_force.transpose("mesh", ...).values.reshape(result.sizes["mesh"], -1)
+    columns: dict[str, Any] = {
+        "mesh": list(map(str, result.mesh.values)),
+        "mean [N]": list(force.mean(axis=1)),
+        "least [N]": list(_over_phases(result, "mesh_force_least", force).min(axis=1)),
+        "most [N]": list(_over_phases(result, "mesh_force_most", force).max(axis=1)),
+    }
+    further = {
+        "mesh_force_bound": "bound over all phases [N]",
+        "dynamic_factor": "K_v",
+        "face_load_factor": "largest per mean along the face",
+        "dynamic_face_load_factor": "largest at any time per mean",
+        "open_share": "apart, share of time",
+        "far_share": "on the far flank, share of time",
+    }
+    columns |= {heading: list(result[name].values) for name, heading in further.items() if name in result}
+    if "contact_lost" in result:
+        columns["contact lost"] = ["yes" if lost else "no" for lost in result.contact_lost.values]
+    return Table(title="Mesh forces along the tooth normal", columns=columns)
+
+
+def _over_phases(result: xr.Dataset, name: str, force: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Extremes of the forces over the phases of the other lines too, where the result has them, (mesh, ..) [N]."""
+    if name not in result:
+        return force
+    values: NDArray[np.float64] = result[name].transpose("mesh", ...).values.reshape(result.sizes["mesh"], -1)
+    return values
+
+
+def largest_heading(result: xr.Dataset) -> str:
+    """Heading of the largest radial forces: of several mesh frequencies they are a bound."""
+    name = str(result["bearing_force_peak"].attrs.get("long_name", ""))
+    return "largest, a bound [N]" if name.startswith("bound") else "largest [N]"
+
+
+def largest_over_speed(
+    result: xr.Dataset, dim: str, variable: str, heading: str, at: str = "at mesh frequency{of} [Hz]"
+) -> dict[str, Any]:
+    """Names, largest value of a variable (dim, speed) over the speeds, and where it is; nan where no speed has one.
+
+    Where: the mesh's own frequency [Hz], of other things that of the first stage, which then takes the place of {of}.
+    """
+    values = result[variable].transpose(dim, "speed").values
+    known = np.isfinite(values).any(axis=1)
+    place = np.where(np.isfinite(values), values, -np.inf).argmax(axis=1)
+    frequency = result.mesh_frequency.values.ravel()
+    if dim == "mesh":
+        own, of = own_tones(result), " of its stage" if of_first_stage(result) else ""
+    else:  # of what belongs to no mesh
+        own, of = np.ones(len(values)), of_first_stage(result)
+    return {
+        dim: list(map(str, result[dim].values)),
+        heading: list(np.where(known, values[range(len(values)), place], np.nan)),
+        at.format(of=of): list(np.where(known, own * frequency[place], np.nan)),
+    }
+
+
+def relative_speed(result: xr.Dataset) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Speeds (P,) per operating speed [1] of a sweep; nan where it does not say."""
+    if "speed" not in result.coords:
+        return np.full(result.sizes["speed"], np.nan)
+    return np.asarray(result["speed"].values, dtype=np.float64)
+
+
+def speed_range_of(result: xr.Dataset) -> str:
+    """The range that a sweep was asked for, ``operation`` or ``modes``; "" of speeds given."""
+    return str(json.loads(str(result.attrs.get("options", "{}"))).get("speed_range") or "")
+
+
+def extent(result: xr.Dataset) -> str:
+    """Range of the speeds of a sweep: mesh frequencies, and per cent of the operating speed."""
+    hertz, speed = result["mesh_frequency"].values, 100 * relative_speed(result)
+    share = f", {engineering(speed.min())} to {engineering(speed.max())} % of operation" if len(speed) else ""
+    shown = share if np.isfinite(speed).all() else ""
+    of = of_first_stage(result)
+    return f"{engineering(hertz.min(), 6)} to {engineering(hertz.max(), 6)} Hz{of and f' mesh frequency{of}'}{shown}"
+
+
+def loaded(columns: dict[str, Any], heading: str) -> dict[str, Any]:
+    """The rows of a table whose value is more than rounding, 1e-9 of the largest."""
+    values = np.nan_to_num(np.array(columns[heading], dtype=float))
+    shown = np.flatnonzero(values > 1e-9 * values.max(initial=0.0))
+    return {name: [column[i] for i in shown] for name, column in columns.items()}
+
+
+def status_table(result: xr.Dataset) -> Table:
+    """How many points have which status, of status with any dims."""
+    names, counts = np.unique(result.status.values.astype(str), return_counts=True)
+    return Table(title="Points", columns={"status": list(map(str, names)), "points": [int(one) for one in counts]})
+
+
+# Relative change that is none: rounding of eigenvalues and of linear solves.
+_SAME = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComparedRow:
+    """One quantity of all trains.
+
+    group : modes, sharing, ...  name : of the quantity.  unit : of `value`, one a train, nan where there is none.
+    note : of each train, behind the value.  first : what each is compared with, the first value where empty.
+    """
+
+    group: str
+    name: str
+    unit: str
+    value: tuple[float, ...]
+    note: tuple[str, ...] = ()
+    first: tuple[float, ...] = ()
+
+    @property
+    def change(self) -> tuple[float, ...]:
+        """Change from the first train [%], nan where it is not known or from 0."""
+        first = self.first or (self.value[0],) * len(self.value)
+        return tuple(100 * (b - a) / abs(a) if a else math.nan for a, b in zip(first, self.value, strict=True))
+
+    @property
+    def largest(self) -> float:
+        """Size of the largest change [%]; 0 where nothing changes."""
+        known = [abs(one) for one in self.change if math.isfinite(one)]
+        return max(known) if known and max(known) > 100 * _SAME else 0.0
+
+
+def letters(result: xr.Dataset) -> tuple[str, ...]:
+    """Letters of the trains, A the first."""
+    return tuple(chr(ord("A") + i) for i in range(result.sizes["train"]))
+
+
+def percent(value: float) -> str:
+    """A change in per cent with its sign; empty where it is not known, = where it is none."""
+    if not math.isfinite(value):
+        return ""
+    return "=" if abs(value) <= 100 * _SAME else f"{value:+.3g} %"
+
+
+def compared_rows(result: xr.Dataset) -> list[ComparedRow]:
+    """Rows of a Dataset of kind `compare`, those that no train has left out; variables of results, or effects."""
+    rows = (
+        _variables(result) if "largest_difference" in result else [*_speeds(result), *_modes(result), *_loads(result)]
+    )
+    return [row for row in rows if np.isfinite(row.value).any()]
+
+
+def _speeds(result: xr.Dataset) -> Iterator[ComparedRow]:
+    """Ratio, speeds that differ, mesh frequencies."""
+    yield ComparedRow(
+        group="speeds", name="ratio, driving to driven", unit="", value=_numbers(result["transmission_ratio"].values)
+    )
+    for name, values in zip(texts(result, "member"), result["speed"].values, strict=True):
+        row = ComparedRow(group="speeds", name=f"speed of {name}", unit="rpm", value=_numbers(values))
+        if not np.isfinite(values).all() or row.largest:
+            yield row
+    several = result.sizes["stage"] > 1
+    for name, values in zip(texts(result, "stage"), result["mesh_frequency"].values, strict=True):
+        words = f"mesh frequency of {name}" if several else "mesh frequency"
+        yield ComparedRow(group="speeds", name=words, unit="Hz", value=_numbers(values))
+
+
+def _modes(result: xr.Dataset) -> Iterator[ComparedRow]:
+    """Elastic natural frequencies, equal ones once, with the modal assurance where it is low."""
+    if "frequency" not in result:
+        return
+    seen = set()
+    values, kinds, shared = (result[name].values for name in ("frequency", "mode_kind", "modal_assurance"))
+    for mode, row, kind, criterion in zip(result["mode"].values, values, kinds, shared, strict=True):
+        key = tuple(f"{value:.6g}" for value in row)
+        if not row[0] > 0 or key in seen:
+            continue
+        seen.add(key)
+        note = tuple("" if not np.isfinite(one) or one > 0.95 else f"MAC {one:.2f}" for one in criterion)
+        name = f"natural frequency {mode}, {kind[0]}"
+        yield ComparedRow(group="modes", name=name, unit="Hz", value=_numbers(row), note=note)
+
+
+def _loads(result: xr.Dataset) -> Iterator[ComparedRow]:
+    """K_gamma with its mesh; the largest mean and largest mesh force, of one stage each where there are several."""
+    note = tuple(texts(result, "worst_mesh"))
+    yield ComparedRow(group="sharing", name="K_gamma", unit="", value=_numbers(result["k_gamma"].values), note=note)
+    method = next((str(one) for one in result["force_method"].values if one), "")
+    at = {"steady": "dynamic", "static": "at rest"}.get(method, "")
+    for name, words in (
+        ("mesh_force_mean", "largest mean mesh force"),
+        ("mesh_force_peak", f"largest mesh force, {at}"),
+    ):
+        values = result[name].values
+        if values.size and np.isfinite(values).any():
+            largest = [np.nanmax(column) if np.isfinite(column).any() else math.nan for column in values.T]
+            yield ComparedRow(group="forces", name=words, unit="kN", value=_numbers(np.array(largest) / 1e3))
+
+
+def _variables(result: xr.Dataset) -> Iterator[ComparedRow]:
+    """Values of saved results where they differ most from the first."""
+    for i, name in enumerate(texts(result, "variable")):
+        first, other = result["first_value"].values[i], result["other_value"].values[i]
+        places = tuple(map(str, result["difference_place"].values[i]))
+        worst = largest(result["largest_difference"].values[i])
+        value = (float(first[worst]), *(float(one) for one in other[1:]))
+        against = (float(first[worst]), *(float(one) for one in first[1:]))
+        unit = str(result["variable_unit"].values[i])
+        unit = "" if unit == "1" else unit
+        yield ComparedRow(group="variable", name=name, unit=unit, value=value, note=places, first=against)
+
+
+def _numbers(values: Sequence[float] | np.ndarray) -> tuple[float, ...]:
+    return tuple(float(one) for one in values)
+
+
+def shown(value: float, unit: str) -> str:
+    """A value with its unit; empty where there is none."""
+    return "" if not math.isfinite(value) else f"{engineering(value, 4)} {unit}".rstrip()
+
+
+def provenance(results: Mapping[str, xr.Dataset]) -> Section:
+    """The last section of a report: the model of the first result that says it, and every analysis with its options."""
+    assumed, values, model = (  # of the first result that has each
+        next((result for result in results.values() if result.attrs.get(name)), None)
+        for name in ("assumed", "values", "model")
+    )
+    parts: list[Part] = [] if assumed is None else [*assumed_tables(assumed)]
+    attributes = [result.attrs for result in results.values()]
+    runs = {
+        "analysis": list(results),
+        "options": [_options(str(one.get("options", "{}"))) for one in attributes],
+        "package": [str(one.get("package", "")) for one in attributes],
+        "version": [str(one.get("version", "")) for one in attributes],
+    }
+    parts.append(Table(title="", columns=runs))
+    if values is not None:
+        parts += [Details(summary=one.title, parts=[replace(one, title="")]) for one in value_tables(values)]
+    if model is not None:
+        parts.append(Details(summary="Resolved model", parts=[Listing(text=_indented(str(model.attrs["model"])))]))
+    return Section(anchor="model", title="Model and provenance", parts=parts)
+
+
+def assumed_tables(result: xr.Dataset) -> list[Table]:
+    """Values that the source does not print, by path, and why they were chosen; none where all are printed."""
+    assumed = json.loads(result.attrs.get("assumed", "{}"))
+    columns = {"path": list(assumed), "why": [str(reason) for reason in assumed.values()]}
+    return [Table(title="Assumed values", columns=columns)] if assumed else []
+
+
+def value_tables(result: xr.Dataset) -> list[Table]:
+    """Every resolved value of the model, its unit and its origin."""
+    values = json.loads(result.attrs.get("values", "[]"))
+    columns = {
+        "path": [path for path, *_ in values],
+        "value": [_number(value) for _, value, *_ in values],
+        "unit": [unit or "" for _, _, unit, _ in values],
+        "from": [origin or "" for *_, origin in values],
+    }
+    return [Table(title="Every resolved value", columns=columns, digits=7)] if values else []
+
+
+def _number(value: Any) -> Any:
+    """A value as it was resolved: numbers stay numbers, text that reads as one becomes one."""
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        try:
+            return float(value)
+        except ValueError:
+            return value
+    return str(value) if isinstance(value, bool) else value
+
+
+def _options(text: str) -> str:
+    try:
+        found = json.loads(text)
+    except json.JSONDecodeError:
+        return text
+    words = {key: json.dumps(value) if isinstance(value, list | dict) else str(value) for key, value in found.items()}
+    return "; ".join(f"{key}: {word if len(word) <= 120 else f'{word[:117]}...'}" for key, word in words.items())
+
+
+def _indented(text: str) -> str:
+    try:
+        return json.dumps(json.loads(text), indent=2, ensure_ascii=False)
+    except json.JSONDecodeError:
+        return text

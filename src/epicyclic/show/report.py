@@ -29,9 +29,8 @@ from ..results.files import write_text
 from ..user_input import checked
 from .charts.over_speed import operating_range
 from .charts.style import template
-from .elements import Details, Drawing, FigureText, Finding, Part, Section, Table, number, shown_columns
+from .elements import Details, Drawing, FigureText, Finding, Part, Section, Table, number, provenance, shown_columns
 from .series import engineering
-from .tables import provenance
 from .views import Each, company_of, findings_of, front_of, headline_of, key_figures_of, sections_of
 
 # of zlib: the largest block, plotly.js, takes 0.15 s, half of level 9, and is half a per cent larger

@@ -13,8 +13,7 @@ from dataclasses import KW_ONLY, dataclass, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
-from .tables import force_table
+from .elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, force_table
 
 if TYPE_CHECKING:
     import xarray as xr

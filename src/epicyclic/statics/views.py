@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..show.elements import Company, Drawing, Section, Table
-from ..show.tables import force_table
+from ..show.elements import Company, Drawing, Section, Table, force_table
 from ..show.views import ResultView
 
 if TYPE_CHECKING:

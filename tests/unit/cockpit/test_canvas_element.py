@@ -9,11 +9,11 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the extra app is not installed")
 
-from nicegui import Client, ui
+from nicegui import Client
 from nicegui.events import GenericEventArguments
 from nicegui.page import page as nicegui_page
 
-from epicyclic.cockpit.page.controls import Board, send
+from epicyclic.cockpit.page.controls import Board
 
 from .canvas_frames import job, live
 
@@ -51,7 +51,7 @@ def test_a_browser_that_comes_late_is_told_the_newest_of_every_kind(told: list[A
     with client:
         pane, evidence = Board("train"), Board("evidence")
     for frame in (live(1), live(2), job(2, "relief"), job(2, "contact")):
-        send(client, frame)
+        pane.frame(frame)
     pane.show_mode(4)
     evidence.evidence("contact")
     assert told == []
@@ -66,8 +66,8 @@ def test_a_frame_goes_to_the_page_once(told: list[Any], client: Client) -> None:
         panes = [Board("train"), Board("sweep"), Board("evidence")]
     for pane in panes:
         hear(pane, "ready")
-    send(client, live(1))
-    send(panes[1], live(2))
+    panes[0].frame(live(1))
+    panes[1].frame(live(2))
     assert told == [("train", "frame", text(live(1))), ("sweep", "frame", text(live(2)))]
 
 
@@ -80,13 +80,6 @@ def test_the_ghost_gathers_frames_and_goes(told: list[Any], client: Client) -> N
     hear(pane, "ready")
     pane.ghost(None)
     assert told == [("sweep", "ghost", text(live(3))), ("sweep", "ghost", None)]
-
-
-def test_a_client_without_panes_is_left_alone(told: list[Any], client: Client) -> None:
-    with client:
-        ui.label("nothing to draw")
-    send(client, live(1))
-    assert told == []
 
 
 @pytest.mark.parametrize("given", [0, -1, 1e9, float("nan"), float("inf"), "1.0", None, [1], True])

@@ -9,9 +9,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...show.brief_check import brief_tables, driven_kinds, power_ends, ratio_of
-from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table
+from ...show.elements import (
+    Company,
+    Drawing,
+    Finding,
+    KeyFigure,
+    Part,
+    Section,
+    Styled,
+    Table,
+    assumed_tables,
+    columns_of,
+    value_tables,
+)
 from ...show.series import Member, engineering, members_of, mesh_tones, numbers, short_names, texts
-from ...show.tables import assumed_tables, columns_of, value_tables
 from ...show.views import ResultView
 
 if TYPE_CHECKING:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, number
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, columns_of, number
 from ...show.series import by_pair_and_side, engineering, losses_of_pairs, numbers, texts
-from ...show.tables import columns_of
 from ...show.views import ResultView
 
 if TYPE_CHECKING:

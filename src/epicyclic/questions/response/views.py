@@ -8,9 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...results.dataset import first_largest, largest
-from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
-from ...show.series import engineering, of_first_stage, own_tones, split_name, stage_count, texts, unbroken
-from ...show.tables import (
+from ...show.elements import (
+    Company,
+    Drawing,
+    Finding,
+    KeyFigure,
+    Part,
+    Section,
+    Table,
     extent,
     force_table,
     largest_heading,
@@ -21,6 +26,7 @@ from ...show.tables import (
     speed_range_of,
     status_table,
 )
+from ...show.series import engineering, of_first_stage, own_tones, split_name, stage_count, texts, unbroken
 from ...show.views import ResultView
 
 if TYPE_CHECKING:

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...results.dataset import largest
-from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, force_table
 from ...show.series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
-from ...show.tables import force_table
 from ...show.views import ResultView
 
 if TYPE_CHECKING:

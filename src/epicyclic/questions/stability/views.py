@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...results.dataset import ranked
-from ...show.elements import Company, Drawing, Section, Table, number
+from ...show.elements import Company, Drawing, Section, Table, named_columns, number, status_table
 from ...show.series import stability_verdict
-from ...show.tables import named_columns, status_table
 from ...show.views import ResultView
 
 if TYPE_CHECKING:

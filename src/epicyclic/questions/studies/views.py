@@ -17,9 +17,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...results.dataset import largest
-from ...show.elements import Company, Drawing, KeyFigure, Part, Section, Table, number
+from ...show.elements import (
+    Company,
+    ComparedRow,
+    Drawing,
+    KeyFigure,
+    Part,
+    Section,
+    Table,
+    compared_rows,
+    letters,
+    number,
+    percent,
+    shown,
+)
 from ...show.series import texts
-from ...show.tables import ComparedRow, compared_rows, letters, percent, shown
 from ...show.views import ResultView
 
 if TYPE_CHECKING:

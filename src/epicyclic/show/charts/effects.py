@@ -16,8 +16,8 @@ import plotly.graph_objects as go
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from ..elements import ComparedRow, compared_rows, letters, percent, shown
 from ..series import Array, engineering, numbers, readable, short_names, texts
-from ..tables import ComparedRow, compared_rows, letters, percent, shown
 from .style import DASHES, INK, OUTSIDE, PALETTE, add_curve, figure, level_legend, note
 
 _UP, _DOWN = "#D55E00", "#0072B2"

@@ -25,7 +25,7 @@ from epicyclic.questions.response.steady import steady
 from epicyclic.questions.transient.equation import constant, motion
 from epicyclic.questions.transient.integrators import integrate
 from epicyclic.questions.transient.transient import mesh_force, transient
-from epicyclic.show.tables import force_table
+from epicyclic.show.elements import force_table
 from epicyclic.system.system import System, faces
 
 F = Fraction

@@ -16,8 +16,7 @@ from epicyclic.questions.response.measures import dynamic_factor
 from epicyclic.questions.response.views import sweep_findings, sweep_key_figures
 from epicyclic.questions.sharing import views as sharing_view
 from epicyclic.questions.tolerance.views import tolerance_tables
-from epicyclic.show.elements import Table, number, shown_columns
-from epicyclic.show.tables import force_table
+from epicyclic.show.elements import Table, force_table, number, shown_columns
 from epicyclic.statics.record import loaded_meshes
 
 # Two suns; the torque goes from the small one to the ring, and the large one turns idle.

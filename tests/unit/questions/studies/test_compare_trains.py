@@ -17,7 +17,7 @@ from epicyclic.questions.studies.compare import BY_KIND, BY_SHAPE, TrainModes, m
 from epicyclic.questions.studies.views import compared_tables as tables
 from epicyclic.questions.studies.views import key_figures
 from epicyclic.show.charts.effects import compared
-from epicyclic.show.tables import ComparedRow, compared_rows, percent
+from epicyclic.show.elements import ComparedRow, compared_rows, percent
 from epicyclic.warning_codes import code_of
 
 FLOAT = {"stages.main.sun.support.radial": 0}
