@@ -21,6 +21,14 @@ class FakeAnswer:
     figure: str
 
 
+@dataclass(frozen=True)
+class FakeCheck:
+    level: str
+    code: str
+    text: str
+    path: str
+
+
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
     """Calls of a room of answers that only writes down what it is given."""
@@ -31,7 +39,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
         return (FakeAnswer(key="float", figure=str(len(calls))),)
 
     monkeypatch.setattr(answers, "answers_of", record)
-    told = [{"level": "bad", "code": "x", "text": "y", "path": "z"}]
+    told = [FakeCheck(level="bad", code="x", text="y", path="z")]
     monkeypatch.setattr(answers, "checks_of", lambda train, system: told)
     return calls
 
