@@ -209,15 +209,15 @@ def test_a_target_out_of_reach_names_the_best(every: dict[tuple[str, ...], tuple
     ("options", "path", "words"),
     [
         ({"target": 1.0}, "target", "above 1"),
-        ({"target": math.nan}, "target", "above 1"),
-        ({"target": 1.2, "probability": 1.0}, "probability", "below 1"),
+        ({"target": math.nan}, "target", "at most 1000"),
+        ({"target": 1.2, "probability": 1.0}, "probability", "0.01 to 0.999999"),
         ({"target": 1.2, "definition": "simultaneous"}, "definition", "mean-load"),
         ({"target": 1.2, "probability": 0.999}, "samples", "8000 or more"),
     ],
 )
 def test_bad_options_are_told(options: dict[str, Any], path: str, words: str) -> None:
     with pytest.raises(ModelError) as caught:
-        allocate(MODEL, **{"samples": SAMPLES, "fresh_samples": 256, **options})
+        epicyclic.allocate(MODEL, **{"samples": SAMPLES, "fresh_samples": 256, **options})
     assert caught.value.path == path
     assert words in caught.value.allowed
 
