@@ -31,9 +31,20 @@ _PAIR = re.compile(r'"(\w+)": "([^"]+)"')
 _TABLE = re.compile(r"(?:\w+ = )?\{[^{}]+\}")
 # keyword -> flag, of everything that may be said of the train
 _FLAGS = {
-    **{name: f"--{name}" for name in ("kind", "teeth", "ratio", "planets", "held", "driver", "speed", "torque")},
-    **{"power": "--power", "module": "--module", "face_width": "--face-width", "helix_angle": "--helix"},
-    **{"pressure_angle": "--pressure-angle", "title": "--title"},
+    "kind": "--kind",
+    "teeth": "--teeth",
+    "ratio": "--ratio",
+    "planets": "--planets",
+    "held": "--held",
+    "driver": "--driver",
+    "speed": "--speed",
+    "torque": "--torque",
+    "power": "--power",
+    "module": "--module",
+    "face_width": "--face-width",
+    "helix_angle": "--helix",
+    "pressure_angle": "--pressure-angle",
+    "title": "--title",
 }
 _BY_LOAD = "by load"  # answer to a question: let it be chosen
 
@@ -83,8 +94,22 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Replace FILE where there is one.")] = False,
 ) -> None:
     """A model file of a new train from teeth or ratio, power and speed; asks for what is missing in a terminal."""
-    given = {name: value for name, value in locals().items() if name in _FLAGS}  # the keywords of `new_train`
-    given |= {"speed": _values(speed), "torque": _values(torque), "power": _values(power)}
+    given = {
+        "kind": kind,
+        "teeth": teeth,
+        "ratio": ratio,
+        "planets": planets,
+        "held": held,
+        "driver": driver,
+        "speed": _values(speed),
+        "torque": _values(torque),
+        "power": _values(power),
+        "module": module,
+        "face_width": face_width,
+        "helix_angle": helix_angle,
+        "pressure_angle": pressure_angle,
+        "title": title,
+    }
     with reported(), _flagged():
         _check_target(file, force=force)
         words = {name: value for name, value in given.items() if value is not None}

@@ -1,8 +1,4 @@
-"""What a run will be: its samples, and the memory and the time it would take.
-
-What a run costs: refusals that name the memory or the time it would take, and the share of it that is done.
-
-Sampling plan of a tolerance study: independent scrambles of a low-discrepancy sequence, in pieces of fixed size.
+"""What a run will be: the sampling plan of a tolerance study, and the memory and the time that a run would take.
 
 A piece has `PIECE` rows whatever the number of samples, because the bits of a matrix product change with its rows.
 Long scrambles fill a piece each; short ones share it.  A scramble is drawn from its own number alone, so that neither

@@ -1,8 +1,4 @@
-"""What a run starts from: the source of a verb, and the job of a study.
-
-Sources of a verb or study: ready drive, model file, dict, Train or System, loaded and assembled as far as needed.
-
-The job file of a study: verb, model, options, and what varies, checked and turned into points.
+"""Sources of a verb or study (drive, file, dict, Train, System), loaded as far as needed; and the job file of a study.
 
 What varies is an entry of the job file: a list of values, a range, or a distribution that is drawn from.  It becomes a
 `Variation`: the values that overrides of the model or options of the verb take, point by point.

@@ -5,8 +5,6 @@ this process and in a worker, so a result has the same bits for any number of pr
 
 Workers are forked on Linux; they inherit the arrays.  Elsewhere they are started anew; they then import the module of
 the function, but not the script that runs, which needs no guard.  Workers die with the process that started them.
-
-Beside them what a run may cost: refusals that name the memory or the time it would take.
 """
 
 from __future__ import annotations

@@ -22,10 +22,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.tables import PAIRS, PlainTable, leaves, value_at
 from ...errors import ModelError
 
 if TYPE_CHECKING:  # a process that starts imports this module before anything else
+    from ...document.tables import PlainTable
     from ...train.train import Body, Train
 
 Numbers = NDArray[np.float32]
@@ -246,6 +246,8 @@ def speed_axis(train: Train) -> SpeedAxis | None:
     turns at all.
     """
     speed = train.kinematics.speed or {}
+    from ...document.tables import leaves, value_at
+
     stated = value_at(train.document, ("operation", "speed"))
     members = [path for path, _ in leaves(stated)] if isinstance(stated, dict) else []
     for member in (*members, *speed):
@@ -272,6 +274,8 @@ def override_at(path: str, overrides: Mapping[str, object]) -> str:
 
     With or without the name of its stage, and of x the shorthand ``radial`` that sets it.
     """
+    from ...document.tables import PAIRS
+
     table, _, key = path.rpartition(".")
     short = [f"{table}.{pair}" for pair, keys in PAIRS.items() if key in keys]
     for spelling in (path, *_without_stage(path), *short, *(other for name in short for other in _without_stage(name))):

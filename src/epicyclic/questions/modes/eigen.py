@@ -1,11 +1,4 @@
-"""The modal basis of the undamped mean system at standstill, shared by modes, load sharing and response.
-
-Rounding of a symmetric eigenproblem is n eps of the largest omega^2: a mode 1e6 times slower than the fastest is lost
-in it.  With the rows weighted by the roots of stiffness, W = [sqrt(k) b], the mean stiffness
-is W W^T, and the singular values of M^-1/2 W are the natural frequencies, right to n eps of the largest omega: twice
-the range in powers of ten.  So modes that are soft beside the stiffest are found (derived here).
-
-Natural frequencies, shapes and kinds of modes of the mean system.
+"""Natural frequencies, shapes and kinds of modes of the mean system, and its modal basis at standstill.
 
 At standstill a symmetric eigenproblem, with gyroscopic terms and damping a quadratic one,
 (mu^2 M + mu (C + s G) + K + s^2 Kg + s Cskew) phi = 0 with mean meshes in C and K and q ~ phi exp(mu t), solved by
@@ -14,6 +7,11 @@ linearisation to a state matrix [tisseur2001].
 Kinds, multiplicities and one fixed basis in every repeated eigenspace come from cyclic symmetry alone: a symmetry R
 (R^N = 1, commuting with M and K) splits every eigenspace.  Eigenvalue 1 of R is a rotational mode, exp(+-2 pi i/N) a
 translational one, any other a planet mode [lin1999].
+
+Rounding of a symmetric eigenproblem is n eps of the largest omega^2: a mode 1e6 times slower than the fastest is lost
+in it.  With the rows weighted by the roots of stiffness, W = [sqrt(k) b], the mean stiffness
+is W W^T, and the singular values of M^-1/2 W are the natural frequencies, right to n eps of the largest omega: twice
+the range in powers of ten.  So modes that are soft beside the stiffest are found (derived here).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Path from a mesh to the sensor: where it sits, the window of a passing planet, the transfer function behind it.
+"""Spectrum at a fixed sensor that the planets pass: its lines, the window of a passing planet, the transfer function.
 
 A window is the gain of a planet over the angle between it and the sensor, as a Fourier series:
 
@@ -6,8 +6,6 @@ A window is the gain of a planet over the angle between it and the sensor, as a 
 
 A Hann window over 2 pi / N passes one planet at a time [inalpolat2009]; one over a whole turn, ``cos2``, falls smoothly
 to the far side of the ring [mcfadden1985].  The transfer function is a table of gain and phase over frequency.
-
-Spectrum in the axes of the stage, and the lines it gives at a fixed sensor that the planets pass.
 """
 
 from __future__ import annotations

@@ -1,14 +1,4 @@
-"""GMRES [saad1986], and the refinement of a response near a resonance of light damping as far as numbers allow.
-
-Many linear systems are solved at once: one array, one operator call an iteration.  One system alone has a form of its
-own: its arrays are so small that calls of NumPy are what it costs.
-
-A residual r of the balance A y = b is an error A^-1 r, which a sharp resonance amplifies.  The amplification is found
-by solving for a unit force on the coordinates that are near resonance.  Besides r, double precision itself perturbs A:
-a natural frequency is known to about eps max(omega^2), so that a resonance narrower than that has no number.
-Derived here.
-
-Harmonic balance without forming a matrix: linear contact, any mesh frequencies, many speeds at once.
+"""Harmonic balance without forming a matrix: linear contact, any mesh frequencies, many speeds at once; by GMRES.
 
 In energy-weighted modal coordinates every harmonic of frequency w reads
 D y + coupling + pulls^T {(k(t) - k0) gap(t)} = b, D = omega_r^2 - w^2 + i w d_r.  D^-1 is the preconditioner of GMRES
@@ -26,6 +16,14 @@ The resonant block is dense: the coordinates near a resonance that mesh stiffnes
 mesh frequencies hundreds of combinations lie near some natural frequency, each coupled to the next along the axis of a
 tone; D^-1 alone then leaves GMRES hundreds of outlying eigenvalues.  The block holds these coordinates with their
 couplings by the varying mesh stiffness, factorised; all others keep D^-1.  Derived here.
+
+Many linear systems are solved at once: one array, one operator call an iteration.  One system alone has a form of its
+own: its arrays are so small that calls of NumPy are what it costs.
+
+A residual r of the balance A y = b is an error A^-1 r, which a sharp resonance amplifies.  The amplification is found
+by solving for a unit force on the coordinates that are near resonance.  Besides r, double precision itself perturbs A:
+a natural frequency is known to about eps max(omega^2), so that a resonance narrower than that has no number.
+Derived here.
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
-"""Table of resonances: where mesh orders meet the modes about operation, where the energy sits, the force there.
-
-Speeds of a sweep, and its table, filled speed by speed, with the Dataset made of it: for every kind of sweep.
+"""Table of a sweep: its speeds, the Dataset filled speed by speed, and resonances, where mesh orders meet modes.
 
 Speeds are those asked for, or a range about operation or up to the modes.
 """

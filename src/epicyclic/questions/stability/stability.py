@@ -1,6 +1,9 @@
-"""Parametric combination resonances: boundaries of instability by first-order averaging.
+"""Stability over speed with linear contact: Floquet multipliers, kinds of instability, combination resonances.
 
-With x_p = c_p(t) exp(i w_p t) + its conjugate, stiffness B k_l B^T exp(i l w t) of order l and D = Phi^T B k_l B^T Phi,
+The period is the common one of all meshes that vary.  Where it has too many steps, each mesh frequency is judged alone.
+
+Boundaries of parametric combination resonances are those of first-order averaging.  With
+x_p = c_p(t) exp(i w_p t) + its conjugate, stiffness B k_l B^T exp(i l w t) of order l and D = Phi^T B k_l B^T Phi,
 the slowly varying part of the equation is [hsu1963; lin2002a, lin2002b]
 
     w_p + w_q near l w:   c_p' = -s_p c_p + i D_pq / (4 w_p) conj(c_q)          sum type
@@ -10,10 +13,6 @@ with decay rates s.  D being symmetric, the sum type grows with sqrt(b^2 - d^2/4
 b = |D_pq| / (4 sqrt(w_p w_q)) and d = l w - w_p - w_q; the difference type never does: its two couplings have opposite
 signs.  Modes that lie close together, as the pairs of equal frequency of a symmetric train, are taken together, with
 gyroscopic, centripetal and off-diagonal damping terms between them.
-
-Stability over speed with linear contact: Floquet multipliers, growth rates, kinds of instability and their modes.
-
-The period is the common one of all meshes that vary.  Where it has too many steps, each mesh frequency is judged alone.
 """
 
 from __future__ import annotations

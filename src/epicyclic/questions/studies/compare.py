@@ -1,11 +1,7 @@
-"""Several trains or results beside each other: what differs, and what it does.
-
-Trains or saved results beside each other, as a labelled Dataset of kind `compare`.
+"""Several trains or saved results beside each other, as a Dataset of kind `compare`: what differs, and what it does.
 
 Of trains what differs in the drawings, paths of their model files and the values there, and what it does; of saved
 results the largest difference of every variable that all have.
-
-What one train does: ratio, speeds, modes, load sharing and mesh forces at operation; and what it cannot say.
 
 Modes of two trains are paired by their shapes where the coordinates are the same, else by kind and order.
 """

@@ -1,9 +1,4 @@
-"""The verbs sensitivity and track, and study, a verb over many points, whose source is a job file.
-
-The verb sensitivity.
-
-The verb track, and study, a verb over many points, whose source is a job file.
-"""
+"""The verbs sensitivity and track, and study, a verb over many points, whose source is a job file."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial

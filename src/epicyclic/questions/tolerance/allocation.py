@@ -1,9 +1,7 @@
-"""Cheapest grades that keep a load factor below a target in a share of samples: best-first search, and what it proves.
+"""Cheapest grades of a drawing that keep K_gamma below a target in a share of the trains: best-first search, its proof.
 
 A combination is one grade for each entry, (E,) places in its list, which stands from the finest grade to the coarsest.
 K_gamma of combinations is on common random numbers: a sum of columns where it is linear, else evaluated one by one.
-
-The cheapest grades of a drawing that keep K_gamma below a target in a share of the trains.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""Integer histograms of load ratios with fixed edges, fine enough that quantiles are read from them.
+"""Statistics of a tolerance study: integer histograms of pieces of samples, quantiles and their bands.
 
 Bins stand in logarithmic steps of |x - 1|, on both sides of 1: relative width `WIDTH` from 1e-9 to 1e3.  A quantile
 read from them is off by at most `WIDTH` of |x - 1|.  Counts are integers, so that they add up to the same in any order.
-
-Statistics of a tolerance study: what a piece of samples leaves behind, and what all pieces say together.
 
 A piece leaves integer histograms, integer counts, sums and its worst samples.  Integers add up to the same in any
 order; sums are added in the order of the pieces; worst samples are ordered by value and number.  Memory does not grow

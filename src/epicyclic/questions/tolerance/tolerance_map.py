@@ -1,14 +1,10 @@
-"""Deviations drawn from the tolerances, and their map to loads.
-
-What tolerances draw: deviations as columns of a load map, torques and stiffnesses as what they change in a System.
+"""Tolerances of a train as a map from uniform numbers to load sharing: every draw moves columns of one load map.
 
 Torques and stiffnesses: the System is assembled anew with other values of the number.
 
 Deviations: a drawn table is one table of the file (`deviations.main.planet.run_out`) with its components.  Each of its
 planets has a complex size z = x + j y, which moves two columns, those of Re z and of Im z, and where it is given a size
 along the axis.  A gap has a real size, a turning error the size A exp(j phase).
-
-Tolerances of a train as a map from uniform numbers to load sharing: every draw moves columns of one load map.
 """
 
 from __future__ import annotations

@@ -1,11 +1,4 @@
-"""What the equation of motion is written with: products of one order, laws as numbers, the prescribed speed over time.
-
-Sums of matrix products have one order, whatever number of threads BLAS takes: a run that is continued elsewhere comes
-to the same bits only so.  Laws of gaps become the numbers that compiled steps take: flanks linear or tabulated, groups
-radial or with a slider.  The program is the prescribed speed, the phase that follows from it, and levels of loads over
-time; piecewise linear.
-
-The equation of motion of a System in time, as plain arrays: teeth that part, speed that varies.
+"""The equation of motion of a System in time, as plain arrays: teeth that part, speed that varies.
 
 In modal coordinates of the mean system, q = Phi y, Phi^T M Phi = 1:
 
@@ -15,6 +8,11 @@ so that only what differs from the mean system is multiplied out.  Every phase i
 The forces f are those of the laws (`system.flank_laws`, `system.link_laws`).  A damper of a mesh is of the contact and
 acts where its law presses, f = law(gap) + c gap'.  Modal damping belongs to the mean system and acts always.  Sliders
 of Coulomb friction are part of the state: fixed within a step, they move at its end (`integrators`).
+
+Sums of matrix products have one order, whatever number of threads BLAS takes: a run that is continued elsewhere comes
+to the same bits only so.  Laws of gaps become the numbers that compiled steps take: flanks linear or tabulated, groups
+radial or with a slider.  The program is the prescribed speed, the phase that follows from it, and levels of loads over
+time; piecewise linear.
 """
 
 from __future__ import annotations

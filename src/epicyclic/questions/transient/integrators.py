@@ -1,9 +1,4 @@
-"""The equation of motion in NumPy, which asks the laws, and the states a run begins from: rest, or an equilibrium.
-
-The reference of the compiled steps, and slow.  Products do without BLAS, so that sums have one order whatever the
-number of threads.
-
-Integration of the equation of motion: classical Runge-Kutta steps of fixed length, or SciPy's adaptive integrators.
+"""Integration of the equation of motion: classical Runge-Kutta steps of fixed length, or SciPy's adaptive integrators.
 
 The Runge-Kutta steps [hairer1993, sec. II.1] are compiled where numba is installed and every law has a compiled form,
 else the same steps in NumPy.  Sliders of Coulomb friction stand still within a step, whose forces follow from where the
@@ -13,6 +8,9 @@ pull that turns round within a step h is missed by its acceleration times h^2 / 
 Extremes of mesh forces, time apart and impacts are tallied over every step: an impact lasts a few of them, and samples
 kept at some instants of a mesh cycle pass over it.  A step is tallied with the forces at its beginning, which the
 integrator has worked out anyway; the end of a run is one of its samples.
+
+The reference of the compiled steps, and slow.  Products do without BLAS, so that sums have one order whatever the
+number of threads.
 """
 
 from __future__ import annotations
