@@ -13,6 +13,7 @@ import xarray as xr
 
 from epicyclic.errors import ModelError
 from epicyclic.questions.response.measures import periodic
+from epicyclic.questions.response.response import respond, response
 from epicyclic.questions.response.steady import SweepOptions, steady, sweep
 from epicyclic.results.dataset import to_json
 from epicyclic.system.system import System
@@ -97,6 +98,28 @@ def test_points_that_fail_hold_nan_and_a_status_and_the_rest_goes_on(system: Sys
         sweep(system, SweepOptions(relative_speed=[1.0, 1.5])).mesh_force_rms,
         rtol=1e-9,
     )
+
+
+def test_the_residual_reported_is_the_true_one(system: System) -> None:
+    ready = response(system)
+    loose, tight = (next(respond(ready, np.array([1.0]), tolerance=tolerance)) for tolerance in (1e-3, 1e-11))
+    rows = loose.mesh.y.shape[2]
+    gap = np.linalg.norm(loose.mesh.y - tight.mesh.y[:, :, :rows]) / loose.mesh.scale[0]
+    # the error is the residual seen through the inverse of an operator near the identity
+    assert 0.1 * loose.mesh.residual[0] < gap < 30 * loose.mesh.residual[0]
+
+
+def test_raised_harmonics_end_where_more_of_them_begin(case: Any) -> None:
+    """Of a saw-tooth stiffness a slow speed needs more harmonics; what they start from leaves no trace."""
+    orders = np.arange(1, 31)
+    saw = np.tile(0.5 * np.sinc(0.6 * orders) * np.exp(1j * orders), (2, 1))
+    base = case.pair(swing=0.2)
+    sharp = replace(base, meshes=replace(base.meshes, variation=saw))
+    raised, direct = (
+        sweep(sharp, SweepOptions(relative_speed=[0.1, 3.0], tolerance=tolerance)) for tolerance in (1e-9, 1e-12)
+    )
+    assert raised.harmonics.values[0] > raised.harmonics.values[1]
+    np.testing.assert_allclose(raised.mesh_force_rms, direct.mesh_force_rms, rtol=2e-8)
 
 
 def test_progress_counts_every_point_and_an_interrupt_passes(system: System) -> None:
