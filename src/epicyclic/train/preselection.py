@@ -229,9 +229,8 @@ def size_of(
     ModelError : a load beyond the largest module of the series.
     """
     if module is None:
-        area = (
-            2 * _SHARING * abs(sun_torque) * _curvature(counts) / (planets * LOAD_FIGURE)
-        )  # b d^2 with K at its limit
+        # b d^2 with K at its limit
+        area = 2 * _SHARING * abs(sun_torque) * _curvature(counts) / (planets * LOAD_FIGURE)
         diameter = (area / _WIDTH_RATIO) ** (1 / 3) if width is None else math.sqrt(area / width)
         least = diameter * math.cos(helix_angle) / counts.sun
         module = next((m for m in _SERIES if m >= least * (1 - _TOOL)), None)
