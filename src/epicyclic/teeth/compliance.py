@@ -388,26 +388,40 @@ class ToothCompliance:
         """Distance (...) [m] from the flank to the middle of the tooth along the normal, at radii (...) [m]."""
         return np.asarray(self._at(radius)[..., 3])
 
-    def cross(self, radius: ArrayLike, other: ArrayLike, ahead: ArrayLike) -> Array:
-        """Cross compliance of the body (...) [m^2/N]: motion of a tooth at `radius` per load per length at `other`.
+    def body_factors(self, radius: ArrayLike, tooth: ArrayLike) -> tuple[Array, Array]:
+        """Cross compliance of the body L C L' (..., n, n) [m^2/N], in factors L (..., n, 3 J) and C (3 J, 3 J).
 
-        radius, other : (...) [m].  ahead : (...) whole pitches, of any sign, by which the loaded tooth is ahead on the
-            side that the loaded flanks face; 0 is the same tooth; beyond NEIGHBOURS as there.  With flanks that face
-            the push (gear a of a pair) the pair at sigma + 1 is one pitch ahead, else (gear b) one behind.
+        It is the motion of one contact per load per length at another: of the load on the root and of the compliance
+        between the roots of J neighbouring teeth.
+
+        radius : (..., n) of the contacts [m].  tooth : (..., n) of each the tooth, 0 .. J - 1, which rises to the side
+            that the loaded flanks face; beyond NEIGHBOURS pitches teeth count as there.  With flanks that face the push
+            (gear a of a pair) the tooth of the pair at sigma + 1 is the next one, else (gear b) the one before.
         """
-        count = np.clip(np.asarray(ahead, dtype=np.int64), -NEIGHBOURS, NEIGHBOURS)
-        moved, loaded = self._at(radius)[..., 4:], self._at(other)[..., 4:]
-        compliance = np.zeros(np.broadcast_shapes(moved.shape[:-1], loaded.shape[:-1], count.shape))
-        # one matrix for each number of pitches: no array of matrices, of which there are as many as results
-        for pitches in range(int(count.min()), int(count.max()) + 1):
-            turned = moved @ (self.roots[pitches] if pitches >= 0 else self.roots[-pitches].T)
-            work = turned[..., 0] * loaded[..., 0] + turned[..., 1] * loaded[..., 1] + turned[..., 2] * loaded[..., 2]
-            np.copyto(compliance, work, where=count == pitches)
-        return compliance
+        count = int(np.max(tooth)) + 1
+        ahead = np.arange(count) - np.arange(count)[:, None]
+        roots = self.roots[np.minimum(np.abs(ahead), NEIGHBOURS)]
+        roots = np.where((ahead < 0)[:, :, None, None], roots.swapaxes(2, 3), roots)
+        return columns_of_teeth(self._at(radius)[..., 4:], tooth), roots.swapaxes(1, 2).reshape(3 * count, 3 * count)
+
+    def cross(self, radius: ArrayLike, tooth: ArrayLike) -> Array:
+        """Cross compliance of the body (..., n, n) [m^2/N]: motion of a contact per load per length at another.
+
+        radius, tooth : as of `body_factors`.
+        """
+        loads, roots = self.body_factors(radius, tooth)
+        return np.asarray(loads @ roots @ loads.swapaxes(-1, -2))
 
     def _at(self, radius: ArrayLike) -> Array:
         """Columns of the table (..., 7) at radii (...) [m]."""
         return np.asarray(self.table(np.clip(radius, *self.limits)))
+
+
+def columns_of_teeth(values: Array, tooth: ArrayLike) -> Array:
+    """Values (..., n, k) in k columns for each of J teeth, (..., n, k J): on the tooth (..., n) of each, else zero."""
+    on = np.asarray(tooth)[..., None] == np.arange(int(np.max(tooth)) + 1)
+    spread = on[..., None] * values[..., None, :]
+    return np.asarray(spread.reshape(*spread.shape[:-2], -1))
 
 
 def tooth_compliance(gear: GearForm, *, under: Literal["ring", "fit"] = "ring", path: str = "") -> ToothCompliance:

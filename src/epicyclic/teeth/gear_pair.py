@@ -176,11 +176,11 @@ class ElasticTooth(Protocol):
         """Distance (...) [m] from the flank to the middle of the tooth along the normal, at radii (...) [m]."""
         ...
 
-    def cross(self, radius: ArrayLike, other: ArrayLike, ahead: ArrayLike) -> Array:
-        """Cross compliance of the body (...) [m^2/N]: motion of a tooth per load per length on another.
+    def body_factors(self, radius: ArrayLike, tooth: ArrayLike) -> tuple[Array, Array]:
+        """Cross compliance of the body L C L' (..., n, n) [m^2/N]: motion of a contact per load per length at another.
 
-        radius, other : (...) of the moved and of the loaded contact [m].  ahead : (...) pitches from the moved to the
-        loaded tooth, 0 = the same.
+        L (..., n, r), C (r, r).  radius : (..., n) of the contacts [m].  tooth : (..., n) of each the number of its
+        tooth from 0 on, which rises to the side that the loaded flanks face.
         """
         ...
 
@@ -401,10 +401,8 @@ def section_stiffness(mesh: MeshedTeeth, sigma: Array, load: float) -> Array:
     at: Array = np.clip(place, low, high)
     radius_a, radius_b = mesh.radii(at)
     beams = _beams(mesh.a, radius_a) + _beams(mesh.b, radius_b) + _contact(mesh, at, radius_a, radius_b, load)
-    ahead = pairs[None, :] - pairs[:, None]
-    whole = mesh.a.cross(radius_a[:, :, None], radius_a[:, None, :], ahead)
-    whole = whole + mesh.b.cross(radius_b[:, :, None], radius_b[:, None, :], -ahead)
     index = np.arange(len(pairs))
+    whole = mesh.a.cross(radius_a, index) + mesh.b.cross(radius_b, index[::-1])
     whole[:, index, index] += beams
     both = on[:, :, None] & on[:, None, :]
     scale = beams.max()

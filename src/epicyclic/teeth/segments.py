@@ -34,7 +34,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import gear_pair
-from .compliance import face_coupling
+from .compliance import columns_of_teeth, face_coupling
 from .contact_solver import ContactSolution, products, scaled_solution, solve_hertzian, solve_linear, solved
 from .form import lead_modification, profile_modification
 from .gear_pair import ContactPair, ElasticTooth, check_pair
@@ -293,17 +293,19 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
     zeta, length = _at_segments(index, lines.zeta), _at_segments(index, lines.length) * slant
     parts = face_parts(count, index % count, (zeta - lines.centre[0] + 0.5 * lines.span) / cell, length / cell)
     whole = np.zeros((*index.shape, index.shape[1]))
-    for gear, face, radius, sense in (
-        (pair.tooth_a, plane.face_a, plane.radius_a(on), 1),
-        (pair.tooth_b, plane.face_b, plane.radius_b(on), -1),
+    for gear, face, radius, number in (
+        (pair.tooth_a, plane.face_a, plane.radius_a(on), tooth),
+        (pair.tooth_b, plane.face_b, plane.radius_b(on), tooth.max() - tooth),
     ):
         width = (face[1] - face[0]) / slant
         middle = (centre - 0.5 * (face[0] + face[1])) / slant
         spans = np.full(len(centre), cell / slant)
         kernel = face_coupling(middle, width, gear.face_decay(width), spans)
-        bending = gear.bending(radius)
+        left, right = _plane_factors(gear, radius, number)
         for t, coupled in enumerate(between_parts(kernel, parts)):  # by phases: (n, n) stays in the cache
-            coupled *= _plane_compliance(gear, radius[t], bending[t], sense * (tooth[t] - tooth[t, :, None]))
+            plane_compliance = left[t] @ right[t].T
+            plane_compliance -= gear.shared
+            coupled *= plane_compliance
             whole[t] += coupled
         whole += gear.shared / width
     twist = _twisted(pair, centre)
@@ -313,17 +315,17 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
     return whole
 
 
-def _plane_compliance(gear: ElasticTooth, radius: Array, bending: Array, ahead: Index) -> Array:
-    """Compliance of tooth and body in one plane without the winding, (n, n) [m^2/N].
+def _plane_factors(gear: ElasticTooth, radius: Array, tooth: Index) -> tuple[Array, Array]:
+    """Compliance of tooth and body in one plane with the winding, A B' (T, n, n) [m^2/N], in factors A, B (T, n, r).
 
-    radius : (n,) of the segments [m].  bending : (n,) of tooth and body at these [m^2/N].  ahead : (n, n) pitches.
+    radius : (T, n) of the segments [m].  tooth : (T, n) as of `body_factors`.
     """
-    compliance = gear.cross(radius[:, None], radius[None, :], ahead)
+    loads, roots = gear.body_factors(radius, tooth)
+    moved = loads @ roots
     # at the root of a ring no tooth remains between the load and the body
-    root = np.sqrt(np.maximum(bending - np.diagonal(compliance), 0.0))
-    compliance += (ahead == 0) * (root[:, None] * root)
-    compliance -= gear.shared
-    return compliance
+    beam = np.sqrt(np.maximum(gear.bending(radius) - (moved * loads).sum(axis=2), 0.0))
+    own = columns_of_teeth(beam[..., None], tooth)
+    return np.concatenate([moved, own], axis=2), np.concatenate([loads, own], axis=2)
 
 
 def _twisted(pair: ContactPair, centre: Array) -> Array | None:

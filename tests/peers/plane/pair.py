@@ -104,9 +104,8 @@ def by_energy(mesh: MeshedTeeth, sigma: float, load: float, *, pairs: Index | No
     """The same with the package's compliance."""
     pairs = pairs_at(mesh, sigma) if pairs is None else pairs
     line, (radius_a, radius_b) = _line(mesh, sigma + pairs.astype(float))
-    ahead = pairs[None, :] - pairs[:, None]
-    shared = mesh.a.cross(radius_a[:, None], radius_a[None, :], ahead)
-    shared = shared + mesh.b.cross(radius_b[:, None], radius_b[None, :], -ahead)
+    number = np.arange(len(pairs))  # of the teeth, which follow each other
+    shared = mesh.a.cross(radius_a, number) + mesh.b.cross(radius_b, number[::-1])
     for tooth, radius in ((mesh.a, radius_a), (mesh.b, radius_b)):
         parts = tooth.parts(radius)
         shared = shared + np.diag(parts.bending + parts.shear + parts.compression)

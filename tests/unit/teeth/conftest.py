@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import ArrayLike, NDArray
 
 from epicyclic.teeth import geometry
+from epicyclic.teeth.compliance import columns_of_teeth
 from epicyclic.teeth.gear_pair import ContactPair
 from epicyclic.teeth.path_of_contact import PlaneOfAction
 
@@ -34,14 +35,18 @@ class Cantilever:
         return self.decay
 
     def bending(self, radius: ArrayLike) -> Array:
-        return self.cross(radius, radius, 0) + 2e-12 + 12e-12 * self._part(radius) ** 3
+        return self.shared + 2e-12 * (1 + self._part(radius)) ** 2 + 2e-12 + 12e-12 * self._part(radius) ** 3
 
     def depth(self, radius: ArrayLike) -> Array:
         return 5e-3 - 2e-3 * self._part(radius)
 
-    def cross(self, radius: ArrayLike, other: ArrayLike, ahead: ArrayLike) -> Array:
-        weight = (1 + self._part(radius)) * (1 + self._part(other))
-        return np.asarray(self.shared + 2e-12 * weight * np.exp(-np.abs(np.asarray(ahead, dtype=float))))
+    def body_factors(self, radius: ArrayLike, tooth: ArrayLike) -> tuple[Array, Array]:
+        number = np.arange(int(np.max(tooth)) + 1)
+        coupling = np.zeros((len(number) + 1, len(number) + 1))
+        coupling[:-1, :-1] = 2e-12 * np.exp(-np.abs(number - number[:, None]))
+        coupling[-1, -1] = self.shared
+        weight = 1 + self._part(radius)[..., None]
+        return np.concatenate([columns_of_teeth(weight, tooth), np.ones_like(weight)], axis=-1), coupling
 
 
 def build(

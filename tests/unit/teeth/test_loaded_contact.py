@@ -174,10 +174,13 @@ def test_a_loaded_tooth_takes_its_neighbours_along(pair_of: Build) -> None:
     )
     assert len(first) == len(other) == 8
     moved = segments.compliance[0][np.ix_(other, first)] @ np.full(8, 2e5 * 30e-3 / 8)
-    plane = sum(
-        float(tooth.cross(radius(place + 1), radius(place), 1)) * 2e5
-        for tooth, radius in ((pair.tooth_a, pair.plane.radius_a), (pair.tooth_b, pair.plane.radius_b))
-    )
+    places, plane = np.array([place, place + 1]), 0.0
+    for tooth, radius, numbers in (
+        (pair.tooth_a, pair.plane.radius_a(places), [0, 1]),
+        (pair.tooth_b, pair.plane.radius_b(places), [1, 0]),
+    ):
+        loads, roots = tooth.body_factors(radius, numbers)
+        plane += 2e5 * float(loads[1] @ roots @ loads[0])
     assert moved == pytest.approx(plane, rel=1e-9)
 
 

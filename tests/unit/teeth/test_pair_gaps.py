@@ -33,8 +33,8 @@ class Spring:
     def depth(self, radius: ArrayLike) -> Array:
         return np.full(np.shape(radius), 4e-3)
 
-    def cross(self, radius: ArrayLike, other: ArrayLike, ahead: ArrayLike) -> Array:
-        return np.zeros(np.broadcast_shapes(np.shape(radius), np.shape(other), np.shape(ahead)))
+    def body_factors(self, radius: ArrayLike, tooth: ArrayLike) -> tuple[Array, Array]:
+        return np.zeros((*np.shape(radius), 1)), np.zeros((1, 1))
 
 
 @pytest.mark.parametrize("step", [3e-6, 40e-6, -3e-6, -40e-6])
