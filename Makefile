@@ -44,7 +44,7 @@ types: $(VENV)/.installed-dev
 	$(BIN)/mypy --explicit-package-bases src tests examples
 
 pytest: $(VENV)/.installed-dev
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -rs -n auto --maxprocesses 4 --durations=10
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -rs -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder --durations=10
 
 # From the drawing to the equation, and the arrows between the rooms.
 QUICK := $(addprefix tests/unit/,test_architecture.py document train teeth system statics) tests/physics
