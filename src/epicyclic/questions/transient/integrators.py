@@ -68,7 +68,7 @@ def instant_terms(moving: Motion, t: float, middle: float) -> InstantTerms:
     On the line of the program that holds at time `middle` (one side of a jump).
     """
     N = moving.numbers
-    at = int(np.clip(np.searchsorted(N.time, middle, side="right") - 1, 0, N.time.size - 2))
+    at = min(max(int(np.searchsorted(N.time, middle, side="right")) - 1, 0), N.time.size - 2)
     span, since = N.time[at + 1] - N.time[at], t - N.time[at]
     rise = float((N.speed[at + 1] - N.speed[at]) / span)
     s = float(N.speed[at] + rise * since)
