@@ -127,18 +127,18 @@ def test_bands_hold_the_true_quantile_as_often_as_they_say(sampler: Sampler) -> 
     held = []
     limits = 1 + np.array([0.15, 0.5, 1.0])
     exceeded = 2 * ndtr(-2 * (limits - 1))
-    for seed in range(40):
+    for seed in range(20):
         tally = tally_of(2**11, seed=seed, sampler=sampler, meshes=False)
         band, above = tally.quantile_bands(probability), tally.exceedance(limits)
         held.append((band.low[0, 0] <= true) & (true <= band.high[0, 0]))
         held.append((above.low[0, 0] <= exceeded) & (exceeded <= above.high[0, 0]))
-    # 240 bands of 95 %: 12 misses expected, and those of one draw go together
+    # 120 bands of 95 %: 6 misses expected, and those of one draw go together
     assert 0.90 <= np.mean(held) <= 0.99
 
 
 @pytest.mark.parametrize(("sampler", "fastest", "slowest"), [("sobol", -0.75, -0.45), ("random", -0.56, -0.44)])
 def test_bands_shrink_with_the_root_of_the_samples(sampler: Sampler, fastest: float, slowest: float) -> None:
-    sizes = [2**10, 2**12, 2**14, 2**16]
+    sizes = [2**10, 2**12, 2**14]
     widths, errors = [], []
     true = 1 + excess_of_four(0.95)
     for size in sizes:
