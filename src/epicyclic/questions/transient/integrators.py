@@ -31,7 +31,6 @@ from ...system.gaps import FlanksAt
 from ...system.link_laws import Laws
 from ...system.system import Array, elastic_rows
 from .equation import Motion, Steps, from_modal, highest_rate, phase_at, phases_at, tangent_series, times, to_modal
-from .equation import times as product
 
 # Part of the slip start by which a tangent is taken ahead of the motion: far above rounding, far below what is seen.
 AHEAD = 1e-6
@@ -475,7 +474,7 @@ def _modal_scale(moving: Motion) -> Array:
     at = instant_terms(moving, float(N.time[0]), float(N.time[0]))
     F = N.drag.size
     k = moving.flanks.tangent.at(phases_at(moving, N.phase[:1])).stiffness[0]
-    push = np.abs(at.push) + product(k * np.abs(at.error[:F]), np.abs(N.pulls[:F]))
+    push = np.abs(at.push) + times(k * np.abs(at.error[:F]), np.abs(N.pulls[:F]))
     elastic = N.squared > 0
     lowest = np.min(N.squared[elastic]) if elastic.any() else 1.0
     omega = np.sqrt(np.where(elastic, N.squared, lowest))
