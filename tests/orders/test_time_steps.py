@@ -126,7 +126,7 @@ def test_adaptive_methods_have_their_order_on_this_equation(
 # DOP853 estimates its error in the order it has; Radau estimates h^4 and errs by h^5.
 @pytest.mark.parametrize(("method", "rate"), [("dop853", 1.0), ("radau", 1.25)])
 def test_errors_follow_the_tolerance(moving: Motion, exact: Array, method: str, rate: float) -> None:
-    tolerances = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
+    tolerances = [1e-4, 1e-5, 1e-6, 1e-7]
     found = slope(lambda tolerance: size_of(adaptive(moving, method, tolerance) - exact, exact), tolerances)
     assert abs(found - rate) < 0.2
 
@@ -138,7 +138,7 @@ def test_order_across_contact(damper: float, order: float) -> None:
     system = replace(system, meshes=replace(system.meshes, damping=np.array([damper])))
     moving = motion(system, program=program([0.0, 1.0], [1.0, 1.0]))
     start = np.array([[-1e-5, 2e-5], [0.5, -0.2]])
-    exact = integrate(moving, start, stop=STOP, steps=400_000, keep=400_000)[0][-1]
+    exact = integrate(moving, start, stop=STOP, steps=200_000, keep=200_000)[0][-1]
     # where in its step a kink falls is chance: the mean of neighbours, many of them
     sizes, means = [100, 200, 400, 800, 1600, 3200], []
     for size in sizes:

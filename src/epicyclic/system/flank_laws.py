@@ -152,7 +152,7 @@ class LinearLaw:
         """Stiffness at phases (P, D) [cycles]."""
         result = np.empty((len(phases), self.stiffness.size))
         orders = np.arange(1, self.variation.shape[1] + 1)
-        for tone in np.unique(self.tone):
+        for tone in set(self.tone.tolist()):
             rows = self.tone == tone
             wave = np.exp(2j * np.pi * np.outer(phases[:, tone], orders))
             relative = 1 + (wave @ self.variation[rows].T).real

@@ -320,7 +320,7 @@ STATES = ("play", "stick", "slip", "stop")
 # A slider within this share of the clearance is at the stop: rounding of its steps.
 _AT_STOP = 1e-12
 # Newton steps or halvings until its angle there is found to rounding [rad].
-_SEARCH, _ANGLE = 60, 1e-15
+_SEARCH, _ANGLE, _TINY = 60, 1e-15, np.finfo(float).tiny
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -536,7 +536,7 @@ class Laws:
         theta = (low + high) / 2
         for _ in range(_SEARCH):
             psi = end - theta
-            slip = np.sqrt(np.maximum((c - radius) ** 2 + 4 * c * radius * np.sin(psi / 2) ** 2, np.finfo(float).tiny))
+            slip = np.sqrt(np.maximum((c - radius) ** 2 + 4 * c * radius * np.sin(psi / 2) ** 2, _TINY))
             drag, lean = self.friction * radius / slip, np.sin(psi)
             slope = self.stiffness * reach * np.sin(theta) - drag * lean
             bend = self.stiffness * reach * np.cos(theta) + drag * (np.cos(psi) - c * radius * (lean / slip) ** 2)

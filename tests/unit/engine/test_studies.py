@@ -11,6 +11,7 @@ import epicyclic
 from epicyclic.document.document import drive_titles
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.questions.studies.parameter_studies import run_out_study, support_study
+from epicyclic.verbs import record
 from epicyclic.verbs.record import STUDIES, TO_MODES, report_verbs, run_report, verbs
 
 
@@ -97,7 +98,10 @@ def test_design_studies_need_something_to_vary() -> None:
         support_study(epicyclic.load("lin1999-n4"), points=2)  # no load
 
 
-def test_report_runs_everything() -> None:
+def test_report_runs_everything(monkeypatch: pytest.MonkeyPatch) -> None:
+    # which analyses run does not follow from their points
+    for name, few in (("_POINTS", (4, 4)), ("_STUDY_POINTS", (3, 2)), ("_SAMPLES", 256)):
+        monkeypatch.setattr(record, name, few)
     begun: list[str] = []
     results = run_report("ren2021", progress=begun.append)
     assert list(results) == begun == [*report_verbs(), TO_MODES, *STUDIES]

@@ -201,7 +201,7 @@ def test_draws_follow_their_distributions(sampler: str, torsional: Tables) -> No
 def test_a_vector_is_drawn_as_two_components(folder: Path) -> None:
     result = epicyclic.study(
         {
-            **{"verb": "check", "model": str(folder / "set.toml"), "keep": ["speed"]},
+            **{"verb": "stiffness", "model": str(folder / "set.toml"), "keep": ["mesh_stiffness"]},
             "sobol": {"points": 100, "deviations.main.planet.run_out": "rayleigh(5 um)"},
         }
     )

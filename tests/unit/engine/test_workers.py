@@ -185,7 +185,7 @@ def test_short_runs_stay_in_this_process(monkeypatch: pytest.MonkeyPatch) -> Non
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "start", "stop", "points"), [("xu2020", 859.4, 1006.6, 6), ("ren2021", 1080.0, 1170.0, 4)]
+    ("name", "start", "stop", "points"), [("xu2020", 859.4, 1006.6, 3), ("ren2021", 1080.0, 1170.0, 2)]
 )
 def test_contact_loss_has_the_bits_of_one_process(
     name: str, start: float, stop: float, points: int, monkeypatch: pytest.MonkeyPatch

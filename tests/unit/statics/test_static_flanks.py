@@ -426,7 +426,7 @@ def test_laws_of_several_kinks_find_the_least_energy_from_any_start(build: Any, 
     """Rows with two kinks and rows with one, side by side; one answer from every start, and it is the minimum."""
     rng = np.random.default_rng(6)
     worst = 0
-    for _ in range(60):
+    for _ in range(30):
         N = int(rng.integers(3, 7))
         soft = 10 ** rng.uniform(6, 9, size=4)
         system = balanced_torque(build.planar(N=N, lateral=tuple(soft)).system(), TORQUE)

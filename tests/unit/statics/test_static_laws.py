@@ -79,14 +79,14 @@ def random_case(build: Any, rng: np.random.Generator, *, pins: bool) -> tuple[Sy
 
 @pytest.mark.parametrize(("pins", "usual"), [(False, 10), (True, 20)])
 def test_least_energy_from_any_start(build: Any, pins: bool, usual: int) -> None:
-    """75 cases, four errors each: one answer from every start, and it is the minimum.
+    """40 cases, four errors each: one answer from every start, and it is the minimum.
 
     Rolling elements have no stiffness at first touch, where Newton steps gain a digit each: those take most steps,
     15 to 17 by the rounding that lets a full step stand or not.
     """
     rng = np.random.default_rng(3)
     default, anywhere, smooth = 0, 0, 0
-    for _ in range(75):
+    for _ in range(40):
         system, gap = random_case(build, rng, pins=pins)
         flexible, laws, m = compliance_of(system), system.laws, len(system.meshes.name)
         k = system.meshes.stiffness * rng.uniform(0.7, 1.3, size=(4, m))
@@ -267,7 +267,7 @@ def turning(build: Any, laws: dict[str, Law], *, seed: int = 0, size: float = 5e
 def test_history_in_parts_is_that_of_one_long_walk(build: Any) -> None:
     laws = {"main/sun/support": Law(stiffness=1e8, clearance=4e-6, friction=120.0, memory=True)}
     system = turning(build, laws)
-    record = record_of(system, cycles=None, turns=4, of="main.sun", samples=20, most=100)
+    record = record_of(system, cycles=None, turns=2, of="main.sun", samples=20, most=100)
     flexible, many = compliance_of(system), system.laws
     slider, expected, states = np.zeros(2), [], set()
     for i in range(-record.instants, record.instants):
@@ -282,7 +282,7 @@ def test_history_in_parts_is_that_of_one_long_walk(build: Any) -> None:
     found = np.concatenate([piece.state.mesh_force for piece in quasi_static(held_train(system), record)])
     # sliders of adjoining parts agree to 1e-8 of the friction force
     np.testing.assert_allclose(found, expected[record.instants :], atol=1e-6)
-    assert "warm-up over 4 turns of main.sun" in static(system, turns=4, of="main.sun", samples=20).attrs["history"]
+    assert "warm-up over 2 turns of main.sun" in static(system, turns=2, of="main.sun", samples=20).attrs["history"]
 
 
 def test_record_in_turns_of_a_body(build: Any) -> None:

@@ -36,7 +36,7 @@ def limits_of(z1: int, z2: int, x1: float, x2: float, helix: float, *, internal:
     )
 
 
-def by_instants(limits: tuple[float, float], overlap: float, count: int = 1500) -> float:
+def by_instants(limits: tuple[float, float], overlap: float, count: int = 1000) -> float:
     """Mean of |sigma| over instants, every contact line cut into pieces of equal load."""
     pieces = (np.arange(count) + 0.5) / count * overlap if overlap else np.zeros(1)
     found = []

@@ -32,7 +32,7 @@ def test_lines_change_their_number_at_the_corners(pair_of: Build) -> None:
 def test_a_jump_is_seen_from_both_sides(pair_of: Build) -> None:
     pair = pair_of(slices=1)
     phases = graded_phases(corner_phases(pair.plane), 32)
-    fine = np.arange(20_000) / 20_000
+    fine = np.arange(5_000) / 5_000
     swing, exact = (np.ptp(loaded_contact(pair, [9e3], at).approach[0]) for at in (phases, fine))
     even = np.ptp(loaded_contact(pair, [9e3], np.arange(32) / 32).approach[0])
     assert swing == pytest.approx(exact, rel=1e-3)

@@ -102,8 +102,8 @@ def test_no_load_to_take_it_at(pair: ContactPair) -> None:
 def test_static_follows_the_table_as_full_contact_does() -> None:
     """Three ways to one state: rows with tables, and segments of every flank in the train's equilibrium."""
     train = load("ren2021", overrides=CONTACT)
-    rows = epicyclic.static(train, cycles=1, samples=16)
-    full = epicyclic.train_contact(train, samples=16, loads=[0.3])
+    rows = epicyclic.static(train, cycles=1, samples=8)
+    full = epicyclic.train_contact(train, samples=8, loads=[0.3])
     now = full.sel(torque_factor=1.0)
     np.testing.assert_allclose(rows.mesh_force, now.mesh_force, rtol=5e-4)  # 50 phases, 20 slices either way
     np.testing.assert_allclose(rows.displacement, now.displacement, atol=1e-3 * np.abs(now.displacement).max())
@@ -112,7 +112,7 @@ def test_static_follows_the_table_as_full_contact_does() -> None:
     from dataclasses import replace
 
     system = epicyclic.assemble(train)
-    again = epicyclic.static(replace(system, force=0.3 * system.force), cycles=1, samples=16)
+    again = epicyclic.static(replace(system, force=0.3 * system.force), cycles=1, samples=8)
     np.testing.assert_allclose(again.mesh_force, full.mesh_force.sel(torque_factor=0.3), rtol=5e-3)
     own = load("ren2021", overrides=light).meshes[0]
     assert own.stiffness < train.meshes[0].stiffness  # Hertz stiffens

@@ -273,9 +273,10 @@ def match_modes(before: ModeSet, after: ModeSet) -> tuple[ModeSet, float]:
     from scipy.optimize import linear_sum_assignment
 
     _, column = linear_sum_assignment(energy, maximize=True)
+    locus = np.argsort(column)
     vectors, squared = np.empty_like(after.vectors), np.empty_like(after.omega_squared)
     for space in spaces:
-        loci = np.flatnonzero(np.isin(column, space))
+        loci = np.sort(locus[space])
         left, _, right = np.linalg.svd(overlap[np.ix_(loci, space)].T)
         vectors[:, loci] = after.vectors[:, space] @ (left @ right)
         squared[loci] = after.omega_squared[space].mean() if space.size > 1 else after.omega_squared[space]
@@ -352,15 +353,14 @@ def _parabola_vertex(x: Array, y: Array) -> float:
 
 def repeated_loci(squared: Array) -> list[tuple[int, ...]]:
     """Groups of loci that are one repeated root at every value; squared : (values, n) [rad^2/s^2]."""
-    n = squared.shape[1]
-    same = np.ones((n, n), bool)
-    for row in squared:
+    root_of, groups = np.empty(squared.shape, np.int64), dict[bytes, list[int]]()
+    for roots, row in zip(root_of, squared, strict=True):
         rising = np.argsort(row, kind="stable")
-        equal = np.zeros((n, n), bool)
-        for run in repeated_roots(row[rising]):
-            equal[np.ix_(rising[run], rising[run])] = True
-        same &= equal
-    return list(dict.fromkeys(tuple(np.flatnonzero(row).tolist()) for row in same))
+        for number, run in enumerate(repeated_roots(row[rising])):
+            roots[rising[run]] = number
+    for locus, roots in enumerate(root_of.T):
+        groups.setdefault(roots.tobytes(), []).append(locus)
+    return [tuple(group) for group in groups.values()]
 
 
 def locus_events(path: list[ModeSet], slope: Callable[[float], tuple[Array, Array]]) -> list[LocusEvent]:

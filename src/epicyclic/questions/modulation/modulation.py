@@ -12,6 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -73,7 +74,7 @@ class Origin:
     carrier: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class LineLabels:
     """Labels of the lines of one System at one sensor position."""
 
@@ -90,7 +91,7 @@ class LineLabels:
         """Label of a line: ``2 x mesh + sun run-out - 3 x carrier``."""
         terms = [(count, f"{abs(count)} x {self._mesh(j)}") for j, count in enumerate(origin.mesh)]
         if origin.shaft >= 0:
-            terms.append((origin.sign, self.shaft_name(origin.shaft)))
+            terms.append((origin.sign, self.shaft_names[origin.shaft]))
         terms.append((origin.carrier, f"{abs(origin.carrier)} x carrier"))
         text = ""
         for count, name in sorted(terms, key=lambda term: term[0] < 0):
@@ -101,7 +102,7 @@ class LineLabels:
     def family(self, origin: Origin, *, faulty: bool) -> str:
         """Family of a line, the one word for its cause.  faulty : the line is hardly there without deviations."""
         if origin.shaft >= 0:
-            return self.shaft_name(origin.shaft)
+            return self.shaft_names[origin.shaft]
         others = [self._mesh(j) for j, count in enumerate(origin.mesh) if count and j != self.own]
         if others:
             return f"{others[0]} of another stage"
@@ -129,10 +130,11 @@ class LineLabels:
             carrier=sign * turn * part.order,
         )
 
-    def shaft_name(self, number: int) -> str:
-        """Name of a shaft line from paths and exact orders: ``sun run-out``, ``3 x sun pitch``."""
-        shaft = self.lines.shaft[number]
-        return " & ".join(dict.fromkeys(self._shaft_word(shaft, path) for path in shaft.causes)) or "shaft"
+    @cached_property
+    def shaft_names(self) -> list[str]:
+        """Names of the shaft lines from paths and exact orders: ``sun run-out``, ``3 x sun pitch``."""
+        words = (dict.fromkeys(self._shaft_word(shaft, path) for path in shaft.causes) for shaft in self.lines.shaft)
+        return [" & ".join(each) or "shaft" for each in words]
 
     def _causes(self, origin: Origin, *, faulty: bool) -> list[str]:
         """Causes of one origin at mesh orders."""

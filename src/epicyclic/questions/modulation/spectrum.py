@@ -15,7 +15,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from math import lcm
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -39,7 +39,7 @@ ACCELERATION = "m/s2/N"
 # --- the sensor ------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SensorPosition:
     """A sensor and the meshes that pass it.
 
@@ -64,14 +64,13 @@ class SensorPosition:
     teeth: int | None
     others: tuple[int, ...] = ()
 
-    @property
+    @cached_property
     def even(self) -> bool:
         """Whether the planets are evenly spaced, and in step with all central gears as they are with the ring."""
         count = len(self.spacing)
         gaps = np.diff(np.sort(self.spacing / (2 * math.pi) % 1.0))
-        if self.teeth is not None and any((teeth - self.teeth) % count for teeth in self.others):
-            return False
-        return bool(np.all(np.abs(gaps - 1 / count) < _EVEN))
+        in_step = self.teeth is None or not any((teeth - self.teeth) % count for teeth in self.others)
+        return in_step and bool(np.all(np.abs(gaps - 1 / count) < _EVEN))
 
 
 def sensor_position(
@@ -439,7 +438,7 @@ def stage_spectrum(ready: Response, block: Block, position: SensorPosition) -> S
     kinds = (False,) if block.shaft is None else (False, True)
     parts = [_part(ready, block, position, shifted=shifted) for shifted in kinds]
     units = [unit for _, unit, *_ in parts]
-    unit = lcm(*units, position.turn.denominator)
+    unit = math.lcm(*units, position.turn.denominator)
     return StageSpectrum(
         unit=unit,
         carrier=int(position.turn * unit),

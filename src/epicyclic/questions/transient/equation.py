@@ -124,7 +124,8 @@ def flank_numbers(flanks: Flanks, pairs: tuple[str, ...]) -> tuple[FlankNumbers,
             slow |= dict.fromkeys(pairs[int(flanks.mesh[row])] for row in rows)
     numbers = FlankNumbers(
         mean=mean,
-        wave=np.stack([variation.real.T, variation.imag.T]),
+        # in one order of memory whatever their size: each order is a form that steps are compiled for
+        wave=np.ascontiguousarray(np.stack([variation.real.T, variation.imag.T])),
         table=table,
         lead=lead,
         sense=sense,

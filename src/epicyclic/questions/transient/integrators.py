@@ -31,7 +31,6 @@ from ...system.gaps import FlanksAt
 from ...system.link_laws import Laws
 from ...system.system import Array, elastic_rows
 from .equation import Motion, Steps, from_modal, highest_rate, phase_at, phases_at, tangent_series, times, to_modal
-from .equation import times as product
 
 # Part of the slip start by which a tangent is taken ahead of the motion: far above rounding, far below what is seen.
 AHEAD = 1e-6
@@ -68,7 +67,7 @@ def instant_terms(moving: Motion, t: float, middle: float) -> InstantTerms:
     On the line of the program that holds at time `middle` (one side of a jump).
     """
     N = moving.numbers
-    at = int(np.clip(np.searchsorted(N.time, middle, side="right") - 1, 0, N.time.size - 2))
+    at = min(max(int(np.searchsorted(N.time, middle, side="right")) - 1, 0), N.time.size - 2)
     span, since = N.time[at + 1] - N.time[at], t - N.time[at]
     rise = float((N.speed[at + 1] - N.speed[at]) / span)
     s = float(N.speed[at] + rise * since)
@@ -475,7 +474,7 @@ def _modal_scale(moving: Motion) -> Array:
     at = instant_terms(moving, float(N.time[0]), float(N.time[0]))
     F = N.drag.size
     k = moving.flanks.tangent.at(phases_at(moving, N.phase[:1])).stiffness[0]
-    push = np.abs(at.push) + product(k * np.abs(at.error[:F]), np.abs(N.pulls[:F]))
+    push = np.abs(at.push) + times(k * np.abs(at.error[:F]), np.abs(N.pulls[:F]))
     elastic = N.squared > 0
     lowest = np.min(N.squared[elastic]) if elastic.any() else 1.0
     omega = np.sqrt(np.where(elastic, N.squared, lowest))

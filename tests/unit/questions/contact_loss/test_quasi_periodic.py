@@ -129,18 +129,15 @@ def fundamental(
     orders, w = np.arange(1, swing.shape[1] + 1), speed * given.omega
     step = 1 / (speed * float(system.tones[0])) / 2000
     scale = np.r_[np.ones(n), np.full(n, 2 * np.pi * 1000)]
-    whole = np.diag(scale)
-    for place in range(2000 * cycles):
-        t = (place + 0.5) * step
-        delta = np.concatenate([np.cos(w * t), -np.sin(w * t)]) @ opened
-        k = mean * (1 + (swing * np.exp(2j * np.pi * speed * t * np.outer(tone, orders))).sum(axis=1).real)
-        A = np.block(
-            [
-                [np.zeros((n, n)), np.eye(n)],
-                [-inverse @ (system.K + (B * np.where(delta > 0, k, 0.0)) @ B.T), -inverse @ C],
-            ]
-        )
-        whole = np.linalg.solve(np.eye(2 * n) - step / 2 * A, whole + step / 2 * A @ whole)
+    whole, still = np.diag(scale), np.eye(2 * n)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [np.zeros((n, n)), -inverse @ C]])
+    t = (np.arange(2000 * cycles) + 0.5)[:, None] * step
+    delta = np.hstack([np.cos(w * t), -np.sin(w * t)]) @ opened
+    waves = (np.exp(2j * np.pi * speed * order * t * tone) for order in orders)
+    k = mean * (1 + sum((part * wave).real for part, wave in zip(swing.T, waves, strict=True)))
+    for pressed in np.where(delta > 0, k, 0.0):
+        A[n:, :n] = -inverse @ (system.K + (B * pressed) @ B.T)
+        whole = np.linalg.solve(still - step / 2 * A, whole + step / 2 * A @ whole)
     return np.sort(np.abs(np.linalg.eigvals(whole / scale)))[::-1]
 
 

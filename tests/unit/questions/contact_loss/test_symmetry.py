@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.questions.contact_loss.branch_set import branch_set
+from epicyclic.questions.contact_loss.branch_set import BranchSet, branch_set
 from epicyclic.questions.contact_loss.solutions import Refinement, Solution, symmetry_is_broken
 from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
 from epicyclic.questions.contact_loss.sweep_direction import initial_state, sweep_direction
@@ -60,20 +61,27 @@ def train(tmp_path: Path, *, planets: int = 3, sun: int = 30, damping: float = 0
     return epicyclic.assemble(load(path))
 
 
+@pytest.fixture(scope="module")
+def through_1880(tmp_path_factory: pytest.TempPathFactory) -> tuple[System, NDArray[np.float64], Refinement, BranchSet]:
+    """A train, speeds below and above 1880 Hz, and its branches there."""
+    system = train(tmp_path_factory.mktemp("train"))
+    speeds = np.array([1805.35, 1879.49, 1956.69]) / float(system.tones[0])
+    refinement = Refinement(ready=response(system, asks_laws=True))
+    return system, speeds, refinement, branch_set(refinement, speeds)
+
+
 @pytest.mark.parametrize("unstable", ["replace", "report"])
-def test_equal_meshes_with_unequal_forces_are_a_broken_symmetry(tmp_path: Path, made: Any, unstable: Any) -> None:
+def test_equal_meshes_with_unequal_forces_are_a_broken_symmetry(through_1880: Any, made: Any, unstable: Any) -> None:
     """A coast-down through 1880 Hz, where the symmetric motion grows quasi-periodically."""
     if unstable == "replace":
         pytest.importorskip("numba")
-    system = train(tmp_path)
-    speeds = np.array([1805.35, 1879.49, 1956.69]) / float(system.tones[0])
+    system, speeds, refinement, branches = through_1880
     found = contact_sweep(system, ContactSweepOptions(relative_speed=speeds, unstable=unstable))
     sun = found.mesh_force_rms.values[:, :3]
     unequal = np.ptp(sun, axis=1) > 1e-2 * sun.max(axis=1)
     np.testing.assert_array_equal(found.motion.values == "symmetry broken", unequal)
     assert unequal.any() == (unstable == "replace")
-    refinement = Refinement(ready=response(system, asks_laws=True))
-    reached = dict(sweep_direction(refinement, branch_set(refinement, speeds), upward=False, unstable=unstable))
+    reached = dict(sweep_direction(refinement, branches, upward=False, unstable=unstable))
     at = reached[1].motion
     assert isinstance(at, Solution)
     assert (at.kind == "symmetry broken") == (unstable == "replace")

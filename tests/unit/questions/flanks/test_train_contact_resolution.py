@@ -82,9 +82,10 @@ def test_a_turn_has_the_instants_of_its_mesh_cycles(helix: str) -> None:
     """Spur teeth too, whose loads jump at a corner."""
     model = json.loads(json.dumps(PAIR))
     model["stages"]["main"]["helix_angle"] = helix
+    model["stages"]["main"]["pinion"]["teeth"] = 17
     cycle = epicyclic.train_contact(model, loads=[])
     turn = epicyclic.train_contact(model, loads=[], turns=1, of="main/pinion")
-    assert turn.attrs["samples"] == 23 * cycle.attrs["samples"]
+    assert turn.attrs["samples"] == 17 * cycle.attrs["samples"]
     np.testing.assert_allclose(turn.largest_load_per_length, cycle.largest_load_per_length, rtol=1e-9)
     np.testing.assert_allclose(turn.face_load, cycle.face_load, rtol=1e-9)
 

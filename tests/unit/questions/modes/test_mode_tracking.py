@@ -93,14 +93,15 @@ def over_pins(build: Any, mistuned: tuple[float, float]) -> tuple[list[ModeSet],
         return replace(made, meshes=replace(made.meshes, stiffness=stiffness))
 
     def at(value: float) -> ModeSet:
-        modes = eigen(system(value))
-        return ModeSet(value=value, omega_squared=modes.omega_squared, vectors=modes.vectors, M=system(value).M)
+        made = system(value)
+        modes = eigen(made)
+        return ModeSet(value=value, omega_squared=modes.omega_squared, vectors=modes.vectors, M=made.M)
 
     def slope(value: float) -> tuple[Array, Array]:
         high, low = system(1.001 * value), system(0.999 * value)
         return (high.K - low.K) / (0.002 * value), np.zeros_like(high.K)
 
-    path = track_modes(at, np.geomspace(3e7, 1e9, 21).tolist())
+    path = track_modes(at, np.geomspace(3e7, 1e9, 13).tolist())
     first = system(3e7)
     return path, locus_events(path, slope), classify_modes(first, path[0].omega_squared, path[0].vectors).kind
 

@@ -7,7 +7,9 @@ from functools import cache
 from typing import Any
 
 import pytest
+import xarray as xr
 
+from epicyclic.questions.modulation.modulation import modulation
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load
@@ -64,3 +66,9 @@ def system_of() -> Callable[..., System]:
         return _built(group, tuple((changes or {}).items()))
 
     return make
+
+
+@cache
+def every_line(group: str) -> xr.Dataset:
+    """All lines of a group without deviations, the least too, with the options that `modulation` takes by itself."""
+    return modulation(_built(group, ()), floor=0.0)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ModelError
+from epicyclic.questions.modes.modal import modal
 from epicyclic.questions.studies.derivatives import all_parameters, parameter_at
 
 Array = NDArray[np.float64]
@@ -34,7 +35,13 @@ def difference(answer: Callable[[float], Array], value: float) -> Array:
 
 def frequencies(drive: Any, path: str) -> Callable[[float], Array]:
     parameter = parameter_at(epicyclic.load(drive), path)
-    return lambda value: np.asarray(epicyclic.modes(drive, overrides=parameter.at(value)).frequency.values)
+    return lambda value: natural(drive, parameter.at(value))
+
+
+def natural(drive: Any, overrides: dict[str, object], *, relative_speed: float = 0.0) -> Array:
+    """Natural frequencies [Hz] alone, without the resonances and their forces that the verb adds."""
+    system = epicyclic.assemble(epicyclic.load(drive, overrides=overrides))
+    return np.asarray(modal(system, relative_speed=relative_speed).frequency.values)
 
 
 def forces(drive: Any, path: str, relative_speed: float) -> Callable[[float], Array]:
@@ -127,8 +134,7 @@ def test_gyroscopic_frequencies(path: str) -> None:
     parameter = parameter_at(epicyclic.load("ren2021"), path)
 
     def answer(value: float) -> Array:
-        modes = epicyclic.modes("ren2021", overrides=parameter.at(value), relative_speed=speed)
-        return np.asarray(modes.frequency.values)
+        return natural("ren2021", parameter.at(value), relative_speed=speed)
 
     elastic = found.frequency.values > 0
     assert np.isnan(found.derivative.values[0, ~elastic]).all()
@@ -246,14 +252,13 @@ def test_every_number_of_a_file_is_read_and_written_back() -> None:
     for parameter in all_parameters(train):
         if parameter.unit and not parameter.path.endswith("]") and not parameter.path.endswith("_inertia"):
             overrides |= parameter.at(parameter.value)
-    again = epicyclic.modes(dict(train.document), overrides=overrides).frequency.values
-    assert (again == epicyclic.modes(train).frequency.values).all()
+    assert (natural(dict(train.document), overrides) == natural(dict(train.document), {})).all()
     assert len(all_parameters(train)) > 60
 
 
 def test_track() -> None:
     path = "stages.main.planet.bearing.radial"
-    found = epicyclic.track("lin1999-n4", over=path, start="2e7 N/m", stop="1e9 N/m", points=21, modes=14)
+    found = epicyclic.track("lin1999-n4", over=path, start="2e7 N/m", stop="1e9 N/m", points=13, modes=14)
     kinds = dict(zip(found.mode.values.tolist(), found.mode_kind.values, strict=True))
     assert {"crossing", "veering"} == set(found.event_kind.values)
     for event in found.event.values:
@@ -265,7 +270,7 @@ def test_track() -> None:
     assert np.abs(ends[:, None] - last).min(axis=1).max() <= 1e-9 * last.max()  # the same matrices, in another order
     values = found.parameter.values
     assert np.all(np.diff(values) > 0)
-    assert values.size > 21  # looked closer where modes meet
+    assert values.size > 13  # looked closer where modes meet
 
 
 @pytest.mark.parametrize(
@@ -297,7 +302,6 @@ def test_a_soft_spring_has_its_sensitivity(spring: float) -> None:
     stage["sun"] = {"teeth": 24, "support": {"rz": f"{spring} N m/rad"}}
     stage["planet"] = {"teeth": 30, "bearing": {"radial": "4e8 N/m"}}
     model = {"format": 2, "title": "soft", "stages": {"main": stage}, "operation": {"held": ["ring"]}}
-    found = epicyclic.sensitivity(model)
-    row = [str(path) for path in found.path.values].index("stages.main.sun.support.rz")
+    found = epicyclic.sensitivity(model, paths=["stages.main.sun.support.rz"])
     # beside bearings of 4e8 N/m, in whose rounding a step of it is lost
-    np.testing.assert_allclose(found.sensitivity.values[row, 0], 0.5, rtol=1e-5)
+    np.testing.assert_allclose(found.sensitivity.values[0, 0], 0.5, rtol=1e-5)

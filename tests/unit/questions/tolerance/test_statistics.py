@@ -36,13 +36,13 @@ Array = NDArray[np.float64]
 def tally_of(
     samples: int, *, count: int = 4, spread: float = 1.0, seed: int = 1, sampler: Sampler = "sobol", meshes: bool = True
 ) -> SampleTally:
-    """Samples of a floating sun; without its meshes where the test needs none: most of the work."""
+    """Samples of a floating sun; one definition without meshes where the test needs no more: most of the work."""
     plan, drawn = sampling_plan(samples, seed=seed, sampler=sampler), FloatingSun(count, spread)
-    tally = SampleTally(plan=plan, definitions=2, groups=1, meshes=count if meshes else 0)
+    tally = SampleTally(plan=plan, definitions=2 if meshes else 1, groups=1, meshes=count if meshes else 0)
     for piece in range(plan.pieces):
         values = drawn.evaluate(piece_uniforms(plan, piece, count))
         if not meshes:
-            values = values._replace(load=values.load[:, :, :0], least=values.least[:, :0])
+            values = values._replace(k=values.k[:, :1], load=values.load[:, :1, :0], least=values.least[:, :0])
         tally.add(piece, piece_statistics(values, plan, piece))
     return tally
 
@@ -138,7 +138,7 @@ def test_bands_hold_the_true_quantile_as_often_as_they_say(sampler: Sampler) -> 
 
 @pytest.mark.parametrize(("sampler", "fastest", "slowest"), [("sobol", -0.75, -0.45), ("random", -0.56, -0.44)])
 def test_bands_shrink_with_the_root_of_the_samples(sampler: Sampler, fastest: float, slowest: float) -> None:
-    sizes = [2**10, 2**12, 2**14, 2**16]
+    sizes = [2**10, 2**12, 2**14]
     widths, errors = [], []
     true = 1 + excess_of_four(0.95)
     for size in sizes:

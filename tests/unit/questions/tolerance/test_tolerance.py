@@ -15,6 +15,7 @@ from scipy.special import ndtr, ndtri
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.document.document import drive_titles
+from epicyclic.engine import plan as plan_module
 from epicyclic.engine.plan import SamplingPlan
 from epicyclic.errors import ModelError
 from epicyclic.questions.tolerance.effects import variance_shares
@@ -58,6 +59,13 @@ def gaussian(spread: float) -> dict[str, Any]:
     return floating(tolerance={POSITION: f"normal(0 um, {sigma * 1e6!r} um)"})
 
 
+@pytest.fixture
+def few_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pieces of 256 rows: the least number of samples fills one, which else is filled up to 8192 rows."""
+    monkeypatch.setattr(plan_module, "PIECE", 256)
+
+
+@pytest.mark.usefixtures("few_rows")
 def test_check_case() -> None:
     model = floating(
         deviations={"main": {"planet": {"position": {"y": "[20, 0, 0, 0] um"}}}},
@@ -83,7 +91,7 @@ def test_one_planet_that_carries_all_is_the_end_of_k_gamma(planets: int, more: i
     for name, teeth in (("planet", 18 + more), ("ring", 60 + 2 * more)):
         stage[name]["teeth"] = teeth
     model["operation"]["torque"]["sun"] = "20 N m"
-    found = epicyclic.tolerance(model, samples=4096, effects="none", limit=(planets * 0.99, planets))
+    found = epicyclic.tolerance(model, samples=2048, effects="none", limit=(planets * 0.99, planets))
     assert found.system_k_gamma_quantile.sel(probability=0.99).values == pytest.approx(planets, abs=1e-9)
     assert found.system_k_gamma_quantile_high.max() <= planets + 1e-9
     assert found.load_sharing_quantile_high.max() <= planets + 1e-9
@@ -132,6 +140,7 @@ RADIAL, TORQUES = POSITION[:-1] + "x", "operation.torque.sun"
         ({"deviations.main.meshes.sun-planet.profile": "normal(0, 4 um)"}, ["main.meshes.sun-planet.profile"]),
     ],
 )
+@pytest.mark.usefixtures("few_rows")
 def test_what_moves_k_gamma_by_nothing_is_named(entries: dict[str, str], idle: list[str]) -> None:
     found = epicyclic.tolerance(floating(tolerance=entries), samples=256, effects="none")
     warned = [text for text in json.loads(found.attrs["warnings"]) if "tolerance-without-effect" in text]
@@ -139,6 +148,7 @@ def test_what_moves_k_gamma_by_nothing_is_named(entries: dict[str, str], idle: l
     assert all(path in text for path, text in zip(idle, warned, strict=True))
 
 
+@pytest.mark.usefixtures("few_rows")
 def test_run_out_that_averages_out_is_told_apart() -> None:
     model = floating(tolerance={"deviations.main.planet.run_out": "rayleigh(5 um)"})
     model["operation"]["speed"] = {"carrier": "60 rpm"}
@@ -150,6 +160,7 @@ def test_run_out_that_averages_out_is_told_apart() -> None:
 @pytest.mark.parametrize(
     ("planets", "saturated"), [(3, (1.0, 1.0)), (4, (2.0, 2.0)), (5, (1.809, 2.236)), (6, (1.667, 3.0))]
 )
+@pytest.mark.usefixtures("few_rows")
 def test_one_pin_ahead_and_behind(planets: int, saturated: tuple[float, float]) -> None:
     """K - 1 = X (1 - 3/n) of a pin ahead and X (1 + 2 cos(2 pi / n)) / n of one behind, until a mesh opens for good."""
     force = FORCE * 4 / planets
@@ -204,6 +215,7 @@ def loaded_drives() -> list[str]:
 
 
 @pytest.mark.parametrize("name", loaded_drives())
+@pytest.mark.usefixtures("few_rows")
 def test_drives_without_errors_share_equally(name: str) -> None:
     train = epicyclic.load(name)
     uneven = ("deviations", "tolerance", "loads", "assumed")
@@ -251,6 +263,7 @@ def test_raw_samples_are_those_of_the_statistics() -> None:
 
 
 @pytest.mark.parametrize("name", ["ren2021", "wind-five"])
+@pytest.mark.usefixtures("few_rows")
 def test_worst_samples_are_model_files_with_their_value(name: str, tmp_path: Path) -> None:
     found = epicyclic.tolerance(name, samples=256, effects="none", worst=tmp_path / "worst")
     files = sorted((tmp_path / "worst").iterdir())
@@ -334,6 +347,7 @@ def test_a_held_sun_does_not_share() -> None:
     assert curve[-1] - 1 > 2 * (curve[0] - 1)
 
 
+@pytest.mark.usefixtures("few_rows")
 def test_small_studies_leave_out_curves_with_maps_of_their_own() -> None:
     found = epicyclic.tolerance(gaussian(0.1), samples=256)
     assert "k_gamma_by_scale" in found
@@ -341,6 +355,7 @@ def test_small_studies_leave_out_curves_with_maps_of_their_own() -> None:
     assert set(json.loads(found.attrs["left_out"])) == {"k_gamma_by_support", "k_gamma_by_planets"}
 
 
+@pytest.mark.usefixtures("few_rows")
 def test_references_are_carried() -> None:
     found = epicyclic.tolerance(gaussian(0.1), samples=256, effects="none", reference=["table = 4=1.25", "ours=1.1"])
     assert found.reference.values.tolist() == ["table = 4", "ours"]
@@ -398,6 +413,7 @@ def test_correlated_entries_share_one_share() -> None:
     assert f"sobol_first, {POSITION}, {gap}" in json.loads(tied.attrs["left_out"])
 
 
+@pytest.mark.usefixtures("few_rows")
 def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "k.nc"
     words = ["tolerance", "ren2021", "--samples", "256", "--effects", "none", "--limit", "1.05", "--limit", "1.1"]

@@ -220,7 +220,7 @@ def forces_at(system: System, index: NDArray[np.int64]) -> Array:
     return net_force(np.hstack([state.mesh_force, state.far_force]), far)
 
 
-@pytest.mark.parametrize(("torque", "count", "tolerance"), [("100 kN m", 40, 1e-9), ("3 kN m", 30, 1e-6)])
+@pytest.mark.parametrize(("torque", "count", "tolerance"), [("100 kN m", 12, 1e-9), ("3 kN m", 12, 1e-6)])
 def test_samples_of_ren2021_are_full_static_solutions(torque: str, count: int, tolerance: float) -> None:
     model = ren(**{"main.sun": torque})
     given = tolerance_map(load(model))
@@ -263,7 +263,7 @@ def test_open_teeth_and_far_flanks_at_standstill(n: int, backlash: str | None) -
     assert not found.failed.any()
     del model["tolerance"]
     pushed = 0
-    for sample in range(len(u)):
+    for sample in range(0, len(u), 2):
         full = epicyclic.static(model, overrides=given.overrides(u[sample]))
         force = full.mesh_force.values.reshape(2, n, -1)[:, :, 0]
         share = n * force / force.sum(axis=1, keepdims=True)
@@ -342,16 +342,15 @@ def test_overrides_reproduce_a_sample(torque: str) -> None:
     given = tolerance_map(load(model))
     u = np.random.default_rng(5).random((2, len(given.dimension_entry)))
     values = given.evaluate(u, dense=True)  # as of one train
-    for sample in range(2):
-        system = assemble(load(model, overrides=given.overrides(u[sample])))
-        found = sharing(system, method="static", cycles=1, samples=9).load_sharing
-        by_hand = found.sel(definition=["mean-load", "mean-load-turning"]).values
-        np.testing.assert_allclose(by_hand, values.load[sample], rtol=1e-9, atol=1e-9)
+    system = assemble(load(model, overrides=given.overrides(u[1])))
+    found = sharing(system, method="static", cycles=1, samples=9).load_sharing
+    by_hand = found.sel(definition=["mean-load", "mean-load-turning"]).values
+    np.testing.assert_allclose(by_hand, values.load[1], rtol=1e-9, atol=1e-9)
 
 
 def test_closed_contact_solved_phase_by_phase_is_the_same() -> None:
     given = tolerance_map(load(ren()))
-    u = np.random.default_rng(6).random((20, len(given.dimension_entry)))
+    u = np.random.default_rng(6).random((8, len(given.dimension_entry)))
     whole, each = given.evaluate(u), given.evaluate(u, method="static")
     assert not whole.open.any()
     np.testing.assert_allclose(each.k, whole.k, rtol=1e-12)
@@ -476,7 +475,7 @@ def test_every_kind_of_deviation() -> None:
     assert len(quiet) == 2
     assert any("profile" in text and "mesh orders" in text for text in quiet)
     assert any("unbalance" in text and "speed" in text for text in quiet)
-    u = np.random.default_rng(8).random((6, len(given.dimension_entry)))
+    u = np.random.default_rng(8).random((3, len(given.dimension_entry)))
     found = given.evaluate(u, dense=True)  # as of one train
     bare = {name: value for name, value in model.items() if name not in ("tolerance", "assumed")}
     for sample in range(len(u)):
@@ -486,10 +485,11 @@ def test_every_kind_of_deviation() -> None:
     # each entry has a part in it but these two and the phase of what turns alone at its frequency
     idle = ("profile", "unbalance", "bearing_run_out.phase")
     middle = np.full((1, u.shape[1]), 0.3)
+    before = given.evaluate(middle).load
     for entry, path in enumerate(KINDS):
         other = middle.copy()
         other[:, given.dimension_entry == entry] = 0.7 - 0.2 * np.arange((given.dimension_entry == entry).sum()) % 3 / 3
-        changed = np.abs(given.evaluate(other).load - given.evaluate(middle).load).max()
+        changed = np.abs(given.evaluate(other).load - before).max()
         assert (changed > 1e-7) != any(name in path for name in idle), path
 
 
@@ -533,14 +533,14 @@ def scattered(count: int, dimensions: int) -> Array:
 
 
 def test_the_search_for_the_largest_while_turning_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Against 43 200 slow phases of open contact; of few phases without a search the shortfall is said."""
+    """Against 14 400 slow phases of open contact; of few phases without a search the shortfall is said."""
     run_outs = {f"deviations.main.{member}.run_out": "disc(20 um)" for member in ("sun", "planet", "ring", "carrier")}
     turning = {"held": ["ring"], "torque": {"sun": "800 N m"}, "speed": {"sun": "1500 rpm"}}
     model = spur(5, {"deviations.main.planet.position.y": "normal(0 um, 20 um)", **run_outs}, operation=turning)
     given = tolerance_map(load(model))
-    u = np.random.default_rng(5).random((8, len(given.dimension_entry)))
+    u = np.random.default_rng(5).random((6, len(given.dimension_entry)))
     with monkeypatch.context() as brute:
-        brute.setattr(sample_loads, "_DENSE_PHASES", 43_200)
+        brute.setattr(sample_loads, "_DENSE_PHASES", 14_400)
         brute.setattr(load_map, "_lattice", scattered)
         reference = given.evaluate(u, dense=True)
     assert reference.open.sum() > 1

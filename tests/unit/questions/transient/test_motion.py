@@ -130,8 +130,8 @@ def test_compiled_steps_equal_numpy(
     system = made.rich(groups=groups, load=60.0)
     loads = np.array([[200.0, 0.0, -100.0]])[: given.level.shape[1]]
     moving = motion(system, program=given, contact=contact, loads=loads)
-    fast, slow = both(monkeypatch, lambda: integrate(moving, at_rest(moving), stop=0.01, steps=400, keep=20)[0])
-    # the same steps with sums in another order: rounding, grown over 400 steps
+    fast, slow = both(monkeypatch, lambda: integrate(moving, at_rest(moving), stop=0.01, steps=100, keep=5)[0])
+    # the same steps with sums in another order: rounding, grown over 100 steps
     np.testing.assert_allclose(fast, slow, rtol=1e-9, atol=1e-11 * np.abs(slow).max())
     assert np.isfinite(fast).all()
     assert np.abs(fast[-1, 0]).max() > 1e-5

@@ -19,7 +19,7 @@ from epicyclic.system.system import System
 
 OVER_ALL = ("mesh_force_peak", "mesh_force_peak_time", "mesh_force_minimum", "mesh_force_minimum_time")
 CONTACT = ("contact_lost", "open_share", "far_share", "impacts")
-STEP: dict[str, Any] = {"cycles": 3, "torque_step": (-0.5, 0.005)}
+STEP: dict[str, Any] = {"cycles": 2, "torque_step": (-0.5, 0.002)}
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def system(torsional_set: Callable[..., dict[str, Any]]) -> System:
 @pytest.fixture(scope="module")
 def every_step(system: System) -> xr.Dataset:
     """So many samples that each is one step."""
-    found = epicyclic.transient(system, **STEP, samples=1024)
+    found = epicyclic.transient(system, **STEP, samples=768)
     scenario = Scenario(duration=float(found.time[-1]), speed=(1.0, 1.0))
     assert steps_for(scenario_motion(system, scenario, contact="unilateral", step=1e-5), float(found.time[1])) == 1
     return found
@@ -44,7 +44,7 @@ def test_steps_between_samples_count(
 ) -> None:
     if not numba:
         monkeypatch.setattr(integrators, "numba_available", lambda: False)
-    few = epicyclic.transient(system, **STEP, samples=1024, decimate=128)
+    few = epicyclic.transient(system, **STEP, samples=768, decimate=96)
     force = every_step.mesh_force
     assert np.array_equal(few.mesh_force[:, 0], force[:, 0])
     # an impact stands between the samples: without it the extremes were those of the samples
@@ -73,7 +73,7 @@ def test_compiled_and_numpy_tallies_agree(monkeypatch: pytest.MonkeyPatch, syste
 
 
 def test_extremes_of_adaptive_steps(system: System) -> None:
-    fixed = epicyclic.transient(system, **STEP, samples=1024, decimate=128)
+    fixed = epicyclic.transient(system, **STEP, samples=768, decimate=96)
     adaptive = epicyclic.transient(system, **STEP, method="dop853", samples=16)
     assert (adaptive.mesh_force_minimum < adaptive.mesh_force.min("time") - 100).all()
     # steps of the two stand elsewhere on the impact

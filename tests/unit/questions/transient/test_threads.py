@@ -13,12 +13,13 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
+from epicyclic.machine_code import numba_available
 
 # 120 coordinates, whose matrices come from products that BLAS shares out: begins a run that is stopped after some
-# segments, leaves a copy of it, and takes it up, or takes up the copy.
+# segments, leaves a copy of it, and takes it up, or takes up the copy; compiled, then in NumPy.
 RUN = """
 import json, shutil, sys
-how, folder, numba, here = json.loads(sys.argv[1])
+how, base, kinds, here = json.loads(sys.argv[1])
 sys.path.insert(0, here)
 import numpy as np
 from conftest import system_of
@@ -29,9 +30,6 @@ from epicyclic.questions.transient import integrators, transient
 from epicyclic.questions.transient import scenario as run
 from epicyclic.system.flank_laws import LawRows
 from dataclasses import replace
-run._STEPS, run._PIECES = (200, 1) if numba else (10, 1)
-if not numba:
-    integrators.numba_available = lambda: False
 random, n = np.random.default_rng(1), 120
 A, turn, rows = random.normal(size=(n, n + 40)), random.normal(size=(n, n)), random.normal(size=(n, 6)) / np.sqrt(n)
 spline = group(random.normal(size=(n, 2)) / np.sqrt(n), lag=1e-5)
@@ -40,41 +38,55 @@ system = system_of(
     variation=np.full((6, 2), 0.3 + 0j), backlash=1e-5, G=turn - turn.T, zeta=0.02, groups=(spline,),
 )
 system = replace(system, meshes=replace(system.meshes, laws=(LawRows(law=curved(2), rows=np.arange(2)),)))
-options = dict(cycles=4 if numba else 0.4, samples=16, folder=folder)
 def stop(done):
     if done > 0.5:
         raise KeyboardInterrupt
-if how == "begin":
-    try:
-        transient.transient(system, **options, progress=stop)
-        sys.exit("not stopped")
-    except KeyboardInterrupt:
-        shutil.copytree(folder, folder + "-copy")
-epicyclic.save_result(transient.transient(system, **options, resume=True), folder + ".nc")
+for kind in kinds:
+    run._STEPS, run._PIECES = (200, 1) if kind == "compiled" else (10, 1)
+    integrators.numba_available = lambda: kind == "compiled"
+    folder = base + "-" + kind
+    options = dict(cycles=4 if kind == "compiled" else 0.4, samples=16, folder=folder)
+    if how == "begin":
+        try:
+            transient.transient(system, **options, progress=stop)
+            sys.exit("not stopped")
+        except KeyboardInterrupt:
+            shutil.copytree(folder, base + "-copy-" + kind)
+    found = transient.transient(system, **options, resume=True)
+    np.savez(folder + ".npz", **{name: found[name].values for name in found.data_vars})
 """
 
 
-def run(how: str, folder: Path, numba: bool, threads: int) -> None:
+def run(how: str, folder: Path, kinds: list[str], threads: int) -> None:
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
     # threads that wait for each other sleep soon: they would take the time of the processor meanwhile
     environment = os.environ | dict.fromkeys(names, str(threads)) | {"OPENBLAS_THREAD_TIMEOUT": "4"}
-    options = json.dumps([how, str(folder), numba, str(Path(__file__).parent)])
+    options = json.dumps([how, str(folder), kinds, str(Path(__file__).parent)])
     subprocess.run([sys.executable, "-c", RUN, options], check=True, env=environment)
 
 
-@pytest.mark.parametrize("numba", [True, False], ids=["compiled", "numpy"])
-def test_a_run_taken_up_with_other_threads(tmp_path: Path, numba: bool) -> None:
-    if numba:
+@pytest.fixture(scope="module")
+def taken_up(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the runs of one process with one thread, and their copies taken up by another with two."""
+    folder = tmp_path_factory.mktemp("threads")
+    kinds = ["compiled", "numpy"] if numba_available() else ["numpy"]
+    run("begin", folder / "one", kinds, threads=1)
+    for kind in kinds:
+        kept, whole = (len(list((folder / f"{name}-{kind}").glob("0*.kept"))) for name in ("one-copy", "one"))
+        assert 1 <= kept < whole
+    run("resume", folder / "one-copy", kinds, threads=2)
+    return folder
+
+
+@pytest.mark.parametrize("kind", ["compiled", "numpy"])
+def test_a_run_taken_up_with_other_threads(taken_up: Path, kind: str) -> None:
+    if kind == "compiled":
         pytest.importorskip("numba")
-    run("begin", tmp_path / "one", numba, threads=1)
-    kept = len(list((tmp_path / "one-copy").glob("0*.kept")))
-    assert 1 <= kept < len(list((tmp_path / "one").glob("0*.kept")))
-    run("resume", tmp_path / "one-copy", numba, threads=2)
-    one, two = (epicyclic.load_result(tmp_path / f"{name}.nc") for name in ("one", "one-copy"))
-    assert one.sizes["time"] > 5
-    assert float(np.abs(one.end_slider).max()) > 0
-    for name in one.data_vars:
-        assert np.array_equal(one[name].values, two[name].values), name
+    one, two = (np.load(taken_up / f"{name}-{kind}.npz") for name in ("one", "one-copy"))
+    assert one["mesh_force"].shape[1] > 5
+    assert float(np.abs(one["end_slider"]).max()) > 0
+    for name in one.files:
+        assert np.array_equal(one[name], two[name]), name
 
 
 def test_another_model_is_refused(tmp_path: Path) -> None:
