@@ -192,7 +192,7 @@ def compact(values: ArrayLike, *, digits: int = 5) -> list[float | None]:
     if spread > max(_LEVEL * top, 1e-200):
         places = max(places, 2 - math.floor(math.log10(spread)))
     rounded = np.round(array, places) + 0.0  # without -0.0
-    return np.where(np.isfinite(rounded), rounded.astype(object), None).tolist()
+    return [value if math.isfinite(value) else None for value in rounded.tolist()]
 
 
 def engineering(value: float, digits: int = 4) -> str:
