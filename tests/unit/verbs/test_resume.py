@@ -295,7 +295,7 @@ def test_the_command_line_names_what_goes_on(
 def test_control_c_is_heard_at_once(tmp_path: Path, slowness: float) -> None:
     """One real SIGINT, of a run with workers; the run that goes on is the run."""
     # segments are written often, so that a short run has one before its end
-    often = "from epicyclic.engine import run_folder; run_folder._EVERY = 0.05; from epicyclic.__main__ import main; main()"
+    often = "from epicyclic.engine import run_folder as f; f._EVERY = 0.05; from epicyclic.__main__ import main; main()"
     command = [sys.executable, "-c", often, "sweep", "ren2021", "--points", "300", "-o", str(tmp_path / "a.nc")]
     parts, spent = tmp_path / "a.nc.parts", list[float]()
     for _ in range(2):  # the second time for a machine that was busy
