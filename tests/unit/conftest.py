@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import cache
 from typing import Any
 
 import pytest
+import typer.main
 from tests.unit.planar_set import Builders
 
 Tables = dict[str, Any]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_program() -> Iterator[None]:
+    """The commands are built once, not for every command line that a test runs in this process: that takes 40 ms."""
+    once = cache(typer.main.get_command)
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("typer.main.get_command", "typer.testing._get_command"):
+            patch.setattr(name, once)
+        yield
 
 
 def _torsional(*, modal: float, sun_planet: Tables | None = None, planet_ring: Tables | None = None) -> Tables:

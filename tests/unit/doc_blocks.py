@@ -14,6 +14,7 @@ import re
 import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -80,13 +81,22 @@ def run_block(block: Block, session: Session) -> None:
     elif block.language == "sh":
         session.printed = ""
         for words, target in commands_of(block.text):
-            printed_here = _command(words)
+            printed_here = _printed(tuple(words))
             if target:
                 Path(target).write_text(printed_here, encoding="utf-8")
             session.printed += printed_here
 
 
-def _command(words: Sequence[str]) -> str:
+def _printed(words: tuple[str, ...]) -> str:
+    """What a command prints; one that reads and writes no file of its page is run once for all pages."""
+    from epicyclic.document.document import drive_titles
+
+    alone = len(words) > 2 and words[2] in drive_titles() and not {"-o", "--worst"} & set(words)
+    return _command(words) if alone else _command.__wrapped__(words)
+
+
+@cache
+def _command(words: tuple[str, ...]) -> str:
     """Standard output and error of one command line of the package, run in this process."""
     from epicyclic.cli.main import app
 

@@ -9,14 +9,13 @@ from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
 
+from tests.unit.package_source import PACKAGE, SOURCES, nodes_of, tree_of
+
 ROOT = Path(__file__).parents[2]
-PACKAGE = ROOT / "src" / "epicyclic"
 MODULES = {
-    ".".join(path.relative_to(PACKAGE).with_suffix("").parts): path
-    for path in sorted(PACKAGE.rglob("*.py"))
-    if path.name != "__main__.py"
+    ".".join(path.relative_to(PACKAGE).with_suffix("").parts): path for path in SOURCES if path.name != "__main__.py"
 }
-PYTHON = sorted([*PACKAGE.rglob("*.py"), *(ROOT / "tests").rglob("*.py"), *(ROOT / "examples").glob("*.py")])
+PYTHON = sorted([*SOURCES, *(ROOT / "tests").rglob("*.py"), *(ROOT / "examples").glob("*.py")])
 # the table of rooms in docs/design.md: room -> the rooms it may import, at the top of a file or inside a function
 DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
 # a room is a folder, or modules of one name in several: `questions/*/views`
@@ -35,11 +34,6 @@ OF_A_SYSTEM = {"statics", *(room for room in QUESTIONS if not ALLOWED[room] & {"
 COMMON = set(re.findall(r"`(\w+)`", re.findall(r"^(`errors`.*) may be imported everywhere\.", DESIGN, re.MULTILINE)[0]))
 
 
-@cache
-def tree_of(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
-
-
 def room_of(module: str) -> str:
     """The room that says most of where a module stands: a module of its own, folder of a question, folder."""
     path = module.removesuffix(".__init__").replace(".", "/")
@@ -50,10 +44,9 @@ def room_of(module: str) -> str:
 @cache
 def imports(path: Path, module: str, *, top_level: bool = False) -> set[str]:
     """Modules of the package that a file imports, written from the package root; also those inside functions."""
-    tree = tree_of(path)
     here = module.split(".") if path.name != "__init__.py" else [*module.split(".")[:-1], "__init__"]
     found: set[str] = set()
-    for node in _nodes(tree, top_level=top_level):
+    for node in _at_import(tree_of(path)) if top_level else nodes_of(path):
         if isinstance(node, ast.ImportFrom) and node.level:
             base = here[: len(here) - node.level]
             target = [*base, *(node.module.split(".") if node.module else [])]
@@ -66,15 +59,13 @@ def imports(path: Path, module: str, *, top_level: bool = False) -> set[str]:
     return {name for name in found if name}
 
 
-def _nodes(tree: ast.AST, *, top_level: bool) -> list[ast.AST]:
-    """All nodes; with `top_level` only what runs at import: no function bodies, nothing under TYPE_CHECKING."""
-    if not top_level:
-        return list(ast.walk(tree))
+def _at_import(tree: ast.AST) -> list[ast.AST]:
+    """The nodes of what runs at import: no function bodies, nothing under TYPE_CHECKING."""
     nodes: list[ast.AST] = []
     for child in ast.iter_child_nodes(tree):
         typing_only = isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"
         if not typing_only and not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
-            nodes += [child, *_nodes(child, top_level=True)]
+            nodes += [child, *_at_import(child)]
     return nodes
 
 
@@ -124,7 +115,7 @@ def test_arrows_are_seen_to_fail() -> None:
 
 def drawn_with(path: Path, module: str) -> set[str]:
     """Libraries that draw which a module imports though its room may not import `show`."""
-    nodes = [node for node in ast.walk(tree_of(path)) if isinstance(node, ast.Import | ast.ImportFrom)]
+    nodes = [node for node in nodes_of(path) if isinstance(node, ast.Import | ast.ImportFrom)]
     names = {(getattr(node, "module", "") or alias.name).split(".")[0] for node in nodes for alias in node.names}
     room = room_of(module)
     return set() if room == "show" or "show" in ALLOWED[room] else names & {"plotly", "rich"}
@@ -138,11 +129,12 @@ def test_only_what_shows_results_draws(tmp_path: Path) -> None:
     assert drawn_with(tmp_path / "m.py", "questions.modes.views") == set()
 
 
+@cache
 def imported_names(path: Path, module: str) -> set[tuple[str, str]]:
     """(module, name) of every name that a file imports out of a module of the package, inside functions too."""
     here = module.split(".") if path.name != "__init__.py" else [*module.split(".")[:-1], "__init__"]
     found: set[tuple[str, str]] = set()
-    for node in ast.walk(tree_of(path)):
+    for node in nodes_of(path):
         if isinstance(node, ast.ImportFrom) and node.level:
             target = ".".join([*here[: len(here) - node.level], *(node.module or "").split(".")]).strip(".")
             found |= {
@@ -167,12 +159,11 @@ def test_names_are_imported_from_where_they_are_defined() -> None:
 def private_of_others(module: str) -> set[str]:
     """A leading underscore is private: such names that a module imports, or asks another module for."""
     path = MODULES[module]
-    tree = tree_of(path)
     named = {name for _, name in imported_names(path, module) if name.startswith("_") and not name.endswith("__")}
     modules = {target.split(".")[-1] for target in imports(path, module) if target in MODULES}
     asked = {
         ast.unparse(node)
-        for node in ast.walk(tree)
+        for node in nodes_of(path)
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in modules
         if node.attr.startswith("_") and not node.attr.startswith("__")
     }
@@ -203,7 +194,7 @@ def test_the_number_that_is_followed_meets_functions_that_are_there() -> None:
 def defined_names(tree: ast.Module) -> set[str]:
     """Names that a module defines or assigns at its top."""
     found: set[str] = set()
-    for node in _nodes(tree, top_level=True):
+    for node in _at_import(tree):
         if isinstance(node, ast.ClassDef):
             found.add(node.name)
         elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
@@ -278,7 +269,7 @@ def test_sources_cited_are_in_the_bibliography() -> None:
 
 
 def prints(module: str) -> set[str]:
-    calls = [node for node in ast.walk(tree_of(MODULES[module])) if isinstance(node, ast.Call)]
+    calls = [node for node in nodes_of(MODULES[module]) if isinstance(node, ast.Call)]
     return {f"line {node.lineno}" for node in calls if isinstance(node.func, ast.Name) and node.func.id == "print"}
 
 
@@ -304,7 +295,9 @@ def of_numpy(path: Path) -> set[str]:
 
 def test_numpy_is_no_newer_than_the_floor() -> None:
     assert '"numpy>=1.26"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    newer = {str(path.relative_to(ROOT)): of_numpy(path) & SINCE_NUMPY_2 for path in PYTHON}
+    named = re.compile(rf"\bnp\s*\.\s*({'|'.join(SINCE_NUMPY_2)})\b")
+    asking = [path for path in PYTHON if named.search(path.read_text(encoding="utf-8"))]  # it may be a word in a text
+    newer = {str(path.relative_to(ROOT)): of_numpy(path) & SINCE_NUMPY_2 for path in asking}
     assert {path: names for path, names in newer.items() if names} == {}
 
 

@@ -266,9 +266,10 @@ def test_report_of_two_models(command: Command, tmp_path: Path) -> None:
 
 
 def test_report_prints_key_figures(command: Command, tmp_path: Path) -> None:
-    status, out, _ = command("report", "ren2021", "-o", str(tmp_path / "report.html"))
+    words = ("report", "ren2021", "--sections", "sharing,sweep-to-the-modes", "-o", str(tmp_path / "report.html"))
+    status, out, _ = command(*words)
     assert status == 0
-    for text in ("27.3125 Hz", "10.472 rad/s", "cycle-peak", "6 warnings:", "written:"):
+    for text in ("27.3125 Hz", "10.472 rad/s", "cycle-peak", "3 warnings:", "written:"):
         assert text in out
 
 
@@ -321,7 +322,7 @@ def test_ctrl_c(tmp_path: Path) -> None:
         begun = time.monotonic()
         while not (tmp_path / "sweep.nc.parts").exists() and time.monotonic() - begun < 90:
             time.sleep(0.1)
-        time.sleep(1.0)  # far too short to be done
+        time.sleep(0.3)  # far too short to be done
         running.send_signal(signal.SIGINT)
         _, err = running.communicate(timeout=60)
     assert running.returncode == 130

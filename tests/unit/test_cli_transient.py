@@ -73,12 +73,12 @@ def test_wrong_options(capsys: pytest.CaptureFixture[str], words: list[str], sai
     assert said in err
 
 
-def test_control_c_keeps_what_is_done(tmp_path: Path) -> None:
+def test_control_c_keeps_what_is_done(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     pytest.importorskip("numba")
     target = tmp_path / "long.nc"
-    command = [sys.executable, "-m", "epicyclic", "transient", "ren2021", "--cycles", "4000", "--decimate", "32"]
-    command += ["-o", str(target)]
+    words = ["transient", "ren2021", "--cycles", "4000", "--decimate", "32", "-o", str(target)]
     parts = tmp_path / "long.nc.parts"
+    command = [sys.executable, "-m", "epicyclic", *words]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         until = time.monotonic() + 60
         while not (parts / "000000.kept").is_file() and time.monotonic() < until:
@@ -91,6 +91,6 @@ def test_control_c_keeps_what_is_done(tmp_path: Path) -> None:
     assert "--resume" in err.splitlines()[-2]
     assert not target.exists()
     assert len(list(parts.glob("*.kept"))) >= 1
-    again = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
-    assert again.returncode == 2
-    assert "an interrupted run lies there" in again.stderr
+    status, _, err = run(capsys, *words[1:])
+    assert status == 2
+    assert "an interrupted run lies there" in err

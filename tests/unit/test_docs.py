@@ -9,16 +9,18 @@ import json
 import re
 import shlex
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import wraps
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+from tests.unit.example_results import DRIVE, PLACES, example_result
+from typer.main import get_group
 
 import epicyclic
 from epicyclic.cli.main import app
-from epicyclic.verbs.record import Verb, verbs
+from epicyclic.verbs.record import verbs
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -101,17 +103,31 @@ def recorded(command: Callable[..., None], seen: list[str]) -> Callable[..., Non
     return record
 
 
-@pytest.mark.parametrize("words", [one for one in commands() if one[0] in CHECKED], ids=" ".join)
-def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="module")
+def parsed() -> Iterator[Callable[[list[str]], list[str]]]:
+    """The names of what a command line asks for, which is not done."""
     seen: list[str] = []
-    monkeypatch.setattr("epicyclic.cli.command.run_verb", lambda verb, *_, **__: seen.append(verb.name))
-    for entry in app.registered_commands:
-        if entry.callback is not None and entry.callback.__name__ in ("report", "audit", "study"):
-            monkeypatch.setattr(entry, "callback", recorded(entry.callback, seen))
-    with pytest.raises(SystemExit) as stop:
-        app(words)
-    assert stop.value.code == 0
-    assert seen == [words[0].replace("-", "_")]
+    with pytest.MonkeyPatch.context() as patch:
+        for entry in app.registered_commands:
+            if entry.callback is not None and entry.callback.__name__ in ("report", "audit", "study"):
+                patch.setattr(entry, "callback", recorded(entry.callback, seen))
+        program = get_group(app)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("epicyclic.cli.command.run_verb", lambda verb, *_, **__: seen.append(verb.name))
+
+        def names(words: list[str]) -> list[str]:
+            seen.clear()
+            with pytest.raises(SystemExit) as stop:
+                program(words)
+            assert stop.value.code == 0
+            return list(seen)
+
+        yield names
+
+
+@pytest.mark.parametrize("words", [one for one in commands() if one[0] in CHECKED], ids=" ".join)
+def test_commands_parse(words: list[str], parsed: Callable[[list[str]], list[str]]) -> None:
+    assert parsed(words) == [words[0].replace("-", "_")]
 
 
 def load_pages() -> ModuleType:
@@ -138,15 +154,17 @@ def listed_rows(kind: str) -> set[str]:
     return set(text.partition(f"## {kind}\n")[2].partition("\n## ")[0].splitlines()[3:])
 
 
-@pytest.mark.parametrize(
-    ("verb", "options"),
-    PAGES_MADE.examples(),
-    ids=[f"{verb.name}-{place}" for place, (verb, _) in enumerate(PAGES_MADE.examples())],
-)
-def test_results_have_the_variables_of_the_page(verb: Verb, options: dict[str, object]) -> None:
-    result = verb.run(PAGES_MADE.DRIVE, **options)
+def test_the_page_has_the_variables_of_every_example() -> None:
+    made = [(verb.name, options) for verb, options in PAGES_MADE.examples()]
+    assert made == [(verb, dict(verbs()[verb].examples[place])) for verb, place in PLACES]
+    assert PAGES_MADE.DRIVE == DRIVE
+
+
+@pytest.mark.parametrize(("verb", "place"), PLACES)
+def test_results_have_the_variables_of_the_page(verb: str, place: int) -> None:
+    result = example_result(verb, place)
     kind = str(result.attrs["verb"])
-    assert kind in verb.gives
+    assert kind in verbs()[verb].gives
     rows = {PAGES_MADE.variable_row(str(name), result[name]) for name in result.variables}
     assert rows <= listed_rows(kind), "run python docs/make_pages.py"
 

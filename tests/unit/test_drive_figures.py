@@ -45,14 +45,14 @@ def test_no_text_has_a_relative_size_or_shift(path: Path) -> None:
     assert not re.search(r'<tspan[^>]* dy="-', text)
 
 
-def inked(svg: str, size: int = 22) -> bool:
-    """Whether a square of so many pixels is all dark text: no letter, line or symbol of a figure is as large."""
+def inked(svg: str, size: int = 11) -> bool:
+    """Whether a square of so many pixels at half the size is all dark text: no letter, line or symbol is as large."""
     try:
         import cairosvg
         from PIL import Image
     except (ImportError, OSError) as missing:  # the package, or the library below it
         pytest.skip(f"CairoSVG does not run here: {missing}")
-    picture = io.BytesIO(cairosvg.svg2png(bytestring=svg.encode(), background_color="white"))
+    picture = io.BytesIO(cairosvg.svg2png(bytestring=svg.encode(), background_color="white", scale=0.5))
     grey = np.asarray(Image.open(picture).convert("L"))
     assert (grey < 250).mean() > 0.005  # something is drawn
     return bool(minimum_filter(grey < 60, size=size).any())

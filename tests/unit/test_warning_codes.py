@@ -5,36 +5,29 @@ from __future__ import annotations
 import ast
 import json
 import re
-from functools import cache
 from pathlib import Path
 
 import pytest
 import xarray as xr
+from tests.unit.package_source import PACKAGE, SOURCES, nodes_of, tree_of
 
 import epicyclic
 from epicyclic.document.document import drive_titles
 from epicyclic.warning_codes import WARNING_CODES, code_of, coded, placed
 
 ROOT = Path(__file__).parents[2]
-PACKAGE = ROOT / "src" / "epicyclic"
 HOME = PACKAGE / "warning_codes.py"
 # what hands warnings on: a function or attribute of such a name holds coded texts, which mypy carries from there on
 CARRIERS = re.compile(r"(^|_)warnings$|^warn$")
-
-
-@cache
-def sources() -> dict[Path, ast.Module]:
-    """Trees of the package, parsed where a test reads them: each process of the tests collects this module."""
-    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
 
 
 def calls(name: str) -> list[tuple[Path, ast.Call]]:
     """Calls of a function of this name in the package."""
     return [
         (path, node)
-        for path, tree in sources().items()
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Call) and ast.unparse(node.func).rsplit(".", 1)[-1] == name
+        for path in SOURCES
+        for node in nodes_of(path)
+        if isinstance(node, ast.Call) and (getattr(node.func, "attr", "") or getattr(node.func, "id", "")) == name
     ]
 
 
@@ -64,8 +57,8 @@ def uncoded(tree: ast.AST) -> list[str]:
 
 def test_lists_of_warnings_hold_coded_texts_alone() -> None:
     """Rooms below the views: there a list of warnings is made, above it is printed."""
-    made = {path: tree for path, tree in sources().items() if path.relative_to(PACKAGE).parts[0] not in ("show", "cli")}
-    assert {path.name: names for path, tree in made.items() if (names := uncoded(tree))} == {}
+    made = [path for path in SOURCES if path.relative_to(PACKAGE).parts[0] not in ("show", "cli")]
+    assert {path.name: names for path in made if (names := uncoded(tree_of(path)))} == {}
 
 
 def test_a_list_of_plain_texts_is_seen() -> None:
@@ -80,7 +73,7 @@ def test_only_coded_and_placed_make_a_coded_text() -> None:
     assert {path for path, _ in calls("CodedText")} == {HOME}
     casts = [(path, ast.unparse(call)) for path, call in calls("cast") if "CodedText" in ast.unparse(call)]
     assert casts == []
-    for path in sources():
+    for path in SOURCES:
         for line in path.read_text(encoding="utf-8").splitlines():
             assert not ("type: ignore" in line and re.search(r"warn|CodedText|coded\(", line)), (path, line)
 

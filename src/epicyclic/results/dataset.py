@@ -302,7 +302,7 @@ def _from_json(path: str | Path) -> xr.Dataset:
     except Exception as error:  # whatever xarray meets in a table that is no Dataset
         raise ModelError(f"not a result file: {error}", path=str(path)) from error
     # of the content, however another program lays it out
-    damaged = digest is not None and digest not in (_digest(_text(_finite(table))), _digest(json.dumps(table)))
+    damaged = digest is not None and digest != _digest(_text(_finite(table))) and digest != _digest(json.dumps(table))
     if damaged or set(table) - _ENTRIES:
         raise ModelError("not a result file: damaged, its content is other than was written", path=str(path))
     return result

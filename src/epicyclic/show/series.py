@@ -191,8 +191,8 @@ def compact(values: ArrayLike, *, digits: int = 5) -> list[float | None]:
     spread = float(np.ptp(finite)) if finite.size else 0.0
     if spread > max(_LEVEL * top, 1e-200):
         places = max(places, 2 - math.floor(math.log10(spread)))
-    rounded = np.round(array, places)
-    return [float(value) + 0.0 if np.isfinite(value) else None for value in rounded]
+    rounded = np.round(array, places) + 0.0  # without -0.0
+    return [value if math.isfinite(value) else None for value in rounded.tolist()]
 
 
 def engineering(value: float, digits: int = 4) -> str:

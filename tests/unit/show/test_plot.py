@@ -61,7 +61,8 @@ def drawn(name: str, *results: xr.Dataset) -> bool:
 
 
 def test_every_figure_of_made_up_results_is_found_by_its_name(ren: dict[str, xr.Dataset]) -> None:
-    results = {str(one.attrs.get("verb", name)): one for name, one in ren.items()}
+    few = {**ren, "modes": ren["modes"].isel(mode=slice(0, 4))}
+    results = {str(one.attrs.get("verb", name)): one for name, one in few.items()}
     found = [
         drawn(name, result, *(results[one] for one in companions(kind, name)))
         for kind, result in results.items()

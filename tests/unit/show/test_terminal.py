@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from rich.console import Console
+from tests.unit.example_results import PLACES, example_result
 
 import epicyclic
 from epicyclic.document.document import drive_titles
@@ -17,15 +18,11 @@ from epicyclic.show.brief_check import phasing
 from epicyclic.show.console import laid_out, show, show_table, show_warnings, wrapped
 from epicyclic.show.elements import Styled, Table, number, shown_columns
 from epicyclic.show.views import brief_of, tables_of
-from epicyclic.verbs.record import verbs
 
 DRIVES = ("encased-differential", "dong2019", "xu2020")
 QUICK = ("check", "modes", "campbell", "static", "stiffness", "sharing", "efficiency")
 # verbs whose examples take seconds; their tables are drawn from made-up results where there are such
 SLOW = ("allocate", "tolerance", "transient")
-EXAMPLES = [
-    (verb.name, place) for verb in verbs().values() if verb.name not in SLOW for place in range(len(verb.examples))
-]
 WIDTHS = (80, 100, 160)
 # a number and its unit, as no line may part them
 UNIT = re.compile(r"\d (?:N m|N|kN|mm|µm|um|Hz|rpm|deg|%|kW|N/mm|N/m|kg|s)(?=[\s,;.)]|$)")
@@ -73,12 +70,11 @@ def test_no_word_is_broken(drive: str, width: int) -> None:
             assert_whole(table, width)
 
 
-@pytest.mark.parametrize(("verb", "place"), [one for one in EXAMPLES if one[0] != "study"])
+@pytest.mark.parametrize(("verb", "place"), [one for one in PLACES if one[0] not in SLOW])
 def test_no_word_of_any_verb_is_broken(verb: str, place: int) -> None:
     if verb == "relief":
         pytest.importorskip("pymoo")
-    result = verbs()[verb].run("ren2021", **verbs()[verb].examples[place])
-    for table in tables_of(result):
+    for table in tables_of(example_result(verb, place)):
         for width in WIDTHS:
             assert_whole(table, width)
 

@@ -115,8 +115,9 @@ def test_a_kind_that_comes_twice_is_named_and_has_ids_of_its_own(lin: dict[str, 
 
 
 def test_sections_keep_their_order_whatever_comes_first(ren: dict[str, xr.Dataset]) -> None:
-    titles = [one.title for one in sections_of(dict(reversed(ren.items())))]
-    assert titles == [one.title for one in sections_of(ren)]
+    few = {**ren, "modes": ren["modes"].isel(mode=slice(0, 4))}
+    titles = [one.title for one in sections_of(dict(reversed(few.items())))]
+    assert titles == [one.title for one in sections_of(few)]
     assert titles[:3] == ["Train", "Speeds and torques", "Meshes"]
 
 

@@ -58,6 +58,6 @@ def test_linear_verbs_warn_once_a_pair_and_others_do_not(verb: Verb, options: di
         pytest.importorskip("pymoo")
     if verb.name == "tolerance":
         options["effects"] = "shares"  # every number of planets would compute tables of its own
-    result = verb.run("ren2021", overrides=CONTACT, **options)
+    result = verb.run("industrial-stage", overrides=CONTACT, **options)
     said = [text.split(":")[0] for text in json.loads(result.attrs["warnings"]) if WORDS in text]
     assert said == (list(PAIRS) if takes_tangents(verb.name, options) else [])

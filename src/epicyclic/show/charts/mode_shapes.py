@@ -200,11 +200,11 @@ def _half(part: Part) -> float:
 def _traces(
     sketches: Sequence[Sketch], moved: Array, *, ghost: bool = False, data_only: bool = False
 ) -> list[dict[str, Any]]:
-    """One trace a kind of body and view, moved (bodies, 6) [m, rad]; of a frame the coordinates alone."""
-    groups = dict.fromkeys((sketch.view, sketch.kind, sketch.closed) for sketch in sketches)
+    """One trace a kind of body in both views, moved (bodies, 6) [m, rad]; of a frame the coordinates alone."""
+    groups = dict.fromkeys((sketch.kind, sketch.closed) for sketch in sketches)
     traces = []
-    for view, kind, closed in groups:
-        own = [one for one in sketches if (one.view, one.kind, one.closed) == (view, kind, closed)]
+    for kind, closed in groups:
+        own = [one for one in sketches if (one.kind, one.closed) == (kind, closed)]
         points = np.concatenate([_moved(sketch, moved[sketch.body]) for sketch in own])
         colour = kind_colour(kind)
         look = {
@@ -214,7 +214,7 @@ def _traces(
             "fillcolor": translucent(colour, 0.10),
             "name": kind,
             "legendgroup": kind,
-            "showlegend": not ghost and view == "front",
+            "showlegend": not ghost and own[0].view == "front",
             "hoverinfo": "skip",
         }
         x, y = compact(1e3 * points.real, digits=4), compact(1e3 * points.imag, digits=4)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any
 
 import plotly.graph_objects as go
@@ -56,8 +57,9 @@ _AXIS = {
 }
 
 
+@cache
 def template() -> go.layout.Template:
-    """The one template of all figures."""
+    """The one template of all figures; each takes a copy."""
     layout = {
         "font": {"family": FONT, "size": 13, "color": INK},
         "title": {
@@ -85,10 +87,8 @@ def figure(title: str, *, x: str = "", y: str = "", height: int = 420) -> go.Fig
     ----------
     title : what the figure shows.  x, y : titles of the axes, with units.  height : [px].
     """
-    drawn = go.Figure(layout={"template": template(), "title": {"text": title}, "height": height})
-    drawn.update_xaxes(title_text=x or None)
-    drawn.update_yaxes(title_text=y or None)
-    return drawn
+    axes = {name: {"title": {"text": text}} for name, text in (("xaxis", x), ("yaxis", y)) if text}
+    return go.Figure(layout={"template": template(), "title": {"text": title}, "height": height, **axes})
 
 
 def panels(title: str, names: Sequence[str], *, height: int, columns: int = 1, **options: Any) -> go.Figure:

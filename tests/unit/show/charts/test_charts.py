@@ -69,12 +69,17 @@ def every_figure(datasets: Datasets) -> dict[str, go.Figure]:
     return found
 
 
+@pytest.fixture(scope="module")
+def drawn_of_ren(ren: Datasets) -> dict[str, go.Figure]:
+    return every_figure(ren)
+
+
 def numbers(values: object) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     return np.array(values, dtype=np.float64)
 
 
-def test_every_axis_with_numbers_says_its_unit(ren: Datasets) -> None:
-    for name, drawn in every_figure(ren).items():
+def test_every_axis_with_numbers_says_its_unit(drawn_of_ren: dict[str, go.Figure]) -> None:
+    for name, drawn in drawn_of_ren.items():
         titles = [axis.title.text for axis in drawn.select_yaxes() if axis.title.text]
         titles += [axis.title.text for axis in drawn.select_xaxes() if axis.title.text]
         if name not in ("members", "phases", "orders", "frequencies", "shapes", "energy", "sharing"):
@@ -83,9 +88,9 @@ def test_every_axis_with_numbers_says_its_unit(ren: Datasets) -> None:
             assert title == "mode" or re.search(r"\[.+\]$", title), (name, title)
 
 
-def test_figures_are_json_without_nan(ren: Datasets, lin: Datasets) -> None:
-    for datasets in (ren, lin):
-        for name, drawn in every_figure(datasets).items():
+def test_figures_are_json_without_nan(drawn_of_ren: dict[str, go.Figure], lin: Datasets) -> None:
+    for figures in (drawn_of_ren, every_figure(lin)):
+        for name, drawn in figures.items():
             text = drawn.to_json()
             assert "NaN" not in text, name
             assert json.loads(text)["layout"]["title"]["text"], name
@@ -228,8 +233,8 @@ def test_planets_move_in_their_own_axes(lin: Datasets, direction: str, expected:
     assert abs(largest / expected - abs(largest)) < 0.03
 
 
-def test_the_slider_has_a_step_for_each_mode_and_frames_exist(ren: Datasets) -> None:
-    drawn = mode_shapes(ren["check"], ren["modes"])
+def test_the_slider_has_a_step_for_each_mode_and_frames_exist(drawn_of_ren: dict[str, go.Figure]) -> None:
+    drawn = drawn_of_ren["shapes"]
     names = {frame.name for frame in drawn.frames}
     steps = drawn.layout.sliders[0].steps
     assert len(steps) == 28
