@@ -17,6 +17,25 @@ from urllib.parse import urlsplit
 
 import pytest
 
+# Two lists under the address bar are pages of the browser's own, which each window would load beside ours at twice its
+# cost; the others are those that Playwright switches off on Linux: of two such arguments the last one counts.
+FEATURES_OFF = (
+    "WebUIOmniboxPopup",
+    "WebUIOmniboxAimPopup",
+    "AimEnabled",
+    "AvoidCorsURLLoaderRestartOnRedirect",
+    "AvoidUnnecessaryBeforeUnloadCheckSync",
+    "DestroyProfileOnBrowserClose",
+    "HttpsFirstBalancedModeAutoEnable",
+    "HttpsUpgrades",
+    "LensOverlay",
+    "MediaRouter",
+    "NetworkTimeServiceQuerying",
+    "OptimizationHints",
+    "PaintHolding",
+    "PreconnectToSearch",
+    "ThirdPartyStoragePartitioning",
+)
 ARGUMENTS = [
     "--no-sandbox",
     "--disable-gpu",
@@ -25,6 +44,7 @@ ARGUMENTS = [
     "--disable-sync",
     "--no-first-run",
     "--enable-precise-memory-info",
+    f"--disable-features={','.join(FEATURES_OFF)}",
 ]
 # [ms] a step may take on a machine that runs other tests besides
 PATIENCE = 40_000

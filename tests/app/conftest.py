@@ -10,9 +10,9 @@ from tests.app.cockpit_driver import Cockpit, launched, running
 
 
 @pytest.fixture(scope="module")
-def cockpit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cockpit]:
-    """The server, with ren2021 open."""
-    with running(tmp_path_factory.mktemp("cockpit"), "ren2021") as server:
+def cockpit(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cockpit]:
+    """The server, with ren2021 open, or the `MODEL` of the module."""
+    with running(tmp_path_factory.mktemp("cockpit"), getattr(request.module, "MODEL", "ren2021")) as server:
         yield server
 
 

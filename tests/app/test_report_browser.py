@@ -127,11 +127,19 @@ class Opened:
         return found
 
 
+@pytest.fixture(scope="module")
+def crowded_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_report(tmp_path_factory.mktemp("crowded") / "page.html", crowded())
+
+
 @pytest.fixture(scope="module", params=["ren2021", "lin1999-n4", "eight planets"])
-def opened(request: pytest.FixtureRequest, browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
+def opened(
+    request: pytest.FixtureRequest, browser: Any, crowded_path: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Opened]:
     """Two ready drives as analysed, and a crowded train that has everything."""
-    datasets = crowded() if request.param == "eight planets" else run_report(request.param)
-    path = write_report(tmp_path_factory.mktemp("report") / "page.html", datasets)
+    path = crowded_path
+    if request.param != "eight planets":
+        path = write_report(tmp_path_factory.mktemp("report") / "page.html", run_report(request.param))
     page = Opened(browser, path)
     yield page
     page.page.close()
@@ -160,11 +168,6 @@ def test_nothing_overlaps(opened: Opened) -> None:
     opened.page.evaluate("() => document.querySelectorAll('details').forEach(each => { each.open = true; })")
     opened.wait()
     assert opened.problems() == []
-
-
-@pytest.fixture(scope="module")
-def crowded_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_report(tmp_path_factory.mktemp("crowded") / "page.html", crowded())
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(900, "dark"), (1400, "light")])

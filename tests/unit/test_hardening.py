@@ -166,7 +166,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("written")
     epicyclic.write_rexs("industrial-stage", folder / "x.rexs")
     for name in ("x.nc", "y.json"):
-        save_result(epicyclic.check("lin1999-n3"), folder / name)
+        save_result(epicyclic.modes("lin1999-n3"), folder / name)
     return folder
 
 

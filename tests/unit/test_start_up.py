@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
+from functools import cache
+from typing import Any
 
 import pytest
 
 RUN = """
-import gc, sys
+import gc, json, sys
 collected = []
 def note(phase, info):
     rooms = sys.modules.get("epicyclic.engine.source")
@@ -20,46 +23,51 @@ try:
     main()
 except SystemExit as end:
     assert not end.code, end.code
+facts = {{"modules": list(sys.modules), "collected": collected, "on": gc.isenabled(), "frozen": gc.get_freeze_count()}}
+json.dump(facts, sys.stderr)
 """
 # what only other verbs, other models, or a file or a report need
-HEAVY = """
-heavy = {"numba", "pint", "plotly", "pymoo", "h5py", "h5netcdf", "scipy.optimize", "scipy.sparse", "scipy.interpolate"}
-heavy |= {"distributed", "zarr", "dask.array"}
-heavy |= {"epicyclic.teeth.compliance", "epicyclic.audits.audit"}
-heavy |= {"epicyclic.questions.contact_loss.sweep", "epicyclic.show.report"}
-assert not heavy & set(sys.modules), heavy & set(sys.modules)
-assert "xarray" in sys.modules
-"""
+HEAVY = {
+    *("numba", "pint", "plotly", "pymoo", "h5py", "h5netcdf", "scipy.optimize", "scipy.sparse", "scipy.interpolate"),
+    *("distributed", "zarr", "dask.array"),
+    *("epicyclic.teeth.compliance", "epicyclic.audits.audit"),
+    *("epicyclic.questions.contact_loss.sweep", "epicyclic.show.report"),
+}
 
 
-def fault(code: str, *arguments: str) -> str:
-    """What a process said in which an assertion failed behind a command; empty where all of them hold."""
-    code = RUN.format(arguments=list(arguments)) + code
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    return done.stderr or "failed" if done.returncode else ""
+@cache
+def facts_of(*arguments: str) -> dict[str, Any]:
+    """What a process that runs a command has imported, when its collector ran, and whether it is at work behind it."""
+    command = [sys.executable, "-c", RUN.format(arguments=list(arguments))]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found: dict[str, Any] = json.loads(done.stderr)
+    return found
 
 
 def test_a_result_is_shown_with_the_views_of_its_question_alone() -> None:
-    code = """
-views = {name for name in sys.modules if name.endswith(".views")} - {"epicyclic.show.views"}
-assert views == {"epicyclic.questions.check.views"}, views
-assert "plotly" not in sys.modules
-"""
-    assert fault(code, "check", "ren2021") == ""
+    modules = set(facts_of("check", "ren2021")["modules"])
+    views = {name for name in modules if name.endswith(".views")} - {"epicyclic.show.views"}
+    assert views == {"epicyclic.questions.check.views"}
+    assert "plotly" not in modules
 
 
 @pytest.mark.parametrize("name", ["ren2021", "encased-differential"])
 def test_a_sweep_of_linear_contact_imports_only_what_it_needs(name: str) -> None:
-    assert fault(HEAVY, "sweep", name, "--points", "2") == ""
+    modules = set(facts_of("sweep", name, "--points", "2")["modules"])
+    assert HEAVY & modules == set()
+    assert "xarray" in modules
 
 
 def test_the_collector_rests_while_the_model_rooms_come_and_works_then() -> None:
-    code = """
-assert gc.isenabled() and gc.get_freeze_count() > 10_000
-assert "within" not in collected and "after" in collected, len(collected)
-"""
-    assert fault(code, "modes", "ren2021") == ""
+    facts = facts_of("check", "ren2021")
+    assert facts["on"]
+    assert facts["frozen"] > 10_000
+    assert "within" not in facts["collected"]
+    assert "after" in facts["collected"]
 
 
 def test_the_collector_works_after_a_command_that_is_no_verb() -> None:
-    assert fault("assert gc.isenabled() and gc.get_freeze_count() > 1_000", "systems") == ""
+    facts = facts_of("systems")
+    assert facts["on"]
+    assert facts["frozen"] > 1_000

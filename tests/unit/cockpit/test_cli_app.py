@@ -80,7 +80,7 @@ def test_ctrl_c_leaves_no_process(start: tuple[str, str], tmp_path: Path) -> Non
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment, start_new_session=True) as run:
         assert run.stderr is not None
         assert f"http://127.0.0.1:{port}/?token=" in run.stderr.readline()
-        time.sleep(1.0)  # the warm process is on its way
+        time.sleep(0.3)  # the warm process is on its way
         children = psutil.Process(run.pid).children(recursive=True)
         os.killpg(run.pid, signal.SIGINT)  # as a terminal does: to all of the group
         assert run.wait(timeout=15) == 130

@@ -27,6 +27,12 @@ from epicyclic.errors import ModelError
 TEXT = 'format = 2\ntitle = "{}"\n'
 
 
+@pytest.fixture(autouse=True)
+def light(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Jobs here import nothing; a `Spare` does what it does."""
+    monkeypatch.setattr("epicyclic.cockpit.processes.jobs.waiting", fake_compute.waiting)
+
+
 def run(test: Coroutine[Any, Any, None]) -> None:
     asyncio.run(asyncio.wait_for(test, 60))
 

@@ -5,17 +5,18 @@ from __future__ import annotations
 import base64
 import json
 import re
+import runpy
 import shlex
-import subprocess
-import sys
 import zlib
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from typer.testing import CliRunner
 
 import epicyclic
+from epicyclic.cli.main import app
 from epicyclic.cockpit.state.model_file import text_of, written_value
 from epicyclic.cockpit.state.state import (
     PageState,
@@ -292,19 +293,21 @@ def test_settings_read_back(value: object) -> None:
     assert parse_setting(setting("a.b", value)) == ("a.b", value)
 
 
-def test_command_and_script_replay_the_state(tmp_path: Path) -> None:
+def test_command_and_script_replay_the_state(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
     state = opened("lin1999-n4")
     state = with_value(state, "stages.main.sun.mass", "0.5 kg")
     words = shlex.split(command_line(state, "modes"))
     assert words[:3] == ["epicyclic", "modes", "lin1999-n4"]
-    told = subprocess.run(
-        [sys.executable, "-m", *words, "--json"], capture_output=True, text=True, check=True, cwd=tmp_path
-    ).stdout
+    told = CliRunner().invoke(app, [*words[1:], "--json"]).stdout
     expected = epicyclic.modes("lin1999-n4", overrides=dict(state.overrides)).frequency.to_numpy()
     found = json.loads(told)["data_vars"]["frequency"]["data"]
     assert found == pytest.approx(list(expected), rel=1e-12)
     (tmp_path / "page.py").write_text(script(state), encoding="utf-8")
-    told = subprocess.run([sys.executable, "page.py"], capture_output=True, text=True, check=True, cwd=tmp_path).stdout
+    runpy.run_path("page.py", run_name="__main__")
+    told = capsys.readouterr().out
     assert f"{expected[-1]:.6f}"[:8] in told
     assert "no sweep: damping: no damping is given" in told
     assert epicyclic.load_result(tmp_path / "modes.nc").frequency.to_numpy() == pytest.approx(list(expected))

@@ -1,4 +1,7 @@
-"""Jobs of the page: what takes longer than a lever waits, each with its defaults and its result as said and drawn."""
+"""Jobs of the page: what takes longer than a lever waits, each with its defaults and its result as said and drawn.
+
+The server reads their table and runs none: `answers` is imported where it is used, half a second of its start.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,6 @@ from ...show.series import label, scattering_pair
 from ...train.resolution import load
 from ...train.train import Train
 from ..state.frames import Answer, PageFrame, force_unit, number, per_cent
-from .answers import estimates_of, halved_tolerance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,8 +50,7 @@ def lines(x_label: str, y_label: str, x: Array, curves: Mapping[str, Array]) -> 
     labels = list(curves)
     y = np.array([np.asarray(curves[label], dtype=float) for label in labels]).reshape(len(labels), -1)
     every = max(1, -(-len(x) // _POINTS))
-    with np.errstate(all="ignore"):
-        most = np.nanmax(np.where(np.isfinite(y), y, -np.inf), axis=1, initial=-np.inf)
+    most = np.max(np.where(np.isfinite(y), y, -np.inf), axis=1, initial=-np.inf)
     first = set(ranked(most)[:_STRONG].tolist())
     rows = [{"label": label, "strong": row in first} for row, label in enumerate(labels)]
     return Drawn(
@@ -96,6 +97,8 @@ _NAMES = {"tip_relief.amount": "", "tip_relief.length": "over "}
 
 def relief_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
     """Transmission error over the mesh cycle before and after; the answer on relief, and the overrides that draw it."""
+    from .answers import estimates_of
+
     path = max(estimates_of(train), key=lambda estimate: estimate.amount).pair
     pair = path.rpartition(".")[2] + (f" of {path.split('.')[1]}" if len(train.planets) > 1 else "")
     mean = result["relieved_error"].transpose("state", "relieved_mesh", "load_factor", "mesh_phase")
@@ -265,6 +268,8 @@ def _short_path(path: str) -> str:
 
 def tolerance_frame(result: xr.Dataset, train: Train) -> PageFrame:
     """Shares of the tolerances in the variance of K_gamma of the pair that scatters most; the answer on errors."""
+    from .answers import halved_tolerance
+
     names = [str(name) for name in result["tolerance"].values]
     total = tolerance_shares(result)
     order = np.argsort(-total, kind="stable")[:_MOST]
@@ -386,6 +391,8 @@ class JobKind:
 
 def _relief_search(train: Train) -> Mapping[str, Any]:
     """Keywords of the verb `relief` for the pair that bends most: bounds about its first estimate."""
+    from .answers import estimates_of
+
     estimates = estimates_of(train)
     if not estimates:
         raise ModelError("no tooth is loaded", path="operation.torque", allowed="face widths, and a torque of a member")

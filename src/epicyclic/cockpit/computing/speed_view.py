@@ -397,8 +397,7 @@ def speed_head(
 
 def _strong(force: Array) -> dict[int, int]:
     """Row -> the curve drawn strong that stands for it, of forces (w, P): those with the largest, each look once."""
-    with np.errstate(all="ignore"):
-        most = np.nanmax(np.where(np.isnan(force), -np.inf, force), axis=1, initial=-np.inf)
+    most = np.max(np.where(np.isnan(force), -np.inf, force), axis=1, initial=-np.inf)
     # rounding does not choose among equal branches: those that are one to the eye come in their own order
     step = _ALIKE * max(float(np.max(np.abs(most[np.isfinite(most)]), initial=0.0)), 1e-300)
     standing: dict[int, int] = {}
@@ -407,8 +406,7 @@ def _strong(force: Array) -> dict[int, int]:
         if not np.isfinite(most[row]):
             continue
         apart = np.abs(force[chosen] - force[row])  # curves are alike that lie on each other where both are known
-        with np.errstate(all="ignore"):
-            distance = np.nanmax(np.where(np.isfinite(apart), apart, -np.inf), axis=1, initial=-np.inf)
+        distance = np.max(np.where(np.isfinite(apart), apart, -np.inf), axis=1, initial=-np.inf)
         alike = np.flatnonzero(np.isfinite(distance) & (distance <= step))
         if alike.size:
             standing[int(row)] = chosen[alike[0]]

@@ -13,6 +13,7 @@ import multiprocessing
 import os
 import queue
 import signal
+import sys
 import threading
 import warnings
 import weakref
@@ -93,9 +94,6 @@ _STARTING = threading.Lock()
 # [s] after which the next process is started to wait: its imports take a second of a core that the first one needs.
 _REFILL = 2.0
 
-# What the imports of nearly every job take a second for.
-_IMPORTED = ("...results.dataset", "...verbs.record", "..computing.compute")
-
 Started = tuple[SpawnProcess, Connection]
 _started: weakref.WeakSet[SpawnProcess] = weakref.WeakSet()
 
@@ -159,8 +157,8 @@ def kill_group(process: SpawnProcess) -> None:
 
 def waiting(connection: Connection) -> None:
     """What a process does that waits for its work: it imports, then runs function(connection, *arguments) once."""
-    for needed in _IMPORTED:
-        import_module(needed, __package__)
+    import_module("...verbs.record", __package__)
+    import_module("..computing.compute", __package__)  # a second, and what nearly every job needs
     try:
         function, arguments = connection.recv()
     except (EOFError, OSError):
@@ -233,6 +231,8 @@ def _begin(function: Callable[..., None], connection: Connection, *arguments: An
             os.setpgid(0, 0)
     threading.Thread(target=die_with_parent, daemon=True).start()
     warnings.simplefilter("ignore")  # nobody reads the terminal; results carry their warnings
+    # xarray would load dask.array with its first variable, as `cli.output` says; no work of the page is Dask's
+    sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
     function(connection, *arguments)
 
 

@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from epicyclic.cockpit.computing import answers
 from epicyclic.cockpit.computing.answers import answers_of, checks_of, class_six, float_answer, relief_answer
@@ -67,10 +68,22 @@ def live(source: dict[str, Any], overrides: dict[str, object]) -> dict[str, Any]
 
 
 @lru_cache
+def live_frame(train: str) -> PageFrame:
+    """The live set of a ready drive as it is."""
+    (frame,) = compute(Request(rev=1, kind="live", source=source_of(train)))
+    return frame
+
+
+@lru_cache
+def shares_of(train: str, *changes: tuple[str, object]) -> xr.DataArray:
+    """Mean-load coefficients of the verb `sharing`."""
+    result = sharing(source_of(train), overrides={**overrides_of(train), **dict(changes)}, method="static")
+    return result["load_sharing"].sel(definition="mean-load")
+
+
 def k_gamma(train: str, *changes: tuple[str, object]) -> float:
     """Mean-load K_gamma of the verb `sharing`."""
-    result = sharing(source_of(train), overrides={**overrides_of(train), **dict(changes)}, method="static")
-    return float(result["load_sharing"].sel(definition="mean-load").max())
+    return float(shares_of(train, *changes).max())
 
 
 def numbers(text: str) -> list[float]:
@@ -81,8 +94,7 @@ def numbers(text: str) -> list[float]:
 def test_the_planet_carries_what_sharing_says(train: str) -> None:
     answer = by_key(frame_of(train))["planet"]
     assert answer["figure"] == f"{k_gamma(train):.3f}"
-    result = sharing(source_of(train), overrides=overrides_of(train), method="static")
-    shares = result["load_sharing"].sel(definition="mean-load")
+    shares = shares_of(train)
     if k_gamma(train) > 1 + 1e-6:
         heaviest = [str(one).split("/") for one in shares["mesh"].values[shares.values > k_gamma(train) - 1e-7]]
         assert {one[2] for one in heaviest} == set(re.findall(r"\d+", answer["text"].partition(" carr")[0]))
@@ -210,7 +222,7 @@ def test_without_a_strong_peak_the_nearest_meeting_is_named() -> None:
 
 def test_orders_that_leave_every_mode_at_rest_are_no_resonance() -> None:
     # stiffness that does not vary: no mesh order moves anything
-    answer = live(source_of("dong2019"), {})["resonance"]
+    answer = by_key(live_frame("dong2019"))["resonance"]
     met = modes(source_of("dong2019"), band=0.2)["resonance_excited"].values
     assert set(met) == {"no"}
     assert f"excites a mode within 20 % of this speed: {met.size} meet one that they leave at rest" in answer["text"]
@@ -255,7 +267,7 @@ def test_a_relief_that_forces_do_not_count_names_the_key() -> None:
 
 @pytest.mark.parametrize("train", ["lin1999-n4", "yue2014-i"])
 def test_without_torque_a_line_says_so(train: str) -> None:
-    found = live(source_of(train), {})
+    found = by_key(live_frame(train))
     for key in ("planet", "float", "error"):
         assert "operation.torque" in found[key]["text"], key
         assert found[key]["level"] == "none"
@@ -272,8 +284,7 @@ def test_without_a_sun_a_line_says_so() -> None:
 
 
 def test_what_only_turns_is_told_and_counts() -> None:
-    source = source_of("encased-differential")
-    (frame,) = compute(Request(rev=1, kind="live", source=source))
+    frame = live_frame("encased-differential")
     found = by_key(frame)
     assert "while turning the largest part has the run-out of the encased planets" in found["error"]["text"]
     (path,) = found["error"]["apply"]
@@ -284,12 +295,12 @@ def test_what_only_turns_is_told_and_counts() -> None:
 
 
 def test_branches_that_are_no_planet_are_named_so() -> None:
-    found = live(source_of("dong2019"), {})
+    found = by_key(live_frame("dong2019"))
     assert found["planet"]["text"].startswith("Branch ")
 
 
 def test_a_mesh_order_of_several_stages_names_its_stage() -> None:
-    found = live(source_of("encased-differential"), {})
+    found = by_key(live_frame("encased-differential"))
     assert "Mesh order 1 of differential meets" in found["resonance"]["text"]
 
 
@@ -302,7 +313,7 @@ def test_a_train_that_is_within_what_is_usual_is_good() -> None:
 
 
 def test_without_deviations_class_six_is_offered_and_answers_follow() -> None:
-    plain = live(source_of("xu2020"), {})
+    plain = by_key(live_frame("xu2020"))
     assert plain["planet"]["figure"] == "1.000"
     assert plain["float"]["text"].startswith("Nothing yet")
     assumed = plain["error"]["apply"]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import copy
+import json
 import time
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -38,8 +40,17 @@ def frames_of(
     kind: Any = "live",
     **options: Any,
 ) -> list[PageFrame]:
+    if isinstance(source, str) and not options:
+        return list(_frames_of_drive(source, json.dumps(overrides or {}), kind))
     tables = tomllib.loads(drive_text(source)) if isinstance(source, str) else dict(source)
     return list(compute(Request(rev=5, kind=kind, source=tables, overrides=overrides or {}, **options)))
+
+
+@cache
+def _frames_of_drive(drive: str, overrides: str, kind: Any) -> tuple[PageFrame, ...]:
+    """Frames of a ready drive with overrides as JSON."""
+    source = tomllib.loads(drive_text(drive))
+    return tuple(compute(Request(rev=5, kind=kind, source=source, overrides=json.loads(overrides))))
 
 
 @pytest.mark.parametrize("drive", ready_drives())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from functools import cache
 from typing import Any
 
 import pytest
@@ -28,6 +29,12 @@ def tables_of(drive: str) -> dict[str, Any]:
     return tomllib.loads(drive_text(drive))
 
 
+@cache
+def levers_at(drive: str) -> tuple[Lever, ...]:
+    """Levers of a ready drive as it is, every candidate tried."""
+    return tuple(levers_of(tables_of(drive), {}))
+
+
 def written(lever: Lever, value: float, others: tuple[float, ...] = ()) -> object:
     """The override that the page writes for a value of a lever."""
     if lever.entry is not None and lever.count is not None:
@@ -43,8 +50,7 @@ ALIKE = ("lin1999-n3", "lin1999-n5", "yue2014-ii", "yue2014-iii")
 
 @pytest.mark.parametrize("drive", sorted(set(ready_drives()) - set(ALIKE)))
 def test_every_lever_loads_from_end_to_end(drive: str) -> None:
-    tables = tables_of(drive)
-    found = levers_of(tables, {})
+    found = levers_at(drive)
     assert 4 <= len(found) <= 7
     assert len({lever.path for lever in found}) == len({lever.label for lever in found}) == len(found)
     state = opened(drive)
@@ -73,7 +79,7 @@ def refused(source: Any, overrides: dict[str, object]) -> ModelError | None:
 def test_a_lever_at_its_value_changes_nothing(drive: str) -> None:
     tables = tables_of(drive)
     before = load(tables)
-    for lever in levers_of(tables, {}):
+    for lever in levers_at(drive):
         others = (35.0, 0.0, 0.0) if lever.entry is not None and drive == "wind-stage" else ()
         after = load(tables, {lever.path: written(lever, lever.value, others)})
         mine, same = ({v.path: v.value for v in train.values} for train in (after, before))
@@ -81,7 +87,7 @@ def test_a_lever_at_its_value_changes_nothing(drive: str) -> None:
 
 
 def test_the_levers_of_a_loaded_stage_are_spread_over_kinds() -> None:
-    found = {lever.path: lever for lever in levers_of(tables_of("wind-stage"), {})}
+    found = {lever.path: lever for lever in levers_at("wind-stage")}
     assert {"operation.torque.carrier", "operation.speed.carrier", "stages.main.sun.support.radial"} <= set(found)
     pin = found["deviations.planet.position.y"]
     assert (pin.entry, pin.count, pin.value, pin.unit, pin.least) == (0, 3, 35.0, "um", 0.0)
@@ -118,18 +124,18 @@ def test_a_sun_that_floats_or_is_rigid_has_its_lever() -> None:
 
 
 def test_a_train_without_load_has_no_levers_of_errors() -> None:
-    assert not [lever for lever in levers_of(tables_of("lin1999-n4"), {}) if lever.path.startswith("deviations")]
+    assert not [lever for lever in levers_at("lin1999-n4") if lever.path.startswith("deviations")]
 
 
 def test_a_lever_says_what_sharing_says() -> None:
-    lever = next(one for one in levers_of(tables_of("ren2021"), {}) if one.path == "deviations.carrier.run_out")
+    lever = next(one for one in levers_at("ren2021") if one.path == "deviations.carrier.run_out")
     result = sharing("ren2021", overrides={lever.path: "40 um"}, method="static")
     then = float(result["load_sharing"].sel(definition="mean-load").max())
     assert lever.why.startswith(f"at 40 um: K_gamma 1.034 → {then:.3f}")
 
 
 def test_steps_are_round_numbers() -> None:
-    for lever in levers_of(tables_of("wind-stage"), {}):
+    for lever in levers_at("wind-stage"):
         if not lever.log:
             assert f"{lever.step:e}"[0] in "125"
             assert lever.most / lever.step == pytest.approx(round(lever.most / lever.step))
