@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -78,7 +79,7 @@ def test_an_option_that_is_no_limit_is_refused(verb: Any) -> None:
     assert (caught.value.path, caught.value.given) == ("limit", 0.5)
 
 
-def page_of(train: str) -> dict[str, Any]:
+def page_of(train: str) -> Mapping[str, Any]:
     (frame,) = compute(Request(rev=1, kind="live", source=tomllib.loads(drive_text(train))))
     return frame.head
 
