@@ -16,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...document.deviations import narrowed_text
 from ...document.tables import leaves
 from ...document.units import factor, written
 from ...document.writer import quantity_text
@@ -112,8 +113,6 @@ _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 _GRADE_OF = re.compile(r"(.*?(?:IT|:\d{4}\s+))(\d+)(\s*,.*)", re.DOTALL)
 # Grades finer that halve a tolerance: of ISO 1328-1 exactly (a step is the root of 2), of ISO 286-1 nearly.
 _FINER = 2
-# Place of the spread among the numbers of a distribution.
-_SPREAD = {"disc": 0, "rayleigh": 0, "normal": 1, "truncated": 1}
 
 
 def halved_text(text: str) -> str | None:
@@ -129,19 +128,7 @@ def halved_text(text: str) -> str | None:
             return None
         finer, known = int(grade[2]) - _FINER, SIZE_GRADES if grade[1].endswith("IT") else FLANK_GRADES
         return f"grade({grade[1]}{finer}{grade[3]})" if finer in known else None
-    parts = [part.strip() for part in inside.split(",")]
-    numbers = [number for number in map(written, parts) if number is not None]
-    if not numbers or len(numbers) < len(parts):
-        return None
-    if name == "uniform" and numbers[0].unit == numbers[-1].unit:
-        low, high = numbers[0].values[0], numbers[-1].values[0]
-        inner = ((3 * low + high) / 4, (low + 3 * high) / 4)
-        return f"uniform({', '.join(f'{end:.6g} {numbers[0].unit}'.rstrip() for end in inner)})"
-    spread = _SPREAD.get(name)
-    if spread is None:
-        return None
-    half = f"{0.5 * numbers[spread].values[0]:.6g} {numbers[spread].unit}".rstrip()
-    return f"{name}({', '.join([*parts[:spread], half, *parts[spread + 1 :]])})"
+    return narrowed_text(text, 0.5)
 
 
 def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
