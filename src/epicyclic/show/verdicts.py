@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -36,6 +36,12 @@ class KGammaVerdict(NamedTuple):
     def passes(self) -> bool:
         """Whether the mean-load K_gamma meets its limit."""
         return passes(self.value, self.limit)
+
+    @property
+    def judged(self) -> dict[str, Any]:
+        """Fields of the finding that says it."""
+        tone = "good" if self.passes else "bad"
+        return {"tone": tone, "value": self.value, "limit": self.limit, "rests_on": self.rests_on}
 
     @property
     def text(self) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from inspect import signature
@@ -18,7 +17,7 @@ from ...document.units import written
 from ...errors import ModelError
 from ...limits import JUDGED_AT
 from ...results.dataset import largest, ranked
-from ...show.series import label, scattering_pair, system_quantiles
+from ...show.series import label, scattering_pair
 from ...show.views import findings_of
 from ...train.resolution import load
 from ...train.train import Train
@@ -294,8 +293,7 @@ def tolerance_frame(result: xr.Dataset, train: Train) -> PageFrame:
         job="tolerance",
     )
     level: Level = "bad" if finding.tone == "bad" else "good"
-    known = system_quantiles(result)
-    figure = f"{known.get(JUDGED_AT, max(known.values(), default=math.nan)):.3f} at {per_cent(JUDGED_AT)}"
+    figure = f"{finding.value:.3f} at {per_cent(JUDGED_AT)}, limit {finding.limit:g}"
     planet = Answer("planet", finding.text, figure=figure, level=level, evidence="tolerance", job="tolerance")
     return job_frame(
         "tolerance", "Tolerances", text, drawn, apply=change, apply_label="Halve the first", answers=[answer, planet]

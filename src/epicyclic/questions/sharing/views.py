@@ -147,8 +147,8 @@ def _k_gamma(
         f"K_gamma {verdict.value:.3f} as drawn{turns}{limit}. "
         f"{mesh} carries {100 * (verdict.value - 1):.1f} % more than its share in the mean."
     )
-    tone = "" if not limit else "good" if verdict.passes else "bad"
-    return [Finding(tone=tone, text=text, anchor="sharing", rests_on=verdict.rests_on)]
+    said = verdict.judged if limit else {"tone": "", "rests_on": verdict.rests_on}
+    return [Finding(text=text, anchor="sharing", **said)]
 
 
 def _loaded(result: xr.Dataset) -> NDArray[np.bool_]:

@@ -107,11 +107,9 @@ def tolerance_findings(result: xr.Dataset, company: Company) -> Sequence[Finding
             change = f"K_gamma scatters most by {name}: {shares}."
         text = f"With tolerances K_gamma stays below {value:.3f} in {percent(p)} of the trains{_turning(result, p)}"
         verdict = _verdict(result, p)
-        if verdict is None:
-            found.append(Finding(tone="", text=f"{text}.", change=change, anchor="tolerances"))
-        else:
-            tone, text = ("good" if verdict.passes else "bad"), f"{text}; {verdict.text}."
-            found.append(Finding(tone=tone, text=text, change=change, anchor="tolerances", rests_on=verdict.rests_on))
+        said: dict[str, Any] = {"tone": ""} if verdict is None else verdict.judged
+        text = f"{text}." if verdict is None else f"{text}; {verdict.text}{_above(result, verdict)}."
+        found.append(Finding(text=text, change=change, anchor="tolerances", **said))
     apart = float(result["system_separation_probability"]) if "system_separation_probability" in result else 0.0
     if apart > 0:
         text = f"In {engineering(100 * apart, 2)} % of the trains a mesh separates under its mean load."
@@ -126,6 +124,13 @@ def _verdict(result: xr.Dataset, probability: float) -> KGammaVerdict | None:
         for name in ("mean-load", _TURNING)
     )
     return k_gamma_verdict(result, "pair", mean, turning)
+
+
+def _above(result: xr.Dataset, verdict: KGammaVerdict) -> str:
+    """Words of the share of the trains whose pair is above its limit, where that was counted."""
+    shares = of_definition(result)["exceedance"].sel(pair=verdict.name)
+    at = np.flatnonzero(np.isclose(shares["limit"].values, verdict.limit))
+    return f", {engineering(100 * float(shares.values[at[0]]), 2)} % of the trains are above it" if at.size else ""
 
 
 def _turning(result: xr.Dataset, probability: float) -> str:

@@ -108,8 +108,10 @@ def test_tolerance_shares_are_those_of_the_verb() -> None:
     shares = sorted(np.clip(np.nan_to_num(one["sobol_total"].values[pair]), 0, None), reverse=True)
     np.testing.assert_allclose(frame.arrays["job/bar"], 100 * np.array(shares), rtol=1e-5)
     quantile = float(one["system_k_gamma_quantile"].sel(probability=0.99))
-    assert f"below {quantile:.3f} in 99 %" in frame.head["job"]["text"]
-    (answer,) = frame.head["answers"]
+    assert f"below {quantile:.3f} in 99 %" in frame.head["job"]["text"].replace("\u00a0", " ")
+    planet = next(answer for answer in frame.head["answers"] if answer["key"] == "planet")
+    assert planet["figure"] == f"{quantile:.3f} at 99 %, limit 1.1"
+    answer = next(answer for answer in frame.head["answers"] if answer["key"] == "error")
     assert (answer["key"], answer["figure"]) == ("error", f"{100 * shares[0]:.0f} %")
     alone = one["sobol_first"].values[pair][np.nanargmax(one["sobol_total"].values[pair])]
     assert f"with its interactions ({100 * max(alone, 0):.0f} % alone)" in answer["text"]
