@@ -121,7 +121,9 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
             text = f"Teeth stay in contact in all {which} at the operating point."
             found.append(Finding(tone="good", text=text, anchor="sharing"))
     if "mean-load" in texts(result, "definition"):
-        mean, turning = (result.load_sharing.sel(definition=name).values for name in ("mean-load", "mean-load-turning"))
+        # of definitions that a result is without nothing is known
+        known = result.load_sharing.reindex(definition=["mean-load", "mean-load-turning"])
+        mean, turning = known.transpose("definition", "mesh").values
         found += _k_gamma(result, mean, turning, company)
     return found
 
