@@ -21,7 +21,7 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from ..errors import ModelError
 from .schema_fields import ListsUnit, SchemaTable, Unit, key
-from .units import NUMBER, SMALL, PerPlanet
+from .units import NUMBER, SMALL, PerPlanet, factor, written
 
 if TYPE_CHECKING:
     import numpy as np
@@ -371,6 +371,24 @@ def read_distribution(
     read = Distribution(kind=kind, values=tuple(value(part) for part in parts), text=text)
     _check(read, where)
     return read
+
+
+def narrowed_text(text: str, share: float) -> str | None:
+    """Return the text of a distribution with its spread times a share about its mean, see `Distribution.scaled`.
+
+    Values that stay do so as they are written.  None of a grade, and of what is no distribution.
+    """
+    found = _CALL.fullmatch(text)
+    kind, parts = (found[1], [part.strip() for part in found[2].split(",")]) if found else ("", [])
+    numbers = [number for number in map(written, parts) if number is not None]
+    if len(numbers) != len(FORMS.get(kind, ())):
+        return None
+    unit = next((number.unit for number in numbers if number.unit), "")
+    ratios = [1.0 if number.unit in ("", unit) else factor(number.unit, unit) for number in numbers]
+    values = tuple(number.values[0] * (ratio or math.nan) for number, ratio in zip(numbers, ratios, strict=True))
+    narrow = Distribution(kind=kind, values=values, text=text).scaled(share).values
+    kept = zip(parts, values, narrow, strict=True)
+    return f"{kind}({', '.join(part if new == old else f'{new:.6g} {unit}'.rstrip() for part, old, new in kept)})"
 
 
 def form_texts() -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from ..errors import ModelError
+from ..limits import TABLES, WIND
 from .deviations import DeviationsTable
 from .schema_fields import (
     CouplingTable,
@@ -403,6 +404,20 @@ class LoadTable(SchemaTable):
     at: Place = key(0.0, "axial place, from the centre of the member")
 
 
+class StageLimitsTable(SchemaTable):
+    """What numbers of a stage are held against."""
+
+    k_gamma: Annotated[float | str, Unit("ratio", low=1, words=tuple(TABLES))] | None = key(
+        None, f"largest load factor K_gamma, or a table of it by the number of planets; default {WIND}"
+    )
+
+
+class LimitsTable(StageLimitsTable):
+    """What numbers are held against; those of a stage count before those of the file."""
+
+    stages: dict[str, StageLimitsTable] = Field(default_factory=dict, description="limits of a stage, by its name")
+
+
 class ModelFile(SchemaTable):
     """A whole model file. Members are named by full paths (`main.sun`, `main.sun.right`, `g1`)."""
 
@@ -415,6 +430,7 @@ class ModelFile(SchemaTable):
     assumed: dict[str, str] = Field(
         default_factory=dict, description="path = why this value, where the source is silent"
     )
+    limits: LimitsTable = Field(default_factory=LimitsTable, description="what numbers are held against")
     tolerance: dict[str, Any] = Field(
         default_factory=dict, description="path = distribution of the number or vector there"
     )

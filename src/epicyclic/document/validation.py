@@ -209,6 +209,10 @@ def check(model: ModelFile) -> None:
         if coupling.between[0] == coupling.between[1]:
             raise ModelError("joins a thing with itself", path=f"{path}.between", allowed="two members or bodies")
         _check_counts(coupling, path, 0, skip=("between",))
+    for name in model.limits.stages:
+        if name not in model.stages:
+            problem, allowed = f"no such stage{nearest(name, model.stages)}", f"one of {', '.join(model.stages)}"
+            raise ModelError(problem, path=f"limits.stages.{name}", allowed=allowed)
     _check_operation(model)
     _check_deviations(model)
 

@@ -100,7 +100,7 @@ def _reads(text: str, unit: str, kind: str, value: float) -> bool:
 
 _ORDER = (
     *("format", "title", "doi", "notes", "material", "damping", "stages", "bodies", "couplings"),
-    *("operation", "loads", "deviations", "tolerance", "assumed"),
+    *("operation", "loads", "deviations", "limits", "tolerance", "assumed"),
 )
 _WIDTH = 120  # of a line with its comment; what is longer stands above
 _LONGEST_KEY = 40  # keys up to this length have their = in one column

@@ -131,6 +131,8 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "load_sharing": ("1", "load-sharing coefficient of each mesh"),
     "load_sharing_history": ("1", "simultaneous load-sharing ratio"),
     "system_load_sharing": ("1", "load-sharing coefficient of the train"),
+    "k_gamma_limit": ("1", "largest K_gamma that is accepted, of the mean-load one"),
+    "k_gamma_limit_source": ("", "where the limit is from: option, path of the model file, or table of a standard"),
     "mesh_force": ("N", "mesh force along the tooth normal, pressing positive"),
     "mesh_force_bound": ("N", "largest mesh force over all relative phases of mesh frequencies and shaft lines"),
     "contact_lost": ("", "whether the loaded flank of any slice is without pressure at some time"),

@@ -260,13 +260,15 @@ def _stages(result: xr.Dataset) -> str:
     """Spacing of the branches and whether they can be assembled, stage by stage in words."""
     said = json.loads(str(result.attrs.get("warnings", "[]")))
     lines = []
-    for stage, count in zip(texts(result, "stage"), numbers(result, "planets", "stage"), strict=True):
+    columns = (numbers(result, name, "stage") for name in ("planets", "k_gamma_limit"))
+    for stage, count, limit in zip(texts(result, "stage"), *columns, strict=True):
         if count < 2:
             continue
         apart = any(text.startswith(f"stages.{stage}: ") and "cannot be assembled" in text for text in said)
         spaced = "equally spaced" if _equally(result, stage) else "unequally spaced"
         lines.append(
-            f"{stage}: {count:.0f} branches, {spaced}: {'CANNOT be assembled' if apart else 'can be assembled'}"
+            f"{stage}: {count:.0f} branches, {spaced}: {'CANNOT be assembled' if apart else 'can be assembled'}; "
+            f"K_gamma limit {limit:g}"
         )
     return f"{'; '.join(lines)}." if lines else ""
 

@@ -23,7 +23,7 @@ from rich.text import Text
 from ..results.dataset import largest
 from ..warning_codes import code_of
 from .elements import Table, number, shown_columns
-from .views import brief_of, tables_of
+from .views import brief_of, findings_of, tables_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -266,6 +266,13 @@ def show(result: xr.Dataset, console: Console, *, whole: bool = False) -> None:
     show_warnings(warnings_of(result), console)
     for table in tables_of(result) if whole else brief_of(result):
         show_table(table, console, whole=whole)
+    # of the warnings above a report makes findings too
+    found = [finding for finding in findings_of({"": result}) if finding.anchor != "warnings"]
+    if found:
+        console.print()
+    for finding in found:
+        words = " ".join(filter(None, (finding.text, finding.change))).translate(_PLAIN)
+        _print_lines(wrapped(words, console.width), console, style=_STYLES.get(finding.tone, ""))
 
 
 def show_table(table: Table, console: Console, *, whole: bool = False) -> None:

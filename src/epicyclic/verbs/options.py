@@ -77,6 +77,16 @@ ShaftTones = Annotated[
     Option("With --contact-loss: shaft frequencies that are phases of the torus.", least=0, most=3, default="chosen"),
 ]
 
+# verdicts
+Limit = Annotated[
+    float | str | None,
+    Option(
+        'Largest K_gamma, or a table of it: "IEC 61400-4", "IACS UR M56".',
+        metavar="K",
+        default="[limits] of the model, else IEC 61400-4",
+    ),
+]
+
 # loaded teeth
 LoadPoints = Annotated[
     int | None, Option("Number of loads in a range (--loads).", least=1, most=10_000, default=str(RANGE_LOADS))

@@ -210,7 +210,9 @@ def test_the_first_page_says_what_passes_and_what_does_not(ren: Datasets, whole:
     named = ren["sharing"].assign_coords(definition=["mean-load", *ren["sharing"].definition.values[1:]])
     value = float(named.load_sharing.sel(definition="mean-load").max())
     assert value > 1.001
-    assert f"K_gamma {value:.3f} as drawn" in read(report({"sharing": named})).words
+    limits = {"k_gamma_limit": ("mesh", [1.05] * lost.size), "k_gamma_limit_source": ("mesh", ["limit"] * lost.size)}
+    said = read(report({"sharing": named.assign(limits)})).words
+    assert f"K_gamma {value:.3f} as drawn; limit 1.05 (limit): FAILS" in said
     assert re.search(r"Ratio [0-9.]+; 1047 kW; sun \(100 rpm\) drives carrier \(28.75 rpm\)", first)
 
 

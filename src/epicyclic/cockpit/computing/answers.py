@@ -16,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...document.deviations import narrowed_text
 from ...document.tables import leaves
 from ...document.units import factor, written
 from ...document.writer import quantity_text
@@ -112,8 +113,6 @@ _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 _GRADE_OF = re.compile(r"(.*?(?:IT|:\d{4}\s+))(\d+)(\s*,.*)", re.DOTALL)
 # Grades finer that halve a tolerance: of ISO 1328-1 exactly (a step is the root of 2), of ISO 286-1 nearly.
 _FINER = 2
-# Place of the spread among the numbers of a distribution.
-_SPREAD = {"disc": 0, "rayleigh": 0, "normal": 1, "truncated": 1}
 
 
 def halved_text(text: str) -> str | None:
@@ -129,19 +128,7 @@ def halved_text(text: str) -> str | None:
             return None
         finer, known = int(grade[2]) - _FINER, SIZE_GRADES if grade[1].endswith("IT") else FLANK_GRADES
         return f"grade({grade[1]}{finer}{grade[3]})" if finer in known else None
-    parts = [part.strip() for part in inside.split(",")]
-    numbers = [number for number in map(written, parts) if number is not None]
-    if not numbers or len(numbers) < len(parts):
-        return None
-    if name == "uniform" and numbers[0].unit == numbers[-1].unit:
-        low, high = numbers[0].values[0], numbers[-1].values[0]
-        inner = ((3 * low + high) / 4, (low + 3 * high) / 4)
-        return f"uniform({', '.join(f'{end:.6g} {numbers[0].unit}'.rstrip() for end in inner)})"
-    spread = _SPREAD.get(name)
-    if spread is None:
-        return None
-    half = f"{0.5 * numbers[spread].values[0]:.6g} {numbers[spread].unit}".rstrip()
-    return f"{name}({', '.join([*parts[:spread], half, *parts[spread + 1 :]])})"
+    return narrowed_text(text, 0.5)
 
 
 def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
@@ -166,11 +153,6 @@ def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
     return {}
 
 
-# Mesh-load factors that are usual for so many planets without proof, of wind and industrial gears: what a train is
-# measured by.  More planets: as for seven.
-_USUAL = {1: 1.0, 2: 1.0, 3: 1.1, 4: 1.25, 5: 1.35, 6: 1.44, 7: 1.47}
-# Above the usual factor by more than a tenth: the gears are no longer those that were rated.
-_FAR = 0.1
 # A K_gamma this close to 1 is 1; a change of it below this is none (half a unit of the last digit shown).
 _ONE, _NO_CHANGE = 5e-7, 5e-4
 # Coefficients this close to the largest are the same: planets that symmetry loads alike differ by rounding alone.
@@ -180,7 +162,6 @@ _WORTH, _MOST = 1.0, 50.0
 # Branch in the label of a mesh: "sun, planet 2 left", "sun, star1 5".
 _BRANCH = re.compile(r"\b(\w+) (\d+)\b")
 _MANY = {"planet": "planets", "branch": "branches"}
-_LEVELS: tuple[Level, ...] = ("good", "warn", "bad")
 _HALVE = "Halve this deviation"
 _ASSUME = "Assume ISO class 6 deviations"
 
@@ -193,19 +174,21 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
     if not np.isfinite(value).any():
         return Answer("planet", "Not known: no mesh carries load.")
     largest, turning = float(np.nanmax(value)), float(sharing.get("k_gamma_turning") or np.nan)
-    planets = max(train.planets.values(), default=1)
+    planets, verdict = max(train.planets.values(), default=1), sharing["verdict"]
+    level: Level = "good" if verdict["passes"] else "bad"
+    figure, limit = f"{largest:.3f}, limit {verdict['limit']:g}", f" Limit {verdict['limit']:g}: {verdict['source']}."
     if largest <= 1 + _ONE and not has_deviations(train):
         text = f"No deviations are given: all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
         values = class_six(train)
-        return Answer("planet", text, figure="1.000", apply=values, apply_label=_ASSUME, evidence="sharing")
+        return Answer("planet", text, figure=figure, apply=values, apply_label=_ASSUME, evidence="sharing")
     if largest <= 1 + _ONE:
         while_turning = np.asarray(sharing.get("turning", value), dtype=float)
         peak = ""
         if turning > 1 + _ONE and np.isfinite(while_turning).any():
             whom = carrying(sharing["rows"], while_turning, f"up to {turning:.3f}")
             peak = f"; while turning {whom[:1].lower()}{whom[1:]}"
-        text = f"All planets carry the same mean load: nothing that stands still parts it{peak}."
-        return Answer("planet", text, figure=f"{largest:.3f}", level=_level(turning, planets), evidence="sharing")
+        text = f"All planets carry the same mean load: nothing that stands still parts it{peak}.{limit}"
+        return Answer("planet", text, figure=figure, level=level, evidence="sharing")
     text = carrying(sharing["rows"], value, f"{largest:.3f}") + ", mean-load K_gamma"
     if turning > largest + _NO_CHANGE:
         text += f" ({turning:.3f} while turning)"
@@ -213,12 +196,7 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
         first = errors["rows"][0]
         much = "most" if float(first["share"]) >= _MOST else f"{float(first['share']):.0f} %"
         text += f"; {much} of what is above 1 from {first['label']}"
-    # what turns lasts a part of each revolution, so it counts from 0.1 above
-    mean, peak_level = _level(largest, planets), _level(turning - _FAR, planets)
-    worse = max(mean, peak_level, key=_LEVELS.index)
-    # the figure that the level is of stands in the line
-    figure = f"{largest:.3f}" if worse == mean else f"{largest:.3f}, {turning:.3f} turning"
-    return Answer("planet", f"{text}.", figure=figure, level=worse, evidence="sharing")
+    return Answer("planet", f"{text}.{limit}", figure=figure, level=level, evidence="sharing")
 
 
 def carrying(rows: Sequence[Mapping[str, Any]], value: NDArray[np.float64], much: str) -> str:
@@ -256,11 +234,6 @@ def _seat(label: str) -> tuple[str, int, str, str]:
     side = next((f" {word}" for word in ("left", "right") if label.endswith(word)), "")
     word = "planet" if branch[1] == "planet" else "branch"
     return word, int(branch[2]), side, f" of {stage}" if colon else ""
-
-
-def _level(factor: float, planets: int) -> Level:
-    usual = _USUAL.get(planets, _USUAL[7])
-    return "good" if not factor > usual else "warn" if factor <= usual + _FAR else "bad"
 
 
 def has_deviations(train: Train) -> bool:
@@ -321,7 +294,7 @@ def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappin
         without = float(first.get("without", np.nan))
         then = f"; {without:.3f} without it" if np.isfinite(without) else ""
         text = f"of K_gamma\u00a0-\u00a01 ({of}): {first['label']}{then}."
-        level = "warn" if share >= _MOST and _level(k, max(train.planets.values(), default=1)) != "good" else "good"
+        level = "warn" if share >= _MOST and not sharing["verdict"]["passes"] else "good"
     else:  # no deviation parts the mean load: the one that costs most while the train turns
         first = max(rows, key=lambda row: float(row.get("turning", 0.0)))
         share = float(first.get("turning", 0.0))

@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 from ...document.tables import PlainTable
 from ...document.units import written
 from ...errors import ModelError
+from ...limits import JUDGED_AT
 from ...results.dataset import largest, ranked
 from ...show.series import label, scattering_pair
+from ...show.views import findings_of
 from ...train.resolution import load
 from ...train.train import Train
-from ..state.frames import Answer, PageFrame, force_unit, number, per_cent
+from ..state.frames import Answer, Level, PageFrame, force_unit, number, per_cent
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -275,15 +277,8 @@ def tolerance_frame(result: xr.Dataset, train: Train) -> PageFrame:
     order = np.argsort(-total, kind="stable")[:_MOST]
     words = [_entry_words(names[i], train) for i in order]
     drawn = bars("total effect in the variance of K_gamma [%]", words, 100 * total[order])
-    quantile = result["system_k_gamma_quantile"].sel(definition="mean-load")
-    known = {float(p): float(v) for p, v in zip(quantile["probability"].values, quantile.values, strict=True)}
-    most = 0.99 if 0.99 in known else float(quantile["probability"].values[-1])
-    above = float(result["system_exceedance"].sel(definition="mean-load").values[0])
-    text = (
-        f"K_gamma stays below {known[most]:.3f} in {100 * most:g} % of {int(result.attrs['samples'])} trains; "
-        f"{per_cent(above)} are above {float(result['limit'].values[0]):g}. What is drawn stands in place of the "
-        "numbers of the model."
-    )
+    finding = next(one for one in findings_of({"tolerance": result}) if one.anchor == "tolerances")
+    text = f"{finding.text} What is drawn stands in place of the numbers of the model."
     change = halved_tolerance(train, names[order[0]])
     share, alone = float(total[order[0]]), float(tolerance_shares(result, "sobol_first")[order[0]])
     said = (
@@ -302,8 +297,11 @@ def tolerance_frame(result: xr.Dataset, train: Train) -> PageFrame:
         evidence="tolerance",
         job="tolerance",
     )
+    level: Level = "bad" if finding.tone == "bad" else "good"
+    figure = f"{finding.value:.3f} at {per_cent(JUDGED_AT)}, limit {finding.limit:g}"
+    planet = Answer("planet", finding.text, figure=figure, level=level, evidence="tolerance", job="tolerance")
     return job_frame(
-        "tolerance", "Tolerances", text, drawn, apply=change, apply_label="Halve the first", answers=[answer]
+        "tolerance", "Tolerances", text, drawn, apply=change, apply_label="Halve the first", answers=[answer, planet]
     )
 
 

@@ -16,8 +16,9 @@ import numpy as np
 import xarray as xr
 
 from ...errors import ConvergenceError, ModelError
+from ...limits import KGammaLimit, nearest_limit, passes
 from ...questions.check.check import drawing
-from ...questions.sharing.definitions import DEFINITIONS
+from ...questions.sharing.definitions import DEFINITIONS, mesh_limits
 from ...questions.sharing.sharing import spread_sharing
 from ...show.drawing.bodies import Part, faces, parts, turns
 from ...show.drawing.section_layout import BODY, PLATE, SectionLayout, layout_of
@@ -428,10 +429,11 @@ class SharingView:
         period [1], nan of meshes without load.  cycle_peak : (w,) largest deviation of a cycle peak, 1 + max |b - 1|.
     over_period : (w, parts) largest ratio b in each part of the hunting period [1].  load : (w,) mean force over the
         mean of its parallel meshes [1].  period : mesh cycles.  whole : whether every cycle or the search is behind it.
-    quick : whether that takes less than a second.
+    quick : whether that takes less than a second.  limits : (w,) of K_gamma.
     """
 
     mesh: tuple[str, ...]
+    limits: tuple[KGammaLimit, ...]
     coefficient: Array
     turning: Array
     cycle_peak: Array
@@ -450,6 +452,19 @@ class SharingView:
     def k_gamma_turning(self) -> float:
         """The same of the largest over the hunting period [1]."""
         return largest_known(self.turning)
+
+    @property
+    def verdict(self) -> dict[str, Any] | None:
+        """Limit [1], its source, and whether K_gamma passes, of the mesh nearest to its limit; None without a load."""
+        at = nearest_limit(self.coefficient.tolist(), [limit.value for limit in self.limits])
+        if at is None:
+            return None
+        limit = self.limits[at]
+        return {
+            "limit": limit.value,
+            "source": limit.source,
+            "passes": passes(float(self.coefficient[at]), limit.value),
+        }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -495,6 +510,7 @@ def live_sharing(system: System, *, patience: float = 0.1) -> SharingView:
             load[group] = np.where(np.isnan(coefficient[group]), spread.mean[group] / total, coefficient[group])
     return SharingView(
         mesh=spread.mesh,
+        limits=tuple(mesh_limits(system, None)),
         coefficient=coefficient,
         turning=turning,
         cycle_peak=spread.cycle_peak,
@@ -537,6 +553,7 @@ def sharing_head(
         ],
         "k_gamma": view.k_gamma,
         "k_gamma_turning": view.k_gamma_turning,
+        "verdict": view.verdict,
         "cycle_peak": largest_known(view.cycle_peak),
         "cycles": view.period,
         "parts": view.over_period.shape[1],

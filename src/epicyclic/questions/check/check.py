@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from ...document.tolerances import Tolerance
 from ...errors import ConvergenceError, ModelError
+from ...limits import k_gamma_limit, limit_columns
 from ...results.dataset import dataset
 from ...statics.equilibrium import compliance_of, require_balance
 from ...statics.record import standing_load, unheld_warnings
@@ -336,6 +337,9 @@ def _stage_columns(train: Train) -> Columns:
         "mesh_frequency": ("stage", _numbers(tones.get(stage) for stage in stages)),
         "hunting_period": ("stage", _numbers(_hunting_period(train, stage) for stage in stages)),
         "centre_distance": ("stage", _numbers(_centre_distance(train, stage) for stage in stages)),
+        **limit_columns(
+            "stage", [k_gamma_limit(train.document, stage, max(1, train.planets[stage])) for stage in stages]
+        ),
     }
 
 

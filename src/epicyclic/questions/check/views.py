@@ -233,8 +233,10 @@ def _stages(check: xr.Dataset) -> Table:
         "mesh_frequency": ("mesh frequency [Hz]", 1),
         "centre_distance": ("centre distance [mm]", 1e3),
         "hunting_period": ("hunting period [mesh cycles]", 1),
+        "k_gamma_limit": ("K_gamma limit [-]", 1),
     }
-    return Table(title="Stages", columns=columns_of(check, "stage", columns), digits=7)
+    table = columns_of(check, "stage", columns)
+    return Table(title="Stages", columns={**table, "of": texts(check, "k_gamma_limit_source", "stage")}, digits=7)
 
 
 def _members(check: xr.Dataset) -> Table:

@@ -41,6 +41,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
+from ...limits import KGammaLimit, k_gamma_limit, limit_columns
 from ...statics.equilibrium import Compliance, Values, closed_approach, closed_force, require_balance, require_forces
 from ...statics.load_map import MEAN_LOADS
 from ...statics.record import MeshGroup, idle_warnings, loaded_meshes, mesh_stiffness, parallel_meshes, turn_fraction
@@ -220,6 +221,16 @@ def force_columns(mean: Array, most: Array, least: Array) -> dict[str, tuple[str
     }
 
 
+def mesh_limits(system: System, stated: float | str | None) -> list[KGammaLimit]:
+    """Limit of K_gamma of every whole mesh, by its stage and the branches that share the load of its pair and side.
+
+    stated : as of `k_gamma_limit`.
+    """
+    names, model = faces(system.meshes).name, json.loads(system.provenance.get("model", "{}"))
+    planets = {int(i): len(group) for group in parallel_meshes(system.meshes) for i in group}
+    return [k_gamma_limit(model, name.split("/")[0], planets[i], stated=stated) for i, name in enumerate(names)]
+
+
 def train_coefficient(values: Array) -> Array:
     """Coefficient of the train, the largest of its meshes: (definition, m) -> (definition,) [1]; nan where unknown."""
     known = np.isfinite(values).any(axis=1) | np.isinf(values).any(axis=1)
@@ -238,6 +249,7 @@ def labelled(
     options: Mapping[str, object],
     provenance: Mapping[str, str],
     warnings: Sequence[CodedText],
+    limit: float | str | None,
 ) -> xr.Dataset:
     """The result of `sharing`.
 
@@ -245,7 +257,7 @@ def labelled(
     ----------
     coefficients : (definition, m) [1].  ratio : (m, T) simultaneous ratio [1].  force : (m, T) [N].  bound : (m,) [N].
     columns : further variables.  time : (T,) [s], or mesh cycles where the train has no speed.
-    options : attributes of the result as well.
+    options : attributes of the result as well.  limit : as of `k_gamma_limit`.
     """
     from ...results.dataset import dataset
 
@@ -264,6 +276,7 @@ def labelled(
             "load_sharing_history": (("mesh", "time"), ratio),
             "mesh_force": (("mesh", "time"), force),
             "mesh_force_bound": ("mesh", bound),
+            **limit_columns("mesh", mesh_limits(system, limit)),
             **columns,
         },
         coords,

@@ -93,6 +93,7 @@ def sharing(
     samples: int | None = None,
     relative_speed: float = 1.0,
     stored_cycles: int | None = None,
+    limit: float | str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Load-sharing coefficients of every mesh by every definition of `definitions`, and of the train (the largest).
@@ -111,6 +112,7 @@ def sharing(
         branches, 32 with laws or turns, with tables a multiple of the branches.
     relative_speed : speed per operating speed [1].
     stored_cycles : cycles kept of the forces and of the simultaneous ratio, 64 at most where None.
+    limit : of K_gamma, or the name of a table of limits; None: that of the model, see `limits`.
     progress : called with the share done, 0..1.
 
     Raises
@@ -123,7 +125,7 @@ def sharing(
         count = positive_count("samples", samples, record_samples(system))
         window = record_of(system, cycles=cycles, turns=turns, of=of, samples=count, most=_SOLVED, slow=True)
         return sharing_of_record(
-            system, record=window, relative_speed=relative_speed, stored=stored_cycles, progress=progress
+            system, record=window, relative_speed=relative_speed, stored=stored_cycles, limit=limit, progress=progress
         )
     if turns is not None or of is not None:
         raise ModelError("a record in turns is static", path="turns, of", allowed='method = "static", or cycles')
@@ -195,6 +197,7 @@ def sharing(
         options=options,
         provenance=system.provenance,
         warnings=notes,
+        limit=limit,
     )
 
 

@@ -332,6 +332,7 @@ def sharing_of_record(
     record: Record,
     relative_speed: float,
     stored: int | None,
+    limit: float | str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Load-sharing coefficients over a record of static equilibria.
@@ -344,6 +345,7 @@ def sharing_of_record(
     Parameters
     ----------
     record : its instants.  stored : units kept of forces and ratios, all up to 20 000 instants where None.
+    limit : of K_gamma, as of `sharing`.
 
     Raises
     ------
@@ -413,6 +415,7 @@ def sharing_of_record(
         },
         provenance={**system.provenance, **law_attributes(system, record)},
         warnings=notes,
+        limit=limit,
     )
 
 

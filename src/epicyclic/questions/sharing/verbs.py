@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from ...errors import ModelError
-from ...verbs.options import MOST_SPEED, Cycles, Of, Samples, Turns, relative, train_and_system
+from ...verbs.options import MOST_SPEED, Cycles, Limit, Of, Samples, Turns, relative, train_and_system
 from ...verbs.record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ def sharing(
         int | None,
         Option("Mesh cycles of the forces kept in the result.", least=1, most=1_000_000, default="at most 64"),
     ] = None,
+    limit: Limit = None,
     progress: Progress | None = None,
 ) -> "xr.Dataset":
     """Load-sharing coefficients, each by its named definition.
@@ -59,6 +60,7 @@ def sharing(
         samples=samples,
         relative_speed=1.0 if relative_speed is None else relative(relative_speed, system, train),
         stored_cycles=stored_cycles,
+        limit=limit,
         progress=progress,
     )
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...results.dataset import largest
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, force_table
 from ...show.series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
+from ...show.verdicts import k_gamma_verdict
 from ...show.views import ResultView
 
 if TYPE_CHECKING:
@@ -120,24 +121,36 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
             text = f"Teeth stay in contact in all {which} at the operating point."
             found.append(Finding(tone="good", text=text, anchor="sharing"))
     if "mean-load" in texts(result, "definition"):
-        values = result.load_sharing.sel(definition="mean-load").values
-        if np.isfinite(values).any():
-            at = largest(values)
-            found.append(_k_gamma(float(values[at]), unbroken(texts(result, "mesh")[at], stages=stages)))
+        # of definitions that a result is without nothing is known
+        known = result.load_sharing.reindex(definition=["mean-load", "mean-load-turning"])
+        mean, turning = known.transpose("definition", "mesh").values
+        found += _k_gamma(result, mean, turning, company)
     return found
 
 
 _CHANGE = "Linear forces do not hold there: relieve the resonance, or follow the motion with teeth that part."
 
 
-def _k_gamma(value: float, mesh: str) -> Finding:
-    """The mesh-load factor as drawn."""
-    if value < 1 + _EQUAL:
-        text = "Every branch carries the same mean load, K_gamma 1.000 as drawn."
+def _k_gamma(
+    result: xr.Dataset, mean: NDArray[np.float64], turning: NDArray[np.float64], company: Company
+) -> list[Finding]:
+    """The mesh-load factor as drawn, against its limit where no tolerances tell what it is of nearly all trains."""
+    verdict = k_gamma_verdict(result, "mesh", mean.tolist(), turning.tolist())
+    if verdict is None:
+        return []
+    turns = f", {verdict.turning:.3f} while turning" if np.isfinite(verdict.turning) else ""
+    limit = f"; {verdict.text}" if "tolerance" not in company else ""
+    if not verdict.value > 1 + _EQUAL:
+        text = f"Every branch carries the same mean load, K_gamma 1.000 as drawn{turns}{limit}."
         change = "The drawing states no error that tells branches apart: tolerances decide."
-        return Finding(tone="", text=text, change=change, anchor="sharing")
-    text = f"K_gamma {value:.3f} as drawn: {mesh} carries {100 * (value - 1):.1f} % more than its share in the mean."
-    return Finding(tone="", text=text, anchor="sharing")
+        return [Finding(tone="", text=text, change=change, anchor="sharing")]
+    mesh = unbroken(verdict.name, stages=stage_count(texts(result, "mesh")))
+    text = (
+        f"K_gamma {verdict.value:.3f} as drawn{turns}{limit}. "
+        f"{mesh} carries {100 * (verdict.value - 1):.1f} % more than its share in the mean."
+    )
+    said = verdict.judged if limit else {"tone": "", "rests_on": verdict.rests_on}
+    return [Finding(text=text, anchor="sharing", **said)]
 
 
 def _loaded(result: xr.Dataset) -> NDArray[np.bool_]:

@@ -30,7 +30,7 @@ from ...train.train import Train
 from .adjoint import SystemNumbers, combined, numbers, with_lines
 
 _COUNTS = ("teeth", "planets", "slices", "count", "order", "seed")
-_TEXTS = ("format", "title", "doi", "notes", "assumed", "tolerance")
+_TEXTS = ("format", "title", "doi", "notes", "assumed", "tolerance", "limits")
 # Long lists, whose entries are parameters only where a path names them
 _TABLES = ("pitch", "values", "deflection")
 _DERIVED = ("mass", "inertia", "tilt_inertia", "stiffness")

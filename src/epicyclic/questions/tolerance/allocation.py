@@ -22,6 +22,7 @@ from ...engine.plan import piece_uniforms, sampling_plan
 from ...engine.source import Overrides, Source, train_of
 from ...engine.workers import one_thread
 from ...errors import ModelError
+from ...limits import JUDGED_AT
 from ...results.dataset import dataset
 from ...statics.load_map import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
@@ -30,7 +31,7 @@ from ...train.resolution import costs_of, load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from .statistics import CONFIDENCE, Band
-from .tolerance import piece_of_samples, sampled
+from .tolerance import pair_limits, piece_of_samples, sampled
 from .tolerance_map import ToleranceMap, tolerance_map
 
 if TYPE_CHECKING:
@@ -478,8 +479,8 @@ def allocate(
     source: Source,
     *,
     overrides: Overrides | None = None,
-    target: float,
-    probability: float = 0.99,
+    target: float | None = None,
+    probability: float = JUDGED_AT,
     definition: str = "mean-load",
     samples: int = 16_384,
     seed: int = 1,
@@ -491,7 +492,8 @@ def allocate(
 
     Parameters
     ----------
-    target : of K_gamma of the train [1].  probability : of meeting it [1].  definition : of K_gamma.
+    target : of K_gamma of the train [1]; None: the smallest limit of its stages, see `limits`.
+    probability : of meeting it [1].  definition : of K_gamma.
     samples, seed : common random numbers of all combinations.  method : of `ToleranceMap.evaluate`.
     fresh_samples : of the run with the next seed that verifies the grades found.
     progress : called with the share done, 0..1.
@@ -512,6 +514,8 @@ def allocate(
     costs = costs_of(train)
     drawn = tolerance_map(train)
     offered = _offered(drawn, costs)
+    if target is None:
+        target = min(limit.value for limit in pair_limits(drawn, train, None))
     report = progress or (lambda done: None)
     with one_thread():
         common = SampledGrades.of(drawn, offered, samples=samples, seed=seed, definition=definition, method=method)

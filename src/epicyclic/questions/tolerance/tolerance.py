@@ -29,6 +29,7 @@ from ...engine.plan import (
 from ...engine.source import Overrides, Source, train_of
 from ...engine.workers import one_thread
 from ...errors import ModelError
+from ...limits import KGammaLimit, k_gamma_limit, limit_columns, stated_limit
 from ...results.dataset import dataset
 from ...results.files import write_text
 from ...statics.load_map import MEAN_LOADS
@@ -71,7 +72,7 @@ def tolerance(
     overrides: Overrides | None = None,
     samples: int = 131_072,
     seed: int = 1,
-    limits: Sequence[float] = (1.15,),
+    limits: Sequence[float | str] = (),
     method: ContactMethod = "auto",
     sampler: Sampler = "sobol",
     effects: Effects | None = None,
@@ -88,7 +89,9 @@ def tolerance(
 
     Parameters
     ----------
-    source, overrides : as of `load`.  samples : rounded up to a power of two.  limits : of K_gamma [1].
+    source, overrides : as of `load`.  samples : rounded up to a power of two.
+    limits : of K_gamma [1] or names of tables of limits, whose exceedance is counted; the first is what K_gamma is held
+        against.  None given: that of the model, see `limits`.
     method : of `ToleranceMap.evaluate`.  sampler : ``sobol``, scrambled, or ``random``.
     effects : ``none``; ``shares``: variance shares, slopes, curves over spread and torque; ``all``: over support
         stiffness and number of planets too.  None: ``all`` from 65 536 samples, else ``shares``.
@@ -108,12 +111,11 @@ def tolerance(
     """
     train = train_of(source, overrides=overrides)
     plan = sampling_plan(samples, seed=seed, sampler=sampler)
-    limit = np.asarray(limits, dtype=float)
-    if limit.ndim != 1 or not (np.isfinite(limit).all() and (limit > 0).all()):
-        raise ModelError("no limit of a load factor", path="limit", given=list(limits), allowed="above 0, 1.15")
+    stated: list[float | str | None] = [stated_limit(value, "limit") for value in limits]
     if worst is not None:
         _make_folder(worst)  # before the work
     drawn = tolerance_map(train)
+    by_limit = [pair_limits(drawn, train, value) for value in stated or [None]]
     if raw and store is None and plan.samples > _most_raw(drawn):
         raise ModelError(
             "raw samples do not fit in a result",
@@ -162,7 +164,8 @@ def tolerance(
             progress=_part(progress, share, 1.0),
         )
         idle = without_effect(drawn, plan, method=method)
-    columns, coords = _statistics(drawn, tally, np.unique(limit))
+    columns, coords = _statistics(drawn, tally, np.unique([limit.value for limits in by_limit for limit in limits]))
+    columns |= limit_columns("pair", by_limit[0])
     columns |= {**_worst_columns(train, drawn, tally, method, worst), **further.columns}
     if reference:
         columns["reference_k_gamma"] = ("reference", np.array(list(reference.values()), dtype=float))
@@ -193,6 +196,18 @@ def tolerance(
         left_out=json.dumps(further.left_out),
         effect_samples=further.samples,
     )
+
+
+def pair_limits(drawn: ToleranceMap, train: Train, stated: float | str | None) -> list[KGammaLimit]:
+    """Limit of K_gamma of every pair and side, by its stage and the branches that share its load.
+
+    stated : as of `k_gamma_limit`.
+    """
+    stages = [pair.split(".")[0] for pair in drawn.pair]
+    return [
+        k_gamma_limit(train.document, stage, len(group), stated=stated)
+        for stage, group in zip(stages, drawn.group, strict=True)
+    ]
 
 
 def _part(progress: Progress, start: float, end: float) -> Progress:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from ...errors import ModelError
+from ...limits import JUDGED_AT
 from ...verbs.record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
@@ -21,8 +22,13 @@ def tolerance(
     samples: Annotated[int, Option("Number of samples, rounded up to a power of two.", least=1, most=2**40)] = 131_072,
     seed: Annotated[int, Option("The same seed, the same samples.", least=0)] = 1,
     limit: Annotated[
-        Sequence[str] | Sequence[float], Option("K_gamma whose exceedance is counted; may be repeated.", metavar="K")
-    ] = (1.15,),
+        Sequence[str] | Sequence[float],
+        Option(
+            "K_gamma whose exceedance is counted, or a table of limits; may be repeated, the first is the verdict's.",
+            metavar="K",
+            default="[limits] of the model, else IEC 61400-4",
+        ),
+    ] = (),
     method: Annotated[
         Literal["auto", "linear", "static"],
         Option("Contact closed where it stays closed, closed always, or solved for every sample."),
@@ -72,7 +78,7 @@ def tolerance(
         overrides=overrides,
         samples=samples,
         seed=seed,
-        limits=[_number(one, "limit") for one in limit],
+        limits=limit,
         method=method,
         sampler=sampler,
         effects=effects,
@@ -124,9 +130,17 @@ def _named(reference: Mapping[str, float] | Sequence[str]) -> dict[str, float]:
 def allocate(
     source: "Source",
     *,
-    target: Annotated[float, Option("K_gamma that is not to be exceeded, e.g. 1.15.", above=1, most=1000)],
     overrides: "Overrides | None" = None,
-    probability: Annotated[float, Option("Share of the trains that meet it.", least=0.01, most=0.999999)] = 0.99,
+    target: Annotated[
+        float | None,
+        Option(
+            "K_gamma that is not to be exceeded, e.g. 1.15.",
+            above=1,
+            most=1000,
+            default="smallest limit of its stages: [limits] of the model, else IEC 61400-4",
+        ),
+    ] = None,
+    probability: Annotated[float, Option("Share of the trains that meet it.", least=0.01, most=0.999999)] = JUDGED_AT,
     definition: Annotated[
         Literal["mean-load", "mean-load-turning"], Option("Mean over the hunting period, or largest while turning.")
     ] = "mean-load",

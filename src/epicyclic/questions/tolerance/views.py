@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...limits import JUDGED_AT
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import (
     DRAWN,
@@ -21,6 +22,7 @@ from ...show.series import (
     system_quantiles,
     texts,
 )
+from ...show.verdicts import KGammaVerdict, k_gamma_verdict
 from ...show.views import ResultView
 
 if TYPE_CHECKING:
@@ -93,8 +95,8 @@ def tolerance_findings(result: xr.Dataset, company: Company) -> Sequence[Finding
     quantiles = system_quantiles(result)
     found: list[Finding] = []
     if quantiles:
-        p, value = max(quantiles.items())
-        change = ""
+        p = JUDGED_AT if JUDGED_AT in quantiles else max(quantiles)
+        value, change = quantiles[p], ""
         if "sobol_total" in result:
             one = of_definition(result)
             pair = scattering_pair(one)
@@ -103,13 +105,32 @@ def tolerance_findings(result: xr.Dataset, company: Company) -> Sequence[Finding
             name = short_entries(texts(result, "tolerance"))[most]
             shares = f"{_share(alone[most]):.0f} % of its variance alone, {_share(total[most]):.0f} % with interactions"
             change = f"K_gamma scatters most by {name}: {shares}."
-        text = f"With tolerances K_gamma stays below {value:.3f} in {percent(p)} of the trains{_turning(result, p)}."
-        found.append(Finding(tone="", text=text, change=change, anchor="tolerances"))
+        text = f"With tolerances K_gamma stays below {value:.3f} in {percent(p)} of the trains{_turning(result, p)}"
+        verdict = _verdict(result, p)
+        said: dict[str, Any] = {"tone": ""} if verdict is None else verdict.judged
+        text = f"{text}." if verdict is None else f"{text}; {verdict.text}{_above(result, verdict)}."
+        found.append(Finding(text=text, change=change, anchor="tolerances", **said))
     apart = float(result["system_separation_probability"]) if "system_separation_probability" in result else 0.0
     if apart > 0:
         text = f"In {engineering(100 * apart, 2)} % of the trains a mesh separates under its mean load."
         found.append(Finding(tone="caution", text=text, anchor="tolerances"))
     return found
+
+
+def _verdict(result: xr.Dataset, probability: float) -> KGammaVerdict | None:
+    """The quantile of each pair against its limit."""
+    mean, turning = (
+        of_definition(result, name)["k_gamma_quantile"].sel(probability=probability).values.tolist()
+        for name in ("mean-load", _TURNING)
+    )
+    return k_gamma_verdict(result, "pair", mean, turning)
+
+
+def _above(result: xr.Dataset, verdict: KGammaVerdict) -> str:
+    """Words of the share of the trains whose pair is above its limit, where that was counted."""
+    shares = of_definition(result)["exceedance"].sel(pair=verdict.name)
+    at = np.flatnonzero(np.isclose(shares["limit"].values, verdict.limit))
+    return f", {engineering(100 * float(shares.values[at[0]]), 2)} % of the trains are above it" if at.size else ""
 
 
 def _turning(result: xr.Dataset, probability: float) -> str:

@@ -13,6 +13,7 @@ import pytest
 from epicyclic.cockpit.computing.answers import halved_text, halved_tolerance
 from epicyclic.cockpit.computing.job_kinds import JOBS, tolerance_shares
 from epicyclic.cockpit.state.frames import PageFrame, pack, unpack
+from epicyclic.document.deviations import Distribution, read_distribution
 from epicyclic.document.document import drive_text
 from epicyclic.errors import ModelError
 from epicyclic.questions.check.verbs import check
@@ -108,8 +109,10 @@ def test_tolerance_shares_are_those_of_the_verb() -> None:
     shares = sorted(np.clip(np.nan_to_num(one["sobol_total"].values[pair]), 0, None), reverse=True)
     np.testing.assert_allclose(frame.arrays["job/bar"], 100 * np.array(shares), rtol=1e-5)
     quantile = float(one["system_k_gamma_quantile"].sel(probability=0.99))
-    assert f"below {quantile:.3f} in 99 %" in frame.head["job"]["text"]
-    (answer,) = frame.head["answers"]
+    assert f"below {quantile:.3f} in 99 %" in frame.head["job"]["text"].replace("\u00a0", " ")
+    planet = next(answer for answer in frame.head["answers"] if answer["key"] == "planet")
+    assert planet["figure"] == f"{quantile:.3f} at 99 %, limit 1.1"
+    answer = next(answer for answer in frame.head["answers"] if answer["key"] == "error")
     assert (answer["key"], answer["figure"]) == ("error", f"{100 * shares[0]:.0f} %")
     alone = one["sobol_first"].values[pair][np.nanargmax(one["sobol_total"].values[pair])]
     assert f"with its interactions ({100 * max(alone, 0):.0f} % alone)" in answer["text"]
@@ -153,7 +156,10 @@ def test_relief_is_drawn_by_its_apply() -> None:
         ("normal(0, 12 um)", "normal(0, 6 um)"),
         ("rayleigh(7 um)", "rayleigh(3.5 um)"),
         ("disc(70 um)", "disc(35 um)"),
-        ("truncated(1.9 MN m, 0.2 MN m, 1.4 MN m, 2.5 MN m)", "truncated(1.9 MN m, 0.1 MN m, 1.4 MN m, 2.5 MN m)"),
+        ("truncated(1.9 MN m, 0.2 MN m, 1.4 MN m, 2.4 MN m)", "truncated(1.9 MN m, 0.1 MN m, 1.65 MN m, 2.15 MN m)"),
+        ("triangular(-6 um, 0, 6 um)", "triangular(-3 um, 0, 3 um)"),
+        ("uniform(-0.005 mm, 5 um)", "uniform(-0.0025 mm, 0.0025 mm)"),
+        ("uniform(-1 deg, 1 deg)", "uniform(-0.5 deg, 0.5 deg)"),
         ("grade(ISO 1328-1:2013 5, 3 sigma)", "grade(ISO 1328-1:2013 3, 3 sigma)"),
         ("grade(IT8, 3 sigma)", "grade(IT6, 3 sigma)"),
         ("grade(IT6, 3 sigma)", None),  # ISO 286-1 as it is used here begins at IT5
@@ -166,6 +172,19 @@ def test_relief_is_drawn_by_its_apply() -> None:
 )
 def test_half_of_a_distribution(text: str, half: str | None) -> None:
     assert halved_text(text) == half
+
+
+@pytest.mark.parametrize("text", ["triangular(-5 um, 0, 10 um)", "truncated(0, 12 um, -20 um, 8 um)"])
+def test_half_of_a_distribution_is_the_spread_that_tolerance_halves(text: str) -> None:
+    def read(text: str) -> Distribution:
+        found = read_distribution(text, lambda part: float(part.split()[0]), vector=False, where="here")
+        assert isinstance(found, Distribution)
+        return found
+
+    half = halved_text(text)
+    assert half is not None
+    assert read(half).std == pytest.approx(0.5 * read(text).std, rel=1e-5)
+    assert read(half).values == pytest.approx(read(text).scaled(0.5).values, rel=1e-5)
 
 
 def test_own_and_common_parts_are_halved_alone() -> None:

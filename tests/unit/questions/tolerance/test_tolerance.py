@@ -427,4 +427,4 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     with pytest.raises(SystemExit) as end:
         app([*words, "--limit", "high"])
     assert end.value.code == 2
-    assert "--limit = high: not a number" in capsys.readouterr().err
+    assert "--limit = high: no limit of K_gamma" in capsys.readouterr().err

@@ -1,0 +1,114 @@
+"""Limits that numbers are held against, and the verdict: the load factor K_gamma, which a rating of gears assumes.
+
+    [limits]
+    k_gamma = 1.2                  # or the name of a table
+    stages.NAME.k_gamma = "IACS UR M56"
+
+A limit given with a command counts before that of the stage, this before that of the file, and this before the table
+of the wind standard.  The tables give K_gamma by the number of planets where no analysis shows a smaller one; what is
+held against them is the mean-load K_gamma, where tolerances are known at 99 % of the trains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import ModelError
+
+# By number of planets.  The table of the wind standard ends at seven; the last factor of the ship rule is for as many
+# or more.
+WIND, SHIP = "IEC 61400-4", "IACS UR M56"
+TABLES: dict[str, dict[int, float]] = {
+    WIND: {1: 1.00, 2: 1.00, 3: 1.10, 4: 1.25, 5: 1.35, 6: 1.44, 7: 1.47},
+    SHIP: {1: 1.00, 2: 1.00, 3: 1.00, 4: 1.20, 5: 1.30, 6: 1.40},
+}
+_EDITIONS = {WIND: f"{WIND}:2012", SHIP: f"{SHIP}, of the edition that cites ISO 6336:2019"}
+# A K_gamma this close to its limit meets it: equal shares are 1 up to rounding.
+_ROUNDING = 5e-7
+# Probability at which K_gamma of toleranced trains is held against its limit.
+JUDGED_AT = 0.99
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KGammaLimit:
+    """Largest K_gamma [1] that is accepted.  source : where it is from.  basis : stated, or of a published table."""
+
+    value: float
+    source: str
+    basis: Literal["given", "table"]
+
+
+def k_gamma_limit(
+    model: Mapping[str, Any], stage: str, planets: int, *, stated: float | str | None = None
+) -> KGammaLimit:
+    """Limit of K_gamma of a stage.
+
+    Parameters
+    ----------
+    model : document of a train.  planets : that share the load, 1 or more.  stated : limit, or name of a table, that
+        goes before those of the model.
+
+    Raises
+    ------
+    ModelError : what is stated is no limit.
+    """
+    limits = model.get("limits", {})
+    of_stage = limits.get("stages", {}).get(stage, {})
+    given = {
+        "limit": stated,
+        f"limits.stages.{stage}.k_gamma": of_stage.get("k_gamma"),
+        "limits.k_gamma": limits.get("k_gamma"),
+    }
+    where, value = next(((where, value) for where, value in given.items() if value is not None), ("", WIND))
+    number = stated_limit(value, where)
+    if isinstance(number, float):
+        return KGammaLimit(value=number, source=where, basis="given")
+    table = TABLES[number]
+    last = max(table)
+    words = f"{planets} planet{'s' if planets > 1 else ''}, {_EDITIONS[number]}"
+    if planets > last and number == WIND:
+        words += f", which ends at {last}"
+    return KGammaLimit(value=table[min(planets, last)], source=words, basis="table")
+
+
+def limit_columns(dim: str, limits: Sequence[KGammaLimit]) -> dict[str, tuple[str, NDArray[Any]]]:
+    """Variables of a result: limits of K_gamma along a dimension, and where they are from."""
+    return {
+        "k_gamma_limit": (dim, np.array([limit.value for limit in limits])),
+        "k_gamma_limit_source": (dim, np.array([limit.source for limit in limits], dtype=object)),
+    }
+
+
+def stated_limit(value: object, path: str) -> float | str:
+    """A limit as a person states it: a number from 1 on, or the name of a table.
+
+    Raises
+    ------
+    ModelError : it is neither.
+    """
+    if value in TABLES:
+        return str(value)
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        number = float("nan")
+    if not 1 <= number < float("inf"):
+        allowed = f"a load factor of 1 or more, 1.15, or one of {', '.join(TABLES)}"
+        raise ModelError("no limit of K_gamma", path=path, given=value, allowed=allowed)
+    return number
+
+
+def passes(value: float, limit: float) -> bool:
+    """Whether a K_gamma [1] meets its limit."""
+    return value <= limit + _ROUNDING
+
+
+def nearest_limit(values: Sequence[float], limits: Sequence[float]) -> int | None:
+    """Place of the K_gamma that is farthest beyond its limit, or nearest to it; None where no value is a number."""
+    places = [i for i, value in enumerate(values) if value == value]
+    return max(places, key=lambda i: (round(values[i] - limits[i], 6), -i), default=None)

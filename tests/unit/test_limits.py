@@ -1,0 +1,132 @@
+"""Limits of K_gamma: which one counts, what a standard says, and that verbs and page hold K_gamma against it."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+import epicyclic
+from epicyclic.cockpit.computing.compute import compute
+from epicyclic.cockpit.state.frames import Request
+from epicyclic.document.document import drive_text, ready_drives
+from epicyclic.errors import ModelError
+from epicyclic.limits import SHIP, WIND, k_gamma_limit, nearest_limit, passes
+from epicyclic.questions.sharing.views import findings
+from epicyclic.questions.tolerance.views import tolerance_findings
+from epicyclic.train.resolution import load
+
+FILE = {"limits": {"k_gamma": 1.2, "stages": {"low": {"k_gamma": 1.3}, "high": {"k_gamma": SHIP}}}}
+
+
+def test_an_option_goes_before_stage_file_and_table() -> None:
+    found = [k_gamma_limit(FILE, stage, 5, stated=1.05) for stage in ("low", "high", "other")]
+    assert [(limit.value, limit.source, limit.basis) for limit in found] == [(1.05, "limit", "given")] * 3
+    low, high, other = (k_gamma_limit(FILE, stage, 5) for stage in ("low", "high", "other"))
+    assert (low.value, low.source, low.basis) == (1.3, "limits.stages.low.k_gamma", "given")
+    assert (high.value, high.basis) == (1.30, "table")
+    assert high.source.startswith("5 planets, IACS UR M56")
+    assert (other.value, other.source) == (1.2, "limits.k_gamma")
+    assert k_gamma_limit({}, "low", 5).source == "5 planets, IEC 61400-4:2012"
+
+
+@pytest.mark.parametrize(
+    ("table", "factors"),
+    [
+        (WIND, [1.00, 1.00, 1.10, 1.25, 1.35, 1.44, 1.47, 1.47, 1.47]),
+        (SHIP, [1.00, 1.00, 1.00, 1.20, 1.30, 1.40, 1.40, 1.40, 1.40]),
+    ],
+)
+def test_tables_of_standards(table: str, factors: list[float]) -> None:
+    found = [k_gamma_limit({}, "main", planets, stated=table) for planets in range(1, 10)]
+    assert [limit.value for limit in found] == factors
+    # the ship rule ends with "6 and more", the table of the wind standard with 7
+    beyond = ["ends" in limit.source for limit in found]
+    assert beyond == [table == WIND and planets > 7 for planets in range(1, 10)]
+
+
+def test_equal_shares_meet_a_limit_of_one() -> None:
+    assert passes(1.0 + 1e-9, 1.0)
+    assert not passes(1.001, 1.0)
+    assert nearest_limit([1.2, 1.01, np.nan], [1.25, 1.0, 1.0]) == 1
+    assert nearest_limit([np.nan], [1.0]) is None
+
+
+@pytest.mark.parametrize(
+    ("change", "path"),
+    [
+        ({"limits.k_gamma": 0.9}, "limits.k_gamma"),
+        ({"limits.k_gamma": "IEC"}, "limits.k_gamma"),
+        ({"limits.stages.mian.k_gamma": 1.2}, "limits.stages.mian"),
+        ({"limits.k_gama": 1.2}, "limits.k_gama"),
+    ],
+)
+def test_a_limit_that_is_none_is_refused(change: dict[str, object], path: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        load("ren2021", change)
+    assert caught.value.path == path
+    assert caught.value.allowed or "did you mean" in caught.value.problem
+
+
+@pytest.mark.parametrize("verb", [epicyclic.sharing, epicyclic.tolerance])
+def test_an_option_that_is_no_limit_is_refused(verb: Any) -> None:
+    limit: Any = 0.5 if verb is epicyclic.sharing else (0.5,)
+    with pytest.raises(ModelError) as caught:
+        verb("wind-stage", limit=limit)
+    assert (caught.value.path, caught.value.given) == ("limit", 0.5)
+
+
+def page_of(train: str) -> Mapping[str, Any]:
+    (frame,) = compute(Request(rev=1, kind="live", source=tomllib.loads(drive_text(train))))
+    return frame.head
+
+
+@pytest.mark.parametrize("drive", ready_drives())
+def test_verbs_and_page_hold_a_ready_drive_against_one_limit(drive: str) -> None:
+    checked = epicyclic.check(drive)
+    limits = dict(zip(checked.stage.values.tolist(), checked.k_gamma_limit.values.tolist(), strict=True))
+    head = page_of(drive)
+    if "sharing" not in head:
+        with pytest.raises(ModelError, match="no mesh carries any"):
+            epicyclic.sharing(drive, method="static", cycles=1, samples=16)
+        return
+    shared = epicyclic.sharing(drive, method="static", cycles=1, samples=16)
+    stages = [name.split("/")[0] for name in shared.mesh.values.tolist()]
+    assert shared.k_gamma_limit.values.tolist() == [limits[stage] for stage in stages]
+    mean = shared.load_sharing.sel(definition="mean-load").values
+    over = mean - shared.k_gamma_limit.values
+    verdict = head["sharing"]["verdict"]
+    assert verdict["passes"] == bool(np.nanmax(over) <= 5e-7)
+    assert verdict["limit"] in shared.k_gamma_limit.values[np.isclose(over, np.nanmax(over), atol=2e-6)]
+    (said,) = [one for one in findings(shared, {}) if "K_gamma" in one.text]
+    assert (
+        f"limit {verdict['limit']:g} ({verdict['source']}): {'passes' if verdict['passes'] else 'FAILS'}" in said.text
+    )
+    if "tolerance" in epicyclic.load(drive).document:
+        drawn = epicyclic.tolerance(drive, samples=256, effects="none")
+        assert drawn.k_gamma_limit.values.tolist() == [
+            limits[pair.split(".")[0]] for pair in drawn.pair.values.tolist()
+        ]
+        assert drawn.limit.values.tolist() == sorted(set(drawn.k_gamma_limit.values.tolist()))
+        assert f"limit {verdict['limit']:g}" in tolerance_findings(drawn, {})[0].text
+        # where tolerances are known they decide
+        (drawing,) = [one for one in findings(shared, {"tolerance": drawn}) if "K_gamma" in one.text]
+        assert "limit" not in drawing.text
+
+
+@pytest.mark.parametrize(("limit", "tone"), [(1.001, "bad"), (1.3, "good")])
+def test_one_limit_of_the_file_is_that_of_all(limit: float, tone: str) -> None:
+    changes: dict[str, object] = {"limits.k_gamma": limit}
+    shared = epicyclic.sharing("wind-stage", method="static", cycles=1, samples=16, overrides=changes)
+    (said,) = [one for one in findings(shared, {}) if "K_gamma" in one.text]
+    drawn = epicyclic.tolerance("wind-stage", samples=256, effects="none", overrides=changes)
+    assert drawn.limit.values.tolist() == [limit]
+    assert [said.tone, tolerance_findings(drawn, {})[0].tone] == [tone, tone]
+    assert "limits.k_gamma" in said.text
+    request = Request(rev=1, kind="live", source=tomllib.loads(drive_text("wind-stage")), overrides=changes)
+    (frame,) = compute(request)
+    (answer,) = [one for one in frame.head["answers"] if one["key"] == "planet"]
+    assert (answer["level"], f"limit {limit:g}" in answer["figure"]) == (tone, True)
