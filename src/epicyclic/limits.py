@@ -11,14 +11,15 @@ held against them is the mean-load K_gamma, where tolerances are known at 99 % o
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from .errors import ModelError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # By number of planets.  The table of the wind standard ends at seven; the last factor of the ship rule is for as many
 # or more.
@@ -76,11 +77,11 @@ def k_gamma_limit(
     return KGammaLimit(value=table[min(planets, last)], source=words, basis="table")
 
 
-def limit_columns(dim: str, limits: Sequence[KGammaLimit]) -> dict[str, tuple[str, NDArray[Any]]]:
+def limit_columns(dim: str, limits: Sequence[KGammaLimit]) -> dict[str, tuple[str, Any]]:
     """Variables of a result: limits of K_gamma along a dimension, and where they are from."""
     return {
-        "k_gamma_limit": (dim, np.array([limit.value for limit in limits])),
-        "k_gamma_limit_source": (dim, np.array([limit.source for limit in limits], dtype=object)),
+        "k_gamma_limit": (dim, [limit.value for limit in limits]),
+        "k_gamma_limit_source": (dim, [limit.source for limit in limits]),
     }
 
 
@@ -112,3 +113,58 @@ def nearest_limit(values: Sequence[float], limits: Sequence[float]) -> int | Non
     """Place of the K_gamma that is farthest beyond its limit, or nearest to it; None where no value is a number."""
     places = [i for i, value in enumerate(values) if value == value]
     return max(places, key=lambda i: (round(values[i] - limits[i], 6), -i), default=None)
+
+
+class KGammaVerdict(NamedTuple):
+    """K_gamma [1] of the mesh or pair that is farthest beyond its limit, or nearest to it.
+
+    name : of it.  turning : the same while turning, nan where it is not known.  source, basis : of the limit.
+    rests_on : ``assumed`` where the model assumes deviations or tolerances, else ``given``.
+    """
+
+    name: str
+    value: float
+    turning: float
+    limit: float
+    source: str
+    rests_on: Literal["given", "assumed"]
+
+    @property
+    def passes(self) -> bool:
+        """Whether the mean-load K_gamma meets its limit."""
+        return passes(self.value, self.limit)
+
+    @property
+    def judged(self) -> dict[str, Any]:
+        """Fields of the finding that says it."""
+        tone = "good" if self.passes else "bad"
+        return {"tone": tone, "value": self.value, "limit": self.limit, "rests_on": self.rests_on}
+
+    @property
+    def text(self) -> str:
+        """``limit 1.25 (4 planets, IEC 61400-4:2012): passes``; what turns is not held against it."""
+        return f"limit {self.limit:g} ({self.source}): {'passes' if self.passes else 'FAILS'}"
+
+
+def k_gamma_verdict(
+    result: xr.Dataset, dim: str, mean: Sequence[float], turning: Sequence[float]
+) -> KGammaVerdict | None:
+    """Verdict on mean-load K_gamma along a dimension that has limits; None where the result has none, or no value.
+
+    mean, turning : (n,) [1], nan where unknown.
+    """
+    if "k_gamma_limit" not in result.variables:
+        return None
+    limits = result["k_gamma_limit"].values.tolist()
+    at = nearest_limit(mean, limits)
+    if at is None:
+        return None
+    assumed = json.loads(str(result.attrs.get("assumed", "{}")))
+    return KGammaVerdict(
+        name=str(result[dim].values[at]),
+        value=mean[at],
+        turning=turning[at],
+        limit=limits[at],
+        source=str(result["k_gamma_limit_source"].values[at]),
+        rests_on="assumed" if any(path.startswith(("deviations.", "tolerance.")) for path in assumed) else "given",
+    )

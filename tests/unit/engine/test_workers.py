@@ -163,12 +163,13 @@ def test_runs_of_two_processes_come_whole_and_in_their_order(how: str) -> None:
 
 @pytest.mark.usefixtures("two_at_once")
 def test_an_error_of_a_run_comes_back_as_it_is_and_nothing_is_left() -> None:
+    others = set(multiprocessing.active_children())  # of other tests: a process of the page that waits
     with pytest.raises(ModelError, match="too much") as caught:
         runs(partial(stepped, os.getpid(), "refused"), (5, 7), arrived=lambda _, __: None)
     assert caught.value.path == "mesh_frequency"
     with pytest.raises(KeyboardInterrupt):
         runs(partial(stepped, os.getpid(), "whole"), (5, 10**9), arrived=interrupted)
-    assert not multiprocessing.active_children()
+    assert set(multiprocessing.active_children()) <= others
 
 
 def interrupted(place: int, _: object) -> None:

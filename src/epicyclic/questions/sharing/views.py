@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...limits import k_gamma_verdict
 from ...results.dataset import largest
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, force_table
 from ...show.series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
-from ...show.verdicts import k_gamma_verdict
 from ...show.views import ResultView
 
 if TYPE_CHECKING:

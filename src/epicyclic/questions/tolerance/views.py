@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...limits import JUDGED_AT
+from ...limits import JUDGED_AT, KGammaVerdict, k_gamma_verdict
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import (
     DRAWN,
@@ -22,7 +22,6 @@ from ...show.series import (
     system_quantiles,
     texts,
 )
-from ...show.verdicts import KGammaVerdict, k_gamma_verdict
 from ...show.views import ResultView
 
 if TYPE_CHECKING:

@@ -85,6 +85,15 @@ def test_the_right_hand_side_is_the_equation(made: Any, state: str) -> None:
     assert touching.tolist() == {"pressed": [1, 1, 0, 0], "parted": [0, 0, 0, 0], "far": [0, 0, 1, 1]}[state]
 
 
+@pytest.mark.parametrize("contact", ["unilateral", "linear"])
+def test_numbers_of_every_train_have_one_layout(made: Any, contact: Any) -> None:
+    """Of another layout the compiled functions would be compiled once more, which takes 17 s."""
+    for system in (made.rich(), made.rich(groups=True), assemble(load("ren2021"))):
+        numbers = motion(system, contact=contact).numbers._asdict()
+        arrays = {name: one for name, one in numbers.items() if isinstance(one, np.ndarray)}
+        assert [name for name, one in arrays.items() if not one.flags.c_contiguous] == []
+
+
 @pytest.mark.parametrize("groups", [False, True])
 def test_modes_of_a_speed_hold_the_same_equation(made: Any, groups: bool) -> None:
     bend = np.array([[-3.0, 1.0, 0.5], [1.0, -2.0, 0.2], [0.5, 0.2, -1.0]])
@@ -130,8 +139,8 @@ def test_compiled_steps_equal_numpy(
     system = made.rich(groups=groups, load=60.0)
     loads = np.array([[200.0, 0.0, -100.0]])[: given.level.shape[1]]
     moving = motion(system, program=given, contact=contact, loads=loads)
-    fast, slow = both(monkeypatch, lambda: integrate(moving, at_rest(moving), stop=0.01, steps=100, keep=5)[0])
-    # the same steps with sums in another order: rounding, grown over 100 steps
+    fast, slow = both(monkeypatch, lambda: integrate(moving, at_rest(moving), stop=0.01, steps=400, keep=20)[0])
+    # the same steps with sums in another order: rounding, grown over 400 steps
     np.testing.assert_allclose(fast, slow, rtol=1e-9, atol=1e-11 * np.abs(slow).max())
     assert np.isfinite(fast).all()
     assert np.abs(fast[-1, 0]).max() > 1e-5
