@@ -12,6 +12,7 @@ held against them is the mean-load K_gamma, where tolerances are known at 99 % o
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -110,9 +111,19 @@ def passes(value: float, limit: float) -> bool:
 
 
 def nearest_limit(values: Sequence[float], limits: Sequence[float]) -> int | None:
-    """Place of the K_gamma that is farthest beyond its limit, or nearest to it; None where no value is a number."""
+    """Place of the K_gamma whose excess over 1 is the largest part of what its limit leaves, the first of equal ones.
+
+    None where no value is a number.
+    """
+
+    def part(i: int) -> float:
+        room = limits[i] - 1
+        if room > 0:
+            return (values[i] - 1) / room
+        return 0.0 if passes(values[i], limits[i]) else math.inf
+
     places = [i for i, value in enumerate(values) if value == value]
-    return max(places, key=lambda i: (round(values[i] - limits[i], 6), -i), default=None)
+    return max(places, key=lambda i: (round(part(i), 6), -i), default=None)
 
 
 class KGammaVerdict(NamedTuple):

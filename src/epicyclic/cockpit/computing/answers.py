@@ -176,7 +176,10 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
     largest, turning = float(np.nanmax(value)), float(sharing.get("k_gamma_turning") or np.nan)
     planets, verdict = max(train.planets.values(), default=1), sharing["verdict"]
     level: Level = "good" if verdict["passes"] else "bad"
-    figure, limit = f"{largest:.3f}, limit {verdict['limit']:g}", f" Limit {verdict['limit']:g}: {verdict['source']}."
+    figure, limit = (
+        f"{verdict['value']:.3f}, limit {verdict['limit']:g}",
+        f" Limit {verdict['limit']:g}: {verdict['source']}.",
+    )
     if largest <= 1 + _ONE and not has_deviations(train):
         text = f"No deviations are given: all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
         values = class_six(train)

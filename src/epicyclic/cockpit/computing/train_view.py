@@ -459,12 +459,9 @@ class SharingView:
         at = nearest_limit(self.coefficient.tolist(), [limit.value for limit in self.limits])
         if at is None:
             return None
-        limit = self.limits[at]
-        return {
-            "limit": limit.value,
-            "source": limit.source,
-            "passes": passes(float(self.coefficient[at]), limit.value),
-        }
+        value, limit = float(self.coefficient[at]), self.limits[at]
+        held = {"limit": limit.value, "source": limit.source, "passes": passes(value, limit.value)}
+        return {"value": value, **held}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
