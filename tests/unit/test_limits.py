@@ -63,7 +63,7 @@ def test_equal_shares_meet_a_limit_of_one() -> None:
     [
         ({"limits.k_gamma": 0.9}, "limits.k_gamma"),
         ({"limits.k_gamma": "IEC"}, "limits.k_gamma"),
-        ({"limits.stages.mian.k_gamma": 1.2}, "limits.stages.mian"),
+        ({"limits.stages.mainx.k_gamma": 1.2}, "limits.stages.mainx"),
         ({"limits.k_gama": 1.2}, "limits.k_gama"),
     ],
 )
