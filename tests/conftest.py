@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import gc
 import os
 import signal
@@ -10,7 +9,6 @@ import time
 
 import known
 import pytest
-import typer.testing
 
 from epicyclic.system.system import System
 
@@ -20,8 +18,6 @@ os.environ.setdefault("EPICYCLIC_JOBS", "1")
 os.environ.pop("COLUMNS", None)
 # A shell lets what it starts in the background ignore Ctrl-C, and so would the processes that tests stop by it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-# The commands are made of the records of the verbs once a process, as for a user, and not for each command of a test.
-vars(typer.testing)["_get_command"] = functools.cache(typer.main.get_command)
 
 
 def pytest_collection_finish() -> None:

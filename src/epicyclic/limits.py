@@ -38,11 +38,10 @@ JUDGED_AT = 0.99
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KGammaLimit:
-    """Largest K_gamma [1] that is accepted.  source : where it is from.  basis : stated, or of a published table."""
+    """Largest K_gamma [1] that is accepted.  source : option, path of the model file, or planets and standard."""
 
     value: float
     source: str
-    basis: Literal["given", "table"]
 
 
 def k_gamma_limit(
@@ -69,13 +68,13 @@ def k_gamma_limit(
     where, value = next(((where, value) for where, value in given.items() if value is not None), ("", WIND))
     number = stated_limit(value, where)
     if isinstance(number, float):
-        return KGammaLimit(value=number, source=where, basis="given")
+        return KGammaLimit(value=number, source=where)
     table = TABLES[number]
     last = max(table)
     words = f"{planets} planet{'s' if planets > 1 else ''}, {_EDITIONS[number]}"
     if planets > last and number == WIND:
         words += f", which ends at {last}"
-    return KGammaLimit(value=table[min(planets, last)], source=words, basis="table")
+    return KGammaLimit(value=table[min(planets, last)], source=words)
 
 
 def limit_columns(dim: str, limits: Sequence[KGammaLimit]) -> dict[str, tuple[str, Any]]:
@@ -127,42 +126,38 @@ def nearest_limit(values: Sequence[float], limits: Sequence[float]) -> int | Non
 
 
 class KGammaVerdict(NamedTuple):
-    """K_gamma [1] of the mesh or pair that is farthest beyond its limit, or nearest to it.
+    """K_gamma [1] held against its limit, of several the one that takes the largest part of what its limit leaves.
 
-    name : of it.  turning : the same while turning, nan where it is not known.  source, basis : of the limit.
-    rests_on : ``assumed`` where the model assumes deviations or tolerances, else ``given``.
+    name : of its mesh or pair.  limit [1], source : of the limit.  assumed : whether the model assumes the deviations or tolerances that K_gamma follows from.
     """
 
     name: str
     value: float
-    turning: float
     limit: float
     source: str
-    rests_on: Literal["given", "assumed"]
+    assumed: bool
 
     @property
     def passes(self) -> bool:
-        """Whether the mean-load K_gamma meets its limit."""
+        """Whether the mean-load K_gamma meets its limit; what turns is not held against it."""
         return passes(self.value, self.limit)
 
     @property
-    def judged(self) -> dict[str, Any]:
-        """Fields of the finding that says it."""
-        tone = "good" if self.passes else "bad"
-        return {"tone": tone, "value": self.value, "limit": self.limit, "rests_on": self.rests_on}
+    def tone(self) -> Literal["good", "bad"]:
+        """Tone of the finding that says it."""
+        return "good" if self.passes else "bad"
 
     @property
     def text(self) -> str:
-        """``limit 1.25 (4 planets, IEC 61400-4:2012): passes``; what turns is not held against it."""
-        return f"limit {self.limit:g} ({self.source}): {'passes' if self.passes else 'FAILS'}"
+        """``limit 1.25 (4 planets, IEC 61400-4:2012): passes``, and whether it rests on what is assumed."""
+        rests_on = ", with assumed deviations" if self.assumed else ""
+        return f"limit {self.limit:g} ({self.source}): {'passes' if self.passes else 'FAILS'}{rests_on}"
 
 
-def k_gamma_verdict(
-    result: xr.Dataset, dim: str, mean: Sequence[float], turning: Sequence[float]
-) -> KGammaVerdict | None:
+def k_gamma_verdict(result: xr.Dataset, dim: str, mean: Sequence[float]) -> KGammaVerdict | None:
     """Verdict on mean-load K_gamma along a dimension that has limits; None where the result has none, or no value.
 
-    mean, turning : (n,) [1], nan where unknown.
+    mean : (n,) [1], nan where unknown.
     """
     if "k_gamma_limit" not in result.variables:
         return None
@@ -174,8 +169,7 @@ def k_gamma_verdict(
     return KGammaVerdict(
         name=str(result[dim].values[at]),
         value=mean[at],
-        turning=turning[at],
         limit=limits[at],
         source=str(result["k_gamma_limit_source"].values[at]),
-        rests_on="assumed" if any(path.startswith(("deviations.", "tolerance.")) for path in assumed) else "given",
+        assumed=any(path.startswith(("deviations.", "tolerance.")) for path in assumed),
     )

@@ -58,13 +58,15 @@ def refused(*arguments: str) -> str:
 
 @contextmanager
 def small_files(size: int) -> Iterator[None]:
-    """Files of this process end at so many bytes, as on a full disk."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    """Files of this process end at so many bytes, as on a full disk; no bytecode is kept, which would be cut too."""
+    before, kept = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
+    sys.dont_write_bytecode = True
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        sys.dont_write_bytecode = kept
 
 
 # full disks and streams

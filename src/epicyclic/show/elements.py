@@ -103,8 +103,7 @@ class Finding:
 
     tone : ``good`` passes, ``caution`` is to be looked at, ``bad`` fails, empty is for knowing.  text : one sentence
     with its number and its limit, where there is one.  change : what to do.  anchor : of the section that says more.
-    value, limit : of a number that is held against a limit, else nan.  rests_on : what is ``given``, ``assumed`` or
-    ``fitted``, on which the number rests; "" where that is not told apart.
+    value, limit : of a number that is held against a limit, else nan.
     """
 
     tone: str
@@ -113,7 +112,6 @@ class Finding:
     anchor: str = ""
     value: float = np.nan
     limit: float = np.nan
-    rests_on: str = ""
 
 
 KeyFigure = tuple[str, str]  # a value with its unit, and what it is

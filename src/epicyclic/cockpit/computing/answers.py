@@ -176,10 +176,8 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
     largest, turning = float(np.nanmax(value)), float(sharing.get("k_gamma_turning") or np.nan)
     planets, verdict = max(train.planets.values(), default=1), sharing["verdict"]
     level: Level = "good" if verdict["passes"] else "bad"
-    figure, limit = (
-        f"{verdict['value']:.3f}, limit {verdict['limit']:g}",
-        f" Limit {verdict['limit']:g}: {verdict['source']}.",
-    )
+    figure = f"{verdict['value']:.3f}, limit {verdict['limit']:g}"
+    limit = f" Limit {verdict['limit']:g}: {verdict['source']}."
     if largest <= 1 + _ONE and not has_deviations(train):
         text = f"No deviations are given: all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
         values = class_six(train)
@@ -297,7 +295,8 @@ def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappin
         without = float(first.get("without", np.nan))
         then = f"; {without:.3f} without it" if np.isfinite(without) else ""
         text = f"of K_gamma\u00a0-\u00a01 ({of}): {first['label']}{then}."
-        level = "warn" if share >= _MOST and not sharing["verdict"]["passes"] else "good"
+        verdict = sharing["verdict"]
+        level = "warn" if share >= _MOST and verdict is not None and not verdict["passes"] else "good"
     else:  # no deviation parts the mean load: the one that costs most while the train turns
         first = max(rows, key=lambda row: float(row.get("turning", 0.0)))
         share = float(first.get("turning", 0.0))

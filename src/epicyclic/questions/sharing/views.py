@@ -135,10 +135,11 @@ def _k_gamma(
     result: xr.Dataset, mean: NDArray[np.float64], turning: NDArray[np.float64], company: Company
 ) -> list[Finding]:
     """The mesh-load factor as drawn, against its limit where no tolerances tell what it is of nearly all trains."""
-    verdict = k_gamma_verdict(result, "mesh", mean.tolist(), turning.tolist())
+    verdict = k_gamma_verdict(result, "mesh", mean.tolist())
     if verdict is None:
         return []
-    turns = f", {verdict.turning:.3f} while turning" if np.isfinite(verdict.turning) else ""
+    most = turning[texts(result, "mesh").index(verdict.name)]
+    turns = f", {most:.3f} while turning" if np.isfinite(most) else ""
     limit = f"; {verdict.text}" if "tolerance" not in company else ""
     if not verdict.value > 1 + _EQUAL:
         text = f"Every branch carries the same mean load, K_gamma 1.000 as drawn{turns}{limit}."
@@ -149,8 +150,9 @@ def _k_gamma(
         f"K_gamma {verdict.value:.3f} as drawn{turns}{limit}. "
         f"{mesh} carries {100 * (verdict.value - 1):.1f} % more than its share in the mean."
     )
-    said = verdict.judged if limit else {"tone": "", "rests_on": verdict.rests_on}
-    return [Finding(text=text, anchor="sharing", **said)]
+    if not limit:
+        return [Finding(tone="", text=text, anchor="sharing")]
+    return [Finding(tone=verdict.tone, text=text, anchor="sharing", value=verdict.value, limit=verdict.limit)]
 
 
 def _loaded(result: xr.Dataset) -> NDArray[np.bool_]:

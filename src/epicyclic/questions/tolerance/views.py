@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...limits import JUDGED_AT, KGammaVerdict, k_gamma_verdict
+from ...limits import JUDGED_AT, k_gamma_verdict
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import (
     DRAWN,
@@ -94,8 +94,7 @@ def tolerance_findings(result: xr.Dataset, company: Company) -> Sequence[Finding
     quantiles = system_quantiles(result)
     found: list[Finding] = []
     if quantiles:
-        p = JUDGED_AT if JUDGED_AT in quantiles else max(quantiles)
-        value, change = quantiles[p], ""
+        p, change = (JUDGED_AT if JUDGED_AT in quantiles else max(quantiles)), ""
         if "sobol_total" in result:
             one = of_definition(result)
             pair = scattering_pair(one)
@@ -104,11 +103,7 @@ def tolerance_findings(result: xr.Dataset, company: Company) -> Sequence[Finding
             name = short_entries(texts(result, "tolerance"))[most]
             shares = f"{_share(alone[most]):.0f} % of its variance alone, {_share(total[most]):.0f} % with interactions"
             change = f"K_gamma scatters most by {name}: {shares}."
-        text = f"With tolerances K_gamma stays below {value:.3f} in {percent(p)} of the trains{_turning(result, p)}"
-        verdict = _verdict(result, p)
-        said: dict[str, Any] = {"tone": ""} if verdict is None else verdict.judged
-        text = f"{text}." if verdict is None else f"{text}; {verdict.text}{_above(result, verdict)}."
-        found.append(Finding(text=text, change=change, anchor="tolerances", **said))
+        found.append(_k_gamma(result, p, quantiles[p], change))
     apart = float(result["system_separation_probability"]) if "system_separation_probability" in result else 0.0
     if apart > 0:
         text = f"In {engineering(100 * apart, 2)} % of the trains a mesh separates under its mean load."
@@ -116,20 +111,28 @@ def tolerance_findings(result: xr.Dataset, company: Company) -> Sequence[Finding
     return found
 
 
-def _verdict(result: xr.Dataset, probability: float) -> KGammaVerdict | None:
-    """The quantile of each pair against its limit."""
-    mean, turning = (
-        of_definition(result, name)["k_gamma_quantile"].sel(probability=probability).values.tolist()
-        for name in ("mean-load", _TURNING)
+def _k_gamma(result: xr.Dataset, p: float, value: float, change: str) -> Finding:
+    """K_gamma of a share p of the trains against its limit; of one limit that of all pairs together, value [1]."""
+    apart = "k_gamma_limit" in result and len(set(result["k_gamma_limit"].values.tolist())) > 1
+    kind = "" if apart else "system_"
+    mean = of_definition(result)[f"{kind}k_gamma_quantile"].sel(probability=p)
+    verdict = k_gamma_verdict(result, "pair", np.broadcast_to(mean, result.sizes["pair"]).tolist())
+    if verdict is None:
+        text = f"With tolerances K_gamma stays below {value:.3f} in {percent(p)} of the trains{_turning(result, p)}."
+        return Finding(tone="", text=text, change=change, anchor="tolerances")
+    whose = f" of {verdict.name.replace('.meshes.', ' ')}" if apart else ""
+    shares = of_definition(result)[f"{kind}exceedance"]
+    shares = shares.sel(pair=verdict.name) if apart else shares
+    counted = np.flatnonzero(np.isclose(shares["limit"].values, verdict.limit))
+    above = "".join(
+        f", {engineering(100 * float(shares.values[at]), 2)} % of the trains are above it" for at in counted
     )
-    return k_gamma_verdict(result, "pair", mean, turning)
-
-
-def _above(result: xr.Dataset, verdict: KGammaVerdict) -> str:
-    """Words of the share of the trains whose pair is above its limit, where that was counted."""
-    shares = of_definition(result)["exceedance"].sel(pair=verdict.name)
-    at = np.flatnonzero(np.isclose(shares["limit"].values, verdict.limit))
-    return f", {engineering(100 * float(shares.values[at[0]]), 2)} % of the trains are above it" if at.size else ""
+    text = (
+        f"With tolerances K_gamma{whose} stays below {verdict.value:.3f} in {percent(p)} of the trains"
+        f"{_turning(result, p)}; {verdict.text}{above}."
+    )
+    judged = {"value": verdict.value, "limit": verdict.limit}
+    return Finding(tone=verdict.tone, text=text, change=change, anchor="tolerances", **judged)
 
 
 def _turning(result: xr.Dataset, probability: float) -> str:

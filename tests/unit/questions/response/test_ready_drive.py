@@ -15,11 +15,11 @@ from epicyclic.train.resolution import load
 
 @pytest.mark.slow
 def test_integration_from_rest_joins_the_periodic_response_of_ren2021(case: Any) -> None:
-    system = assemble(load("ren2021", {"damping.modal": 0.06}))
+    system = assemble(load("ren2021"))
     found = periodic(system)
     tone, omega = float(found.tone), np.sqrt(mean_modes(system)[0])
     # 1.2 times 10 / (zeta omega_1): e^-12 = 6e-6 of the static force is left of the transient
-    first = np.ceil(12 / (0.06 * omega[omega > 0][0]) * tone) / tone
+    first = np.ceil(12 / (0.03 * omega[omega > 0][0]) * tone) / tone
     count = found.theta.size
     times = first + np.arange(count) / (count * tone)
     still = np.zeros(system.force.size)

@@ -185,7 +185,7 @@ def test_a_fresh_run_that_misses_lowers_the_target_of_the_search() -> None:
     few: dict[str, Any] = {"probability": 0.9, "samples": 256}
     reached = allocate(MODEL, target=1.09, fresh_samples=256, **few)
     target, lowered = float(reached.found_k_gamma) * (1 + 1e-9), 0
-    for seed in (1, 3):
+    for seed in (1, 2, 3):
         found = allocate(MODEL, target=target, fresh_samples=4096, seed=seed, **few)
         lowered += "searched with a target of" in found.attrs["warnings"]
         assert float(found.reached_k_gamma) <= target
