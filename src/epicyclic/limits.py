@@ -128,7 +128,8 @@ def nearest_limit(values: Sequence[float], limits: Sequence[float]) -> int | Non
 class KGammaVerdict(NamedTuple):
     """K_gamma [1] held against its limit, of several the one that takes the largest part of what its limit leaves.
 
-    name : of its mesh or pair.  limit [1], source : of the limit.  assumed : whether the model assumes the deviations or tolerances that K_gamma follows from.
+    name : of its mesh or pair.  limit [1], source : of the limit.  assumed : whether the model assumes the deviations
+    or tolerances that K_gamma follows from.
     """
 
     name: str
