@@ -1,4 +1,5 @@
-"""Limits that numbers are held against, and the verdict: the load factor K_gamma, which a rating of gears assumes.
+"""Limits that numbers are held against, and the verdict: the load factor K_gamma, which a rating of gears assumes, and
+the force of a resonance.
 
     [limits]
     k_gamma = 1.2                  # or the name of a table
@@ -32,6 +33,13 @@ TABLES: dict[str, dict[int, float]] = {
 _EDITIONS = {WIND: f"{WIND}:2012", SHIP: f"{SHIP}, of the edition that cites ISO 6336:2019"}
 # A K_gamma this close to its limit meets it: equal shares are 1 up to rounding.
 _ROUNDING = 5e-7
+# A resonance this close to operation is told: half-power widths are 2 zeta, at most a tenth for usual damping, and
+# natural frequencies of a drawing are known to some 10 %.
+RESONANCE_BAND = 0.2
+# Amplitude of a mesh force per its mean: a twentieth is less than loads of a train are known to, and at the mean itself
+# the force falls to zero once a cycle, teeth part.
+NO_MATTER, TEETH_PART = 0.05, 1.0
+Tone = Literal["good", "caution", "bad"]
 # Probability at which K_gamma of toleranced trains is held against its limit.
 JUDGED_AT = 0.99
 
@@ -144,7 +152,7 @@ class KGammaVerdict(NamedTuple):
         return passes(self.value, self.limit)
 
     @property
-    def tone(self) -> Literal["good", "bad"]:
+    def tone(self) -> Tone:
         """Tone of the finding that says it."""
         return "good" if self.passes else "bad"
 
@@ -153,6 +161,28 @@ class KGammaVerdict(NamedTuple):
         """``limit 1.25 (4 planets, IEC 61400-4:2012): passes``, and whether it rests on what is assumed."""
         rests_on = ", with assumed deviations" if self.assumed else ""
         return f"limit {self.limit:g} ({self.source}): {'passes' if self.passes else 'FAILS'}{rests_on}"
+
+
+class ResonanceVerdict(NamedTuple):
+    """Largest force of a mode per mean mesh force [1] at a resonance near operation, held against its limits."""
+
+    force_ratio: float
+
+    @property
+    def tone(self) -> Tone:
+        """Tone of the finding that says it."""
+        if self.force_ratio < NO_MATTER:
+            return "good"
+        return "bad" if self.force_ratio >= TEETH_PART else "caution"
+
+    @property
+    def text(self) -> str:
+        """``12 % of the mean mesh force``, with the limit that counts."""
+        share = 100 * self.force_ratio
+        words = f"{share:{'.2g' if share < 10 else '.0f'}} % of the mean mesh force"
+        if self.tone == "good":
+            return f"{words} (no matter below {100 * NO_MATTER:g} %)"
+        return f"{words}, teeth part from {100 * TEETH_PART:g} %" if self.tone == "bad" else words
 
 
 def k_gamma_verdict(result: xr.Dataset, dim: str, mean: Sequence[float]) -> KGammaVerdict | None:

@@ -119,6 +119,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "resonance_body_share": ("1", "its share of the kinetic energy"),
     "resonance_dynamic_factor": ("1", "largest dynamic factor K_v of any loaded mesh at the resonance, linear contact"),
     "resonance_mesh": ("", "mesh with that dynamic factor"),
+    "resonance_force_ratio": ("1", "largest mesh force amplitude of the mode per mean force of the same mesh"),
     "resonance_own_force": ("N", "largest mesh force amplitude that the mode itself makes, of the order that meets it"),
     "resonance_share": ("1", "share of the mode in the energy of the motion at the order that meets it"),
     "resonance_excited": ("", "whether the order excites the mode, by its share of the motion; empty where unknown"),

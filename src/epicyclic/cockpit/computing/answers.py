@@ -21,8 +21,9 @@ from ...document.tables import leaves
 from ...document.units import factor, written
 from ...document.writer import quantity_text
 from ...errors import ModelError
+from ...limits import RESONANCE_BAND, ResonanceVerdict
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
-from ...questions.response.sweep_table import BAND
+from ...results.dataset import EQUAL, ranked
 from ...statics.equilibrium import compliance_of
 from ...statics.record import unheld_warnings
 from ...system.system import System
@@ -373,11 +374,7 @@ def checks_of(train: Train, system: System) -> tuple[ModelCheck, ...]:
 
 # resonances and relief ------------------------------------------------------------------------------------------------
 
-# A peak above the quietest speed by less than a twentieth is less than loads of a train are known to; from one on the
-# force falls to zero once a cycle where the rise is an amplitude: teeth part.  The limits of the verb `modes`.
-_LITTLE, _PARTS = 0.05, 1.0
-# Distance of a peak of the curve from the speed of its mode, per speed: as far as the curve's own labels look.
-_AT_PEAK = 0.03
+_LEVELS: Mapping[str, Level] = {"good": "good", "caution": "warn", "bad": "bad"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -386,7 +383,7 @@ class Meeting:
 
     mode : number of the mode as of the verb `modes`.  order : mesh order.  stage : whose, "" of a train with one mesh
     frequency.  frequency : [Hz].  speed : per operating speed [1].  away : from the speed that is shown [1].
-    label : of the mode.
+    force_ratio : largest force of the mode per mean mesh force [1], nan where not known.  label : of the mode.
     """
 
     mode: int
@@ -395,6 +392,7 @@ class Meeting:
     frequency: float
     speed: float
     away: float
+    force_ratio: float
     label: str
 
 
@@ -403,14 +401,15 @@ def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float)
     rising; where it is not known what they excite, all that meet one."""
     tones = tones_of_meshes(system)
     crossings: MeshCrossings = modes["crossings"]
-    crossings = crossings.chosen(np.abs(crossings.relative_speed / relative_speed - 1) <= BAND)
+    near = np.abs(crossings.relative_speed / relative_speed - 1) <= RESONANCE_BAND
+    crossings, force_ratio = crossings.chosen(near), modes["force_ratio"][near]
     rows = {int(row["index"]): row for row in modes["rows"]}  # the highest modes of a large train have none
     several = len({name.partition("/")[0] for names in tones.values() for name in names}) > 1
     words = [" and ".join(name if several else name.rpartition("/")[2] for name in names) for names in tones.values()]
     stages = words if len(tones) > 1 else [""]
-    columns = (crossings.mode, crossings.tone, crossings.order, crossings.relative_speed)
+    columns = (crossings.mode, crossings.tone, crossings.order, crossings.relative_speed, force_ratio)
     meetings = []
-    for mode, tone, order, speed in zip(*(column.tolist() for column in columns), strict=True):
+    for mode, tone, order, speed, ratio in zip(*(column.tolist() for column in columns), strict=True):
         if (row := rows.get(mode + 1)) is not None:
             meeting = Meeting(
                 mode=mode + 1,
@@ -419,6 +418,7 @@ def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float)
                 frequency=float(row["frequency"]),
                 speed=float(speed),
                 away=float(speed) / relative_speed - 1,
+                force_ratio=float(ratio),
                 label=str(row["label"]) or f"most motion {row['body']}",
             )
             meetings.append(meeting)
@@ -428,7 +428,7 @@ def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float)
 def resonance_answer(
     train: Train, system: System, modes: Mapping[str, Any] | None, sweep: Mapping[str, Any] | None
 ) -> Answer:
-    """The strongest resonance within 20 % of the speed that is shown, of those whose force is known, else the nearest.
+    """The strongest resonance within 20 % of the speed that is shown, where no force is known the nearest.
 
     modes, sweep : heads of a frame with their arrays beside, None without.
     """
@@ -437,31 +437,25 @@ def resonance_answer(
     if not system.tones or not max(system.tones):
         return Answer("resonance", "Not known: no member turns, so no mesh has a frequency (operation.speed).")
     relative = 1.0 if sweep is None else float(sweep["operating"]) * float(sweep["to_relative"])
-    met = meetings_of(system, modes, relative)
+    met, band = meetings_of(system, modes, relative), per_cent(RESONANCE_BAND)
     if not met:
-        at_rest, band = int(modes["at_rest"]), per_cent(BAND)
+        at_rest = int(modes["at_rest"])
         text = f"No mesh order up to the 12th {'excites' if at_rest else 'meets'} a mode within {band} of this speed"
         text += f": {at_rest} meet one that they leave at rest." if at_rest else "."
         return Answer("resonance", text, figure=f"> {band}", level="good", evidence="modes")
-    nearest = min(met, key=lambda meeting: abs(meeting.away))
-    peaks = [] if sweep is None else _peaks(sweep, met, relative)
-    rise, strongest = max(peaks, key=lambda peak: (peak[0], -abs(peak[1].away)), default=(0.0, nearest))
-    meeting = nearest
-    level: Level = "good"
-    if sweep is None:
-        level, force = "warn", "; its force is not known without torque and damping"
-    elif not peaks:
-        force = "; no peak stands out"
-    elif rise < _LITTLE:
-        force = f"; no force rises by {100 * _LITTLE:g} %"
-    else:
-        meeting, level = strongest, "bad" if rise >= _PARTS else "warn"
-        force = f": the force there is {per_cent(rise)} above its least"
+    met.sort(key=lambda meeting: abs(meeting.away))
+    ratio = np.array([meeting.force_ratio for meeting in met])
+    meeting = met[ranked(np.nan_to_num(ratio, nan=-1.0), equal=EQUAL)[0]]
+    verdict = ResonanceVerdict(meeting.force_ratio)
+    level: Level = "warn"
+    force = "its force is not known without torque and damping"
+    if np.isfinite(verdict.force_ratio):
+        level, force = _LEVELS[verdict.tone], f"the mode's force is {verdict.text}"
     speed = None if sweep is None else meeting.speed / float(sweep["to_relative"])  # on the axis of the sweep [rpm]
-    others = "" if len(met) == 1 else f" ({len(met)} within {per_cent(BAND)})"
+    others = "" if len(met) == 1 else f" ({len(met)} within {band})"
     return Answer(
         "resonance",
-        f"{_words(meeting, speed)}{force}{others}.",
+        f"{_words(meeting, speed)}; {force}{others}.",
         figure=per_cent(abs(meeting.away)),
         level=level,
         evidence="modes" if sweep is None else "sweep",
@@ -479,23 +473,6 @@ def _words(meeting: Meeting, rpm: float | None) -> str:
         f"Mesh order {meeting.order}{of_stage} meets mode {meeting.mode} ({meeting.label}, "
         f"{number(meeting.frequency, 4)} Hz){at} {per_cent(abs(meeting.away))} {side} this speed"
     )
-
-
-def _peaks(sweep: Mapping[str, Any], met: list[Meeting], relative: float) -> list[tuple[float, Meeting]]:
-    """Rise of every labelled peak within the band over the least of the largest force [1], and the meeting there."""
-    force = np.asarray(sweep["y"], dtype=float)
-    known = np.isfinite(force).any(axis=0)
-    if not known.any():
-        return []
-    least = float(np.nanmax(force[:, known], axis=0).min())
-    peaks = []
-    for peak in sweep.get("peaks", ()):
-        speed = float(peak["x"]) * float(sweep["to_relative"])
-        at_peak = [(abs(meeting.speed / speed - 1), meeting) for meeting in met if meeting.mode == peak.get("mode")]
-        away, nearest = min(at_peak, key=lambda pair: pair[0], default=(math.inf, None))
-        if nearest is not None and away <= _AT_PEAK and abs(speed / relative - 1) <= BAND and least > 0:
-            peaks.append((float(peak["y"]) / least - 1, nearest))
-    return peaks
 
 
 # A drawn relief within this part of the estimate needs no word: the estimate is no better.

@@ -279,7 +279,7 @@ def _answers(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[
     told = {name: {**table, **values} for name, (table, values) in shown.items() if name != "modes"}
     if parts.modes is not None:
         rows, values = shown["modes"]
-        more = {"crossings": parts.modes.crossings, "at_rest": parts.modes.at_rest}
+        more = {name: getattr(parts.modes, name) for name in ("crossings", "force_ratio", "at_rest")}
         told["modes"] = {"rows": rows, **values, **more}
     if parts.twin is not None:
         told["twin"] = {**parts.twin.head, "coefficient": parts.twin.coefficient}

@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
+from ...limits import RESONANCE_BAND
 from ...questions.modes.campbell import OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 from ...questions.modes.eigen import classify_modes, mean_modes, normalisation
 from ...questions.response.measures import force_extremes, mean
 from ...questions.response.response import Response, respond_part, response, response_parts, unstable_speeds
 from ...questions.response.spectra import force_signal, whole_mesh_signal
-from ...questions.response.sweep_table import BAND, SpeedOptions, excited_modes, of_one_tone, speeds_of
+from ...questions.response.sweep_table import SpeedOptions, of_one_tone, resonance_forces, speeds_of
 from ...results.dataset import largest, ranked
 from ...statics.tangent import linear
 from ...system.system import Array, System, faces
@@ -45,6 +46,7 @@ class ModeView:
     label : what moves.  kind : rotational, translational, planet or mixed.  body : the one that moves most.
     damping : (m,) damping ratio [1], nan where not given.  crossings : speeds at which mesh orders meet them, of all
     modes; within 20 % of the speed that is shown those of orders that excite the mode, or where that is not known.
+    force_ratio : (c,) largest force of the mode per mean mesh force there [1], nan where not known, and farther away.
     at_rest : how many others there are.
     """
 
@@ -55,6 +57,7 @@ class ModeView:
     kind: tuple[str, ...]
     body: tuple[str, ...]
     crossings: MeshCrossings
+    force_ratio: Array
     at_rest: int
     tones: Mapping[Fraction, Sequence[str]]
 
@@ -84,7 +87,7 @@ class ModeView:
         tones = list(self.tones.values())
         for i, speed in enumerate(crossings.relative_speed):
             away = abs(speed / relative_speed - 1)
-            if away > BAND or axis is None:
+            if away > RESONANCE_BAND or axis is None:
                 continue
             where = f" of {' and '.join(tones[crossings.tone[i]])}" if stages > 1 else ""
             text = f"{ordinal(int(crossings.order[i]))} mesh order{where} at {number(speed * axis[1])} rpm"
@@ -122,7 +125,7 @@ def mode_view(
     label, body = _labels(train, system, full, labels)
     frequency = np.sqrt(squared) / (2 * np.pi)
     tones = tones_of_meshes(system)
-    crossings, at_rest = _crossings(system, frequency, np.real(kinds.vectors), relative_speed)
+    crossings, force_ratio, at_rest = _crossings(system, frequency, np.real(kinds.vectors), relative_speed)
     return ModeView(
         number=elastic + 1,
         frequency=frequency[elastic],
@@ -131,24 +134,28 @@ def mode_view(
         kind=tuple(kinds.kind[i] for i in elastic),
         body=body,
         crossings=crossings,
+        force_ratio=force_ratio,
         at_rest=at_rest,
         tones=tones,
     )
 
 
-def _crossings(system: System, frequency: Array, shapes: Array, relative_speed: float) -> tuple[MeshCrossings, int]:
+def _crossings(
+    system: System, frequency: Array, shapes: Array, relative_speed: float
+) -> tuple[MeshCrossings, Array, int]:
     """Crossings about operation and within the band about a speed, there without those whose order leaves the mode at
-    rest; and how many these are.
+    rest; the forces of the modes in the band per mean mesh force (c,) [1]; and how many are left out.
 
     frequency : (n,) of all modes [Hz].  shapes : (n, n).
     """
-    low = min(OPERATION[0], (1 - BAND) * relative_speed)
-    high = max(OPERATION[1], (1 + BAND) * relative_speed)
+    low = min(OPERATION[0], (1 - RESONANCE_BAND) * relative_speed)
+    high = max(OPERATION[1], (1 + RESONANCE_BAND) * relative_speed)
     crossings = mesh_crossings(frequency, [float(tone) for tone in tones_of_meshes(system)], low=low, high=high)
-    near = np.abs(crossings.relative_speed / relative_speed - 1) <= BAND
-    kept = np.ones(len(crossings.mode), dtype=bool)
-    kept[near] = excited_modes(system, crossings.chosen(near), shapes) != "no"
-    return crossings.chosen(kept), int((~kept).sum())
+    near = np.abs(crossings.relative_speed / relative_speed - 1) <= RESONANCE_BAND
+    forces = resonance_forces(system, crossings.chosen(near), shapes)
+    kept, ratio = np.ones(len(crossings.mode), dtype=bool), np.full(len(crossings.mode), np.nan)
+    kept[near], ratio[near] = forces["excited"] != "no", forces["force_ratio"]
+    return crossings.chosen(kept), ratio[kept], int((~kept).sum())
 
 
 def _drawn(train: Train, full: Array) -> Array:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...limits import RESONANCE_BAND, TEETH_PART, ResonanceVerdict
 from ...results.dataset import EQUAL, ranked
 from ...show.elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table
 from ...show.series import engineering, mode_groups, numbers, stage_count, summed_shares, texts, unbroken
@@ -22,11 +23,6 @@ if TYPE_CHECKING:
 
 # Rows of resonances: a screen of a terminal, a screen of a page, folded away in a page, on its first page.
 _IN_TERMINAL, _IN_PAGE, _FOLDED, _IN_FRONT = 40, 25, 200, 8
-# As of the analysis, which marks resonances this close to operation where no band is given.
-_NEAR = 0.2
-# Amplitude of a mesh order per mean mesh force: a twentieth is less than loads of a train are known to, and at the mean
-# itself the force falls to zero once a cycle, teeth part.
-_LITTLE, _PARTS = 0.05, 1.0
 
 
 def modes_tables(result: xr.Dataset) -> Sequence[Table]:
@@ -82,7 +78,7 @@ def modes_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     words = f"lowest natural frequency, {first.kind}; {count} in all, up to {engineering(last.frequency)} Hz"
     found = [(f"{engineering(first.frequency)} Hz", words)]
     driven = _driven(result)
-    if driven.size and _force(result)[driven[0]] > 0:
+    if driven.size and _force_ratio(result)[driven[0]] > 0:
         at = int(driven[0])
         hertz = engineering(float(result["resonance_frequency"].values[at]))
         meets = f"{_order(result, at)} meets mode {int(result['resonance_mode'].values[at])}, {hertz} Hz"
@@ -91,9 +87,9 @@ def modes_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     return found
 
 
-def _force(result: xr.Dataset) -> NDArray[np.float64]:
-    """Force that the mode of every resonance makes at the order that meets it [N]; -1 where it is not known."""
-    return np.nan_to_num(numbers(result, "resonance_own_force", "resonance"), nan=-1.0)
+def _force_ratio(result: xr.Dataset) -> NDArray[np.float64]:
+    """Force that the mode of every resonance makes per mean mesh force [1]; -1 where it is not known."""
+    return np.nan_to_num(numbers(result, "resonance_force_ratio", "resonance"), nan=-1.0)
 
 
 def _excited(result: xr.Dataset) -> NDArray[np.str_]:
@@ -106,7 +102,7 @@ def _driven(result: xr.Dataset) -> NDArray[np.int64]:
     if not result.sizes.get("resonance", 0):
         return np.zeros(0, np.int64)
     near = np.flatnonzero(result["resonance_near"].values & (_excited(result) != "no"))
-    return near[ranked(_force(result)[near], equal=EQUAL)]
+    return near[ranked(_force_ratio(result)[near], equal=EQUAL)]
 
 
 def modes_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
@@ -117,11 +113,11 @@ def modes_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     near = np.flatnonzero(result["resonance_near"].values)
     if not near.size:
         return [Finding(tone="good", text=f"No mesh order meets a mode {band}.", anchor="modes")]
-    met, near, force = near.size, _driven(result), _force(result)
+    met, near, ratio = near.size, _driven(result), _force_ratio(result)
     if not near.size:
         text = f"No mesh order excites a mode {band}: {met} meet one that the phases of the meshes leave at rest."
         return [Finding(tone="good", text=text, anchor="resonances")]
-    at, mean = int(near[0]), _mean_force(company)
+    at = int(near[0])
     speed = engineering(100 * float(result["resonance_speed"].values[at]))
     kind, hertz = result["resonance_kind"].values[at], engineering(float(result["resonance_frequency"].values[at]))
     where = (
@@ -131,32 +127,20 @@ def modes_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     count = f"{near.size} resonance{'s' if near.size > 1 else ''} {band}"
     if met > near.size:
         count += f" ({met - near.size} more where the order does not excite the mode)"
-    if force[at] < 0 or not mean > 0:  # without damping or load no force is known
+    if ratio[at] < 0:  # without damping or load no force is known
         closest = int(near[np.abs(result["resonance_speed"].values[near] - 1).argmin()])
         where = f"{_order(result, closest)} at {engineering(100 * float(result['resonance_speed'].values[closest]))} %"
         text = f"{count}; the nearest is {where}. How strong they are is not known."
         return [Finding(tone="caution", text=text, anchor="resonances")]
-    share = float(force[at]) / mean
-    size = (
-        f"the mode's force of {engineering(float(force[at]) / 1e3)} kN is {engineering(100 * share, 3)} % of the mean"
-    )
-    text = f"{count}; the strongest is where {where}: {size}"
-    if share < _LITTLE:
-        text = f"{text} (no matter below {100 * _LITTLE:g} %)."
-        return [Finding(tone="good", text=text, anchor="resonances")]
-    (held,) = _shares(result, "connection", np.array([at]))
-    change = f"Move that frequency, most strain energy {held}, or keep away from {speed} % of the operating speed."
-    tone = "bad" if share >= _PARTS else "caution"
-    limit = f", teeth part from {100 * _PARTS:g} %." if share >= _PARTS else "."
-    return [Finding(tone=tone, text=f"{text}{limit}", change=change, anchor="resonances")]
-
-
-def _mean_force(company: Company) -> float:
-    """Largest mean mesh force at the operating point [N]; nan where no result says it."""
-    for kind in ("sharing", "sweep"):
-        if kind in company and "mesh_force_mean" in company[kind].variables:
-            return float(np.nanmax(np.abs(company[kind]["mesh_force_mean"].values), initial=0.0))
-    return float("nan")
+    force, verdict = float(result["resonance_own_force"].values[at]), ResonanceVerdict(float(ratio[at]))
+    size = f"the mode's force of {engineering(force / 1e3)} kN is {verdict.text}"
+    change = ""
+    if verdict.tone != "good":
+        (held,) = _shares(result, "connection", np.array([at]))
+        change = f"Move that frequency, most strain energy {held}, or keep away from {speed} % of the operating speed."
+    text = f"{count}; the strongest is where {where}: {size}."
+    judged = {"value": verdict.force_ratio, "limit": TEETH_PART}
+    return [Finding(tone=verdict.tone, text=text, change=change, anchor="resonances", **judged)]
 
 
 def modes_front(result: xr.Dataset, company: Company) -> Sequence[Part]:
@@ -201,7 +185,7 @@ def _near_operation(result: xr.Dataset) -> list[Part]:
 
 def _resonances(result: xr.Dataset, places: NDArray[np.int64], title: str, most: int) -> Table:
     """Rows of the resonances at some places, speeds rising; of more than `most` those of the largest forces."""
-    shown = np.sort(places[ranked(_force(result)[places], equal=EQUAL)[:most]])
+    shown = np.sort(places[ranked(_force_ratio(result)[places], equal=EQUAL)[:most]])
     excited = _excited(result)
     if len(shown) < len(places):
         title += f": of {len(places)} the {len(shown)} with the largest forces, by speed"
@@ -256,7 +240,7 @@ def _stages(result: xr.Dataset) -> int:
 
 def _band(result: xr.Dataset) -> float:
     """Share of the operating speed that counts as near it."""
-    return float(json.loads(str(result.attrs.get("options", "{}"))).get("band") or _NEAR)
+    return float(json.loads(str(result.attrs.get("options", "{}"))).get("band") or RESONANCE_BAND)
 
 
 def _range(result: xr.Dataset) -> str:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
+from ...limits import RESONANCE_BAND
 from ...results.dataset import first_largest, largest
 from ...statics.record import parallel_meshes
 from ...statics.static import rounding_of
@@ -34,18 +35,16 @@ if TYPE_CHECKING:
 # A mode with less than a hundredth of the amplitude of an order, at its own frequency, is not excited by it: what moves
 # is the other modes.
 _EXCITED = 1e-4
-# Resonances this close to operation are marked: half-power widths are 2 zeta, at most a tenth for usual damping, and
-# natural frequencies of a drawing are known to some 10 %.
-BAND = 0.2
 _SIDES = ("left", "right")
 
 
-_Forces = dict[str, NDArray[Any]]
+ResonanceForces = dict[str, NDArray[Any]]
 """Forces (c,) at the crossings from the sweep with linear contact; nan and "" where not computed.
 
 dynamic_factor : largest of any mesh [1], mesh : which.  amplitude : largest amplitude of the order that meets the mode,
 of the meshes that have its mesh frequency [N].  own_force : of that the amplitude that the mode itself makes [N],
-share : energy of the mode per energy of the motion at that order [1].
+force_ratio : largest of that per mean force of the same mesh [1].  share : energy of the mode per energy of the motion
+at that order [1].  excited : "yes" or "no" by that share, "" where it is not known.
 """
 
 
@@ -101,13 +100,12 @@ def with_resonances(
         "order": crossings.order,
         "stage": stage,
         "speed": crossings.relative_speed,
-        "near": np.abs(crossings.relative_speed - 1) <= (BAND if band is None else band),
+        "near": np.abs(crossings.relative_speed - 1) <= (RESONANCE_BAND if band is None else band),
         "connection": connection,
         "connection_share": connection_share,
         "body": body,
         "body_share": body_share,
         **forces,
-        "excited": _excited(forces["share"]),
     }
     wider = result.copy()
     for short, values in columns.items():
@@ -121,8 +119,8 @@ def with_resonances(
     return wider
 
 
-def excited_modes(system: System, crossings: MeshCrossings, shapes: Array) -> NDArray[np.object_]:
-    """``resonance_excited`` of crossings (c,) alone: "yes", "no", "" where it is not known.
+def resonance_forces(system: System, crossings: MeshCrossings, shapes: Array) -> ResonanceForces:
+    """Forces at crossings (c,) alone, of the mesh orders.
 
     Parameters
     ----------
@@ -130,13 +128,7 @@ def excited_modes(system: System, crossings: MeshCrossings, shapes: Array) -> ND
     """
     # shaft orders are lines of their own: the motion at the mesh orders is the same without them
     tones = tuple(tones_of_meshes(system))
-    forces, _ = _forces(linear(system), crossings, tones, shapes, {"shaft_orders": False})
-    return _excited(forces["share"])
-
-
-def _excited(share: Array) -> NDArray[np.object_]:
-    """Words of the shares (c,) of modes in the energy of the motion [1]."""
-    return np.where(np.isnan(share), "", np.where(share >= _EXCITED, "yes", "no")).astype(object)
+    return _forces(linear(system), crossings, tones, shapes, {"shaft_orders": False})[0]
 
 
 def _largest_share(
@@ -166,7 +158,7 @@ def _forces(
     tones: tuple[Fraction, ...],
     shapes: Array,
     how: Mapping[str, Any] | None = None,
-) -> tuple[_Forces, str]:
+) -> tuple[ResonanceForces, str]:
     """Forces of the linear response at the crossings (c,), and what is missing of them, and why.
 
     Of several mesh frequencies with one of them at a time.
@@ -174,12 +166,14 @@ def _forces(
     how : options of `sweep`; None: its own, shaft orders where there is one mesh frequency.
     """
     count = len(crossings.relative_speed)
-    forces: _Forces = {
+    forces: ResonanceForces = {
         "dynamic_factor": np.full(count, np.nan),
         "mesh": np.full(count, "", dtype=object),
         "amplitude": np.full(count, np.nan),
         "own_force": np.full(count, np.nan),
+        "force_ratio": np.full(count, np.nan),
         "share": np.full(count, np.nan),
+        "excited": np.full(count, "", dtype=object),
     }
     how, pulled = how or {"shaft_orders": len(tones) == 1}, 0
     try:
@@ -197,7 +191,7 @@ def _forces(
 
 
 def _enter_forces(
-    forces: _Forces,
+    forces: ResonanceForces,
     system: System,
     crossings: MeshCrossings,
     number: int,
@@ -220,6 +214,7 @@ def _enter_forces(
     factors = swept["dynamic_factor"].transpose("mesh", "speed").values
     lowest = swept["mesh_force_minimum"].transpose("mesh", "speed").values
     whole = driven[faces(meshes).first]
+    mean = np.abs(swept["mesh_force_mean"].transpose("mesh", "speed").values[whole])
     amplitude = swept["mesh_force_order"].transpose("order", "mesh", "speed").values[:, whole]
     motion = swept["displacement_harmonic"].transpose("order", "speed", "dof").values / system.dofs.radius
     pulled = 0
@@ -237,6 +232,10 @@ def _enter_forces(
         space = shapes[:, crossings.mode[entry] : crossings.mode[entry] + crossings.count[entry]]
         forces["share"][entry], made = _mode_part(system, space, motion[order, speed])
         forces["own_force"][entry] = np.max(made[whole])
+        if (carrying := loaded[whole]).any():
+            forces["force_ratio"][entry] = np.max(made[whole][carrying] / mean[carrying, speed])
+        if np.isfinite(forces["share"][entry]):
+            forces["excited"][entry] = "yes" if forces["share"][entry] >= _EXCITED else "no"
     return pulled
 
 

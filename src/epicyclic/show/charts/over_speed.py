@@ -96,7 +96,7 @@ def mark_modes(drawn: go.Figure, modes: xr.Dataset | None, sweep: xr.Dataset, x:
 def _mark_resonances(drawn: go.Figure, modes: xr.Dataset, sweep: xr.Dataset, x: Array) -> None:
     """Strongest speeds within x (speed,) [Hz] at which a mesh order meets a mode, as lines named by order and mode."""
     tone = _operating_frequency(sweep, x)
-    force = np.nan_to_num(numbers(modes, "resonance_own_force"), nan=0.0)
+    force = np.nan_to_num(numbers(modes, "resonance_force_ratio"), nan=0.0)
     at, kinds = tone * numbers(modes, "resonance_speed"), texts(modes, "resonance_kind")
     inside = (force > 0) & (at >= x.min()) & (at <= x.max())
     inside &= np.array([one != "no" for one in texts(modes, "resonance_excited", "resonance")], dtype=bool)
@@ -392,8 +392,8 @@ def operating_range(results: Mapping[str, Pair]) -> go.Figure | None:
     Parameters
     ----------
     results : name of a train -> Datasets of `modes` (resonance_speed, resonance_near, resonance_order,
-        resonance_stage, resonance_mode, resonance_own_force (resonance)) and of `sweep` (dynamic_factor (mesh, speed)),
-        either may be None.
+        resonance_stage, resonance_mode, resonance_force_ratio (resonance)) and of `sweep` (dynamic_factor (mesh,
+        speed)), either may be None.
     """
     known = {name: (m, s) for name, (m, s) in results.items() if _curve(s) is not None or _speeds(m).size}
     if not known:
@@ -482,7 +482,7 @@ def _words(modes: xr.Dataset | None) -> list[str]:
 def _names(drawn: go.Figure, modes: xr.Dataset, height: float) -> None:
     """Names of the strongest resonances, upright above their strokes, as many as stand beside each other."""
     speed, words = _speeds(modes), _words(modes)
-    force = np.nan_to_num(numbers(modes, "resonance_own_force"), nan=-1.0)
+    force = np.nan_to_num(numbers(modes, "resonance_force_ratio"), nan=-1.0)
     excited = texts(modes, "resonance_excited", "resonance")
     apart, kept = _APART / 100 * max(float(np.ptp(speed)), 20.0), list[float]()
     for i in ranked(force, equal=EQUAL):

@@ -18,10 +18,11 @@ from epicyclic.cockpit.computing import answers
 from epicyclic.cockpit.computing.answers import answers_of, checks_of, class_six, float_answer, relief_answer
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.state.frames import PageFrame, Request
-from epicyclic.document.document import drive_text
+from epicyclic.document.document import drive_text, ready_drives
 from epicyclic.questions.check.verbs import check
 from epicyclic.questions.modes.verbs import modes
 from epicyclic.questions.sharing.verbs import sharing
+from epicyclic.show.views import findings_of
 from epicyclic.system.assembly import assemble
 from epicyclic.train.new_train import new_train
 from epicyclic.train.resolution import load
@@ -211,12 +212,29 @@ def test_resonances_are_those_of_modes(train: str) -> None:
     assert f"({excited.sum()} within 20 %)" in answer["text"]
 
 
-def test_without_a_strong_peak_the_nearest_meeting_is_named() -> None:
-    answer = by_key(frame_of("ren2021"))["resonance"]
-    result = modes(source_of("ren2021"), band=0.2)
-    away = np.abs(result["resonance_speed"].values - 1)
-    nearest = int(np.where(result["resonance_excited"].values == "yes", away, np.inf).argmin())
-    assert answer["level"] == "good"
+@pytest.mark.parametrize("drive", [name for name in ready_drives() if not name.startswith(("lin1999", "yue2014"))])
+def test_page_and_report_judge_one_resonance(drive: str) -> None:
+    """The strongest one, its mode, its force per mean mesh force and its tone."""
+    answer = by_key(live_frame(drive))["resonance"]
+    (finding,) = findings_of({"modes": modes(drive)})
+    tone = {"good": "good", "warn": "caution", "bad": "bad", "none": ""}[answer["level"]]
+    assert tone == finding.tone
+    told = [
+        re.findall(r" mode (\d+) \(|force .*?is (\S+ % of the mean mesh force)", text)
+        for text in (answer["text"], finding.text)
+    ]
+    assert told[0] == told[1]
+    assert len(told[0]) == 2 * (finding.value == finding.value)
+    assert finding.limit == 1.0 or not told[0]
+
+
+def test_without_damping_the_nearest_meeting_is_named() -> None:
+    plain = {key: value for key, value in source_of("ren2021").items() if key not in ("damping", "assumed")}
+    answer = live(plain, {})["resonance"]
+    result = modes(plain, band=0.2)
+    nearest = int(np.abs(result["resonance_speed"].values - 1).argmin())
+    assert answer["level"] == "warn"
+    assert "its force is not known without torque and damping" in answer["text"]
     assert f"mode {int(result['resonance_mode'].values[nearest])} " in answer["text"]
 
 
@@ -229,10 +247,17 @@ def test_orders_that_leave_every_mode_at_rest_are_no_resonance() -> None:
     assert (answer["figure"], answer["level"]) == ("> 20 %", "good")
 
 
-def test_a_strong_peak_is_named_before_a_nearer_meeting() -> None:
-    answer = live(source_of("ren2021"), {"operation.speed.sun": "900 rpm", "damping.modal": 0.01})["resonance"]
-    assert answer["level"] in ("warn", "bad")
-    assert "above its least" in answer["text"]
+def test_a_strong_resonance_is_named_before_a_nearer_one() -> None:
+    overrides: dict[str, object] = {"operation.speed.sun": "900 rpm", "damping.modal": 0.01}
+    answer = live(source_of("ren2021"), overrides)["resonance"]
+    result = modes(source_of("ren2021"), overrides=overrides, band=0.2)
+    ratio = np.nan_to_num(result["resonance_force_ratio"].values, nan=-1.0)
+    away = np.abs(result["resonance_speed"].values - 1)
+    strongest = int(ratio.argmax())
+    assert away[strongest] > away.min()
+    assert answer["level"] == "warn"
+    assert f"mode {int(result['resonance_mode'].values[strongest])} " in answer["text"]
+    assert f"is {100 * ratio[strongest]:.0f} % of the mean mesh force" in answer["text"]
 
 
 def test_the_first_estimate_of_relief_is_force_over_single_stiffness() -> None:

@@ -11,8 +11,8 @@ from epicyclic.questions.response.views import sweep_findings
 from epicyclic.show.charts.over_speed import operating_range
 
 
-def modes(speed: list[float], force: list[float]) -> xr.Dataset:
-    """Resonances at these speeds [1] with these forces [N], of mode 1, 2, ... with the first order."""
+def modes(speed: list[float], ratio: list[float]) -> xr.Dataset:
+    """Resonances at these speeds [1], forces per mean of 200 N, of mode 1, 2, ... with the first order."""
     count = len(speed)
     along = "resonance"
     return xr.Dataset(
@@ -25,7 +25,8 @@ def modes(speed: list[float], force: list[float]) -> xr.Dataset:
             "resonance_multiplicity": (along, np.ones(count, dtype=int)),
             "resonance_kind": (along, ["rotational"] * count),
             "resonance_frequency": (along, 100 * np.array(speed)),
-            "resonance_own_force": (along, force),
+            "resonance_force_ratio": (along, ratio),
+            "resonance_own_force": (along, 200 * np.array(ratio)),
             "resonance_connection": (along, ["main/sun/support"] * count),
             "resonance_connection_share": (along, [0.7] * count),
             "connection": ("connection", ["main/sun/support"]),
@@ -76,14 +77,18 @@ def test_nothing_known_is_no_figure() -> None:
 
 
 @pytest.mark.parametrize(
-    ("force", "tone", "words"),
-    [(4.0, "good", "4 % of the mean"), (6.0, "caution", "6 % of the mean"), (101.0, "bad", "teeth part from 100 %")],
+    ("ratio", "tone", "words"),
+    [
+        (0.04, "good", "0.008 kN is 4 % of the mean mesh force (no matter below 5 %)"),
+        (0.06, "caution", "0.012 kN is 6 % of the mean mesh force."),
+        (1.01, "bad", "0.202 kN is 101 % of the mean mesh force, teeth part from 100 %"),
+    ],
 )
-def test_a_resonance_is_judged_by_its_force_over_the_mean(force: float, tone: str, words: str) -> None:
-    company = {"sharing": xr.Dataset({"mesh_force_mean": ("mesh", [-100.0, 80.0])})}
-    (found,) = modes_findings(modes([0.5, 0.95, 1.05], [1e6, 1.0, force]), company)
+def test_a_resonance_is_judged_by_its_force_over_the_mean(ratio: float, tone: str, words: str) -> None:
+    (found,) = modes_findings(modes([0.5, 0.95, 1.05], [1e4, 0.01, ratio]), {})
     assert found.tone == tone
     assert words in found.text
+    assert (found.value, found.limit) == (ratio, 1.0)
     assert "at 105 % of the operating speed" in found.text
     assert found.text.startswith("2 resonances within 20 %")
     assert ("sun support 70 %" in found.change) == (tone != "good")
