@@ -1,5 +1,5 @@
-"""Limits that numbers are held against, and the verdict: the load factor K_gamma, which a rating of gears assumes, and
-the force of a resonance.
+"""Limits that numbers are held against, and the verdict: the load factor K_gamma, which a rating of gears assumes, the
+force of a resonance, and what a relief gains.
 
     [limits]
     k_gamma = 1.2                  # or the name of a table
@@ -39,6 +39,8 @@ RESONANCE_BAND = 0.2
 # Amplitude of a mesh force per its mean: a twentieth is less than loads of a train are known to, and at the mean itself
 # the force falls to zero once a cycle, teeth part.
 NO_MATTER, TEETH_PART = 0.05, 1.0
+# A relief that takes less than this part off its objective is not worth a grinding: loads and flanks vary more.
+RELIEF_GAIN = 0.02
 Tone = Literal["good", "caution", "bad"]
 # Probability at which K_gamma of toleranced trains is held against its limit.
 JUDGED_AT = 0.99

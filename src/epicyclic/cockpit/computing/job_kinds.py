@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.tables import PlainTable
-from ...document.units import written
 from ...errors import ModelError
 from ...limits import JUDGED_AT
 from ...results.dataset import largest, ranked
@@ -91,56 +90,30 @@ def mesh_words(names: Sequence[str]) -> list[str]:
     return [label(name, stage=several) for name in names]
 
 
-# A change of the objective below this part of it is none.
-_WORTH = 0.02
-# Words before the values that are searched by default.
-_NAMES = {"tip_relief.amount": "", "tip_relief.length": "over "}
+_DRAW = "Draw this relief"
 
 
-def relief_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
+def relief_frame(result: xr.Dataset) -> PageFrame:
     """Transmission error over the mesh cycle before and after; the answer on relief, and the overrides that draw it."""
-    from .answers import estimates_of
-
-    path = max(estimates_of(train), key=lambda estimate: estimate.amount).pair
-    pair = path.rpartition(".")[2] + (f" of {path.split('.')[1]}" if len(train.planets) > 1 else "")
     mean = result["relieved_error"].transpose("state", "relieved_mesh", "load_factor", "mesh_phase")
     load = int(np.abs(result["load_factor"].values - 1).argmin())
     error = 1e6 * mean.values[:, 0, load]
     curves = {"after": error[1] - error[1].mean(), "before": error[0] - error[0].mean()}
     drawn = lines("mesh cycle [1]", "error about its mean [µm]", result["mesh_phase"].values, curves)
-    picked = int(result.attrs["picked"])
-    values = [_rounded(str(text)) for text in result["solution_text"].values[picked]]
-    names = [_NAMES.get(str(name), str(name)) for name in result["variable"].values]
-    relief = " ".join(f"{name}{value}" for name, value in zip(names, values, strict=True))
-    before, after = (float(result[f"objective_{when}"].values[0]) for when in ("before", "after"))
-    gain = 1 - after / before if before else 0.0
-    scale, unit = (1e6, "µm") if str(result["objective_unit"].values[0]) == "m" else (1.0, "")
-    change = f"{number(scale * before)} to {number(scale * after)} {unit}".strip()
-    text = f"Tip relief {relief} on {pair}: {result['objective_meaning'].values[0].split(',')[0]} from {change}."
-    overrides = json.loads(str(result.attrs["overrides"])) if gain > _WORTH else {}
+    (finding,) = findings_of({"relief": result})
+    pays = finding.tone != "good"
+    overrides = json.loads(str(result.attrs["overrides"])) if pays else {}
     answer = Answer(
         "relief",
-        f"Grind {relief} at the tips of {pair}: transmission error {change}, {per_cent(gain)} less."
-        if gain > _WORTH
-        else f"None other than drawn: the search finds no smaller transmission error on {pair} ({change}).",
-        figure=values[0],
-        level="warn" if gain > _WORTH else "good",
+        f"{finding.text} {finding.change}".strip(),
+        figure=str(result["solution_text"].values[int(result.attrs["picked"]), 0]).replace("um", "µm"),
+        level="warn" if pays else "good",
         apply=overrides,
-        apply_label="Draw this relief",
+        apply_label=_DRAW,
         evidence="relief",
         job="relief",
     )
-    return job_frame(
-        "relief", "Tip relief", text, drawn, apply=overrides, apply_label="Draw this relief", answers=[answer]
-    )
-
-
-def _rounded(text: str) -> str:
-    """``15.9 µm`` of ``15.936 um``; what is no length stays."""
-    length = written(text)
-    if length is None or not length.unit:
-        return text
-    return f"{number(length.values[0])} {length.unit.replace('um', 'µm')}"
+    return job_frame("relief", "Tip relief", finding.text, drawn, apply=overrides, apply_label=_DRAW, answers=[answer])
 
 
 # Rows of bars that are read, and seen without scrolling.
@@ -423,7 +396,7 @@ _KINDS = (
         verb="relief",
         defaults={"loads": _LOADS, "population": _POPULATION, "generations": _GENERATIONS},
         search=_relief_search,
-        frame=relief_frame,
+        frame=lambda result, train, options: relief_frame(result),
     ),
     JobKind(
         name="stiffness",

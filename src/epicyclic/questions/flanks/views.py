@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...limits import RELIEF_GAIN
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, columns_of, number
-from ...show.series import by_pair_and_side, engineering, losses_of_pairs, numbers, texts
+from ...show.series import by_pair_and_side, engineering, losses_of_pairs, numbers, pair_title, split_name, texts
 from ...show.views import ResultView
 
 if TYPE_CHECKING:
@@ -247,6 +248,26 @@ def relief_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     return [Section(anchor="relief", title="Relief", parts=parts)]
 
 
+def relief_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """What the answer gains in its first objective, and what to grind where that is worth it."""
+    before, after = (float(result[f"objective_{when}"].values[0]) for when in ("before", "after"))
+    factor, unit = _READ[str(result.objective_unit.values[0])]
+    gain = 1 - after / before if before else 0.0
+    what = str(result.objective_meaning.values[0]).split(",")[0]
+    pairs = [split_name(str(name))[:2] for name in result.relieved_mesh.values]
+    several = len({stage for stage, _ in pairs}) > 1
+    meshes = " and ".join(dict.fromkeys(pair_title(pair, several) for pair in pairs))
+    fall = f"{engineering(factor * before, 3)} to {engineering(factor * after, 3)} {unit.replace('um', 'µm')}"
+    if not gain > RELIEF_GAIN:
+        text = f"No relief within its bounds makes the {what} of {meshes} smaller by {100 * RELIEF_GAIN:g} % ({fall})."
+        return [Finding(tone="good", text=text, anchor="relief", value=gain, limit=RELIEF_GAIN)]
+    text = f"The {what} of {meshes} falls from {fall}, {100 * gain:.0f} % less, by the relief that was found."
+    found = result.solution_text.values[int(result.attrs["picked"])]
+    picked = (f"{name} {value}".replace("um", "µm") for name, value in zip(result.variable.values, found, strict=True))
+    change = f"Grind {', '.join(picked)}."
+    return [Finding(tone="caution", text=text, change=change, anchor="relief", value=gain, limit=RELIEF_GAIN)]
+
+
 def _answer(result: xr.Dataset) -> Table:
     picked = int(result.attrs["picked"])
     candidates, generations = result.sizes["evaluation"], result.sizes["generation"]
@@ -434,7 +455,7 @@ VIEWS = (
     ResultView("stiffness", 20, stiffness_tables, stiffness_sections),
     ResultView("contact", 140, contact_tables, contact_sections, findings=contact_findings),
     ResultView("train_contact", 160, train_contact_tables, train_contact_sections),
-    ResultView("relief", 150, relief_tables, relief_sections),
+    ResultView("relief", 150, relief_tables, relief_sections, findings=relief_findings),
     ResultView(
         "efficiency",
         75,

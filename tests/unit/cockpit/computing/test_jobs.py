@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from epicyclic.cockpit.computing.answers import halved_text, halved_tolerance
-from epicyclic.cockpit.computing.job_kinds import JOBS, tolerance_shares
+from epicyclic.cockpit.computing.job_kinds import JOBS, relief_frame, tolerance_shares
 from epicyclic.cockpit.state.frames import PageFrame, pack, unpack
 from epicyclic.document.deviations import Distribution, read_distribution
 from epicyclic.document.document import drive_text
@@ -19,6 +19,7 @@ from epicyclic.errors import ModelError
 from epicyclic.questions.check.verbs import check
 from epicyclic.questions.flanks.verbs import contact
 from epicyclic.questions.tolerance.verbs import tolerance
+from epicyclic.show.views import findings_of
 from epicyclic.train.resolution import load
 
 # Less than the defaults, which take a second or two each.
@@ -148,6 +149,21 @@ def test_relief_is_drawn_by_its_apply() -> None:
     before, then = (float(one) for one in re.findall(r"from ([\d.]+) to ([\d.]+) µm", frame.head["job"]["text"])[0])
     assert then == pytest.approx(1e6 * after, rel=5e-3)
     assert before > then
+
+
+@pytest.mark.parametrize(("left", "level"), [(0.97, "warn"), (0.99, "good")])
+def test_page_and_terminal_judge_one_gain_of_a_relief(left: float, level: str) -> None:
+    _, dataset, _ = done("relief")
+    changed = dataset.copy()
+    changed["objective_after"] = left * changed["objective_before"]
+    (finding,) = findings_of({"relief": changed})
+    (answer,) = relief_frame(changed).head["answers"]
+    assert answer["level"] == level
+    assert answer["text"] == f"{finding.text} {finding.change}".strip()
+    assert finding.value == pytest.approx(1 - left)
+    assert finding.limit == 0.02
+    assert finding.change.startswith("Grind tip_relief.amount") == bool(answer["apply"]) == (level == "warn")
+    assert answer["figure"] in str(finding.change) or level == "good"
 
 
 @pytest.mark.parametrize(
