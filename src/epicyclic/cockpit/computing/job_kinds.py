@@ -90,6 +90,11 @@ def mesh_words(names: Sequence[str]) -> list[str]:
     return [label(name, stage=several) for name in names]
 
 
+def _said(result: xr.Dataset) -> str:
+    """The findings of a result, as terminal and report say them."""
+    return " ".join(finding.text for finding in findings_of({"": result}))
+
+
 _DRAW = "Draw this relief"
 
 
@@ -124,12 +129,10 @@ _HALF, _AS_LARGE = 0.5, 0.9
 
 
 def contact_loss_frame(result: xr.Dataset) -> PageFrame:
-    """Largest and least force of any mesh over speed, run-up and coast-down, and where teeth part."""
-    shafts = bool(json.loads(result.attrs["options"]).get("shaft_orders"))
+    """Largest and least force of any mesh over speed, run-up and coast-down."""
     relative = np.asarray(result["speed"].values, dtype=float)
     peak = result["mesh_force_peak"].transpose("direction", "mesh", "speed").values
     least = result["mesh_force_minimum"].transpose("direction", "mesh", "speed").values
-    parted = result["contact_open"].transpose("direction", "mesh", "speed").values.max(axis=1) > 0
     unit, scale = force_unit(float(np.nanmax(np.abs(peak), initial=0.0)))
     with np.errstate(all="ignore"):
         up, down, low = np.nanmax(peak[0], axis=0), np.nanmax(peak[-1], axis=0), np.nanmin(least[0], axis=0)
@@ -139,22 +142,7 @@ def contact_loss_frame(result: xr.Dataset) -> PageFrame:
         "least, run-up": low * scale,
     }
     drawn = lines("speed [% of operation]", f"mesh force [{unit}]", 100 * relative, curves)
-    at = largest(up)
-    orders = "with shaft orders" if shafts else "mesh orders alone"
-    text = (
-        f"Largest force {number(float(up[at]) * scale, 4)} {unit} at {per_cent(float(relative[at]))} of the speed "
-        f"({orders})"
-    )
-    if parted.any():
-        places = relative[parted.any(axis=0)]
-        text += f"; teeth part from {per_cent(float(places[0]))} to {per_cent(float(places[-1]))}"
-        both = parted[0] != parted[-1]
-        text += ", not at the same speeds up and down." if both.any() else "."
-    else:
-        text += "; no tooth loses contact."
-    failed = int((result["status"].values != "ok").sum()) if "status" in result else 0
-    text += f" {failed} points have no motion." if failed else ""
-    return job_frame("contact_loss", "Teeth that part", text, drawn)
+    return job_frame("contact_loss", "Teeth that part", _said(result), drawn)
 
 
 def transient_frame(result: xr.Dataset) -> PageFrame:
@@ -166,15 +154,7 @@ def transient_frame(result: xr.Dataset) -> PageFrame:
     ms, word = (1e3, "ms") if time[-1] < 1 else (1.0, "s")
     curves = dict(zip(words, scale * force, strict=True))
     drawn = lines(f"time [{word}]", f"mesh force [{unit}]", ms * time, curves)
-    peak = result["mesh_force_peak"].values
-    at = largest(peak)
-    lost = int((result["open_share"].values > 0).sum())
-    text = (
-        f"Largest force {number(float(peak[at]) * scale, 4)} {unit} in {words[at]} after "
-        f"{number(ms * float(result['mesh_force_peak_time'].values[at]))} {word}; "
-        + (f"{lost} of {len(words)} meshes lose contact." if lost else "no mesh loses contact.")
-    )
-    return job_frame("transient", "Motion over time", text, drawn)
+    return job_frame("transient", "Motion over time", _said(result), drawn)
 
 
 def contact_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
@@ -229,10 +209,7 @@ def sensitivity_frame(result: xr.Dataset) -> PageFrame:
     order = ranked(np.abs(value))[:_MOST]
     paths = [str(path) for path in result["path"].values]
     drawn = bars("per cent per per cent", [_short_path(paths[i]) for i in order], value[order])
-    text = "no number of the model moves it."
-    if len(order):
-        text = f"{_short_path(paths[order[0]])} moves it most, {number(float(value[order[0]]))} % per per cent."
-    return job_frame("sensitivity", "Sensitivity", f"Of {result.attrs.get('subject', '')}: {text}", drawn)
+    return job_frame("sensitivity", "Sensitivity", _said(result), drawn)
 
 
 def _short_path(path: str) -> str:

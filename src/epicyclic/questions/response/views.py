@@ -178,13 +178,8 @@ def sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     apart = np.asarray((least[~idle] < 0).any(axis=0))  # teeth without load always part and meet again
     parted = _ranges(speed, apart)
     if parted:
-        shown = ", ".join(
-            f"{engineering(a, 3)} to {engineering(b, 3)} %" if a < b else f"{engineering(a, 3)} %"
-            for a, b in parted[:_RANGES]
-        )
-        more = f" and {len(parted) - _RANGES} more ranges" if len(parted) > _RANGES else ""
         inside = any(a <= 100 <= b for a, b in parted)
-        text = f"Teeth would part at {shown}{more} of the operating speed; {most}."
+        text = f"Teeth would part at {_range_words(parted)} of the operating speed; {most}."
         change = "Run outside these ranges, or move the resonances named above." if not inside else ""
         found.append(Finding(tone="bad" if inside else "caution", text=text, change=change, anchor="sweep"))
     else:
@@ -212,6 +207,14 @@ def _ranges(speed: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
     return [(float(speed[rank][a]), float(speed[rank][b])) for a, b in zip(starts, ends, strict=True)]
 
 
+def _range_words(ranges: Sequence[tuple[float, float]]) -> str:
+    """``60 to 70 %, 110 % and 2 more ranges``, of speeds [% of the operating speed]."""
+    ends = [(engineering(a, 3), engineering(b, 3) if a < b else "") for a, b in ranges[:_RANGES]]
+    shown = [f"{a} to {b} %" if b else f"{a} %" for a, b in ends]
+    more = f" and {len(ranges) - _RANGES} more ranges" if len(ranges) > _RANGES else ""
+    return f"{', '.join(shown)}{more}"
+
+
 def _mesh(result: xr.Dataset, place: int) -> str:
     names = texts(result, "mesh")
     return unbroken(names[place], stages=stage_count(names))
@@ -235,6 +238,29 @@ def contact_sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Sec
     words = "Dashed: unstable branches. Large marks: motions that take the place of an unstable one. Circles: folds."
     parts = [Drawing(anchor="contact-sweep", figure=contact_sweep(result), caption=words)]
     return [Section(anchor="contact-sweep", title="Speed sweep with contact loss", parts=parts)]
+
+
+def contact_sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """The ranges of speed in which teeth part, and the largest force."""
+    speed = 100 * relative_speed(result)
+    peak = np.abs(result["mesh_force_peak"].transpose("direction", "mesh", "speed").values)
+    if not np.isfinite(peak).any() or not np.isfinite(speed).all():
+        return []
+    mesh, at = _first_most(np.nanmax(np.where(np.isfinite(peak), peak, -np.inf), axis=0))
+    force = engineering(float(np.nanmax(peak[:, mesh, at])) / 1e3)
+    most = f"largest force {force} kN at {engineering(float(speed[at]))} %, {_mesh(result, mesh)}"
+    parted = np.asarray((result["contact_open"] > 0).any("mesh").transpose("direction", "speed").values)
+    ranges = _ranges(speed, np.asarray(parted.any(axis=0)))
+    failed = int((result["status"].values != "ok").sum())
+    left = f" {failed} points have no motion." if failed else ""
+    if not ranges:
+        extent_shown = f"from {engineering(speed.min())} to {engineering(speed.max())} % of the operating speed"
+        text = f"No tooth loses contact {extent_shown}; {most}.{left}"
+        return [Finding(tone="good", text=text, anchor="contact-sweep")]
+    both = ", not at the same speeds up and down" if (parted[0] != parted[-1]).any() else ""
+    text = f"Teeth part at {_range_words(ranges)} of the operating speed{both}; {most}.{left}"
+    tone = "bad" if any(a <= 100 <= b for a, b in ranges) else "caution"
+    return [Finding(tone=tone, text=text, anchor="contact-sweep")]
 
 
 def _forces(result: xr.Dataset, title: str) -> Table:
@@ -295,5 +321,5 @@ def _folds(result: xr.Dataset) -> list[Table]:
 VIEWS = (
     ResultView("steady", 60, steady_tables, steady_sections),
     ResultView("sweep", 80, sweep_tables, sweep_sections, key_figures=sweep_key_figures, findings=sweep_findings),
-    ResultView("contact_sweep", 110, contact_sweep_tables, contact_sweep_sections),
+    ResultView("contact_sweep", 110, contact_sweep_tables, contact_sweep_sections, findings=contact_sweep_findings),
 )

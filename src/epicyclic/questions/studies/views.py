@@ -21,6 +21,7 @@ from ...show.elements import (
     Company,
     ComparedRow,
     Drawing,
+    Finding,
     KeyFigure,
     Part,
     Section,
@@ -210,6 +211,19 @@ def sensitivity_sections(result: xr.Dataset, company: Company) -> Sequence[Secti
     return [Section(anchor="sensitivity", title="Sensitivity", parts=parts)]
 
 
+def sensitivity_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """The number of the model file that moves it most."""
+    targets = result["ranked_by"].values.astype(bool)
+    values = np.nan_to_num(result["sensitivity"].transpose("path", ...).values[:, targets])
+    moved = np.abs(values).max(axis=1, initial=0.0)
+    text = f"No number of the model moves {result.attrs['subject']}."
+    if moved.max(initial=0.0) > 0:
+        at = largest(moved)
+        per = number(float(values[at][np.abs(values[at]).argmax()]))
+        text = f"{texts(result, 'path')[at]} moves {result.attrs['subject']} most: {per} % per per cent."
+    return [Finding(tone="", text=text, anchor="sensitivity")]
+
+
 def _span(values: np.ndarray) -> str:
     """Least and most of values (k,) as text, one number where they are equal to 1e-6."""
     low, high = float(np.min(values)), float(np.max(values))
@@ -230,5 +244,5 @@ def _most(row: np.ndarray, names: np.ndarray) -> str:
 VIEWS = (
     ResultView("compare", 15, compared_tables, compared_sections, key_figures=key_figures),
     ResultView("track", 100, track_tables, track_sections),
-    ResultView("sensitivity", 90, sensitivity_tables, sensitivity_sections),
+    ResultView("sensitivity", 90, sensitivity_tables, sensitivity_sections, findings=sensitivity_findings),
 )

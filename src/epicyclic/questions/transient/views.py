@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...show.elements import Company, Drawing, Part, Section, Table, number
-from ...show.series import of_first_stage, own_tones
+from ...results.dataset import largest
+from ...show.elements import Company, Drawing, Finding, Part, Section, Table, number
+from ...show.series import engineering, of_first_stage, own_tones, short_names, texts
 from ...show.views import ResultView
 
 if TYPE_CHECKING:
@@ -65,4 +66,16 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     return [Section(anchor="transient", title="Motion over time", parts=[*parts, *tables(result)])]
 
 
-VIEWS = (ResultView("transient", 130, tables, sections),)
+def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """The largest force and when, and how many meshes lose contact."""
+    if "mesh_force_peak_time" not in result.variables:
+        return []
+    peak, names = result["mesh_force_peak"].values, short_names(texts(result, "mesh"))
+    at, lost = largest(peak), int(result["contact_lost"].values.sum())
+    when = engineering(1e3 * float(result["mesh_force_peak_time"].values[at]))
+    apart = f"{lost} of {len(names)} meshes lose contact" if lost else "no mesh loses contact"
+    text = f"Largest force {engineering(float(peak[at]) / 1e3)} kN in {names[at]} after {when} ms; {apart}."
+    return [Finding(tone="caution" if lost else "good", text=text, anchor="transient")]
+
+
+VIEWS = (ResultView("transient", 130, tables, sections, findings=findings),)

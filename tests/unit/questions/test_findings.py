@@ -1,0 +1,89 @@
+"""What results say of themselves, in terminal, report and page: where teeth part, largest forces, what moves."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import epicyclic
+from epicyclic.cockpit.computing.job_kinds import JOBS
+from epicyclic.document.document import drive_text
+from epicyclic.show.views import findings_of
+
+
+def contact_sweep(opened: list[list[bool]], failed: int = 0) -> xr.Dataset:
+    """A sweep with contact loss from 50 to 150 %, of one mesh that opens as `opened` (direction, speed) has it."""
+    apart = np.array(opened, dtype=float)[:, None, :]
+    speed = np.linspace(0.5, 1.5, apart.shape[2])
+    dims = ("direction", "mesh", "speed")
+    peak = np.broadcast_to(1000 * (1 + speed), apart.shape)
+    status = np.array(["ok"] * apart[:, 0].size, dtype=object)
+    status[:failed] = "no motion"
+    return xr.Dataset(
+        {
+            "mesh_force_peak": (dims, peak),
+            "contact_open": (dims, apart),
+            "status": (("direction", "speed"), status.reshape(2, -1)),
+        },
+        coords={"speed": speed, "mesh": ["main/sun-planet/1"], "direction": ["up", "down"]},
+        attrs={"verb": "contact_sweep"},
+    )
+
+
+@pytest.mark.parametrize(
+    ("up", "down", "tone", "words"),
+    [
+        ([0, 0, 0, 0, 0], [0, 0, 0, 0, 0], "good", "No tooth loses contact from 50 to 150 % of the operating speed"),
+        ([0, 0, 0, 1, 1], [0, 0, 0, 1, 1], "caution", "Teeth part at 125 to 150 % of the operating speed; largest"),
+        ([1, 0, 1, 0, 0], [1, 0, 0, 0, 0], "bad", "at 50 %, 100 % of the operating speed, not at the same speeds up"),
+    ],
+)
+def test_ranges_in_which_teeth_part(up: list[bool], down: list[bool], tone: str, words: str) -> None:
+    (found,) = findings_of({"": contact_sweep([up, down], failed=3)})
+    assert found.tone == tone
+    assert words in found.text
+    assert "largest force 2.5 kN at 150 %, sun" in found.text
+    assert found.text.endswith(" 3 points have no motion.")
+
+
+@cache
+def motion() -> xr.Dataset:
+    return epicyclic.transient("ren2021", cycles=2)
+
+
+def test_the_largest_force_of_a_motion_and_when() -> None:
+    result = motion()
+    (found,) = findings_of({"": result})
+    peak = result.mesh_force_peak.values
+    when = 1e3 * float(result.mesh_force_peak_time.values[peak.argmax()])
+    assert f"{peak.max() / 1e3:.4g} kN" in found.text
+    assert f"after {when:.4g} ms" in found.text
+    assert found.tone == "good"
+    assert found.text.endswith("; no mesh loses contact.")
+    lost = result.copy()
+    lost["contact_lost"] = lost["contact_lost"] | (np.arange(lost.sizes["mesh"]) < 2)
+    (found,) = findings_of({"": lost})
+    assert found.tone == "caution"
+    assert f"2 of {lost.sizes['mesh']} meshes lose contact." in found.text
+
+
+def test_what_moves_a_mode_most() -> None:
+    result = epicyclic.sensitivity("lin1999-n3")
+    (found,) = findings_of({"": result})
+    largest = np.abs(result.sensitivity.values[:, result.ranked_by.values.astype(bool)]).max(axis=1)
+    assert found.text.startswith(f"{result.path.values[largest.argmax()]} moves {result.attrs['subject']} most: ")
+    assert f"{largest.max():.6g} % per" in found.text.replace("-", "")
+    still = result.copy()
+    still["sensitivity"] = 0.0 * still["sensitivity"]
+    (found,) = findings_of({"": still})
+    assert found.text == f"No number of the model moves {result.attrs['subject']}."
+
+
+def test_the_page_says_what_the_terminal_says() -> None:
+    frame, result = JOBS["transient"].run(tomllib.loads(drive_text("ren2021")), {}, {"cycles": 2.0}, lambda *_: None)
+    (found,) = findings_of({"": result})
+    assert frame.head["job"]["text"] == found.text
