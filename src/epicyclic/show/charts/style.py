@@ -35,8 +35,10 @@ MODE_COLOURS = {
 MODE_SYMBOLS = {"rigid": "x", "rotational": "circle", "translational": "diamond", "planet": "square", "mixed": "star"}
 
 # As of the analysis, which marks resonances this close to operation where no band is given.
-_BAND = 0.2
-SPEED_TITLE = f"speed (shaded: operation ± {100 * _BAND:.0f} %) [% of the operating speed]"
+OPERATING = 0.2
+SPEED_TITLE = f"speed (shaded: operation ± {100 * OPERATING:.0f} %) [% of the operating speed]"
+# A name to the right of the plot.
+BESIDE = {"xref": "paper", "x": 1.005, "xanchor": "left", "yanchor": "middle"}
 # Of bars: their numbers stand behind them, also beyond the axes.
 OUTSIDE = {"textposition": "outside", "cliponaxis": False}
 
@@ -181,7 +183,7 @@ def lines_across(drawn: go.Figure, lines: Sequence[tuple[float, Mapping[str, Any
 
 def add_operating_band(drawn: go.Figure) -> None:
     """The speeds [%] about operation, shaded behind the curves."""
-    band = {"x0": 100 * (1 - _BAND), "x1": 100 * (1 + _BAND), "line_width": 0, "layer": "below"}
+    band = {"x0": 100 * (1 - OPERATING), "x1": 100 * (1 + OPERATING), "line_width": 0, "layer": "below"}
     drawn.add_vrect(**band, fillcolor=translucent(PALETTE[0], 0.08))
 
 
