@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
 
+from epicyclic.show.charts import renderers
 from epicyclic.show.charts.renderers import (
     FROM_ZERO,
     Bars,
@@ -21,7 +27,7 @@ from epicyclic.show.charts.renderers import (
     points,
 )
 from epicyclic.show.charts.style import DASHES, PALETTE
-from epicyclic.show.series import has_room, kept_apart
+from epicyclic.show.series import has_room, kept_apart, texts
 
 X = [0.0, 1.0, 2.0]
 
@@ -140,6 +146,20 @@ def test_looks_in_turn() -> None:
     count = len(PALETTE)
     assert [cycled(i)["dash"] for i in (0, count - 1, count)] == [DASHES[0], DASHES[0], DASHES[1]]
     assert cycled(1, 1) == {"colour": PALETTE[1], "dash": DASHES[1]}
+
+
+def test_the_example_of_the_design_draws() -> None:
+    page = (Path(__file__).parents[4] / "docs/design.md").read_text(encoding="utf-8")
+    found = re.search(r"^    def bearing_loads\(.*?(?=^\S)", page, re.MULTILINE | re.DOTALL)
+    assert found
+    names: dict[str, Any] = {"go": go, "xr": xr, "texts": texts, **vars(renderers)}
+    exec(textwrap.dedent(found[0]), names)
+    force = xr.DataArray([[0.0, 1e3], [2e3, 3e3]], dims=("bearing", "time"))
+    coords = {"bearing": ["sun", "planet"], "time": [0.0, 1.0]}
+    drawn = names["bearing_loads"](xr.Dataset({"bearing_force": force}, coords, {"limit": 4e3}))
+    assert [trace.name for trace in drawn.data] == ["sun", "planet", "limit"]
+    assert (drawn.data[1].y, drawn.layout.shapes[0].y0) == ((2.0, 3.0), 4.0)
+    assert drawn.data[0].hovertemplate == "sun: %{y:.4g} kN at %{x:.5g} s<extra></extra>"
 
 
 def test_names_that_have_room() -> None:
