@@ -141,8 +141,8 @@ def _over_speed(
     crosses = [points(x[bad], np.zeros(len(bad)), 9, name="no convergence", digits=(9, 9), **look)] if bad else []
     shown = [replace(shown[0], layers=[*shown[0].layers, *crosses]), *shown[1:]]
     marks = [*mode_marks(modes, sweep, x), *operating_mark(sweep, x)]
-    drawn = chart(title, *shown, x=unit, marks=marks, height=height, gap=0.12)
-    return drawn.update_xaxes(range=[float(x.min()), float(x.max())]) if len(x) else drawn
+    ends = (float(x.min()), float(x.max())) if len(x) else None
+    return chart(title, *shown, x=unit, x_ends=ends, marks=marks, height=height, gap=0.12)
 
 
 def speed_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure:
@@ -277,16 +277,16 @@ def contact_sweep(sweep: xr.Dataset, *, mesh: str | None = None) -> go.Figure:
         at = [int(np.argmin(np.abs(path - fold))) for fold in sweep["fold_frequency"].values]
         ring: Trace = {"symbol": "circle-open", "outline": 2, "colour": INK}
         forces.append(points(path[at], force[at], 11, name="fold", hover="fold at %{x:.6g} Hz", **ring))
-    drawn = chart(
+    return chart(
         f"Mesh force with contact loss, {name}",
         Panel(forces, title="RMS of the dynamic mesh force", **_FORCE),
         Panel(apart, title="teeth apart", y="time [%]", y_axis=FROM_ZERO),
         x=f"mesh frequency{of_first_stage(sweep)} [Hz]",
+        x_ends=(float(x.min()), float(x.max())),
         height=640,
         gap=0.12,
         space={"row_heights": [0.7, 0.3]},
     )
-    return drawn.update_xaxes(range=[float(x.min()), float(x.max())], row=2, col=1)
 
 
 def _branches(sweep: xr.Dataset, x: Array, y: Array) -> list[Curve]:

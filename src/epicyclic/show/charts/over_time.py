@@ -60,8 +60,8 @@ def over_time(
     if along == "time":
         unit_of_time = str(result["time"].attrs.get("units", "s")) if "time" in result.variables else "samples"
     look: Trace = {"height": 120 + 210 * len(shown), "gap": 0.2 / max(2, len(shown))}
-    drawn = chart(title, *shown, x=f"time [{unit_of_time}]", marks=marks, **look)
-    return drawn.update_xaxes(range=[float(time[0]), float(time[-1])]) if len(time) > 1 else drawn
+    ends = (float(time[0]), float(time[-1])) if len(time) > 1 else None
+    return chart(title, *shown, x=f"time [{unit_of_time}]", x_ends=ends, marks=marks, **look)
 
 
 def mesh_forces(result: xr.Dataset) -> go.Figure:

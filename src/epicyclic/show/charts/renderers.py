@@ -243,6 +243,7 @@ def chart(
     *shown: Panel,
     x: str = "",
     y: str = "",
+    x_ends: tuple[float, float] | None = None,
     marks: Sequence[Mark] = (),
     height: float = 420,
     columns: int = 1,
@@ -254,7 +255,7 @@ def chart(
 
     Parameters
     ----------
-    title : what the figure shows.  x, y : title of the axis that all panels share, with its unit.
+    title : what the figure shows.  x, y : title of the axis that all panels share, with its unit.  x_ends : its range.
     marks : through every panel, their words in the first.  height : [px].  columns : panels side by side.
     gap : between panels, per the figure.  space : more, as of plotly's `make_subplots`.  layout : as of plotly.
     """
@@ -271,7 +272,7 @@ def chart(
         number = str(place + 1) if place else ""
         last, first = place + columns >= len(shown), place % columns == 0
         for axis, words, ends, look in (
-            ("x", panel.x or (x if last else ""), panel.x_ends, panel.x_axis),
+            ("x", panel.x or (x if last else ""), panel.x_ends or x_ends, panel.x_axis),
             ("y", panel.y or (y if first else ""), panel.y_ends, panel.y_axis),
         ):
             own = {"title_text": words or None, "range": ends}

@@ -159,5 +159,4 @@ def mesh_stiffness(stiffness: xr.Dataset) -> go.Figure:
         shown[f"{title}, mean {engineering(float(mean))} N/µm"] = series
     curves = pair_panels(shown, phase, "stiffness [N/µm]", width=2)
     look: Trace = {"gap": 0.28 / max(2, len(shown)), "height": 110 + 230 * len(shown), "hovermode": "x unified"}
-    drawn = chart("Mesh stiffness over a mesh cycle", *curves, x="time [mesh cycles]", **look)
-    return drawn.update_xaxes(range=[0, 1])
+    return chart("Mesh stiffness over a mesh cycle", *curves, x="time [mesh cycles]", x_ends=(0, 1), **look)
