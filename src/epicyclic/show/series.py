@@ -179,6 +179,32 @@ def thinned(x: Array, y: Array, *, most: int = 1200) -> tuple[Array, Array]:
     return x[keep], y[keep]
 
 
+def kept_apart(at: ArrayLike, order: Iterable[int], distance: float, most: int | None = None) -> list[int]:
+    """Places, in their order, whose values stand further from each other than a distance: names there have room.
+
+    Parameters
+    ----------
+    at : (k,).  order : places in it, the first ones first.  most : places kept at most.
+    """
+    values, kept = np.asarray(at, dtype=np.float64), list[int]()
+    for place in order:
+        if all(abs(values[place] - values[other]) > distance for other in kept):
+            kept.append(int(place))
+    return kept[:most]
+
+
+Box = tuple[float, float, float, float]
+"""Middle right and up, width and height of a name in a figure."""
+
+
+def has_room(one: Box, taken: Iterable[Box]) -> bool:
+    """Whether a box lies on none of those that are taken."""
+    return all(
+        abs(one[0] - other[0]) >= (one[2] + other[2]) / 2 or abs(one[1] - other[1]) >= (one[3] + other[3]) / 2
+        for other in taken
+    )
+
+
 def compact(values: ArrayLike, *, digits: int = 5) -> list[float | None]:
     """Values (k,) rounded to so many significant digits of the largest, as a list (short JSON); nan -> None (a gap).
 

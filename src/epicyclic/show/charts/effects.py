@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike
 
 from ..elements import ComparedRow, compared_rows, letters, percent, shown
 from ..series import Array, engineering, numbers, readable, short_names, texts
-from .style import DASHES, INK, OUTSIDE, PALETTE, add_curve, figure, level_legend, note
+from .renderers import Bars, Curve, Layer, Mark, Panel, Trace, chart, cycled, level_bars
+from .style import PALETTE, level_legend
 
 _UP, _DOWN = "#D55E00", "#0072B2"
 # Rows of the figure: what stands below moves less than those.
@@ -45,36 +46,22 @@ def tornado(data: xr.Dataset, *, most: int = 20) -> go.Figure:
     size = np.maximum(np.abs(low), np.abs(high))
     strong: list[int] = np.flatnonzero(size > 1e-3 * float(np.nanmax(size, initial=0.0)))[:most].tolist()
     names = {i: _name(data, i) for i in strong}
-    title = f"What moves {data.attrs.get('subject', 'it')}"
-    drawn = figure(title, x="change of it per 1 % more of the number [%]", height=150 + 26 * max(len(names), 1))
+    bars = []
     for colour, words, positive in ((_UP, "raises it", True), (_DOWN, "lowers it", False)):
         rows = [i for i in strong if (high[i] + low[i] >= 0) == positive]
-        if not rows:
-            continue
-        ends = [(float(low[i]), float(high[i])) for i in rows]
-        single = [abs(b - a) <= 1e-6 * max(abs(a), abs(b)) for a, b in ends]
-        base = [0.0 if alone else a for (a, _), alone in zip(ends, single, strict=True)]
-        drawn.add_bar(
-            x=[b - start for (_, b), start in zip(ends, base, strict=True)],
-            base=base,
-            y=[names[i] for i in rows],
-            orientation="h",
-            marker={"color": colour},
-            name=words,
-            text=[
-                f"{'+' if b > 0 else '−'}{engineering(abs(b))}" if alone else f"{engineering(a)} … {engineering(b)}"
-                for (a, b), alone in zip(ends, single, strict=True)
-            ],
-            hovertemplate="%{y}: %{text} % per 1 %<extra></extra>",
-            **OUTSIDE,
-        )
-    if not names:
-        note(drawn, "nothing moves it", x=0.5, xref="paper", y=0.5, yref="paper")
-    drawn.add_vline(x=0, line={"color": INK, "width": 1.2})
-    drawn.update_yaxes(categoryorder="array", categoryarray=[*names.values()][::-1], showgrid=False)
-    reach = 1.28 * float(np.nanmax(size, initial=0.0)) or 1.0
-    drawn.update_xaxes(range=[-reach if np.nanmin(low, initial=0.0) < 0 else -0.05 * reach, reach])
-    return drawn.update_layout(barmode="overlay", bargap=0.3, legend=level_legend(1.0, x=1), margin={"t": 84})
+        single = np.isclose(low[rows], high[rows], rtol=1e-6, atol=0)
+        base = np.where(single, 0.0, low[rows])
+        text = [
+            f"{'+' if b > 0 else '−'}{engineering(abs(b))}" if alone else f"{engineering(a)} … {engineering(b)}"
+            for a, b, alone in zip(low[rows], high[rows], single, strict=True)
+        ]
+        said: Trace = {"name": words, "colour": colour, "text": text, "hover": "%{y}: %{text} % per 1 %"}
+        at, values = [names[i] for i in rows], (high[rows] - base).tolist()
+        bars += [Bars(at, values, base=base.tolist(), level=True, **said)] if rows else []
+    panel = Panel(bars, x="change of it per 1 % more of the number [%]")
+    title, labels = f"What moves {data.attrs.get('subject', 'it')}", [*names.values()]
+    look: Trace = {"row": 26, "barmode": "overlay", "nothing": "nothing moves it"}
+    return level_bars(title, labels, panel, **look, legend=level_legend(1.0, x=1), margin={"t": 84})
 
 
 def _name(data: xr.Dataset, place: int) -> str:
@@ -101,30 +88,19 @@ def compared(data: xr.Dataset, *, most: int = _MOST_ROWS) -> go.Figure:
         change = rows[0].change
         place = max(range(1, len(names)), key=lambda i: abs(change[i]) if math.isfinite(change[i]) else -1.0)
         title = f"{signs[place]}: {rows[0].name} {percent(change[place])}, the largest change from A"
-    drawn = figure(title, x=f"change from {signs[0]} [%]", height=170 + 34 * max(len(rows), 1))
+    bars = []
     for place in range(len(names) - 1, 0, -1):  # plotly draws the first trace of a group lowest
         short = names[place].replace("stages.", "")
-        drawn.add_bar(
-            x=[row.change[place] if math.isfinite(row.change[place]) else None for row in rows],
-            y=labels,
-            orientation="h",
-            name=f"{signs[place]}  {short if len(short) <= 60 else f'{short[:57]}...'}",
-            marker={"color": PALETTE[(place - 1) % len(PALETTE)]},
-            text=[f"{percent(row.change[place])}  {shown(row.value[place], row.unit)}".strip() for row in rows],
-            hovertemplate="%{y}: %{text}<extra></extra>",
-            **OUTSIDE,
-        )
-    if not rows:
-        note(drawn, "nothing changes", x=0.5, xref="paper", y=0.5, yref="paper")
-    drawn.add_vline(x=0, line={"color": INK, "width": 1.4})
-    drawn.update_yaxes(categoryorder="array", categoryarray=labels[::-1], showgrid=False)
-    known = [change for row in rows for change in row.change if math.isfinite(change)]
-    low, high = min([0.0, *known]), max([0.0, *known])
-    room = 0.4 * ((high - low) or 1.0)  # for the figures beside the bars
-    drawn.update_xaxes(range=[low - (room if low < 0 else 0.04 * room), high + (room if high > 0 else 0.04 * room)])
+        words = f"{signs[place]}  {short if len(short) <= 60 else f'{short[:57]}...'}"
+        values = [row.change[place] if math.isfinite(row.change[place]) else None for row in rows]
+        text = [f"{percent(row.change[place])}  {shown(row.value[place], row.unit)}".strip() for row in rows]
+        colour = PALETTE[(place - 1) % len(PALETTE)]
+        bars.append(Bars(labels, values, level=True, name=words, colour=colour, text=text))
     legend = level_legend(0, xref="container", yref="container", traceorder="reversed")
     margin = {"t": 64, "b": 92 + 18 * (len(names) // 4)}
-    return drawn.update_layout(barmode="group", bargap=0.28, showlegend=True, legend=legend, margin=margin)
+    panel = Panel(bars, x=f"change from {signs[0]} [%]")
+    layout: Trace = {"showlegend": True, "legend": legend, "margin": margin, "height": 170 + 34 * max(len(rows), 1)}
+    return level_bars(title, labels, panel, barmode="group", nothing="nothing changes", **layout)
 
 
 def _strongest(rows: list[ComparedRow], most: int) -> list[ComparedRow]:
@@ -151,17 +127,11 @@ def curves(
     x : (k,).  ys : label -> (k,).  x_title, y_title : with units.  log_x : logarithmic axis.
     reference : a value of y that has a meaning (1 for equal load sharing), drawn as a line.
     """
-    drawn = figure(title, x=x_title, y=y_title, height=400)
-    mode = "lines+markers" if np.size(x) <= 60 else "lines"
-    for place, (name, y) in enumerate(ys.items()):
-        look = {"color": PALETTE[place % len(PALETTE)], "dash": DASHES[place // len(PALETTE) % 4], "width": 2}
-        add_curve(drawn, x, y, digits=(7, 6), mode=mode, name=name, line=look, marker={"size": 6})
-    if reference is not None:
-        drawn.add_hline(y=reference, line={"color": INK, "width": 1.2, "dash": "dash"})
-    if log_x:
-        drawn.update_xaxes(type="log", dtick=1, exponentformat="power", separatethousands=False)
-    drawn.update_layout(showlegend=True)
-    return drawn
+    look: Trace = {"points": 6 if np.size(x) <= 60 else 0, "width": 2, "digits": (7, 6)}
+    layers: list[Layer] = [Curve(x, y, name=name, **cycled(i), **look) for i, (name, y) in enumerate(ys.items())]
+    layers += [] if reference is None else [Mark(y=reference, dash="dash")]
+    log = {"type": "log", "dtick": 1, "exponentformat": "power", "separatethousands": False} if log_x else {}
+    return chart(title, Panel(layers, y=y_title, x_axis=log), x=x_title, height=400, showlegend=True)
 
 
 def study(result: xr.Dataset, name: str | None = None) -> go.Figure:

@@ -17,7 +17,6 @@ import xarray as xr
 from ..series import (
     Array,
     by_pair_and_side,
-    compact,
     engineering,
     losses_of_pairs,
     numbers,
@@ -25,7 +24,8 @@ from ..series import (
     short_names,
     texts,
 )
-from .style import DASHES, INK, OUTSIDE, PALE, PALETTE, add_curve, axis_titles, cycled, entry, figure, panels, tint
+from .renderers import FROM_ZERO, Bars, Curve, Heat, Layer, Mark, Panel, Trace, chart, cycled, level_bars, points
+from .style import DASHES, INK, PALE, PALETTE, tint
 
 # Lowest load pale, highest dark, even in lightness, for the colour-blind too.
 _LOAD_COLOURS = [[0.0, "#F4F8FB"], [0.25, "#B9D7EA"], [0.5, "#56A3D0"], [0.75, "#1F6FA8"], [1.0, "#0B2E4F"]]
@@ -45,67 +45,74 @@ def contact_curves(result: xr.Dataset) -> go.Figure:
         tangent_stiffness, secant_stiffness (side, mesh_load, mesh_phase) [N/m]; attribute force [N], the operating
         load.
     """
-    names = [
+    force, levels = float(result.attrs["force"]), result["mesh_load"].values
+    over_load = {"peak to peak": result["transmission_error_peak_to_peak"].values}
+    over_load |= {f"order {k}": np.abs(result["transmission_error_harmonic"].values[:, k]) for k in (1, 2, 3)}
+    curves: list[Layer] = [Mark(x=force / 1e3, colour=PALETTE[1], dash="dot")]
+    for i, (name, values) in enumerate(over_load.items()):
+        look: Trace = {"colour": PALETTE[i - 1], "width": 1.5} if i else {"colour": INK, "width": 2}
+        curves.append(Curve(levels / 1e3, values * 1e6, name=name, points=6, dash=DASHES[i], **look))
+    titles = (
         "loaded transmission error less its mean (Harris map): darker, more load",
         "peak to peak and mesh orders over the load",
         "stiffness of one helix over the mesh cycle at the operating load",
-    ]
-    drawn = panels(f"Teeth in contact, {result.attrs['mesh']}", names, height=1020, vertical_spacing=0.1)
-    force, levels = float(result.attrs["force"]), result["mesh_load"].values
-    _errors(drawn, result, force, levels)
-    curves = {"peak to peak": result["transmission_error_peak_to_peak"].values}
-    curves |= {f"order {k}": np.abs(result["transmission_error_harmonic"].values[:, k]) for k in (1, 2, 3)}
-    for i, (name, values) in enumerate(curves.items()):
-        look = {"color": INK if i == 0 else PALETTE[i - 1], "width": 2 if i == 0 else 1.5, "dash": DASHES[i]}
-        add_curve(drawn, levels / 1e3, values * 1e6, panel=2, mode="lines+markers", line=look, name=name)
-    drawn.add_vline(x=force / 1e3, line={"color": PALETTE[1], "width": 1.2, "dash": "dot"}, row=2, col=1)
-    axis_titles(drawn, "mesh force of one helix [kN]", "error [µm]", row=2)
-    drawn.update_yaxes(rangemode="tozero", row=2, col=1)
-    _stiffness(drawn, result, int(np.argmin(np.abs(levels - force))))
-    return drawn
+    )
+    errors, stiffness = _errors(result, force, levels), _stiffness(result, int(np.argmin(np.abs(levels - force))))
+    cycle: Trace = {"x": "time [mesh cycles]", "x_ends": (0, 1)}
+    return chart(
+        f"Teeth in contact, {result.attrs['mesh']}",
+        Panel(errors, title=titles[0], y="error [µm]", **cycle),
+        Panel(curves, title=titles[1], x="mesh force of one helix [kN]", y="error [µm]", y_axis=FROM_ZERO),
+        Panel(stiffness, title=titles[2], y="stiffness [N/µm]", **cycle),
+        height=1020,
+        gap=0.1,
+    )
 
 
-def _errors(drawn: go.Figure, result: xr.Dataset, force: float, levels: Array) -> None:
+def _errors(result: xr.Dataset, force: float, levels: Array) -> list[Curve]:
     """Transmission error over the mesh cycle at every load (mesh_load,) [N], the darker the more."""
     from scipy.integrate import trapezoid
 
-    phase = np.append(result["mesh_phase"].values, 1.0)
+    phase, curves = np.append(result["mesh_phase"].values, 1.0), []
     for i, load in enumerate(levels):
-        error = result["loaded_transmission_error"].values[i] * 1e6
-        error = np.append(error, error[0])
+        error = _closed(result["loaded_transmission_error"].values[i] * 1e6)
         now = bool(np.isclose(load, force))
         colour = PALETTE[1] if now else tint(INK, 0.85 * (1 - (i + 1) / len(levels)))
         name = f"{engineering(load / 1e3)} kN" + (", operation" if now else "")
-        look = {"color": colour, "width": 2.6 if now else 1.3}
-        add_curve(drawn, phase, error - trapezoid(error, phase), panel=1, line=look, name=name)
-    axis_titles(drawn, "time [mesh cycles]", "error [µm]", row=1)
-    drawn.update_xaxes(range=[0, 1], row=1, col=1)
+        error = error - trapezoid(error, phase)
+        curves.append(Curve(phase, error, name=name, colour=colour, width=2.6 if now else 1.3))
+    return curves
 
 
-def _stiffness(drawn: go.Figure, result: xr.Dataset, now: int) -> None:
+def _stiffness(result: xr.Dataset, now: int) -> list[Curve]:
     """Tangent and secant stiffness over the mesh cycle at one load; of helices that are alike once."""
     phase = np.append(result["mesh_phase"].values, 1.0)
     values = result["tangent_stiffness"].values[:, now]
     alike = len(values) == 1 or bool(np.allclose(values[0], values[1], rtol=1e-4))
     sides = ["both helices" if len(values) > 1 else "helix"] if alike else texts(result, "side")
+    curves = []
     for i, side in enumerate(sides):
         for kind, dash in (("tangent", "solid"), ("secant", "dash")):
-            values = result[f"{kind}_stiffness"].values[i, now] / 1e6
-            look = {"color": PALETTE[i], "width": 1.8, "dash": dash}
-            add_curve(drawn, phase, np.append(values, values[0]), panel=3, line=look, name=f"{kind}, {side}")
-    axis_titles(drawn, "time [mesh cycles]", "stiffness [N/µm]", row=3)
-    drawn.update_xaxes(range=[0, 1], row=3, col=1)
+            values = _closed(result[f"{kind}_stiffness"].values[i, now] / 1e6)
+            curves.append(Curve(phase, values, name=f"{kind}, {side}", dash=dash, colour=PALETTE[i]))
+    return curves
 
 
-def _heat(drawn: go.Figure, x: Array, y: Array, values: Array, unit: str, **look: Any) -> None:
-    """Values (x, y) over the face [mm] and the path of contact [base pitches]; look : as of a plotly heat map."""
-    drawn.add_heatmap(
-        x=compact(x),
-        y=compact(y),
-        z=[compact(row, digits=4) for row in values.T],
-        hovertemplate=f"%{{x:.4g}} mm from the left end<br>path %{{y:.3f}}<br>%{{z:.4g}} {unit}<extra></extra>",
-        **look,
-    )
+def _closed(values: Array) -> Array:
+    """Values (..., k) over a mesh cycle with the first at its end once more."""
+    return np.append(values, values[..., :1], axis=-1)
+
+
+def _flank(result: xr.Dataset, side: int, variable: str, values: Array, unit: str, **look: Any) -> Heat:
+    """Values (width, place) over the face [mm] and the path of contact [base pitches]; look: of the scale."""
+    hover = f"%{{x:.4g}} mm from the left end<br>path %{{y:.3f}}<br>%{{z:.4g}} {unit}"
+    bar = {"title": {"text": unit}, "thickness": 14, **look.pop("colorbar", {})}
+    return Heat(_face(result, side), result[variable].values, values.T, hover=hover, look={**look, "colorbar": bar})
+
+
+def _face(result: xr.Dataset, side: int) -> Array:
+    """Places along the face of a helix [mm]."""
+    return np.asarray(result["width"].values * float(result["shared_face"].values[side]) * 1e3)
 
 
 def contact_map(result: xr.Dataset) -> go.Figure:
@@ -121,31 +128,19 @@ def contact_map(result: xr.Dataset) -> go.Figure:
     """
     sides = texts(result, "side")
     load = result["flank_load_per_length"].transpose("side", "width", "path_place").values / 1e3
-    names = [f"{side}: largest {engineering(float(np.nanmax(load[i])))} N/mm" for i, side in enumerate(sides)]
+    scale = {"zmin": 0.0, "zmax": float(np.nanmax(load)), "colorscale": _LOAD_COLOURS}
+    line: Trace = {"colour": "#D55E00", "width": 1.6, "hover": None}
+    shown = []
+    for i, side in enumerate(sides):
+        lines = [Curve(_face(result, i), places, **line) for places in result["line_place"].values[i]]
+        heat = _flank(result, i, "path_place", load[i], "N/mm", **scale, showscale=i == len(sides) - 1)
+        title = f"{side}: largest {engineering(float(np.nanmax(load[i])))} N/mm"
+        shown.append(Panel([heat, *lines], title=title, x="along the face from the left end [mm]"))
+    first, second = str(result.attrs["gear_a"]), str(result.attrs["gear_b"])
+    path = f"path of contact [base pitches]<br>tip of {second} below, of {first} above"
     force = engineering(float(result.attrs["force"]) / 1e3)
     title = f"Load over the flank, {result.attrs['mesh']}, {force} kN a helix; orange: contact lines at one instant"
-    drawn = panels(title, names, height=460, columns=len(sides), shared_yaxes=True, horizontal_spacing=0.05)
-    top = float(np.nanmax(load))
-    line = {"color": "#D55E00", "width": 1.6}
-    bar = {"title": {"text": "N/mm"}, "thickness": 14}
-    for i in range(len(sides)):
-        face = result["width"].values * float(result["shared_face"].values[i]) * 1e3
-        look = {
-            "zmin": 0.0,
-            "zmax": top,
-            "colorscale": _LOAD_COLOURS,
-            "colorbar": bar,
-            "showscale": i == len(sides) - 1,
-        }
-        _heat(drawn, face, result["path_place"].values, load[i], "N/mm", **look, row=1, col=i + 1)
-        for places in result["line_place"].values[i]:
-            add_curve(drawn, face, places, panel=(1, i + 1), line=line, showlegend=False, hoverinfo="skip")
-        drawn.update_xaxes(title_text="along the face from the left end [mm]", row=1, col=i + 1)
-    first, second = str(result.attrs["gear_a"]), str(result.attrs["gear_b"])
-    drawn.update_yaxes(
-        title_text=f"path of contact [base pitches]<br>tip of {second} below, of {first} above", row=1, col=1
-    )
-    return drawn
+    return chart(title, *shown, y=path, height=460, columns=len(sides), gap=0.05)
 
 
 def root_stress(result: xr.Dataset) -> go.Figure:
@@ -164,33 +159,27 @@ def root_stress(result: xr.Dataset) -> go.Figure:
     over = ("side", "mesh_gear", "width", "tooth_place")
     tension = result["root_stress"].transpose(*over).values / 1e6
     compression = result["far_root_stress"].transpose(*over).values / 1e6
-    # two lines: four panels stand side by side on a page of 900 px
-    names = [f"{gears[j]}, {sides[i]}<br>up to {engineering(float(tension[i, j].max()))} MPa" for i, j in panel]
-    drawn = panels(
-        f"Stress in the tooth roots, {result.attrs['mesh']}",
-        ["largest over the face; dashed: compression below the far flank", *names],
-        height=760,
-        specs=[[{"colspan": len(panel)}, *[None] * (len(panel) - 1)], [{} for _ in panel]],
-        columns=len(panel),
-        vertical_spacing=0.16,
-        horizontal_spacing=0.05,
-    )
     place, most = result["tooth_place"].values, float(np.abs(tension).max())
-    bar = {"title": {"text": "MPa"}, "thickness": 14, "len": 0.38, "y": 0.18}
+    scale = {"zmin": -most, "zmax": most, "colorscale": _STRESS_COLOURS, "colorbar": {"len": 0.38, "y": 0.18}}
+    curves, maps = [], []
     for number, (i, j) in enumerate(panel):
-        label = f"{gears[j]}, {sides[i]}"
-        for values, dash in ((tension[i, j].max(axis=0), "solid"), (compression[i, j].min(axis=0), "dash")):
-            line = {"color": PALETTE[number % len(PALETTE)], "width": 1.8, "dash": dash}
-            legend = entry(label, first=dash == "solid")
-            add_curve(drawn, place, values, panel=1, line=line, **legend)
-        face = result["width"].values * float(result["shared_face"].values[i]) * 1e3
-        look: dict[str, Any] = {"zmin": -most, "zmax": most, "colorscale": _STRESS_COLOURS, "colorbar": bar}
-        shown = {"showscale": number == len(panel) - 1, "row": 2, "col": number + 1}
-        _heat(drawn, face, place, tension[i, j], "MPa", **look, **shown)
-        drawn.update_xaxes(title_text="along the face [mm]", row=2, col=number + 1)
-    axis_titles(drawn, "place of the tooth on the path of contact [base pitches]", "stress [MPa]", row=1)
-    axis_titles(drawn, "", "place of the tooth [base pitches]", row=2)
-    return drawn
+        look: Trace = {"name": f"{gears[j]}, {sides[i]}", "colour": PALETTE[number % len(PALETTE)]}
+        curves.append(Curve(place, tension[i, j].max(axis=0), **look))
+        curves.append(Curve(place, compression[i, j].min(axis=0), dash="dash", **look))
+        heat = _flank(result, i, "tooth_place", tension[i, j], "MPa", **scale, showscale=number == len(panel) - 1)
+        # two lines: four panels stand side by side on a page of 900 px
+        title = f"{gears[j]}, {sides[i]}<br>up to {engineering(float(tension[i, j].max()))} MPa"
+        words = "" if number else "place of the tooth [base pitches]"
+        maps.append(Panel([heat], title=title, x="along the face [mm]", y=words))
+    largest = Panel(
+        curves,
+        title="largest over the face; dashed: compression below the far flank",
+        x="place of the tooth on the path of contact [base pitches]",
+        y="stress [MPa]",
+    )
+    specs = [[{"colspan": len(panel)}, *[None] * (len(panel) - 1)], [{} for _ in panel]]
+    layout: Trace = {"columns": len(panel), "gap": 0.05, "space": {"specs": specs, "vertical_spacing": 0.16}}
+    return chart(f"Stress in the tooth roots, {result.attrs['mesh']}", largest, *maps, height=760, **layout)
 
 
 def face_loads(result: xr.Dataset) -> go.Figure:
@@ -205,31 +194,17 @@ def face_loads(result: xr.Dataset) -> go.Figure:
     groups = by_pair_and_side(texts(result, "mesh"))
     columns = 2 if any(side for _, side in groups) else 1
     factor = result["face_load_factor"].values[now]
-    names = [
-        f"{pair} {side}".strip() + f": K<sub>Hβ</sub> up to {engineering(float(factor[meshes].max()))}"
-        for (pair, side), meshes in groups.items()
-    ]
-    rows = -(-len(groups) // columns)
-    drawn = panels(
-        "Load along the faces, mean over the record",
-        names,
-        height=120 + 300 * rows,
-        columns=columns,
-        shared_yaxes=True,
-        vertical_spacing=0.28 / rows,
-    )
     width, load = result["width"].values, result["face_load"].values[now] / 1e3
-    for place, meshes in enumerate(groups.values()):
-        row, column = place // columns + 1, place % columns + 1
-        for i, mesh in enumerate(meshes):
-            name = f"branch {i + 1}" if len(meshes) > 1 else "mesh"
-            legend = entry(name, first=place == 0)
-            add_curve(drawn, width, load[mesh], panel=(row, column), line=cycled(i), **legend)
-        words = "load per width [N/mm]" if column == 1 else ""
-        axis_titles(drawn, "place along the face, left to right [1]", words, row=row, column=column)
-        drawn.update_xaxes(range=[0, 1], row=row, col=column)
-        drawn.update_yaxes(rangemode="tozero", row=row, col=column)
-    return drawn
+    shown = []
+    for (pair, side), meshes in groups.items():
+        names = [f"branch {i + 1}" for i in range(len(meshes))] if len(meshes) > 1 else ["mesh"]
+        curves = [Curve(width, load[mesh], name=names[i], **cycled(i, 1)) for i, mesh in enumerate(meshes)]
+        title = f"{pair} {side}".strip() + f": K<sub>Hβ</sub> up to {engineering(float(factor[meshes].max()))}"
+        axes: Trace = {"x": "place along the face, left to right [1]", "x_ends": (0, 1), "y_axis": FROM_ZERO}
+        shown.append(Panel(curves, title=title, **axes))
+    rows = -(-len(groups) // columns)
+    layout: Trace = {"columns": columns, "height": 120 + 300 * rows, "space": {"vertical_spacing": 0.28 / rows}}
+    return chart("Load along the faces, mean over the record", *shown, y="load per width [N/mm]", **layout)
 
 
 def load_factors(result: xr.Dataset) -> go.Figure:
@@ -240,28 +215,29 @@ def load_factors(result: xr.Dataset) -> go.Figure:
     result : Dataset of `train_contact`: branch_load_factor (torque_factor, mesh_pair), face_load_factor
         (torque_factor, mesh) [1].
     """
-    drawn = panels(
+    torque, factor = result["torque_factor"].values, result["face_load_factor"].values
+    between = _pair_names(result)
+    sides = by_pair_and_side(texts(result, "mesh"))
+    curves = [*result["branch_load_factor"].values.T, *(factor[:, meshes].max(axis=1) for meshes in sides.values())]
+    names = [*between, *(f"{pair} {side}".strip() for pair, side in sides)]
+    layers = [
+        Curve(torque, curve, name=name, points=6, **cycled(i, 1))
+        for i, (name, curve) in enumerate(zip(names, curves, strict=True))
+    ]
+    axes: Trace = {"x": "torque per operating torque [1]", "y": "factor [1]", "x_axis": FROM_ZERO}
+    return chart(
         "Load factors over the torque",
-        ["between branches, K<sub>γ</sub>", "along the face, K<sub>Hβ</sub>, largest of the branches"],
+        Panel(layers[: len(between)], "between branches, K<sub>γ</sub>", **axes),
+        Panel(layers[len(between) :], "along the face, K<sub>Hβ</sub>, largest of the branches", **axes),
         height=620,
-        vertical_spacing=0.16,
+        gap=0.16,
     )
-    curves = [
-        (1, str(pair).split(".")[-1], result["branch_load_factor"].values[:, i])
-        for i, pair in enumerate(result["mesh_pair"].values)
-    ]
-    factor = result["face_load_factor"].values
-    curves += [
-        (2, f"{pair} {side}".strip(), factor[:, meshes].max(axis=1))
-        for (pair, side), meshes in by_pair_and_side(texts(result, "mesh")).items()
-    ]
-    for i, (row, name, values) in enumerate(curves):
-        look: dict[str, Any] = {"mode": "lines+markers", "line": cycled(i), "name": name}
-        add_curve(drawn, result["torque_factor"].values, values, panel=row, **look)
-    for row in (1, 2):
-        axis_titles(drawn, "torque per operating torque [1]", "factor [1]", row=row)
-        drawn.update_xaxes(rangemode="tozero", row=row, col=1)
-    return drawn
+
+
+def _pair_names(result: xr.Dataset) -> list[str]:
+    """``sun-planet`` of ``stages.main.meshes.sun-planet``, behind its stage where there are several."""
+    names = [str(name).split(".") for name in result["mesh_pair"].values]
+    return [pair_title((parts[1], parts[-1]), len({parts[1] for parts in names}) > 1) for parts in names]
 
 
 def sliding(result: xr.Dataset) -> go.Figure:
@@ -272,36 +248,27 @@ def sliding(result: xr.Dataset) -> go.Figure:
     result : Dataset of `efficiency`: contact_place, sliding_speed, specific_sliding_a, specific_sliding_b, path_load
         (mesh_pair, flank_place).
     """
-    names = [str(name).split(".") for name in result["mesh_pair"].values]  # stages.main.meshes.sun-planet
-    several = len({parts[1] for parts in names}) > 1
-    drawn = panels(
+    specific = ("specific_sliding_a", "specific_sliding_b")
+    least = min(float(np.nanmin(_within(result[name].values))) for name in specific)
+
+    def curves(variable: str, dash: str = "") -> list[Curve]:
+        values = _within(result[variable].values) if dash else result[variable].values
+        rows = zip(result["contact_place"].values, values, _pair_names(result), strict=True)
+        look = {"dash": dash} if dash else {}
+        return [Curve(place, row, name=name, **{**cycled(i), **look}) for i, (place, row, name) in enumerate(rows)]
+
+    both = [*curves(specific[0], "solid"), *curves(specific[1], "dot")]
+    ends = (1.1 * max(least, -_STEEPEST), 1.2)
+    title = "specific sliding of the first gear; of the second, dotted"
+    return chart(
         "Sliding and load along the path of contact",
-        [
-            "sliding speed, first gear less second",
-            "specific sliding of the first gear; of the second, dotted",
-            "mesh force per base pitch and mesh force",
-        ],
+        Panel(curves("sliding_speed"), "sliding speed, first gear less second", y="sliding speed [m/s]"),
+        Panel(both, title, y="specific sliding [1]", y_ends=ends),
+        Panel(curves("path_load"), "mesh force per base pitch and mesh force", y="load [1]", y_axis=FROM_ZERO),
+        x="place from the pitch point [base pitches]",
         height=820,
-        shared_xaxes=True,
-        vertical_spacing=0.07,
+        gap=0.07,
     )
-    place = result["contact_place"].values
-    rows = [(1, "sliding_speed", "solid"), (2, "specific_sliding_a", "solid"), (2, "specific_sliding_b", "dot")]
-    for row, variable, dash in [*rows, (3, "path_load", "solid")]:
-        values = _within(result[variable].values) if row == 2 else result[variable].values
-        for i, parts in enumerate(names):
-            name = pair_title((parts[1], parts[-1]), several)
-            dashed = dash if row == 2 else DASHES[i // len(PALETTE) % len(DASHES)]
-            line = {"color": PALETTE[i % len(PALETTE)], "width": 1.8, "dash": dashed}
-            legend = entry(name, first=row == 1)
-            add_curve(drawn, place[i], values[i], panel=row, line=line, **legend)
-    for row, title in enumerate(("sliding speed [m/s]", "specific sliding [1]", "load [1]"), start=1):
-        drawn.update_yaxes(title_text=title, row=row, col=1)
-    least = min(float(np.nanmin(_within(result[name].values))) for name in ("specific_sliding_a", "specific_sliding_b"))
-    drawn.update_yaxes(range=[1.1 * max(least, -_STEEPEST), 1.2], row=2, col=1)
-    drawn.update_yaxes(rangemode="tozero", row=3, col=1)
-    drawn.update_xaxes(title_text="place from the pitch point [base pitches]", row=3, col=1)
-    return drawn
 
 
 def _within(values: Array) -> Array:
@@ -321,22 +288,15 @@ def mesh_losses(result: xr.Dataset) -> go.Figure:
     factor, unit = (1e-3, "kW") if kilo else (1.0, "W")
     into = float(result["power_in"])
     stages = list(dict.fromkeys(stage for stage, _, _ in rows))
-    title = "Power lost in the meshes, all branches and sides"
-    drawn = figure(title, x=f"power loss [{unit}]", height=150 + 38 * len(rows))
     rows = rows[::-1]
-    drawn.add_bar(
-        x=[float(loss * factor) for _, _, loss in rows],
-        y=[f"{stage} {pair}" if len(stages) > 1 else pair for stage, pair, _ in rows],
-        orientation="h",
-        marker={"color": [PALETTE[stages.index(stage) % len(PALETTE)] for stage, _, _ in rows]},
-        text=[f"{engineering(loss * factor)} {unit}, {engineering(100 * loss / into, 3)} %" for _, _, loss in rows],
-        hovertemplate="%{y}: %{text} of the power into the train<extra></extra>",
-        **OUTSIDE,
-    )
-    # room for the numbers outside the bars
-    drawn.update_xaxes(range=[0.0, 1.35 * factor * max((loss for _, _, loss in rows), default=0.0) or 1.0])
-    drawn.update_yaxes(showgrid=False)
-    return drawn.update_layout(bargap=0.35)
+    losses = [float(loss * factor) for _, _, loss in rows]
+    names = [f"{stage} {pair}" if len(stages) > 1 else pair for stage, pair, _ in rows]
+    colours = [PALETTE[stages.index(stage) % len(PALETTE)] for stage, _, _ in rows]
+    text = [f"{engineering(loss * factor)} {unit}, {engineering(100 * loss / into, 3)} %" for _, _, loss in rows]
+    hover = "%{y}: %{text} of the power into the train"
+    bars = Bars(names, losses, level=True, colour=colours, text=text, hover=hover)
+    title = "Power lost in the meshes, all branches and sides"
+    return level_bars(title, names[::-1], Panel([bars], x=f"power loss [{unit}]"), row=38, room=0.35)
 
 
 # what objectives are drawn in: factor from SI, unit
@@ -376,36 +336,34 @@ def _front(result: xr.Dataset) -> go.Figure:
     """Two objectives of all candidates, the Pareto set, the drawing and the answer."""
     count = result.sizes["solution"]
     title = f"{count} solutions that no other beats, of {result.sizes['evaluation']} candidates"
-    drawn = figure(title, x=_title(result, 0), y=_title(result, 1), height=540)
     x, y = (_scaled(result, "evaluated_objective", at) for at in (0, 1))
     kept = slice(None, None, max(1, len(x) // _CLOUD))
     generation = result["evaluated_generation"].values[kept]
-    dots = {"size": 4, "color": generation, "colorscale": [[0, "#E3E7EB"], [1, "#66727F"]], "showscale": False}
-    cloud = "candidates, later ones darker"
-    add_curve(drawn, x[kept], y[kept], mode="markers", marker=dots, name=cloud, hoverinfo="skip")
+    dots = {"color": generation, "colorscale": [[0, "#E3E7EB"], [1, "#66727F"]], "showscale": False}
+    cloud = points(x[kept], y[kept], 4, name="candidates, later ones darker", hover=None, look={"marker": dots})
     front = [_scaled(result, "solution_objective", at) for at in (0, 1)]
     names = texts(result, "variable")
     words = [
         f"solution {i}<br>" + "<br>".join(f"{name}: {value}" for name, value in zip(names, row, strict=True))
         for i, row in enumerate(result["solution_text"].values)
     ]
-    look: dict[str, Any] = {"marker": {"color": PALETTE[0], "size": 8}, "text": words, "name": "Pareto set"}
-    look["line"] = {"color": PALETTE[0], "width": 1.6 if result.sizes["objective"] == 2 else 0, "shape": "hv"}
-    look["hovertemplate"] = "%{text}<br>%{x:.4g}, %{y:.4g}<extra></extra>"
-    add_curve(drawn, *front, mode="lines+markers", **look)
+    look: Trace = {"colour": PALETTE[0], "width": 1.6 if result.sizes["objective"] == 2 else 0, "shape": "hv"}
+    look |= {"points": 8, "text": words, "hover": "%{text}<br>%{x:.4g}, %{y:.4g}"}
+    solutions = Curve(front[0], front[1], name="Pareto set", **look)
     picked = int(result.attrs["picked"])
     before = [float(_scaled(result, "objective_before", at)) for at in (0, 1)]
-    for name, point, marker in (
-        ("as drawn", before, {"symbol": "x", "size": 12, "color": INK}),
-        ("the answer", [values[picked] for values in front], {"symbol": "star", "size": 16, "color": _AFTER}),
-    ):
-        drawn.add_scatter(x=point[:1], y=point[1:], mode="markers", marker=marker, name=name)
+    drawn = points(before[:1], before[1:], 12, name="as drawn", symbol="x", colour=INK, digits=(9, 9))
+    star: Trace = {"symbol": "star", "colour": _AFTER, "digits": (9, 9)}
+    chosen = points(front[0][[picked]], front[1][[picked]], 16, name="the answer", **star)
     # the Pareto set and what is drawn; poor candidates may lie far outside
-    for values, at, update in zip(front, before, (drawn.update_xaxes, drawn.update_yaxes), strict=True):
+    ends = []
+    for values, at in zip(front, before, strict=True):
         low, high = min(float(values.min()), at), max(float(values.max()), at)
         room = 0.12 * (high - low) or 0.1 * abs(high) or 1.0
-        update(range=[low - room, high + room])
-    return drawn
+        ends.append((low - room, high + room))
+    layers = [cloud, solutions, drawn, chosen]
+    panel = Panel(layers, x=_title(result, 0), y=_title(result, 1), x_ends=ends[0], y_ends=ends[1])
+    return chart(title, panel, height=540)
 
 
 def _progress(result: xr.Dataset) -> go.Figure:
@@ -415,15 +373,13 @@ def _progress(result: xr.Dataset) -> go.Figure:
     before, after = float(_scaled(result, "objective_before", 0)), float(_scaled(result, "objective_after", 0))
     unit = _READ[texts(result, "objective_unit")[0]][1]
     title = f"{engineering(before)} {unit} as drawn, {engineering(after)} {unit} with {answer}"
-    drawn = figure(title, x="generation", y=_title(result, 0), height=420)
     x, y = result["evaluated_generation"].values, _scaled(result, "evaluated_objective", 0)
     kept = slice(None, None, max(1, len(x) // _CLOUD))
-    dots = {"size": 3, "color": tint(PALETTE[0], 0.55)}
-    add_curve(drawn, x[kept], y[kept], mode="markers", marker=dots, name="candidates")
-    line = {"color": _AFTER, "width": 2.4, "shape": "hv"}
-    drawn.add_scatter(x=list(range(len(best))), y=compact(best), mode="lines", line=line, name="best so far")
-    drawn.add_hline(y=before, line={"color": INK, "width": 1.2, "dash": "dash"})
-    return drawn.update_yaxes(range=[0, 1.6 * max(before, float(best.max()))])
+    candidates = points(x[kept], y[kept], 3, name="candidates", colour=tint(PALETTE[0], 0.55))
+    steps = Curve(range(len(best)), best, name="best so far", colour=_AFTER, width=2.4, shape="hv")
+    layers = [candidates, steps, Mark(y=before, dash="dash")]
+    ends = (0, 1.6 * max(before, float(best.max())))
+    return chart(title, Panel(layers, x="generation", y=_title(result, 0), y_ends=ends))
 
 
 def relief_effect(result: xr.Dataset) -> go.Figure:
@@ -437,44 +393,47 @@ def relief_effect(result: xr.Dataset) -> go.Figure:
         relieved_place (relieved_mesh, place) [base pitches], relieved_force (relieved_mesh) [N];
         mesh_force_rms (state, speed) [N].
     """
-    names = [
-        "loaded transmission error less its mean, operating load",
-        "its peak to peak over the load (Harris map)",
-        "largest load per length along the path of contact, operating load",
-    ]
-    if "mesh_force_rms" in result:
-        names.append("RMS of the dynamic mesh force, largest of the meshes looked at")
-    drawn = panels("Before (grey) and after (orange) relief", names, height=330 * len(names), vertical_spacing=0.08)
     meshes = short_names(texts(result, "relieved_mesh"))
     factors = result["load_factor"].values
     now = int(np.argmin(np.abs(factors - 1.0)))
     error = result["relieved_error"].values[:, :, now] * 1e6
     phase = np.append(result["mesh_phase"].values, 1.0)
+    errors, harris, along = list[Layer](), list[Layer](), list[Layer]()
     for j, mesh in enumerate(meshes):
-        shown = error[:, j] - error[:, j].mean(axis=1, keepdims=True)
-        _pair(drawn, phase, np.append(shown, shown[:, :1], axis=1), mesh, j, row=1)
+        errors += _states(phase, _closed(error[:, j] - error[:, j].mean(axis=1, keepdims=True)), mesh, j)
         load = factors * float(result["relieved_force"].values[j]) / 1e3
-        _pair(drawn, load, result["relieved_peak_to_peak"].values[:, j] * 1e6, mesh, j, row=2)
-        drawn.add_vline(x=load[now], line={"color": INK, "width": 1, "dash": "dot"}, row=2, col=1)
-        _pair(drawn, result["relieved_place"].values[j], result["relieved_load"].values[:, j] / 1e3, mesh, j, row=3)
-    titles = [
-        ("time [mesh cycles]", "error [µm]"),
-        ("mesh force of one helix [kN]", "error [µm]"),
-        ("path of contact from the pitch point [base pitches]", "load per length [N/mm]"),
+        harris += _states(load, result["relieved_peak_to_peak"].values[:, j] * 1e6, mesh, j)
+        harris += [Mark(x=load[now], width=1, dash="dot")]
+        along += _states(result["relieved_place"].values[j], result["relieved_load"].values[:, j] / 1e3, mesh, j)
+    rows = [
+        (errors, "loaded transmission error less its mean, operating load", "time [mesh cycles]", "error [µm]"),
+        (harris, "its peak to peak over the load (Harris map)", "mesh force of one helix [kN]", "error [µm]"),
+        (
+            along,
+            "largest load per length along the path of contact, operating load",
+            "path of contact from the pitch point [base pitches]",
+            "load per length [N/mm]",
+        ),
     ]
     if "mesh_force_rms" in result:
-        _pair(drawn, result["speed"].values, result["mesh_force_rms"].values, "", 0, row=4)
-        titles.append(("speed relative to the operating one [1]", "force [N]"))
-    for row, (x, y) in enumerate(titles, start=1):
-        axis_titles(drawn, x, y, row=row)
-        drawn.update_yaxes(rangemode="normal" if row == 1 else "tozero", row=row, col=1)
-    return drawn
+        forces = list[Layer](_states(result["speed"].values, result["mesh_force_rms"].values, "", 0))
+        title, words = (
+            "RMS of the dynamic mesh force, largest of the meshes looked at",
+            "speed relative to the operating one [1]",
+        )
+        rows.append((forces, title, words, "force [N]"))
+    shown = [
+        Panel(layers, title=title, x=x, y=y, y_axis={} if layers is errors else FROM_ZERO)
+        for layers, title, x, y in rows
+    ]
+    return chart("Before (grey) and after (orange) relief", *shown, height=330 * len(shown), gap=0.08)
 
 
-def _pair(drawn: go.Figure, x: Array, values: Array, mesh: str, number: int, *, row: int) -> None:
+def _states(x: Array, values: Array, mesh: str, number: int) -> list[Curve]:
     """Both states (2, k) of one mesh over x (k,): a colour for the state, a dash for the mesh."""
+    curves = []
     for i, (state, colour) in enumerate((("before", _BEFORE), ("after", _AFTER))):
-        look = {"color": colour, "width": 1.6 + 0.8 * i, "dash": DASHES[number % len(DASHES)]}
+        look: Trace = {"colour": colour, "width": 1.6 + 0.8 * i, "dash": DASHES[number % len(DASHES)]}
         name = ", ".join(text for text in (mesh, state) if text)
-        legend = entry(name, first=row == 1)
-        add_curve(drawn, x, values[i], panel=row, line=look, **legend)
+        curves.append(Curve(x, values[i], name=name, key=bool(mesh), **look))
+    return curves

@@ -8,29 +8,38 @@ connection and kinetic energy by body are two heat maps.
 from __future__ import annotations
 
 import json
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ..series import Array, ModeGroup, engineering, mesh_tones, mode_groups, numbers, summed_shares, texts
+from ..series import (
+    Array,
+    Box,
+    ModeGroup,
+    engineering,
+    has_room,
+    kept_apart,
+    mesh_tones,
+    mode_groups,
+    numbers,
+    summed_shares,
+    texts,
+)
+from .renderers import OPERATING_BAND, Curve, Heat, Layer, Mark, Panel, Stems, Trace, chart, points
 from .style import (
+    BESIDE,
     DASHES,
     INK,
     PALE,
     SPEED_TITLE,
     WARNING,
-    add_curve,
-    add_key,
-    add_operating_band,
     beside,
-    figure,
     level_legend,
     mode_colour,
     mode_symbol,
     note,
-    panels,
 )
 
 # Width of the plot on the narrowest page that names must have room on, 900 px with the names of tones beside it.
@@ -52,75 +61,71 @@ def frequencies(modes: xr.Dataset, check: xr.Dataset | None = None) -> go.Figure
     check : Dataset of `check`: mesh_frequency (stage) [Hz].
     """
     found = mode_groups(modes)
-    drawn = figure("Natural frequencies", x="mode", y="natural frequency [Hz]", height=440)
     top = max((one.frequency for one in found), default=1.0)
     last = found[-1].first if found else 1
     named = _named(found, last, top) if len(found) <= 36 else set()
-    for kind in dict.fromkeys(one.kind for one in found):
-        _add_stems(drawn, [one for one in found if one.kind == kind], kind, named)
+    stems: list[Layer] = [
+        _stems([one for one in found if one.kind == kind], kind, named)
+        for kind in dict.fromkeys(one.kind for one in found)
+    ]
     tones = mesh_tones(check)
-    _add_tones(drawn, tones, top)
-    drawn.update_xaxes(range=[0.2, last + 0.8], showgrid=False, dtick=1 if last <= 40 else 5)
-    drawn.update_yaxes(range=[0, 1.12 * top])
     longest = max((len(f"{stage} mesh 0000 Hz") if len(tones) > 1 else 15 for stage in tones), default=15)
-    return drawn.update_layout(margin={"r": beside(longest)}, legend=level_legend(-0.18), showlegend=True)
+    panel = Panel(
+        [*stems, *_tones(tones, top)],
+        x="mode",
+        y="natural frequency [Hz]",
+        x_ends=(0.2, last + 0.8),
+        y_ends=(0, 1.12 * top),
+        x_axis={"showgrid": False, "dtick": 1 if last <= 40 else 5},
+    )
+    layout: Trace = {"margin": {"r": beside(longest)}, "legend": level_legend(-0.18), "showlegend": True}
+    return chart("Natural frequencies", panel, height=440, **layout)
 
 
 def _named(found: list[ModeGroup], last: int, top: float) -> set[int]:
     """First modes whose numbers find room above their heads, from the lowest on; `last` modes up to `top` [Hz]."""
     right, up = _NARROW / max(last, 1), 300.0 / (1.12 * top or 1.0)  # [px] a mode and a hertz
-    boxes: list[tuple[float, float, float, float]] = []
+    boxes: list[Box] = []
     named = set()
     for one in found:
         wide, tall = 5.3 * len(engineering(one.frequency)) + 2, 26.0 if one.multiplicity > 1 else 13.0
-        x, low = one.first * right, one.frequency * up
-        if all(
-            abs(x - at) >= (wide + other) / 2 or low >= below + height or below >= low + tall
-            for at, below, other, height in boxes
-        ):
-            boxes.append((x, low, wide, tall))
+        box = (one.first * right, one.frequency * up + tall / 2, wide, tall)
+        if has_room(box, boxes):
+            boxes.append(box)
             named.add(one.first)
     return named
 
 
-def _add_stems(drawn: go.Figure, own: list[ModeGroup], kind: str, named: set[int]) -> None:
+def _stems(own: list[ModeGroup], kind: str, named: set[int]) -> Stems:
     """Stems of the modes of one kind with their heads, the frequency above those that are named."""
-    colour = mode_colour(kind)
-    drawn.add_scatter(
-        x=[value for one in own for value in (one.first, one.first, None)],
-        y=[value for one in own for value in (0.0, one.frequency, None)],
-        **{"mode": "lines", "line": {"color": colour, "width": 2}, "legendgroup": kind},
-        **{"showlegend": False, "hoverinfo": "skip"},
-    )
     words = [engineering(one.frequency) + (f"<br>×{one.multiplicity}" if one.multiplicity > 1 else "") for one in own]
-    drawn.add_scatter(
-        x=[one.first for one in own],
-        y=[one.frequency for one in own],
-        mode="markers+text" if named else "markers",
-        marker={"color": colour, "symbol": mode_symbol(kind), "size": 10},
-        text=[text if one.first in named else "" for one, text in zip(own, words, strict=True)],
-        textposition="top center",
-        textfont={"size": 9},
-        cliponaxis=False,
+    above = {"textposition": "top center", "textfont": {"size": 9}, "cliponaxis": False}
+    return Stems(
+        [one.first for one in own],
+        [one.frequency for one in own],
         name=kind or "mode",
-        legendgroup=kind,
-        hovertemplate="mode %{x}: %{y:.5g} Hz<extra>" + kind + "</extra>",
+        group=kind,
+        colour=mode_colour(kind),
+        width=2,
+        points=10,
+        symbol=mode_symbol(kind),
+        text=[text if one.first in named else "" for one, text in zip(own, words, strict=True)],
+        hover=f"mode %{{x}}: %{{y:.5g}} Hz<extra>{kind}</extra>",
+        look={"mode": "markers+text" if named else "markers", **above},
     )
 
 
-def _add_tones(drawn: go.Figure, tones: dict[str, float], top: float) -> None:
+def _tones(tones: dict[str, float], top: float) -> list[Mark]:
     """Mesh frequencies and their harmonics; those left out whose names would lie on another."""
-    taken: list[float] = []
-    order = [(harmonic, stage) for harmonic in range(1, 6) for stage in tones]
-    for harmonic, stage in order:
-        hertz = harmonic * tones[stage]
-        if hertz > top or any(abs(hertz - other) < 0.06 * top for other in taken):
-            continue
+    every = [(harmonic, stage, harmonic * tones[stage]) for harmonic in range(1, 6) for stage in tones]
+    within, marks = [one for one in every if one[2] <= top], []
+    for place in kept_apart([hertz for *_, hertz in within], range(len(within)), 0.06 * top):
+        harmonic, stage, hertz = within[place]
         name = f"{stage} mesh" if len(tones) > 1 else "mesh"
-        text = f"{harmonic}× {name}" if harmonic > 1 else f"{name} {engineering(hertz)} Hz"
-        drawn.add_hline(y=hertz, line={"color": PALE, "width": 1, "dash": "dot"}, layer="below")
-        note(drawn, text, xref="paper", x=1.005, xanchor="left", y=hertz, yanchor="middle")
-        taken.append(hertz)
+        words = f"{harmonic}× {name}" if harmonic > 1 else f"{name} {engineering(hertz)} Hz"
+        look: Trace = {"colour": PALE, "width": 1, "dash": "dot", "below": True}
+        marks.append(Mark(y=hertz, words=words, where={**BESIDE, "y": hertz}, **look))
+    return marks
 
 
 def energy_shares(modes: xr.Dataset, *, most: int = 40) -> go.Figure:
@@ -137,39 +142,30 @@ def energy_shares(modes: xr.Dataset, *, most: int = 40) -> go.Figure:
         summed_shares(texts(shown, dim), shown[f"{name}_energy_share"].transpose(dim, "mode").values)
         for name, dim in (("strain", "connection"), ("kinetic", "body"))
     )
-    heights = [len(strain[0]), len(kinetic[0])]
-    drawn = panels(
-        "Where the energy of each mode sits",
-        ["strain energy of the connections", "kinetic energy of the bodies"],
-        height=240 + 26 * sum(heights),
-        row_heights=[value / sum(heights) for value in heights],
-        vertical_spacing=min(0.3, 64 / (100 + 26 * sum(heights))),
-        shared_xaxes=True,
-    )
-    hertz = numbers(shown, "frequency")
-    words = [engineering(float(value)) for value in hertz]
-    for row, (names, shares) in enumerate((strain, kinetic), start=1):
-        percent = np.round(100 * shares, 1)
-        drawn.add_heatmap(
-            z=percent.tolist(),
-            x=list(range(len(hertz))),
-            y=names,
-            text=[[f"{value:.0f}" if value >= 4.5 else "" for value in values] for values in percent],
-            texttemplate="%{text}",
-            textfont={"size": 10},
-            customdata=[words] * len(names),
-            hovertemplate="%{y}: %{z:.1f} %<br>mode at %{customdata} Hz<extra></extra>",
-            **{"coloraxis": "coloraxis", "xgap": 1, "ygap": 1, "row": row, "col": 1},
-        )
-    drawn.update_yaxes(autorange="reversed", showgrid=False)
-    ticks = {"tickmode": "array", "tickvals": list(range(len(hertz))), "tickangle": -90}
-    drawn.update_xaxes(**ticks, ticktext=[f"{mode}: {text}" for mode, text in enumerate(words, 1)], showgrid=False)
-    drawn.update_xaxes(title_text="mode: natural frequency [Hz]", row=2, col=1)
-    drawn.update_xaxes(showticklabels=False, row=1, col=1)
-    title = {"text": "share [%]", "side": "right", "font": {"size": 13}}
-    bar = {"title": title, "thickness": 14, "outlinewidth": 0, "tickfont": {"size": 12}}
+    hertz = [engineering(float(value)) for value in numbers(shown, "frequency")]
+    named = {"text": "share [%]", "side": "right", "font": {"size": 13}}
+    bar = {"title": named, "thickness": 14, "outlinewidth": 0, "tickfont": {"size": 12}}
     scale = {"colorscale": _SHARE_COLOURS, "cmin": 0, "cmax": 100, "colorbar": bar}
-    return drawn.update_layout(coloraxis=scale)
+    ticks: Trace = {"tickmode": "array", "tickvals": list(range(len(hertz))), "tickangle": -90, "showgrid": False}
+    ticks["ticktext"] = [f"{mode}: {text}" for mode, text in enumerate(hertz, 1)]
+    maps = list[Panel]()
+    for words, (names, shares) in (
+        ("strain energy of the connections", strain),
+        ("kinetic energy of the bodies", kinetic),
+    ):
+        percent = np.round(100 * shares, 1)
+        look: Trace = {"texttemplate": "%{text}", "textfont": {"size": 10}, "coloraxis": "coloraxis"}
+        look |= {"xgap": 1, "ygap": 1, "customdata": [hertz] * len(names)}
+        said = [[f"{value:.0f}" if value >= 4.5 else "" for value in values] for values in percent]
+        hover = "%{y}: %{z:.1f} %<br>mode at %{customdata} Hz"
+        heat = Heat(range(len(hertz)), names, percent, text=said, hover=hover, look=look)
+        x_axis = {**ticks, "showticklabels": bool(maps)}
+        maps.append(Panel([heat], title=words, x_axis=x_axis, y_axis={"autorange": "reversed", "showgrid": False}))
+    count = len(strain[0]) + len(kinetic[0])
+    space = {"row_heights": [len(strain[0]) / count, len(kinetic[0]) / count]}
+    layout: Trace = {"height": 240 + 26 * count, "gap": min(0.3, 64 / (100 + 26 * count)), "coloraxis": scale}
+    title = "Where the energy of each mode sits"
+    return chart(title, *maps, x="mode: natural frequency [Hz]", space=space, **layout)
 
 
 class ResonanceCrossing(NamedTuple):
@@ -195,43 +191,33 @@ def campbell(data: xr.Dataset, *, orders: int | None = None) -> go.Figure:
     highest, fastest = float(np.nanmax(whirl, initial=1.0)), max((float(ray.max()) for ray in rays.values()), default=0)
     count = orders or int(np.clip(np.ceil(highest / fastest) if fastest > 0 else 3, 3, 8))
     top = 1.05 * min(highest, 1.3 * count * fastest) if fastest > 0 else 1.05 * highest
-    drawn = figure("Campbell diagram", x=SPEED_TITLE, y="frequency [Hz]", height=600)
-    if percent[0] <= 100 <= percent[-1]:
-        add_operating_band(drawn)
-        drawn.add_vline(x=100, line={"color": INK, "width": 1.5})
+    layers: list[Layer] = [OPERATING_BAND, Mark(x=100, width=1.5)] if percent[0] <= 100 <= percent[-1] else []
     kinds = texts(data, "mode_kind") if "mode_kind" in data.variables else [""] * whirl.shape[1]
     for kind in dict.fromkeys(kinds):
         curves = whirl[:, [own == kind for own in kinds]].T
         gap = np.full((len(curves), 1), np.nan)  # between two modes
         x = np.hstack([np.tile(percent, (len(curves), 1)), gap])
-        line, words = {"color": mode_colour(kind), "width": 1.8}, f"{kind} modes" if kind else "natural frequencies"
-        add_curve(drawn, x, np.hstack([curves, gap]), line=line, name=words, hoverinfo="skip")
+        words = f"{kind} modes" if kind else "natural frequencies"
+        layers.append(Curve(x, np.hstack([curves, gap]), name=words, colour=mode_colour(kind), hover=None))
     for place, ray in enumerate(rays.values()):
-        line = {"color": PALE, "width": 1.3, "dash": DASHES[1 + place % 3]}
         for order in range(1, count + 1):  # as far as the diagram reaches
             within = np.where(order * ray <= 1.2 * top, order * ray, np.nan)
-            add_curve(drawn, percent, within, line=line, showlegend=False, hoverinfo="skip")
-    _ray_names(drawn, rays, percent, count=count, top=top)
-    longest = _mode_names(drawn, whirl[-1], top)
+            layers.append(Curve(percent, within, colour=PALE, width=1.3, dash=DASHES[1 + place % 3], hover=None))
     found = [one for one in crossings(data, orders=count) if one.frequency <= top]
+    said = [
+        f"mode {one.mode} at {engineering(one.frequency)} Hz<br>{one.order}× {one.stage}"
+        f"<br>{engineering(100 * one.relative_speed)} % of the operating speed"
+        for one in found
+    ]
     if found:
-        add_curve(
-            drawn,
-            [100 * one.relative_speed for one in found],
-            [one.frequency for one in found],
-            mode="markers",
-            marker={"symbol": "circle-open", "size": 10, "color": WARNING, "line": {"width": 2}},
-            name="a mesh order meets a natural frequency",
-            text=[
-                f"mode {one.mode} at {engineering(one.frequency)} Hz<br>{one.order}× {one.stage}"
-                f"<br>{engineering(100 * one.relative_speed)} % of the operating speed"
-                for one in found
-            ],
-            hoverinfo="text",
-        )
-    drawn.update_xaxes(range=[float(percent[0]), float(percent[-1])])
-    drawn.update_yaxes(range=[0, top])
-    return drawn.update_layout(margin={"r": beside(longest), "t": 60}, legend=level_legend(-0.14))
+        at = ([100 * one.relative_speed for one in found], [one.frequency for one in found])
+        ring: Trace = {"symbol": "circle-open", "outline": 2, "colour": WARNING, "text": said, "hover": "%{text}"}
+        layers.append(points(*at, 10, name="a mesh order meets a natural frequency", **ring))
+    run = (float(percent[0]), float(percent[-1]))
+    panel = Panel(layers, x=SPEED_TITLE, y="frequency [Hz]", x_ends=run, y_ends=(0, top))
+    drawn = chart("Campbell diagram", panel, height=600, legend=level_legend(-0.14))
+    _ray_names(drawn, rays, percent, count=count, top=top)
+    return drawn.update_layout(margin={"r": beside(_mode_names(drawn, whirl[-1], top)), "t": 60})
 
 
 def _mode_names(drawn: go.Figure, hertz: Array, top: float) -> int:
@@ -251,8 +237,7 @@ def _mode_names(drawn: go.Figure, hertz: Array, top: float) -> int:
     for own in groups:
         ends = sorted({own[0] + 1, own[-1] + 1})
         words = f"mode{'s' if len(ends) > 1 else ''} {'–'.join(map(str, ends))}: {engineering(float(hertz[own[0]]))} Hz"
-        where = {"xref": "paper", "x": 1.005, "xanchor": "left", "y": float(hertz[own[0]]), "yanchor": "middle"}
-        note(drawn, words, **where, font={"size": 11, "color": PALE})
+        note(drawn, words, **BESIDE, y=float(hertz[own[0]]), font={"size": 11, "color": PALE})
         longest = max(longest, len(words))
     return longest
 
@@ -295,19 +280,18 @@ def _ray_names(drawn: go.Figure, rays: dict[str, Array], percent: Array, *, coun
 
     Those are left out that would lie on another.
     """
-    taken: list[tuple[float, float, float]] = []
-    wide = float(np.ptp(percent))
+    taken: list[Box] = []
+    wide, tall = float(np.ptp(percent)), 1.2 * _LINE * top
     for stage, ray in rays.items():
         for order in range(1, count + 1):
             name = f"{order}× {stage}"
-            room = 1.1 * _LETTER * len(name)  # of the width
-            for share in (0.95, 0.85, 0.75, 0.65):  # of the way to the end, until there is room
-                end = min(float(percent[-1]) - wide * room / 2, float(np.interp(top, order * ray, percent)))
-                x = share * end
+            across = 1.1 * _LETTER * len(name) * wide
+            end = min(float(percent[-1]) - across / 2, float(np.interp(top, order * ray, percent)))
+            for x in (share * end for share in (0.95, 0.85, 0.75, 0.65)):  # of the way to the end, until there is room
                 y = order * float(np.interp(x, percent, ray))
-                if all(abs(x - a) > wide * (room + r) / 2 or abs(y - b) > 1.2 * _LINE * top for a, b, r in taken):
+                if has_room((x, y, across, tall), taken):
                     note(drawn, name, x=x, y=y, font={"size": 11, "color": INK}, bgcolor="rgba(255,255,255,0.85)")
-                    taken.append((x, y, room))
+                    taken.append((x, y, across, tall))
                     break
 
 
@@ -324,39 +308,28 @@ def loci(data: xr.Dataset, *, most: int = 24) -> go.Figure:
     unit = f" [{options['unit']}]" if options["unit"] else ""
     x = numbers(data, "parameter")
     hertz = data["frequency"].transpose("mode", "parameter").values[:most]
-    title = f"Natural frequencies over {options['over']}"
-    drawn = figure(title, x=f"{options['over']}{unit}", y="frequency [Hz]", height=560)
-    kinds = texts(data, "mode_kind")
-    multiple = data["multiplicity"].values
-    seen: set[str] = set()
+    kinds, multiple = texts(data, "mode_kind"), data["multiplicity"].values
+    layers: list[Layer] = []
     for place, row in enumerate(hertz):
-        if row.max() <= 0:
-            continue
-        kind = kinds[place]
-        line = {"color": mode_colour(kind), "width": 2.6 if int(multiple[place]) > 1 else 1.5}
-        legend: dict[str, Any] = {"name": f"{kind} mode", "legendgroup": kind, "showlegend": kind not in seen}
-        words = f"mode {place + 1}, {kind}: %{{y:.5g}} Hz<extra></extra>"
-        add_curve(drawn, x, row, line=line, hovertemplate=words, **legend)
-        seen.add(kind)
+        if row.max() > 0:
+            look: Trace = {"colour": mode_colour(kinds[place]), "width": 2.6 if multiple[place] > 1 else 1.5}
+            hover = f"mode {place + 1}, {kinds[place]}: %{{y:.5g}} Hz"
+            layers.append(Curve(x, row, name=f"{kinds[place]} mode", hover=hover, **look))
     top = 1.04 * float(np.nanmax(hertz, initial=1.0))
-    for kind in _EVENT_MARKS:
-        _mark_events(drawn, data, kind, top)
+    layers += [mark for kind in _EVENT_MARKS for mark in _events(data, kind, top)]
     if x.min() <= float(options["value"]) <= x.max():
-        line = {"color": INK, "width": 1.2, "dash": "dot"}
-        drawn.add_vline(x=float(options["value"]), line=line)
-        add_key(drawn, "value in the model", line, legendgroup="events")
+        layers.append(Mark(x=float(options["value"]), dash="dot", name="value in the model", group="events"))
     wide = x.min() > 0 and x.max() / x.min() > 10
-    drawn.update_xaxes(type="log" if wide else "linear", exponentformat="e")
-    return drawn.update_yaxes(range=[0, top])
+    axis = {"type": "log" if wide else "linear", "exponentformat": "e"}
+    panel = Panel(layers, x=f"{options['over']}{unit}", y="frequency [Hz]", x_axis=axis, y_ends=(0, top))
+    return chart(f"Natural frequencies over {options['over']}", panel, height=560)
 
 
-def _mark_events(drawn: go.Figure, data: xr.Dataset, kind: str, top: float) -> None:
+def _events(data: xr.Dataset, kind: str, top: float) -> list[Curve]:
     """Crossings or veerings of the loci up to a frequency [Hz]."""
     symbol, colour, words = _EVENT_MARKS[kind]
     frequency, where = numbers(data, "event_frequency"), numbers(data, "event_value")
     chosen = [i for i, text in enumerate(texts(data, "event_kind")) if text == kind and frequency[i] <= top]
-    if not chosen:
-        return
     gap, index = numbers(data, "event_gap"), numbers(data, "veering_index")
     first, second = texts(data, "event_first"), texts(data, "event_second")
     said = [
@@ -364,13 +337,6 @@ def _mark_events(drawn: go.Figure, data: xr.Dataset, kind: str, top: float) -> N
         + (f": gap {engineering(gap[i])} Hz, index {index[i]:.2f}" if kind == "veering" else "")
         for i in chosen
     ]
-    drawn.add_scatter(
-        x=[float(where[i]) for i in chosen],
-        y=[float(frequency[i]) for i in chosen],
-        mode="markers",
-        marker={"symbol": symbol, "size": 11, "color": colour, "line": {"width": 2, "color": colour}},
-        name=words,
-        legendgroup="events",
-        text=said,
-        hovertemplate=f"{words} at %{{x:.5g}}, %{{y:.5g}} Hz<br>%{{text}}<extra></extra>",
-    )
+    look: Trace = {"symbol": symbol, "colour": colour, "look": {"marker": {"line": {"width": 2, "color": colour}}}}
+    look |= {"text": said, "hover": f"{words} at %{{x:.5g}}, %{{y:.5g}} Hz<br>%{{text}}", "digits": (9, 9)}
+    return [points(where[chosen], frequency[chosen], 11, name=words, group="events", **look)] if chosen else []

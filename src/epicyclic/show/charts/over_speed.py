@@ -8,6 +8,7 @@ of speeds has the largest dynamic factor, the band about operation, and what mee
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -20,8 +21,8 @@ from ...results.dataset import EQUAL, largest, ranked
 from ..series import (
     Array,
     Series,
-    compact,
     engineering,
+    kept_apart,
     merged,
     mode_groups,
     numbers,
@@ -30,6 +31,7 @@ from ..series import (
     stage_count,
     texts,
 )
+from .renderers import FROM_ZERO, OPERATING_BAND, Curve, Layer, Mark, Panel, Trace, chart, cycled, points
 from .style import (
     DASHES,
     INK,
@@ -37,17 +39,10 @@ from .style import (
     PALETTE,
     SPEED_TITLE,
     WARNING,
-    add_curve,
-    add_key,
-    add_operating_band,
     branch_colour,
-    entry,
-    figure,
     level_legend,
-    lines_across,
     mode_colour,
     note,
-    panels,
     translucent,
 )
 
@@ -64,7 +59,7 @@ _BEARING_PANELS = (
     ("bearing_force_peak", "largest radial force"),
     ("bearing_force_rms", "RMS of the dynamic radial force"),
 )
-_FORCE = {"title_text": "force [kN]", "rangemode": "tozero"}
+_FORCE: Mapping[str, Any] = {"y": "force [kN]", "y_axis": FROM_ZERO}
 # the run-up wide and pale, so that the coast-down over it hides it nowhere
 _LOOK = {"up": ("#F2B184", 5.0, "triangle-up", "run-up"), "down": (PALETTE[0], 1.3, "triangle-down", "coast-down")}
 
@@ -78,43 +73,45 @@ def abscissa(sweep: xr.Dataset) -> tuple[Array, str]:
     return 100 * numbers(sweep, "speed"), "speed [% of the operating speed]"
 
 
-def mark_modes(drawn: go.Figure, modes: xr.Dataset | None, sweep: xr.Dataset, x: Array) -> None:
+def mode_marks(modes: xr.Dataset | None, sweep: xr.Dataset, x: Array) -> list[Mark]:
     """What of the modes lies within x (speed,) [Hz], as lines behind the curves.
 
     Over a range about operation the speeds at which mesh orders meet modes, where they are known, else natural
     frequencies.
     """
     if modes is None or not len(x):
-        return
-    if modes.sizes.get("resonance", 0) and x.max() <= _ABOUT * _operating_frequency(sweep, x):
-        _mark_resonances(drawn, modes, sweep, x)
-    else:
-        natural = [one for one in mode_groups(modes) if float(x.min()) <= one.frequency <= float(x.max())]
-        kind_lines(drawn, [(one.frequency, one.kind) for one in natural], "{} mode", legendgroup="marks")
-
-
-def _mark_resonances(drawn: go.Figure, modes: xr.Dataset, sweep: xr.Dataset, x: Array) -> None:
-    """Strongest speeds within x (speed,) [Hz] at which a mesh order meets a mode, as lines named by order and mode."""
+        return []
     tone = _operating_frequency(sweep, x)
+    if modes.sizes.get("resonance", 0) and x.max() <= _ABOUT * tone:
+        return _resonance_marks(modes, tone, x)
+    natural = [one for one in mode_groups(modes) if float(x.min()) <= one.frequency <= float(x.max())]
+    return [kind_mark(one.kind, x=one.frequency, group="marks") for one in natural]
+
+
+def kind_mark(kind: str, name: str = "{} mode", *, alpha: float = 0.75, **where: Any) -> Mark:
+    """A dotted line in the colour of a kind of mode; name : in the legend, with {} for the kind.  where : of `Mark`."""
+    look: Trace = {"colour": translucent(mode_colour(kind), alpha), "width": 1.1, "dash": "dot", "below": True}
+    return Mark(name=name.format(kind), **look, **where)
+
+
+def _resonance_marks(modes: xr.Dataset, tone: float, x: Array) -> list[Mark]:
+    """Strongest speeds within x (speed,) at which a mesh order meets a mode, named by order and mode; all [Hz]."""
     force = np.nan_to_num(numbers(modes, "resonance_force_ratio"), nan=0.0)
     at, kinds = tone * numbers(modes, "resonance_speed"), texts(modes, "resonance_kind")
     inside = (force > 0) & (at >= x.min()) & (at <= x.max())
     inside &= np.array([one != "no" for one in texts(modes, "resonance_excited", "resonance")], dtype=bool)
     shown = [int(place) for place in ranked(force, equal=EQUAL) if inside[place]][:_RESONANCES]
-    kind_lines(drawn, [(float(at[place]), kinds[place]) for place in shown], "resonance, {} mode", legendgroup="marks")
-    stages = texts(modes, "resonance_stage")
-    several = len(set(stages)) > 1
-    taken: list[float] = []
+    named = kept_apart(at, shown, 0.05 * float(np.ptp(x)))
+    words, marks = _words(modes, "{}×{}, mode {}"), []
     for place in shown:
-        if any(abs(at[place] - other) < 0.05 * np.ptp(x) for other in taken):
-            continue
-        taken.append(float(at[place]))
-        order = f"{int(modes['resonance_order'].values[place])}×{f' {stages[place]}' if several else ''}"
-        words = f"{order}, mode {int(modes['resonance_mode'].values[place])}"
         # on the side that has room, over the curves on a ground of their own
         side = 8 if at[place] < x.min() + 0.02 * np.ptp(x) else -8
         where = {"yref": "y domain", "y": 0.02, "yanchor": "bottom", "textangle": -90, "xshift": side}
-        note(drawn, words, x=float(at[place]), **where, bgcolor="rgba(255,255,255,0.8)", borderpad=0)
+        where |= {"bgcolor": "rgba(255,255,255,0.8)", "borderpad": 0}
+        said = words[place] if place in named else ""
+        look: Trace = {"group": "marks", "words": said, "where": where}
+        marks.append(kind_mark(kinds[place], "resonance, {} mode", x=float(at[place]), **look))
+    return marks
 
 
 def _operating_frequency(sweep: xr.Dataset, x: Array) -> float:
@@ -124,47 +121,28 @@ def _operating_frequency(sweep: xr.Dataset, x: Array) -> float:
     return float(np.median(x[known] / speed[known])) if known.any() else np.nan
 
 
-def kind_lines(
-    drawn: go.Figure, lines: list[tuple[float, str]], name: str, *, along: str = "x", alpha: float = 0.75, **look: Any
-) -> None:
-    """Dotted lines at places along an axis, in the colours of kinds of modes, each kind once in the legend.
-
-    lines : place and kind of the mode.  name : in the legend, with {} for the kind.  look : of that entry.
-    """
-    looks = {
-        kind: {"color": translucent(mode_colour(kind), alpha), "width": 1.1, "dash": "dot"}
-        for kind in dict.fromkeys(kind for _, kind in lines)
-    }
-    lines_across(drawn, [(at, {"line": looks[kind], "layer": "below"}) for at, kind in lines], along=along)
-    for kind, line in looks.items():
-        add_key(drawn, name.format(kind), line, **look)
-
-
-def mark_operating(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
+def operating_mark(sweep: xr.Dataset, x: Array) -> list[Mark]:
     """The operating speed, where it lies within x (speed,) [Hz], as a line."""
     speed = numbers(sweep, "speed", "speed")
     if not len(speed) or not speed.min() <= 1 <= speed.max():
-        return
+        return []
     rank = np.argsort(speed)
     at = float(np.interp(1.0, speed[rank], x[rank]))
-    line = {"color": INK, "width": 1.5}
-    lines_across(drawn, [(at, {"line": line})])
-    add_key(drawn, "operating point", line, legendgroup="marks")
+    return [Mark(x=at, width=1.5, name="operating point", group="marks")]
 
 
-def _finished(drawn: go.Figure, sweep: xr.Dataset, modes: xr.Dataset | None, x: Array) -> go.Figure:
-    """The figure over x (speed,) [Hz] with its range and all marks."""
-    if len(x):
-        drawn.update_xaxes(range=[float(x.min()), float(x.max())])
+def _over_speed(
+    title: str, shown: list[Panel], sweep: xr.Dataset, modes: xr.Dataset | None, height: float
+) -> go.Figure:
+    """Panels over mesh frequency with its range, modes and operating point, and crosses where nothing was found."""
+    x, unit = abscissa(sweep)
     bad = [place for place, status in enumerate(texts(sweep, "status", "speed")) if status not in ("ok", "")]
-    if bad:
-        look = {"symbol": "x", "size": 9, "color": WARNING}
-        legend = {"name": "no convergence", "legendgroup": "marks"}
-        at = [float(x[place]) for place in bad]
-        drawn.add_scatter(x=at, y=[0.0] * len(at), mode="markers", marker=look, cliponaxis=False, **legend)
-    mark_modes(drawn, modes, sweep, x)
-    mark_operating(drawn, sweep, x)
-    return drawn
+    look: Trace = {"symbol": "x", "colour": WARNING, "group": "marks", "look": {"cliponaxis": False}}
+    crosses = [points(x[bad], np.zeros(len(bad)), 9, name="no convergence", digits=(9, 9), **look)] if bad else []
+    shown = [replace(shown[0], layers=[*shown[0].layers, *crosses]), *shown[1:]]
+    marks = [*mode_marks(modes, sweep, x), *operating_mark(sweep, x)]
+    ends = (float(x.min()), float(x.max())) if len(x) else None
+    return chart(title, *shown, x=unit, x_ends=ends, marks=marks, height=height, gap=0.12)
 
 
 def speed_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure:
@@ -178,39 +156,28 @@ def speed_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure
         status (speed).
     modes : Dataset of `modes`: frequency, mode_kind, multiplicity (mode).
     """
-    x, unit = abscissa(sweep)
+    x, _ = abscissa(sweep)
     rank = np.argsort(x)
-    shown = [(name, title) for name, title in _MESH_PANELS if name in sweep.variables]
-    space: dict[str, Any] = {"shared_xaxes": True, "vertical_spacing": 0.12}
-    drawn = panels("Mesh forces over speed", [title for _, title in shown], height=140 + 250 * len(shown), **space)
-    names = texts(sweep, "mesh")
+    names, several = texts(sweep, "mesh"), stage_count(texts(sweep, "mesh")) > 1
     kinds = list(dict.fromkeys(name.split("/")[1] for name in names if "/" in name))
-    several = stage_count(names) > 1
-    rows = [sweep[name].transpose("mesh", "speed").values[:, rank] for name, _ in shown]
+    titles = {name: title for name, title in _MESH_PANELS if name in sweep.variables}
+    rows = [sweep[name].transpose("mesh", "speed").values[:, rank] for name in titles]
     scales = [float(np.nanmax(np.abs(values), initial=0.0)) or 1.0 for values in rows]
     # curves are equal where they are so in every panel
     curves = np.hstack([values / scale for values, scale in zip(rows, scales, strict=True)])
-    groups = merged(names, curves, branches=True)
-    for row, ((variable, _), scale) in enumerate(zip(shown, scales, strict=True), start=1):
+    groups, shown = merged(names, curves, branches=True), []
+    for row, (variable, title) in enumerate(titles.items()):
         ratio = variable == "dynamic_factor"
+        unit = scales[row] / (1.0 if ratio else 1e3)
+        layers = []
         for one in groups:
-            values = scale * one.values[(row - 1) * len(x) : row * len(x)] / (1.0 if ratio else 1e3)
-            name = _mesh_name(one, several)
             dash = DASHES[kinds.index(one.pair) % len(DASHES)] if one.pair in kinds else "solid"
-            add_curve(
-                drawn,
-                x[rank],
-                values,
-                panel=row,
-                digits=(5, 7),  # a K_v of 1.01 varies in its fourth place
-                line={"color": branch_colour(one.branch), "dash": dash, "width": 1.7},
-                hovertemplate=f"{name}: %{{y:.4g}}{'' if ratio else ' kN'} at %{{x:.4g}} Hz<extra></extra>",
-                **entry(name, first=row == 1),
-            )
-        look = {"title_text": "K_v [-]", "rangemode": "normal"} if ratio else _FORCE
-        drawn.update_yaxes(**look, row=row, col=1)
-    drawn.update_xaxes(title_text=unit, row=len(shown), col=1)
-    return _finished(drawn, sweep, modes, x)
+            look: Trace = {"name": _mesh_name(one, several), "colour": branch_colour(one.branch), "dash": dash}
+            # a K_v of 1.01 varies in its fourth place
+            layers.append(Curve(x[rank], unit * np.split(one.values, len(rows))[row], width=1.7, digits=(5, 7), **look))
+        axis = {"y": "K_v [-]"} if ratio else _FORCE
+        shown.append(Panel(layers, title=title, **axis))
+    return _over_speed("Mesh forces over speed", shown, sweep, modes, 140 + 250 * len(shown))
 
 
 def _mesh_name(one: Series, several: bool) -> str:
@@ -232,26 +199,18 @@ def bearing_forces(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Fig
         status (speed).
     modes : Dataset of `modes`: frequency, mode_kind, multiplicity (mode).
     """
-    x, unit = abscissa(sweep)
+    x, _ = abscissa(sweep)
     rank = np.argsort(x)
     bound = str(sweep["bearing_force_peak"].attrs.get("long_name", "")).startswith("bound")
-    drawn = panels(
-        "Bearing and pin forces over speed",
-        [title + bound * (name == "bearing_force_peak") * " (a bound)" for name, title in _BEARING_PANELS],
-        height=640,
-        shared_xaxes=True,
-        vertical_spacing=0.12,
-    )
     curves = [sweep[name].transpose("bearing", "speed").values[:, rank] for name, _ in _BEARING_PANELS]
-    for place, (name, forces) in enumerate(_merged(texts(sweep, "bearing"), np.stack(curves, axis=1) / 1e3)):
-        line = {"color": PALETTE[place % len(PALETTE)], "dash": DASHES[place // len(PALETTE) % 4], "width": 1.7}
-        words = f"{name}: %{{y:.4g}} kN at %{{x:.4g}} Hz<extra></extra>"
-        for row, force in enumerate(forces, start=1):
-            legend = entry(name, first=row == 1)
-            add_curve(drawn, x[rank], force, panel=row, line=line, hovertemplate=words, **legend)
-    drawn.update_yaxes(**_FORCE)
-    drawn.update_xaxes(title_text=unit, row=2, col=1)
-    return _finished(drawn, sweep, modes, x)
+    links = _merged(texts(sweep, "bearing"), np.stack(curves, axis=1) / 1e3)
+    shown = []
+    for row, (variable, title) in enumerate(_BEARING_PANELS):
+        own = enumerate(links)
+        layers = [Curve(x[rank], force[row], name=name, width=1.7, **cycled(i)) for i, (name, force) in own]
+        title += " (a bound)" if bound and variable == "bearing_force_peak" else ""
+        shown.append(Panel(layers, title=title, **_FORCE))
+    return _over_speed("Bearing and pin forces over speed", shown, sweep, modes, 640)
 
 
 def _merged(names: list[str], values: Array) -> list[tuple[str, Array]]:
@@ -305,77 +264,59 @@ def contact_sweep(sweep: xr.Dataset, *, mesh: str | None = None) -> go.Figure:
     """
     level = np.nan_to_num(sweep["mesh_force_rms"].max(("direction", "speed")).values)
     name = mesh or str(sweep["mesh"].values[largest(level)])
-    drawn = panels(
-        f"Mesh force with contact loss, {name}",
-        ["RMS of the dynamic mesh force", "teeth apart"],
-        height=640,
-        shared_xaxes=True,
-        vertical_spacing=0.12,
-        row_heights=[0.7, 0.3],
-    )
-    path = np.asarray(sweep["path_frequency"].values, dtype=np.float64)
+    path = numbers(sweep, "path_frequency")
     force = np.asarray(sweep["path_force_rms"].sel(mesh=name).values, dtype=np.float64) / 1e3
-    _branches(drawn, sweep, path, force)
     rank = np.argsort(sweep["mesh_frequency"].values, kind="stable")
-    x = np.asarray(sweep["mesh_frequency"].values, dtype=np.float64)[rank]
+    x = numbers(sweep, "mesh_frequency")[rank]
+    forces, apart = _branches(sweep, path, force), list[Curve]()
     for direction in map(str, sweep["direction"].values):
-        _direction(drawn, sweep.sel(direction=direction, mesh=name), direction, x, rank)
+        part = sweep.sel(direction=direction, mesh=name)
+        above, below = _direction(part, direction, x, rank)
+        forces, apart = [*forces, above], [*apart, below]
     if sweep.sizes.get("fold"):  # where a branch turns back or on
         at = [int(np.argmin(np.abs(path - fold))) for fold in sweep["fold_frequency"].values]
-        ring = {"symbol": "circle-open", "size": 11, "color": INK, "line": {"width": 2}}
-        words = "fold at %{x:.6g} Hz<extra></extra>"
-        add_curve(drawn, path[at], force[at], panel=1, mode="markers", name="fold", marker=ring, hovertemplate=words)
-    drawn.update_yaxes(**_FORCE, row=1, col=1)
-    drawn.update_yaxes(title_text="time [%]", rangemode="tozero", row=2, col=1)
-    title = f"mesh frequency{of_first_stage(sweep)} [Hz]"
-    return drawn.update_xaxes(title_text=title, range=[float(x.min()), float(x.max())], row=2, col=1)
+        ring: Trace = {"symbol": "circle-open", "outline": 2, "colour": INK}
+        forces.append(points(path[at], force[at], 11, name="fold", hover="fold at %{x:.6g} Hz", **ring))
+    return chart(
+        f"Mesh force with contact loss, {name}",
+        Panel(forces, title="RMS of the dynamic mesh force", **_FORCE),
+        Panel(apart, title="teeth apart", y="time [%]", y_axis=FROM_ZERO),
+        x=f"mesh frequency{of_first_stage(sweep)} [Hz]",
+        x_ends=(float(x.min()), float(x.max())),
+        height=640,
+        gap=0.12,
+        space={"row_heights": [0.7, 0.3]},
+    )
 
 
-def _branches(drawn: go.Figure, sweep: xr.Dataset, x: Array, y: Array) -> None:
+def _branches(sweep: xr.Dataset, x: Array, y: Array) -> list[Curve]:
     """The whole way y [kN] over x (path,) [Hz]: a line where it is stable, dashes where not."""
     part, kind = sweep["path_part"].values, np.array(texts(sweep, "path_instability"), dtype=object)
-    unstable = ~np.isin(kind, ("stable", ""))
-    shown: set[bool] = set()
+    unstable, curves = ~np.isin(kind, ("stable", "")), []
     # runs of one kind, not across a break of the branch
     cut = np.flatnonzero((unstable[1:] != unstable[:-1]) | (np.abs(np.diff(part)) > 1))
     for run in np.split(np.arange(len(unstable)), cut + 1) if len(unstable) else ():
         first, last = int(run[0]), int(run[-1])
-        dashed = bool(unstable[first])
         end = min(last + 1, len(x) - 1) if last + 1 < len(x) and part[last + 1] - part[last] in (0, 1) else last
-        label = "unstable branch" if dashed else "branch"
-        add_curve(
-            drawn,
-            x[first : end + 1],
-            y[first : end + 1],
-            panel=1,
-            line={"color": WARNING if dashed else PALE, "dash": "dash" if dashed else "solid", "width": 2},
-            text=[str(text) for text in kind[first : end + 1]],
-            hovertemplate="%{y:.4g} kN at %{x:.6g} Hz, %{text}<extra></extra>",
-            **entry(label, first=dashed not in shown),
-        )
-        shown.add(dashed)
+        look: Trace = {"name": "branch", "colour": PALE}
+        if unstable[first]:
+            look = {"name": "unstable branch", "colour": WARNING, "dash": "dash"}
+        own = slice(first, end + 1)
+        hover = "%{y:.4g} kN at %{x:.6g} Hz, %{text}"
+        curves.append(Curve(x[own], y[own], width=2, text=[str(text) for text in kind[own]], hover=hover, **look))
+    return curves
 
 
-def _direction(drawn: go.Figure, part: xr.Dataset, direction: str, x: Array, rank: NDArray[np.int64]) -> None:
-    """The motions of one sweep direction over mesh frequency (P,) [Hz]: force above, part of time apart below."""
+def _direction(part: xr.Dataset, direction: str, x: Array, rank: NDArray[np.int64]) -> tuple[Curve, Curve]:
+    """The motions of one sweep direction over mesh frequency (P,) [Hz]: force, and part of time apart."""
     colour, width, symbol, label = _LOOK[direction]
     motion = np.array(texts(part, "motion"), dtype=object)[rank]
     own = np.isin(motion, ("symmetry broken", "period 2", "integrated"))
-    rows = (np.asarray(part["mesh_force_rms"].values) / 1e3, 100 * np.asarray(part["contact_open"].values))
-    sizes = np.where(own, 9 if direction == "up" else 6, 0).tolist()
-    for row, values in enumerate(rows, start=1):
-        add_curve(
-            drawn,
-            x,
-            values[rank],
-            panel=row,
-            mode="lines+markers" if row == 1 else "lines",
-            line={"color": colour, "width": width},
-            marker={"symbol": symbol, "size": sizes, "color": colour},
-            text=[str(text) for text in motion],
-            hovertemplate=f"{label}: %{{y:.4g}} at %{{x:.6g}} Hz, %{{text}}<extra></extra>",
-            **entry(label, first=row == 1),
-        )
+    marks: Trace = {"symbol": symbol, "points": np.where(own, 9 if direction == "up" else 6, 0).tolist()}
+    look: Trace = {"name": label, "colour": colour, "width": width, "text": [str(text) for text in motion]}
+    look["hover"] = f"{label}: %{{y:.4g}} at %{{x:.6g}} Hz, %{{text}}"
+    force, apart = numbers(part, "mesh_force_rms")[rank] / 1e3, 100 * numbers(part, "contact_open")[rank]
+    return Curve(x, force, **look, **marks), Curve(x, apart, **look)
 
 
 # Names of resonances stand upright above the curve: so many at most, the strongest, this far apart [% of the width].
@@ -400,51 +341,46 @@ def operating_range(results: Mapping[str, Pair]) -> go.Figure | None:
         return None
     curves = {name: _curve(sweep) for name, (_, sweep) in known.items()}
     rated = any(curve is not None for curve in curves.values())
-    drawn = figure("Where in the range of speeds the resonances lie", x=SPEED_TITLE, y="largest K_v [-]" * rated)
-    add_operating_band(drawn)
     single, most = len(known) == 1, 1.0
     longest = max((len(words) for modes, _ in known.values() for words in _words(modes)), default=0)
     strip = 40 * len(known) + _LETTER * longest if single else 40.0 * len(known)
     low = _CURVE / (_CURVE + strip)
+    layers: list[Layer] = [OPERATING_BAND, Mark(x=100, width=1.5)]
     for place, (name, (modes, _)) in enumerate(known.items()):
         colour, curve, speed = PALETTE[place % len(PALETTE)], curves[name], _speeds(modes)
         if curve is not None:
             most = max(most, float(curve[1].max()))
-            line, words = {"color": colour, "width": 2}, "K_v %{y:.4g} at %{x:.4g} %<extra></extra>"
+            look: Trace = {"width": 2, "digits": (5, 6), "hover": "K_v %{y:.4g} at %{x:.4g} %"}
             title = "largest K_v of all meshes" if single else name
-            add_curve(drawn, *curve, digits=(5, 6), line=line, name=title, hovertemplate=words)
-        if modes is None or not speed.size:
-            continue
-        height = (0.5 + place) / len(known) if not single else 20 / strip
-        stroke = {"symbol": "line-ns-open", "size": 11, "color": WARNING if single else colour, "line": {"width": 1.5}}
-        drawn.add_scatter(
-            x=compact(speed),
-            y=[height] * len(speed),
-            **{"yaxis": "y2", "mode": "markers", "marker": stroke, "hoverinfo": "text"},
-            name="a mesh order meets a mode" if single else f"{name}: a mesh order meets a mode",
-            text=[
-                f"{words} at {engineering(at)} % of the operating speed"
-                for words, at in zip(_words(modes), speed, strict=True)
-            ],
-        )
-        if single:
-            _names(drawn, modes, 32 / strip)
+            layers.append(Curve(curve[0], curve[1], name=title, colour=colour, **look))
+        if speed.size:
+            where = [f" at {engineering(at)} % of the operating speed" for at in speed]
+            look = {"text": [*map(str.__add__, _words(modes), where)], "hover": "%{text}", "look": {"yaxis": "y2"}}
+            title = "a mesh order meets a mode" if single else f"{name}: a mesh order meets a mode"
+            height = np.full(len(speed), 20 / strip if single else (0.5 + place) / len(known))
+            stroke: Trace = {"symbol": "line-ns-open", "outline": 1.5, "colour": WARNING if single else colour}
+            layers.append(points(speed, height, 11, name=title, **stroke, **look))
     if most >= _PARTS:
-        across = {"x0": 0, "x1": 1, "xref": "paper", "y0": _PARTS, "y1": _PARTS}
-        drawn.add_shape(type="line", **across, line={"color": WARNING, "width": 1.2, "dash": "dash"})
-        where = {"x": 0.005, "xref": "paper", "xanchor": "left", "y": _PARTS, "yanchor": "bottom"}
-        note(drawn, f"K_v {_PARTS:g}", **where, font={"size": 12, "color": WARNING})
-    drawn.add_vline(x=100, line={"color": INK, "width": 1.5})
+        place_of = {"x": 0.005, "xref": "paper", "xanchor": "left", "yanchor": "bottom"}
+        look = {"words": f"K_v {_PARTS:g}", "where": {**place_of, "font": {"size": 12, "color": WARNING}}}
+        layers.append(Mark(y=_PARTS, colour=WARNING, dash="dash", **look))
     ends = [value for curve in curves.values() if curve is not None for value in (curve[0][0], curve[0][-1])]
     ends = ends or [value for modes, _ in known.values() for value in _speeds(modes)]
-    drawn.update_layout(
-        height=_CURVE + strip + _AROUND,
-        yaxis={"range": [1.0, max(1.02, 1 + 1.08 * (most - 1))], "domain": [0, low], "showticklabels": rated},
-        yaxis2={"range": [0, 1], "domain": [low, 1], "visible": False, "fixedrange": True},
-        xaxis={"range": [float(min(*ends, 95.0)), float(max(*ends, 105.0))]},
-        legend=level_legend(-60 / (_CURVE + strip)),
+    panel = Panel(
+        layers,
+        x=SPEED_TITLE,
+        y="largest K_v [-]" if rated else "",
+        x_ends=(float(min(*ends, 95.0)), float(max(*ends, 105.0))),
+        y_ends=(1.0, max(1.02, 1 + 1.08 * (most - 1))),
+        y_axis={"domain": [0, low], "showticklabels": rated},
     )
-    return drawn.update_layout(showlegend=True, margin={"t": 76})
+    strokes = {"range": [0, 1], "domain": [low, 1], "visible": False, "fixedrange": True}
+    layout: Trace = {"legend": level_legend(-60 / (_CURVE + strip)), "showlegend": True, "margin": {"t": 76}}
+    title = "Where in the range of speeds the resonances lie"
+    drawn = chart(title, panel, height=_CURVE + strip + _AROUND, yaxis2=strokes, **layout)
+    if single:
+        _names(drawn, next(iter(known.values()))[0], 32 / strip)
+    return drawn
 
 
 def _curve(sweep: xr.Dataset | None) -> tuple[Array, Array] | None:
@@ -466,7 +402,7 @@ def _speeds(modes: xr.Dataset | None) -> Array:
     return 100 * numbers(modes, "resonance_speed")
 
 
-def _words(modes: xr.Dataset | None) -> list[str]:
+def _words(modes: xr.Dataset | None, form: str = "{}×{} mesh, mode {}") -> list[str]:
     """``2× low mesh, mode 5`` of every resonance; the stage where the train has several."""
     if modes is None or not _speeds(modes).size:
         return []
@@ -474,19 +410,19 @@ def _words(modes: xr.Dataset | None) -> list[str]:
     several = len(set(stage)) > 1 or stage_count(texts(modes, "connection")) > 1
     columns = (numbers(modes, "resonance_order"), stage, numbers(modes, "resonance_mode"))
     return [
-        f"{order:.0f}× {f'{own} ' if several else ''}mesh, mode {mode:.0f}"
+        form.format(f"{order:.0f}", f" {own}" if several else "", f"{mode:.0f}")
         for order, own, mode in zip(*columns, strict=True)
     ]
 
 
-def _names(drawn: go.Figure, modes: xr.Dataset, height: float) -> None:
+def _names(drawn: go.Figure, modes: xr.Dataset | None, height: float) -> None:
     """Names of the strongest resonances, upright above their strokes, as many as stand beside each other."""
     speed, words = _speeds(modes), _words(modes)
+    if modes is None or not speed.size:
+        return
     force = np.nan_to_num(numbers(modes, "resonance_force_ratio"), nan=-1.0)
     excited = texts(modes, "resonance_excited", "resonance")
-    apart, kept = _APART / 100 * max(float(np.ptp(speed)), 20.0), list[float]()
-    for i in ranked(force, equal=EQUAL):
-        if excited[i] != "no" and len(kept) < _NAMED and all(abs(speed[i] - other) > apart for other in kept):
-            kept.append(float(speed[i]))
-            upright = {"textangle": -90, "yref": "y2", "yanchor": "bottom", "font": {"size": 11, "color": PALE}}
-            note(drawn, words[i], x=float(speed[i]), y=height, **upright)
+    strongest = [i for i in ranked(force, equal=EQUAL) if excited[i] != "no"]
+    for i in kept_apart(speed, strongest, _APART / 100 * max(float(np.ptp(speed)), 20.0), _NAMED):
+        upright = {"textangle": -90, "yref": "y2", "yanchor": "bottom", "font": {"size": 11, "color": PALE}}
+        note(drawn, words[i], x=float(speed[i]), y=height, **upright)

@@ -7,7 +7,8 @@ ring the signal over a turn of the carrier, its lines by family, and those of th
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import plotly.graph_objects as go
@@ -17,8 +18,8 @@ from ...results.dataset import ranked
 from ..series import (
     Array,
     by_panel,
-    compact,
     engineering,
+    kept_apart,
     label,
     merged,
     numbers,
@@ -28,21 +29,8 @@ from ..series import (
     texts,
     thinned,
 )
-from .style import (
-    DASHES,
-    INK,
-    PALE,
-    PALETTE,
-    WARNING,
-    add_curve,
-    axis_titles,
-    branch_colour,
-    entry,
-    figure,
-    note,
-    panels,
-    translucent,
-)
+from .renderers import Curve, Heat, Layer, Mark, Panel, Stems, Trace, chart, pair_panels, points
+from .style import INK, PALE, PALETTE, WARNING, branch_colour, note, translucent
 
 # Meshes drawn: the one of each pair whose force is largest, and at most so many pairs.
 _MOST_PAIRS = 4
@@ -53,40 +41,27 @@ _WINDOWS, _OVERLAP, _RANGE = 100, 0.75, 60.0
 _ORDERS = 5
 
 
-def over_time(result: xr.Dataset, name: str, title: str, unit: str, scale: float) -> go.Figure:
+def over_time(
+    result: xr.Dataset, name: str, title: str, unit: str, scale: float, *, marks: Sequence[Mark] = ()
+) -> go.Figure:
     """One quantity of every mesh over time, a panel a pair of gears, a curve a branch.
 
     Parameters
     ----------
     result : Dataset with a variable `name` (mesh, time or mesh_phase).
     title : of the figure.  unit : title of the ordinate, with its unit.  scale : factor from SI to that unit.
+    marks : through every panel.
     """
     along = next(str(dim) for dim in result[name].dims if dim != "mesh")
     values = scale * result[name].transpose("mesh", along).values
     time = numbers(result, along, along)
-    groups = by_panel(merged(texts(result, "mesh"), values, branches=True))
-    space: dict[str, Any] = {"shared_xaxes": True, "vertical_spacing": 0.2 / max(2, len(groups))}
-    drawn = panels(title, list(groups), height=120 + 210 * len(groups), **space)
-    shown: set[str] = set()
-    for row, series in enumerate(groups.values(), start=1):
-        for one in series:
-            add_curve(
-                drawn,
-                *thinned(time, one.values),
-                panel=row,
-                **entry(one.label, first=one.label not in shown),
-                line={"color": branch_colour(one.branch), "width": 1.5, "dash": DASHES[one.side == "right"]},
-                hovertemplate=f"{one.label}: %{{y:.4g}} at %{{x:.4g}}<extra></extra>",
-            )
-            shown.add(one.label)
-        drawn.update_yaxes(title_text=unit, row=row, col=1)
+    shown = pair_panels(by_panel(merged(texts(result, "mesh"), values, branches=True)), time, unit, width=1.5)
     unit_of_time = "mesh cycles"
     if along == "time":
         unit_of_time = str(result["time"].attrs.get("units", "s")) if "time" in result.variables else "samples"
-    drawn.update_xaxes(title_text=f"time [{unit_of_time}]", row=len(groups), col=1)
-    if len(time) > 1:
-        drawn.update_xaxes(range=[float(time[0]), float(time[-1])])
-    return drawn
+    look: Trace = {"height": 120 + 210 * len(shown), "gap": 0.2 / max(2, len(shown))}
+    ends = (float(time[0]), float(time[-1])) if len(time) > 1 else None
+    return chart(title, *shown, x=f"time [{unit_of_time}]", x_ends=ends, marks=marks, **look)
 
 
 def mesh_forces(result: xr.Dataset) -> go.Figure:
@@ -96,11 +71,10 @@ def mesh_forces(result: xr.Dataset) -> go.Figure:
     ----------
     result : Dataset of `sharing`, `static` or `steady`: mesh_force (mesh, time or mesh_phase) [N], contact_lost (mesh).
     """
-    drawn = over_time(result, "mesh_force", "Mesh forces over time", "force [kN]", 1e-3)
     forces = result["mesh_force"].values
-    if forces.size and np.nanmin(forces) < 0.15 * np.nanmax(forces):
-        for row in range(1, len(drawn.layout.annotations) + 1):
-            drawn.add_hline(y=0, line={"color": WARNING, "width": 1.2}, row=row, col=1)
+    near = forces.size and np.nanmin(forces) < 0.15 * np.nanmax(forces)
+    marks = [Mark(y=0, colour=WARNING)] if near else []
+    drawn = over_time(result, "mesh_force", "Mesh forces over time", "force [kN]", 1e-3, marks=marks)
     lost = int(np.sum(numbers(result, "contact_lost", "mesh") > 0))
     if lost:
         where = {"xref": "paper", "yref": "paper", "x": 1, "xanchor": "right", "y": 1.0, "yanchor": "bottom"}
@@ -117,8 +91,6 @@ def force_envelopes(result: xr.Dataset) -> go.Figure:
     result : Dataset of `steady` with contact loss: mesh_force, mesh_force_least, mesh_force_most (mesh, mesh_phase)
         [N], open_share (mesh) [1].
     """
-    title = "Mesh force, mean and range over all shaft phases"
-    drawn = figure(title, x="mesh phase [mesh cycles]", y="force [kN]", height=440)
     phase = numbers(result, "mesh_phase", "mesh_phase")
     mean, least, most = (
         1e-3 * result[name].transpose("mesh", "mesh_phase").values
@@ -128,18 +100,18 @@ def force_envelopes(result: xr.Dataset) -> go.Figure:
     worst: dict[str, int] = {}  # pair of gears -> its mesh with the largest force
     for row in ranked(np.nanmax(most, axis=1)).tolist():
         worst.setdefault("/".join(names[row].split("/")[:2]), row)
+    layers: list[Layer] = [Mark(y=0, colour=WARNING)] if np.nanmin(least) < 0.15 * np.nanmax(most) else []
     for place, row in enumerate([*worst.values()][:_MOST_PAIRS]):
         colour = PALETTE[place % len(PALETTE)]
         share = f", apart {apart[row]:.0%} of the time" if apart[row] > 0 else ""
-        edge: dict[str, Any] = {"hoverinfo": "skip", "showlegend": False, "line": {"width": 0, "color": colour}}
-        fill: dict[str, Any] = {"fill": "tonexty", "fillcolor": translucent(colour, 0.22)}
-        add_curve(drawn, phase, least[row], legendgroup=names[row], **edge)
-        add_curve(drawn, phase, most[row], legendgroup=names[row], **edge, **fill)
-        line = {"color": colour, "width": 2}
-        add_curve(drawn, phase, mean[row], name=f"{names[row]}{share}", legendgroup=names[row], line=line)
-    if np.nanmin(least) < 0.15 * np.nanmax(most):
-        drawn.add_hline(y=0, line={"color": WARNING, "width": 1.2})
-    return drawn.update_layout(showlegend=True)
+        fill = {"fill": "tonexty", "fillcolor": translucent(colour, 0.22)}
+        look: Trace = {"colour": colour, "group": names[row]}
+        layers += [Curve(phase, least[row], width=0, hover=None, **look)]
+        layers += [Curve(phase, most[row], width=0, hover=None, look=fill, **look)]
+        layers += [Curve(phase, mean[row], width=2, name=f"{names[row]}{share}", **look)]
+    panel = Panel(layers, y="force [kN]")
+    title = "Mesh force, mean and range over all shaft phases"
+    return chart(title, panel, x="mesh phase [mesh cycles]", height=440, showlegend=True)
 
 
 def transient_forces(result: xr.Dataset) -> go.Figure:
@@ -151,35 +123,15 @@ def transient_forces(result: xr.Dataset) -> go.Figure:
     """
     time = np.asarray(result["time"].values, dtype=np.float64)
     curves = merged(texts(result, "mesh"), result["mesh_force"].transpose("mesh", "time").values / 1e3, branches=True)
-    groups, ramp = by_panel(curves), ramps(result)
-    names = [*groups, *([f"mesh frequency{of_first_stage(result)}"] if ramp else [])]
-    space: dict[str, Any] = {"shared_xaxes": True, "vertical_spacing": min(0.12, 0.5 / len(names))}
-    drawn = panels("Mesh forces over time", names, height=120 + 240 * len(names), **space)
-    seen: set[str] = set()
-    for row, series in enumerate(groups.values(), start=1):
-        for one in series:
-            dash = "solid" if not one.side or one.side.startswith("l") else DASHES[2]
-            add_curve(
-                drawn,
-                *thinned(time, one.values, most=_MOST_SAMPLES),
-                panel=row,
-                digits=(7, 5),
-                name=one.label,
-                legendgroup=one.label,
-                showlegend=False if one.label in seen else None,
-                line={"color": branch_colour(one.branch), "dash": dash, "width": 1.1},
-                hovertemplate=f"{one.label}: %{{y:.4g}} kN at %{{x:.5g}} s<extra></extra>",
-            )
-            seen.add(one.label)
-        drawn.add_hline(y=0, line={"color": INK, "width": 1}, row=row, col=1)
-        drawn.update_yaxes(title_text="force [kN]", row=row, col=1)
-    if ramp:
-        curve = thinned(time, np.asarray(result["mesh_frequency"].values, dtype=np.float64), most=_MOST_SAMPLES)
-        line = {"color": INK, "width": 1.6}
-        add_curve(drawn, *curve, panel=len(names), digits=(7, 5), line=line, showlegend=False)
-        drawn.update_yaxes(title_text="frequency [Hz]", row=len(names), col=1)
-    drawn.update_xaxes(title_text="time [s]", row=len(names), col=1)
-    return drawn
+    look: Trace = {"most": _MOST_SAMPLES, "width": 1.1, "digits": (7, 5)}
+    forces = pair_panels(by_panel(curves), time, "force [kN]", **look)
+    shown = [replace(panel, layers=[*panel.layers, Mark(y=0, width=1)]) for panel in forces]
+    if ramps(result):
+        x, y = thinned(time, numbers(result, "mesh_frequency"), most=_MOST_SAMPLES)
+        title = f"mesh frequency{of_first_stage(result)}"
+        shown.append(Panel([Curve(x, y, colour=INK, width=1.6, digits=(7, 5))], title=title, y="frequency [Hz]"))
+    layout: Trace = {"height": 120 + 240 * len(shown), "gap": min(0.12, 0.5 / len(shown))}
+    return chart("Mesh forces over time", *shown, x="time [s]", **layout)
 
 
 def spectrogram(result: xr.Dataset, mesh: str | None = None) -> go.Figure:
@@ -208,31 +160,23 @@ def spectrogram(result: xr.Dataset, mesh: str | None = None) -> go.Figure:
     top = min(float(frequency[-1]), (_ORDERS + 0.5) * float(tone.max()))
     level = 20 * np.log10(np.maximum(amplitude[frequency <= top], 1e-30))
     high = float(level.max())
-    title = f"What {label(names[place], stage=False)} carries over time"
-    drawn = figure(title, x="time [s]", y="frequency [Hz]", height=520)
     # ticks at powers of ten of the amplitude, of which the colours show the logarithm
     powers = [p for p in range(-9, 10) if high - _RANGE <= 20 * p <= high]
     ticks = {"tickvals": [20.0 * p for p in powers], "ticktext": [f"{10.0**p:g}" for p in powers]}
-    drawn.add_heatmap(
-        x=compact(middle + time[0], digits=6),
-        y=compact(frequency[frequency <= top]),
-        z=[compact(row, digits=4) for row in np.maximum(level, high - _RANGE)],
-        colorscale="Blues",
-        zmin=high - _RANGE,
-        zmax=high,
-        colorbar={"title": {"text": "amplitude<br>[kN]", "side": "top"}, **ticks},
-        hovertemplate="%{x:.4g} s, %{y:.4g} Hz<extra></extra>",
-    )
+    bar = {"title": {"text": "amplitude<br>[kN]", "side": "top"}, **ticks}
+    scale = {"colorscale": "Blues", "zmin": high - _RANGE, "zmax": high, "colorbar": bar}
+    shown = np.maximum(level, high - _RANGE)
+    layers: list[Layer] = [Heat(middle + time[0], frequency[frequency <= top], shown, digits=(6, 4), look=scale)]
     ends = [0, len(time) - 1] if len(time) < 2 else np.linspace(0, len(time) - 1, 40).astype(int).tolist()
-    line = {"color": INK, "width": 0.8, "dash": "dot"}
+    look: Trace = {"colour": INK, "width": 0.8, "dash": "dot", "hover": None, "digits": (9, 9)}
+    layers += [Curve(time[ends], order * tone[ends], **look) for order in range(1, _ORDERS + 1)]
+    run = (float(time[0]), float(time[-1]))
+    panel = Panel(layers, x="time [s]", y="frequency [Hz]", x_ends=run, y_ends=(0, top))
+    drawn = chart(f"What {label(names[place], stage=False)} carries over time", panel, height=520)
     for order in range(1, _ORDERS + 1):
-        look: dict[str, Any] = {"mode": "lines", "line": line, "showlegend": False, "hoverinfo": "skip"}
-        drawn.add_scatter(x=time[ends], y=order * tone[ends], **look)
         where = {"x": float(time[-1]), "y": order * float(tone[-1]), "xanchor": "right", "yanchor": "bottom"}
-        words = "mesh frequency" if order == 1 else f"× {order}"
-        note(drawn, words, **where, font={"size": 11, "color": PALE})
-    drawn.update_yaxes(range=[0, top])
-    return drawn.update_xaxes(range=[float(time[0]), float(time[-1])])
+        note(drawn, "mesh frequency" if order == 1 else f"× {order}", **where, font={"size": 11, "color": PALE})
+    return drawn
 
 
 _FAULT_FREE = {
@@ -260,13 +204,6 @@ def modulation(result: xr.Dataset) -> go.Figure:
         [Hz].
     """
     carrier = float(result.attrs["carrier_frequency"])
-    names = [
-        "signal over one turn of the carrier: dotted, a planet under the sensor" if carrier > 0 else "signal",
-        "lines: what is there without any fault in black, greys and pale blue; ○ the line without deviations",
-        "round the mesh frequency",
-    ]
-    drawn = panels("Vibration at a fixed place beside the ring", names, height=980, vertical_spacing=0.09)
-    _signal(drawn, result, carrier)
     level, fault_free = (_level(result, name) for name in ("signal_amplitude", "fault_free_amplitude"))
     shown: list[int] = np.flatnonzero(level > -_DECIBELS).tolist()
     there = [i for i in shown if fault_free[i] > -_DECIBELS]
@@ -274,48 +211,41 @@ def modulation(result: xr.Dataset) -> go.Figure:
     if carrier > 0:
         variable, title = "carrier_order", "frequency per speed of the carrier [1]"
     x = np.asarray(result[variable].values, float)
-    rings = {"color": PALE, "size": 9, "symbol": "circle-open"}
     label, cause, hertz = texts(result, "line"), texts(result, "causes"), result["line_frequency"].values
-    for row in (2, 3):
-        for family, colour in _colours(result).items():
-            lines = [i for i in shown if str(result["family"].values[i]) == family]
-            if not lines:
-                continue
-            # from the bottom up to the level of each line
-            at, heads = [float(x[i]) for i in lines], [round(float(level[i]), 2) for i in lines]
-            drawn.add_scatter(
-                x=[value for place in at for value in (place, place, None)],
-                y=[value for head in heads for value in (-_DECIBELS, head, None)],
-                **{"mode": "lines", "line": {"color": colour, "width": 1.8}, "legendgroup": family},
-                **{"showlegend": False, "hoverinfo": "skip", "row": row, "col": 1},
-            )
-            words = [
-                f"{label[i]}, {engineering(float(hertz[i]))} Hz<br>{cause[i].replace('; ', '<br>')}" for i in lines
-            ]
-            drawn.add_scatter(
-                x=[round(place, 6) for place in at],
-                y=heads,
-                **{"mode": "markers", "marker": {"color": colour, "size": 5}, "name": family, "legendgroup": family},
-                text=words,
-                hovertemplate="%{text}<br>%{y:.1f} dB<extra></extra>",
-                **{"showlegend": row == 2, "row": row, "col": 1},
-            )
-        # rings at the level that each line has in the train as drawn
-        drawn.add_scatter(
-            x=[round(float(x[i]), 6) for i in there],
-            y=[round(float(fault_free[i]), 2) for i in there],
-            mode="markers",
-            marker=rings,
-            name="without deviations",
-            legendgroup="without",
-            showlegend=row == 2,
-            hoverinfo="skip",
-            row=row,
-            col=1,
-        )
-        axis_titles(drawn, title, "level re largest [dB]", row=row)
-        drawn.update_yaxes(range=[-_DECIBELS, 8], row=row, col=1)
-    _zoom(drawn, result, shown, x, level)
+    lines: list[Layer] = []
+    for family, colour in _colours(result).items():
+        own = [i for i in shown if str(result["family"].values[i]) == family]
+        words = [f"{label[i]}, {engineering(float(hertz[i]))} Hz<br>{cause[i].replace('; ', '<br>')}" for i in own]
+        look: Trace = {"colour": colour, "width": 1.8, "points": 5, "hover": "%{text}<br>%{y:.1f} dB"}
+        at, heads = [round(float(x[i]), 6) for i in own], [round(float(level[i]), 2) for i in own]
+        lines += [Stems(at, heads, foot=-_DECIBELS, name=family, text=words, **look)] if own else []
+    # rings at the level that each line has in the train as drawn
+    at, heads = [round(float(x[i]), 6) for i in there], [round(float(fault_free[i]), 2) for i in there]
+    ring: Trace = {"symbol": "circle-open", "colour": PALE, "hover": None, "digits": (17, 17)}
+    lines.append(points(at, heads, 9, name="without deviations", **ring))
+    names = [
+        "signal over one turn of the carrier: dotted, a planet under the sensor" if carrier > 0 else "signal",
+        "lines: what is there without any fault in black, greys and pale blue; ○ the line without deviations",
+        "round the mesh frequency",
+    ]
+    axes: Trace = {"x": title, "y": "level re largest [dB]", "y_ends": (-_DECIBELS, 8)}
+    centre, reach = _mesh_tone(result, carrier)
+    where = {"y": 1, "yref": "y3 domain", "xanchor": "left", "yanchor": "top"}
+    tone: Trace = {"words": f"mesh {engineering(centre)}", "where": where, "dash": "dot", "below": True}
+    mesh = Mark(x=centre, colour=PALE, width=1, **tone)
+    drawn = chart(
+        "Vibration at a fixed place beside the ring",
+        _signal(result, carrier, names[0]),
+        Panel(lines, title=names[1], **axes),
+        Panel([*lines, mesh], title=names[2], x_ends=(centre - reach, centre + reach), **axes),
+        height=980,
+        gap=0.09,
+    )
+    inside = [i for i in shown if abs(x[i] - centre) < reach]
+    loudest = sorted(inside, key=lambda i: -level[i])[: 2 * _NAMED]
+    for i in kept_apart(x, loudest, 0.11 * reach, _NAMED):
+        short = label[i].removeprefix("1 x mesh ").replace(" x ", "×").replace("- ", "\u2212").replace("+ ", "+")
+        note(drawn, short, x=float(x[i]), y=float(level[i]), xref="x3", yref="y3", yanchor="bottom", yshift=4)
     return drawn
 
 
@@ -336,43 +266,25 @@ def _level(result: xr.Dataset, name: str) -> Array:
     return level
 
 
-def _signal(drawn: go.Figure, result: xr.Dataset, carrier: float) -> None:
+def _signal(result: xr.Dataset, carrier: float, title: str) -> Panel:
     """The signal over a turn of the carrier [Hz], or over time where that stands still, and planets passing."""
-    time = np.asarray(result["sample_time"].values, float)
-    values = np.asarray(result["signal"].values, float)
+    time, values = numbers(result, "sample_time"), numbers(result, "signal")
     if carrier:
         time = time * carrier
         values, time = values[time <= 1.0], time[time <= 1.0]
-    line = {"color": INK, "width": 1.1}
-    x, y = thinned(time, values, most=2000)
-    add_curve(drawn, x, y, panel=1, digits=(6, 5), line=line, name="signal", showlegend=False)
     unit = str(result["signal"].attrs["units"]).replace("s2", "s²")
-    axis_titles(drawn, "turns of the carrier [1]" if carrier else "time [s]", f"signal [{unit}]", row=1)
-    where = {"xref": "x", "y": 1, "yref": "y domain", "xanchor": "left", "yanchor": "top", "xshift": 3}
+    time, values = thinned(time, values, most=2000)
+    layers: list[Layer] = [Curve(time, values, colour=INK, width=1.1, digits=(6, 5))]
+    where = {"y": 1, "yref": "y domain", "xanchor": "left", "yanchor": "top", "xshift": 3}
     for planet, passage in zip(result["planet"].values, result["passage"].values, strict=True):
         if np.isfinite(passage):
-            at = float(passage) * carrier % 1.0
-            drawn.add_vline(x=at, line={"color": branch_colour(int(planet)), "width": 1.6, "dash": "dot"}, row=1, col=1)
-            note(drawn, f"planet {planet}", x=at, **where)
+            look: Trace = {"colour": branch_colour(int(planet)), "width": 1.6, "dash": "dot"}
+            layers.append(Mark(x=float(passage) * carrier % 1.0, words=f"planet {planet}", where=where, **look))
+    return Panel(layers, title=title, x="turns of the carrier [1]" if carrier else "time [s]", y=f"signal [{unit}]")
 
 
-def _zoom(drawn: go.Figure, result: xr.Dataset, shown: list[int], x: Array, level: Array) -> None:
-    """The third panel: lines x (lines,) round the mesh frequency, the highest of `level` (lines,) [dB] named."""
+def _mesh_tone(result: xr.Dataset, carrier: float) -> tuple[float, float]:
+    """The mesh frequency, and how far round it lines are shown; per speed of the carrier [Hz] where that turns."""
     mesh = float(result.attrs["stage_mesh_frequency"])
-    carrier = float(result.attrs["carrier_frequency"])
     centre = mesh / carrier if carrier else mesh
-    reach = 3.5 * result.sizes["planet"] if carrier else 0.5 * mesh
-    reach = min(reach, centre)
-    drawn.update_xaxes(range=[centre - reach, centre + reach], row=3, col=1)
-    inside = [i for i in shown if abs(x[i] - centre) < reach]
-    label = texts(result, "line")
-    drawn.add_vline(x=centre, line={"color": PALE, "width": 1, "dash": "dot"}, layer="below", row=3, col=1)
-    where = {"xref": "x3", "y": 1, "yref": "y3 domain", "xanchor": "left", "yanchor": "top"}
-    note(drawn, f"mesh {engineering(centre)}", x=centre, **where)
-    named: list[float] = []
-    for i in sorted(inside, key=lambda i: -level[i])[: 2 * _NAMED]:
-        if len(named) == _NAMED or any(abs(x[i] - other) < 0.11 * reach for other in named):
-            continue
-        text = label[i].removeprefix("1 x mesh ").replace(" x ", "×").replace("- ", "\u2212").replace("+ ", "+")
-        note(drawn, text, x=float(x[i]), y=float(level[i]), xref="x3", yref="y3", yanchor="bottom", yshift=4)
-        named.append(float(x[i]))
+    return centre, min(3.5 * result.sizes["planet"] if carrier else 0.5 * mesh, centre)

@@ -9,7 +9,6 @@ and of other targets.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -22,6 +21,7 @@ from ..series import (
     compact,
     engineering,
     even_bins,
+    has_room,
     merged,
     micrometres,
     numbers,
@@ -35,21 +35,8 @@ from ..series import (
     texts,
 )
 from .over_time import over_time
-from .style import (
-    INK,
-    OUTSIDE,
-    PALE,
-    PALETTE,
-    WARNING,
-    add_curve,
-    branch_colour,
-    entry,
-    figure,
-    level_legend,
-    note,
-    panels,
-    tint,
-)
+from .renderers import FROM_ZERO, Bars, Curve, Layer, Mark, Panel, Trace, chart, level_bars, points
+from .style import INK, PALE, PALETTE, WARNING, branch_colour, level_legend, note, tint
 
 # Ratios that differ from 1 by less are one line at 1, which says so: they would be drawn over a range of nothing.
 _EVEN, _AROUND = 1e-5, 0.01
@@ -62,15 +49,15 @@ def load_history(sharing: xr.Dataset) -> go.Figure:
     ----------
     sharing : Dataset of `sharing`: load_sharing_history (mesh, time) [1].
     """
-    drawn = over_time(sharing, "load_sharing_history", "Load sharing over time", "ratio [-]", 1.0)
+    marks = [Mark(y=1, below=True)]
+    drawn = over_time(sharing, "load_sharing_history", "Load sharing over time", "ratio [-]", 1.0, marks=marks)
     for row in range(1, len(drawn.layout.annotations) + 1):
-        drawn.add_hline(y=1, line={"color": INK, "width": 1.2}, layer="below", row=row, col=1)
-        axis = "y" if row == 1 else f"y{row}"
-        values = [value for trace in drawn.data if trace.yaxis == axis for value in trace.y if value is not None]
+        x, y = ("x", "y") if row == 1 else (f"x{row}", f"y{row}")
+        values = [value for trace in drawn.data if trace.yaxis == y for value in trace.y if value is not None]
         if values and max(abs(value - 1) for value in values) < _EVEN:
             drawn.update_yaxes(range=[1 - _AROUND, 1 + _AROUND], row=row, col=1)
-            where = {"xref": "x domain" if row == 1 else f"x{row} domain", "yref": f"{axis} domain"}
-            note(drawn, "every branch carries its share", x=0.5, y=0.85, xanchor="center", **where)
+            where = {"x": 0.5, "y": 0.85, "xanchor": "center", "xref": f"{x} domain", "yref": f"{y} domain"}
+            note(drawn, "every branch carries its share", **where)
     return drawn
 
 
@@ -83,35 +70,26 @@ def load_sharing(sharing: xr.Dataset) -> go.Figure:
     """
     values = sharing["load_sharing"].transpose("mesh", "definition").values
     definitions = [readable(name) for name in texts(sharing, "definition")]
-    series = merged(texts(sharing, "mesh"), values)
-    groups = by_panel(series)
-    space: dict[str, Any] = {"vertical_spacing": 0.3 / max(2, len(groups))}
-    drawn = panels("Load-sharing coefficients", list(groups), height=120 + 230 * len(groups), **space)
+    groups = by_panel(merged(texts(sharing, "mesh"), values))
     # more numbers than this do not fit on the bars; the table has them
-    numbered = len(definitions) * len({one.label for one in series}) <= 21
+    numbered = len(definitions) * len({one.label for series in groups.values() for one in series}) <= 21
     finite = values[np.isfinite(values)]
     low, high = min(1.0, float(finite.min(initial=1.0))), max(1.0, float(finite.max(initial=1.0)))
     span = max(high - low, 0.02)  # room for numbers on the bars
-    shown: set[str] = set()
-    for row, bars in enumerate(groups.values(), start=1):
-        for one in bars:
+    ends, shown = (low - 0.25 * span, high + 0.3 * span), []
+    numbers_on = {"textposition": "outside" if numbered else "none", "textangle": 0, "textfont": {"size": 11}}
+    for title, series in groups.items():
+        bars: list[Layer] = [Mark(y=1, width=1.5)]
+        for one in series:
+            above = [value - 1 if value is not None else None for value in compact(one.values, digits=6)]
+            text = [f"{value:.3f}" if np.isfinite(value) else "" for value in one.values]
             pattern = {"shape": "/" if one.side == "right" else "", "fgcolor": "white", "size": 5}
-            drawn.add_bar(
-                x=definitions,
-                y=[value - 1 if value is not None else None for value in compact(one.values, digits=6)],
-                base=1,
-                **entry(one.label, first=one.label not in shown),
-                marker={"color": branch_colour(one.branch), "pattern": pattern},
-                text=[f"{value:.3f}" if np.isfinite(value) else "" for value in one.values],
-                **{**OUTSIDE, "textposition": "outside" if numbered else "none"},
-                **{"textangle": 0, "textfont": {"size": 11}, "row": row, "col": 1},
-                hovertemplate=f"{one.label}<br>%{{x}}: %{{text}}<extra></extra>",
-            )
-            shown.add(one.label)
-        drawn.add_hline(y=1, line={"color": INK, "width": 1.5}, row=row, col=1)
-        drawn.update_yaxes(title_text="coefficient [-]", range=[low - 0.25 * span, high + 0.3 * span], row=row, col=1)
-    drawn.update_layout(barmode="group", bargap=0.25, bargroupgap=0.08)
-    return drawn.update_xaxes(showgrid=False)
+            look = {"marker": {"color": branch_colour(one.branch), "pattern": pattern}, **numbers_on}
+            hover = f"{one.label}<br>%{{x}}: %{{text}}"
+            bars.append(Bars(definitions, above, name=one.label, base=1, text=text, hover=hover, look=look))
+        shown.append(Panel(bars, title=title, y="coefficient [-]", x_axis={"showgrid": False}, y_ends=ends))
+    layout: Trace = {"barmode": "group", "bargap": 0.25, "bargroupgap": 0.08, "height": 120 + 230 * len(groups)}
+    return chart("Load-sharing coefficients", *shown, gap=0.3 / max(2, len(groups)), **layout)
 
 
 def worst_branches(result: xr.Dataset) -> go.Figure:
@@ -125,25 +103,20 @@ def worst_branches(result: xr.Dataset) -> go.Figure:
     groups = by_panel(merged(texts(result, "mesh"), values[:, None]))
     largest = float(result["worst_k_gamma"].values[0])
     title = f"The worst of {int(result.attrs.get('done', 0)):,} trains: Kγ = {largest:.3f}".replace(",", "\u2009")
-    space: dict[str, Any] = {"shared_yaxes": True, "horizontal_spacing": 0.05}
-    drawn = panels(title, list(groups), height=400, columns=len(groups), **space)
-    for column, series in enumerate(groups.values(), start=1):
-        drawn.add_bar(
-            x=[one.label.removeprefix("branch ") for one in series],
-            y=compact([one.values[0] for one in series]),
-            marker={"color": [branch_colour(one.branch) for one in series]},
+    ends = (min(0.0, 1.1 * float(values.min())), 1.15 * float(values.max()))
+    shown = []
+    for pair, series in groups.items():
+        bars = Bars(
+            [one.label.removeprefix("branch ") for one in series],
+            compact([one.values[0] for one in series]),
+            colour=[branch_colour(one.branch) for one in series],
             text=[f"{one.values[0]:.2f}" for one in series],
-            showlegend=False,
-            hovertemplate=f"{series[0].pair}, branch %{{x}}: %{{y:.3f}}<extra></extra>",
-            **OUTSIDE,
-            row=1,
-            col=column,
+            hover=f"{series[0].pair}, branch %{{x}}: %{{y:.3f}}",
         )
-        drawn.add_hline(y=1, line={"color": INK, "width": 1.5, "dash": "dash"}, row=1, col=column)
-        drawn.update_xaxes(title_text="branch [-]", showgrid=False, type="category", row=1, col=column)
-    drawn.update_yaxes(title_text="load over its equal share [-]", row=1, col=1)
-    drawn.update_yaxes(range=[min(0.0, 1.1 * float(values.min())), 1.15 * float(values.max())])
-    return drawn
+        layers = [bars, Mark(y=1, width=1.5, dash="dash")]
+        axis = {"showgrid": False, "type": "category"}
+        shown.append(Panel(layers, title=pair, x="branch [-]", x_axis=axis, y_ends=ends))
+    return chart(title, *shown, y="load over its equal share [-]", height=400, columns=len(groups), gap=0.05)
 
 
 _TOTAL, _FIRST, _SLOPE = tint(PALETTE[0], 0.55), PALETTE[0], PALETTE[1]
@@ -186,34 +159,27 @@ def tolerance_shares(result: xr.Dataset) -> go.Figure:
     at = max(known, key=lambda i: float(given[i])) if known else 0
     slope = np.where(micrometres(one), slopes.values[pair, at], np.nan)
     where = pair_labels(texts(one, "pair"))[pair]
-    drawn = panels(
-        f"Scatter of Kγ comes most from {names[-1]} ({where})",
-        ["share of the variance", f"change of Kγ at {percent(float(given[at]))}"],
-        height=190 + 46 * len(names),
-        columns=2,
-        shared_yaxes=True,
-        horizontal_spacing=0.06,
-    )
     alone, whole = np.maximum(first, 0), np.maximum(total, 0)
-    for values, colour, words, unit, column in (
-        (100 * whole, _TOTAL, "with interactions (total)", "%", 1),
-        (100 * alone, _FIRST, "alone (first order)", "%", 1),
-        (1e-6 * slope, _SLOPE, "slope per µm of standard deviation", "per µm", 2),
+    bars = []
+    for values, colour, words, unit in (
+        (100 * whole, _TOTAL, "with interactions (total)", "%"),
+        (100 * alone, _FIRST, "alone (first order)", "%"),
+        (1e-6 * slope, _SLOPE, "slope per µm of standard deviation", "per µm"),
     ):
-        drawn.add_bar(
-            **{"y": names, "x": compact(values[order]), "orientation": "h", "name": words, "marker": {"color": colour}},
-            text=[_number(float(value)) for value in values[order]],
-            hovertemplate=f"%{{y}}, {words}: %{{text}} {unit}<extra></extra>",
-            **{**OUTSIDE, "row": 1, "col": column},
-        )
-    drawn.update_xaxes(title_text="share [%]", row=1, col=1)
-    drawn.update_xaxes(title_text="Kγ per µm of standard deviation [1/µm]", row=1, col=2)
-    drawn.update_yaxes(showgrid=False)
-    room = (1.18 * 100 * float(np.nanmax(total, initial=0.01)), 1.3e-6 * float(np.nanmax(slope, initial=0.0)) or 1.0)
-    for column, high in enumerate(room, start=1):
-        drawn.update_xaxes(range=[0, high], row=1, col=column)
-    legend = level_legend(0.01, x=1, yref="container")
-    return drawn.update_layout(barmode="group", bargap=0.3, legend=legend, margin={"t": 84, "b": 92})
+        text = [_number(float(value)) for value in values[order]]
+        look: Trace = {"name": words, "colour": colour, "text": text, "hover": f"%{{y}}, {words}: %{{text}} {unit}"}
+        bars.append(Bars(names, compact(values[order]), level=True, **look))
+    slopes_at = f"change of Kγ at {percent(float(given[at]))}"
+    return level_bars(
+        f"Scatter of Kγ comes most from {names[-1]} ({where})",
+        names[::-1],
+        Panel(bars[:2], title="share of the variance", x="share [%]"),
+        Panel(bars[2:], title=slopes_at, x="Kγ per µm of standard deviation [1/µm]"),
+        height=190 + 46 * len(names),
+        barmode="group",
+        legend=level_legend(0.01, x=1, yref="container"),
+        margin={"t": 84, "b": 92},
+    )
 
 
 def _number(value: float) -> str:
@@ -234,7 +200,6 @@ def k_gamma_histogram(result: xr.Dataset) -> go.Figure:
         references = dict(zip(texts(result, "reference"), numbers(result, "reference_k_gamma").tolist(), strict=True))
     words = " and below ".join(f"{value:.3f} in {percent(p)}" for p, value in quantiles.items() if p > 0.5)
     title = f"Kγ stays below {words} of the trains" if words else "Mesh-load factor Kγ"
-    drawn = figure(title, x="mesh-load factor Kγ [-]", y="share of the trains per bin [%]", height=460)
     counts = of_definition(result)["system_histogram"].values
     marked = [*quantiles.values(), *references.values()]
     low, high = _range(result, counts, marked)
@@ -245,30 +210,23 @@ def k_gamma_histogram(result: xr.Dataset) -> go.Figure:
         low, high = min(low, also[0]), max(high, also[1])
     limits = {f"limit {value:g}": value for value in numbers(result, "limit").tolist() if low < value < high}
     x, y = even_bins(numbers(result, "bin_edge"), counts, low, high, _BINS)
-    drawn.add_bar(
-        x=compact(x, digits=6),
-        y=compact(100 * y),
-        width=(high - low) / _BINS,
-        name="Kγ, mean load",
-        marker={"color": tint(PALETTE[0], 0.35), "line": {"width": 0}},
-        hovertemplate="Kγ %{x:.3f}: %{y:.2f} %<extra></extra>",
-    )
+    colour = {"color": tint(PALETTE[0], 0.35), "line": {"width": 0}}
+    look, hover = {"width": (high - low) / _BINS, "marker": colour}, "Kγ %{x:.3f}: %{y:.2f} %"
+    layers: list[Layer] = [Bars(compact(x, digits=6), compact(100 * y), name="Kγ, mean load", hover=hover, look=look)]
     if not np.array_equal(turning, counts):  # the largest over the hunting period, as an outline
-        outline = even_bins(numbers(result, "bin_edge"), turning, low, high, _BINS)
-        line = {"color": PALETTE[1], "width": 1.6, "shape": "hvh"}
-        words = "largest while turning"
-        add_curve(drawn, outline[0], 100 * outline[1], digits=(6, 5), line=line, name=words, hoverinfo="skip")
+        x, y = even_bins(numbers(result, "bin_edge"), turning, low, high, _BINS)
+        outline: Trace = {"colour": PALETTE[1], "width": 1.6, "shape": "hvh", "digits": (6, 5)}
+        layers.append(Curve(x, 100 * y, name="largest while turning", hover=None, **outline))
     lines = [(value, f"{percent(p)}: {value:.3f}", INK, "solid") for p, value in quantiles.items()]
     lines += [(value, f"{name}: {value:.4g}", WARNING, "dash") for name, value in references.items()]
     lines += [(value, name, WARNING, "dot") for name, value in limits.items()]
-    for place, (at, words, colour, dash) in enumerate(sorted(lines)):
-        drawn.add_vline(x=at, line={"color": colour, "width": 1.6, "dash": dash})
-        where = {"x": at, "xref": "x", "y": _HEIGHTS[place % len(_HEIGHTS)], "yref": "paper", "yanchor": "bottom"}
-        note(drawn, words, **where, font={"size": 12, "color": colour})
-    drawn.update_xaxes(range=[low, high])
-    drawn.update_yaxes(rangemode="tozero")
-    legend = level_legend(-0.17, x=1)
-    return drawn.update_layout(bargap=0, legend=legend, showlegend=True, margin={"t": 118, "b": 80})
+    for place, (at, words, ink, dash) in enumerate(sorted(lines)):
+        where = {"y": _HEIGHTS[place % len(_HEIGHTS)], "yref": "paper", "yanchor": "bottom"}
+        where["font"] = {"size": 12, "color": ink}
+        layers.append(Mark(x=at, colour=ink, width=1.6, dash=dash, words=words, where=where))
+    axes: Trace = {"x": "mesh-load factor Kγ [-]", "y": "share of the trains per bin [%]", "y_axis": FROM_ZERO}
+    layout: Trace = {"legend": level_legend(-0.17, x=1), "showlegend": True, "margin": {"t": 118, "b": 80}}
+    return chart(title, Panel(layers, x_ends=(low, high), **axes), height=460, bargap=0, **layout)
 
 
 def _range(result: xr.Dataset, counts: Array, shown: list[float]) -> tuple[float, float]:
@@ -281,14 +239,6 @@ def _range(result: xr.Dataset, counts: Array, shown: list[float]) -> tuple[float
     return low - room, high + room
 
 
-def _k_gamma_panels(title: str, names: list[str]) -> go.Figure:
-    """An empty figure with a panel for each name."""
-    columns = min(_ACROSS, max(len(names), 1))
-    rows = -(-len(names) // columns)
-    gap = {"vertical_spacing": min(0.3, 90 / (110 + 240 * rows)), "horizontal_spacing": 0.05}
-    return panels(title, names, height=150 + 240 * rows, columns=columns, shared_yaxes="all", **gap)
-
-
 def _probabilities(result: xr.Dataset) -> list[tuple[int, float]]:
     """Place and value of the probabilities that are drawn; all of a result without those."""
     given = numbers(result, "probability")
@@ -296,43 +246,25 @@ def _probabilities(result: xr.Dataset) -> list[tuple[int, float]]:
     return found or [(i, float(p)) for i, p in enumerate(given)]
 
 
-def _add_curves(drawn: go.Figure, result: xr.Dataset, x: Array, values: Array, panel: int) -> None:
-    """One curve a probability in a panel, counted from 0.
-
-    Parameters
-    ----------
-    x : (k,).  values : K_gamma (k, probability) [1]; nan where it was not computed.
-    """
-    row, column = divmod(panel, _ACROSS)
+def _k_gamma_curves(result: xr.Dataset, x: Array, values: Array, own: float) -> list[Layer]:
+    """A curve a probability of K_gamma (k, probability) [1] over x (k,), and a line at the model's own x if any."""
+    layers: list[Layer] = []
     for place, (i, p) in enumerate(_probabilities(result)):
         known = np.isfinite(values[:, i])
-        colour = _COLOURS.get(p, PALETTE[(3 + place) % len(PALETTE)])
-        add_curve(
-            drawn,
-            x[known],
-            values[known, i],
-            panel=(row + 1, column + 1),
-            digits=(7, 6),
-            mode="lines+markers",
-            **entry(percent(p), first=panel == 0),
-            **{"line": {"color": colour, "width": 2}, "marker": {"size": 5}},
-            hovertemplate=f"{percent(p)}: Kγ %{{y:.3f}} at %{{x}}<extra></extra>",
-        )
+        look: Trace = {"colour": _COLOURS.get(p, PALETTE[(3 + place) % len(PALETTE)]), "width": 2, "points": 5}
+        look |= {"hover": f"{percent(p)}: Kγ %{{y:.3f}} at %{{x}}", "digits": (7, 6)}
+        layers.append(Curve(x[known], values[known, i], name=percent(p), **look))
+    return layers + ([Mark(x=own, width=1, dash="dot")] if np.isfinite(own) else [])
 
 
-def _mark_drawn(drawn: go.Figure, x: float, panel: int) -> None:
-    """A line at the value of the model in a panel, counted from 0."""
-    row, column = divmod(panel, _ACROSS)
-    drawn.add_vline(x=x, line={"color": INK, "width": 1, "dash": "dot"}, row=row + 1, col=column + 1)
-
-
-def _finished(drawn: go.Figure, count: int) -> go.Figure:
-    """The figure with the titles of its axes of K_gamma, numbers on every panel's own, and its legend."""
-    for row in range(1, -(-count // _ACROSS) + 1):
-        drawn.update_yaxes(title_text="Kγ [-]", row=row, col=1)
-    drawn.update_xaxes(showticklabels=True)
+def _k_gamma_chart(title: str, shown: list[Panel]) -> go.Figure:
+    """Panels of K_gamma at one scale, side by side, with numbers on every panel's own axis."""
+    columns = min(_ACROSS, max(len(shown), 1))
+    rows = -(-len(shown) // columns)
+    space = {"vertical_spacing": min(0.3, 90 / (110 + 240 * rows)), "horizontal_spacing": 0.05, "shared_yaxes": "all"}
     legend = level_legend(0.99, x=1, yref="container", yanchor="top")
-    return drawn.update_layout(showlegend=True, legend=legend, margin={**drawn.layout.margin.to_plotly_json(), "t": 84})
+    layout: Trace = {"columns": columns, "space": space, "showlegend": True, "legend": legend, "margin": {"t": 84}}
+    return chart(title, *shown, y="Kγ [-]", height=150 + 240 * rows, **layout).update_xaxes(showticklabels=True)
 
 
 def k_gamma_by_design(result: xr.Dataset) -> go.Figure:
@@ -344,20 +276,13 @@ def k_gamma_by_design(result: xr.Dataset) -> go.Figure:
         support_scale, probability), support_stiffness (support, support_scale) [N/m], k_gamma_by_planets (planets,
         probability) [1].
     """
-    shown = list(_curves(result))
-    drawn = _k_gamma_panels("Kγ over torque, float and planets", [title for title, *_ in shown])
-    for panel, (_, words, x, values, own) in enumerate(shown):
-        row, column = divmod(panel, _ACROSS)
-        _add_curves(drawn, result, x, values, panel)
-        drawn.update_xaxes(title_text=words, row=row + 1, col=column + 1)
-        if np.isfinite(own):
-            _mark_drawn(drawn, own, panel)
+    shown = []
+    for title, words, x, values, own in _curves(result):
+        axis: Trace = {"dtick": 1} if words == "planets [-]" else {}
         if len(x) > 1 and x.min() > 0 and x.max() / x.min() >= _DECADES:
-            look = {"type": "log", "dtick": 1, "exponentformat": "power", "tickfont": {"size": 11}}
-            drawn.update_xaxes(**look, row=row + 1, col=column + 1)
-        elif words == "planets [-]":
-            drawn.update_xaxes(dtick=1, row=row + 1, col=column + 1)
-    return _finished(drawn, len(shown))
+            axis = {"type": "log", "dtick": 1, "exponentformat": "power", "tickfont": {"size": 11}}
+        shown.append(Panel(_k_gamma_curves(result, x, values, own), title=title, x=words, x_axis=axis))
+    return _k_gamma_chart("Kγ over torque, float and planets", shown)
 
 
 def _curves(result: xr.Dataset) -> Iterator[tuple[str, str, Array, Array, float]]:
@@ -393,19 +318,17 @@ def k_gamma_by_tolerance(result: xr.Dataset) -> go.Figure:
     rise = np.nan_to_num(values[:, -1, last] - values[:, 0, last])
     order = np.argsort(-rise, kind="stable")[:_MOST_PANELS].tolist()
     moving = [i for i in order if rise[i] > _FLAT * rise[order[0]]] or order[:1]
-    drawn = _k_gamma_panels(f"Which tolerance moves Kγ: {entries[order[0]]} most", [entries[i] for i in moving])
+    shown = []
     for panel, place in enumerate(moving):
-        _add_curves(drawn, result, scale, values[place], panel)
-        _mark_drawn(drawn, 1.0, panel)
-        if panel + _ACROSS >= len(moving):
-            row, column = divmod(panel, _ACROSS)
-            drawn.update_xaxes(title_text="spread per that drawn [-]", row=row + 1, col=column + 1)
+        words = "spread per that drawn [-]" if panel + _ACROSS >= len(moving) else ""
+        shown.append(Panel(_k_gamma_curves(result, scale, values[place], 1.0), title=entries[place], x=words))
+    drawn = _k_gamma_chart(f"Which tolerance moves Kγ: {entries[order[0]]} most", shown)
     flat = [entry for i, entry in enumerate(entries) if i not in moving]
     if flat:
         where = {"x": 0, "xref": "paper", "y": 0, "yref": "paper", "yanchor": "top", "yshift": -62}
         note(drawn, f"hardly any effect: {', '.join(flat)}", **where)
         drawn.update_layout(margin={"b": 96})
-    return _finished(drawn, len(moving))
+    return drawn
 
 
 def grade_prices(result: xr.Dataset) -> go.Figure:
@@ -420,44 +343,38 @@ def grade_prices(result: xr.Dataset) -> go.Figure:
     price, found, target = (float(result[name]) for name in ("total_price", "found_k_gamma", "target"))
     p = percent(float(result.attrs["probability"]))
     title = f"Kγ ≤ {engineering(target)} in {p} of the trains for {engineering(price)}"
-    drawn = figure(title, x="total price [-]", y=f"Kγ at {p} [-]", height=480)
+    layers: list[Layer] = []
     if "front_price" in result:
         x, y = numbers(result, "front_price"), numbers(result, "front_k_gamma")
-        look: dict[str, Any] = {"mode": "lines+markers", "name": "cheapest for other targets"}
-        line = {"color": PALE, "width": 1.5, "shape": "hv"}
-        add_curve(drawn, x, y, digits=(7, 6), line=line, marker={"size": 5, "color": PALE}, **look)
+        look: Trace = {"points": 5, "shape": "hv", "digits": (7, 6)}
+        layers.append(Curve(x, y, name="cheapest for other targets", colour=PALE, width=1.5, **look))
     names = short_entries(texts(result, "tolerance"))
     said: list[tuple[float, float, str]] = []
     for words, colour, sign, steps in (
-        ("one grade finer", _FINER, 1, ("finer_grade", "extra_cost", "finer_k_gamma")),
-        ("one grade coarser", _COARSER, -1, ("coarser_grade", "saving", "coarser_k_gamma")),
+        ("one grade finer", _FINER, "+", ("finer_grade", "extra_cost", "finer_k_gamma")),
+        ("one grade coarser", _COARSER, "−", ("coarser_grade", "saving", "coarser_k_gamma")),
     ):
-        grade, change, factor = steps
-        costs, values, grades = numbers(result, change), numbers(result, factor), texts(result, grade)
+        costs, values, grades = numbers(result, steps[1]), numbers(result, steps[2]), texts(result, steps[0])
         # of entries with another grade that has a price
         kept = np.flatnonzero(np.isfinite(costs) & np.isfinite(values)).tolist()
-        if not kept:
-            continue
-        prices = [price + sign * float(costs[i]) for i in kept]
-        drawn.add_scatter(
-            x=prices,
-            y=compact(values[kept], digits=6),
-            **{"mode": "markers", "name": words, "marker": {"size": 9, "color": colour}},
-            text=[names[i] for i in kept],
-            customdata=[f"{grades[i]}: {'+' if sign > 0 else '−'}{engineering(float(costs[i]))}" for i in kept],
-            hovertemplate="%{text}, %{customdata}<br>Kγ %{y:.4f}<extra></extra>",
-        )
-        said += [(at, float(values[i]), names[i]) for at, i in zip(prices, kept, strict=True)]
+        prices = price + (1 if sign == "+" else -1) * costs[kept]
+        look = {"text": [names[i] for i in kept], "hover": "%{text}, %{customdata}<br>Kγ %{y:.4f}", "digits": (9, 6)}
+        look["look"] = {"customdata": [f"{grades[i]}: {sign}{engineering(float(costs[i]))}" for i in kept]}
+        layers += [points(prices, values[kept], 9, name=words, colour=colour, **look)] if kept else []
+        said += [(float(at), float(values[i]), names[i]) for at, i in zip(prices, kept, strict=True)]
     paid = float(result["drawn_price"]) if "drawn_price" in result else np.nan
     if np.isfinite(paid):
-        cross = {"symbol": "x", "size": 12, "color": INK}
-        drawn.add_scatter(x=[paid], y=[float(result["drawn_k_gamma"])], mode="markers", marker=cross, name="as drawn")
-    star = {"symbol": "star", "size": 18, "color": PALETTE[1]}
-    drawn.add_scatter(x=[price], y=[found], mode="markers", marker=star, name="the grades found")
-    drawn.add_hline(y=target, line={"color": WARNING, "width": 1.5, "dash": "dash"})
-    note(drawn, "target", x=1, xref="paper", xanchor="right", y=target, yanchor="bottom", font={"color": WARNING})
+        factor = float(result["drawn_k_gamma"])
+        layers.append(points([paid], [factor], 12, name="as drawn", symbol="x", colour=INK, digits=(9, 9)))
+    star: Trace = {"symbol": "star", "colour": PALETTE[1], "digits": (9, 9)}
+    layers.append(points([price], [found], 18, name="the grades found", **star))
+    where = {"x": 1, "xref": "paper", "xanchor": "right", "yanchor": "bottom", "font": {"color": WARNING}}
+    layers.append(Mark(y=target, colour=WARNING, width=1.5, dash="dash", words="target", where=where))
+    panel = Panel(layers, x="total price [-]", y=f"Kγ at {p} [-]")
+    layout: Trace = {"showlegend": True, "legend": level_legend(1.0, x=1), "margin": {"t": 96}}
+    drawn = chart(title, panel, height=480, **layout)
     _name_points(drawn, said, target)
-    return drawn.update_layout(showlegend=True, legend=level_legend(1.0, x=1), margin={"t": 96})
+    return drawn
 
 
 def _name_points(drawn: go.Figure, said: list[tuple[float, float, str]], target: float) -> None:
@@ -468,19 +385,10 @@ def _name_points(drawn: go.Figure, said: list[tuple[float, float, str]], target:
     boxes = [(x * right, y * up, 10.0, 10.0) for x, y in every]
     line = (0.5 * (min(xs) + max(xs)) * right, target * up, 4 * _WIDE, 6.0)
     for x, y, name in sorted(said):
-        own = (6.2 * len(name), 14.0)
-        free = (
-            shift
-            for shift in _SHIFTS
-            if not any(_meet((x * right, y * up + shift, *own), other) for other in [*boxes, line])
-        )
+        own, taken = (6.2 * len(name), 14.0), [*boxes, line]
+        free = (shift for shift in _SHIFTS if has_room((x * right, y * up + shift, *own), taken))
         shift = next(free, _SHIFTS[0])
         boxes.append((x * right, y * up + shift, *own))
         arrow = {"showarrow": abs(shift) > _NEAR, "arrowhead": 0, "arrowwidth": 1, "arrowcolor": PALE, "ax": 0}
         where = {"ay": -shift} if abs(shift) > _NEAR else {"yshift": shift}
         note(drawn, name, x=x, y=y, font={"size": 11, "color": INK}, **arrow, **where)
-
-
-def _meet(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    """Whether two boxes (middle x, y, width, height) [px] lie over each other."""
-    return abs(one[0] - other[0]) < (one[2] + other[2]) / 2 and abs(one[1] - other[1]) < (one[3] + other[3]) / 2

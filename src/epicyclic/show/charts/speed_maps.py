@@ -9,28 +9,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..series import Array, compact, engineering, mode_groups, numbers, stability_verdict, texts
-from .over_speed import abscissa, kind_lines, mark_operating
-from .style import (
-    GRID,
-    INK,
-    PALE,
-    PALETTE,
-    WARNING,
-    add_curve,
-    figure,
-    level_legend,
-    note,
-    panels,
-    translucent,
-)
+from ..series import Array, compact, engineering, has_room, kept_apart, mode_groups, numbers, stability_verdict, texts
+from .over_speed import abscissa, kind_mark, operating_mark
+from .renderers import Curve, Heat, Layer, Mark, Panel, Trace, chart, points
+from .style import GRID, INK, PALE, PALETTE, WARNING, level_legend, note, translucent
 
 # Drawn at most: lines, and marked resonances.  Amplitudes below this part of the largest are not drawn.
 _LINES, _MARKS, _LEAST = 30, 5, 1e-3
@@ -80,8 +69,6 @@ def waterfall(sweep: xr.Dataset, modes: xr.Dataset | None = None, *, mesh: str |
     top = max((float(np.nanmax(ray.amplitude, initial=0.0)) for ray in every), default=0.0)
     strong = sorted(every, key=lambda ray: -float(np.nanmax(ray.amplitude, initial=0.0)))[:_LINES]
     shown = [ray for ray in strong if float(np.nanmax(ray.amplitude, initial=0.0)) > _LEAST * top]
-    title = "Order spectrum of the mesh forces over speed" + (f": {mesh}" if mesh else "")
-    drawn = figure(title, x=unit, y="frequency [Hz]", height=620)
     # the axis ends above the natural frequencies, or what is strong
     loud = [
         float(np.max(ray.order * x[ray.amplitude > 0.03 * top], initial=0.0)) for ray in shown if len(ray.amplitude)
@@ -89,44 +76,45 @@ def waterfall(sweep: xr.Dataset, modes: xr.Dataset | None = None, *, mesh: str |
     groups = mode_groups(modes) if modes is not None else []
     reach, above = max([1.0, *loud]), 1.15 * max((one.frequency for one in groups), default=np.inf)
     highest = 1.08 * min(reach, above)
-    for ray in shown:
-        _draw(drawn, ray, x, top, highest)
-    natural = [(one.frequency, one.kind) for one in groups if 0 < one.frequency <= highest]
-    kind_lines(drawn, natural, "{} mode", along="y", alpha=0.6)
-    _label(drawn, crests(shown, x, modes, highest=highest), x, highest)
-    mark_operating(drawn, sweep, x)
-    if len(x):
-        drawn.update_xaxes(range=[float(x.min()), float(x.max())])
-    drawn.update_yaxes(range=[0, highest])
-    look: dict[str, Any] = {"margin": {"r": 130, "t": 70}, "legend": level_legend(-0.14), "showlegend": True}
-    return drawn.update_layout(coloraxis=_scale(top), **look)
+    strongest = crests(shown, x, modes, highest=highest)
+    layers: list[Layer] = [curve for ray in shown for curve in _ray_curves(ray, x, top, highest)]
+    layers += [kind_mark(one.kind, y=one.frequency, alpha=0.6) for one in groups if 0 < one.frequency <= highest]
+    if strongest:
+        at = ([one.x for one in strongest], [one.y for one in strongest])
+        ring: Trace = {"symbol": "circle-open", "outline": 2, "colour": INK, "hover": "%{text}"}
+        said = [f"{one.label}, {one.mesh}" for one in strongest]
+        layers.append(points(*at, 16, name="strongest resonances", text=said, **ring))
+    run = (float(x.min()), float(x.max())) if len(x) else None
+    panel = Panel([*layers, *operating_mark(sweep, x)], x=unit, y="frequency [Hz]", x_ends=run, y_ends=(0, highest))
+    title = "Order spectrum of the mesh forces over speed" + (f": {mesh}" if mesh else "")
+    layout: Trace = {"margin": {"r": 130, "t": 70}, "legend": level_legend(-0.14), "showlegend": True}
+    drawn = chart(title, panel, height=620, coloraxis=_scale(top), **layout)
+    _name_crests(drawn, strongest, x, highest)
+    return drawn
 
 
 def rays(sweep: xr.Dataset) -> list[Ray]:
     """Every line of the spectrum over the largest of the meshes, lines of one frequency as one, orders rising."""
-    names = np.array(texts(sweep, "mesh"))
-    found: dict[float, list[tuple[str, Array, list[str]]]] = {}
-    for order, label, rows in _lines(sweep):
-        values, own = rows
-        best = np.where(np.isnan(values), -1.0, values).argmax(axis=0)
-        largest = values[best, np.arange(values.shape[1])]
-        found.setdefault(round(order, 9), []).append((label, largest, list(names[own][best])))
+    names = texts(sweep, "mesh")
+    found: dict[float, list[tuple[str, str, Array]]] = {}
+    for order, label, rows, meshes in _lines(sweep):
+        own = found.setdefault(round(order, 9), [])
+        own += [(label, names[mesh], row) for mesh, row in zip(meshes, rows, strict=True)]
     return [_ray(order, same) for order, same in sorted(found.items())]
 
 
-def _ray(order: float, same: list[tuple[str, Array, list[str]]]) -> Ray:
-    """Amplitude (P,) [N] of lines of one order, the largest of them at every speed."""
-    values = np.stack([np.nan_to_num(largest, nan=-1.0) for _, largest, _ in same])
-    best = values.argmax(axis=0)
-    amplitude = np.array([same[i][1][k] for k, i in enumerate(best)])
-    mesh = [same[i][2][k] for k, i in enumerate(best)]
-    labels = [same[i][0] for i in best]
-    strongest = int(np.nan_to_num(amplitude, nan=-1.0).argmax()) if len(labels) else 0
+def _ray(order: float, same: list[tuple[str, str, Array]]) -> Ray:
+    """Lines of one order, their label, mesh and amplitude (P,) [N]: the largest of them at every speed."""
+    values = np.stack([amplitude for *_, amplitude in same])
+    best = np.where(np.isnan(values), -1.0, values).argmax(axis=0)
+    amplitude = values[best, np.arange(values.shape[1])]
+    labels, mesh = [same[i][0] for i in best], [same[i][1] for i in best]
+    strongest = int(np.nan_to_num(amplitude, nan=-1.0).argmax()) if labels else 0
     label = labels[strongest] if labels else same[0][0]
     return Ray(order=order, label=label, amplitude=amplitude, mesh=mesh, labels=labels)
 
 
-def _lines(sweep: xr.Dataset) -> Iterator[tuple[float, str, tuple[Array, NDArray[np.int64]]]]:
+def _lines(sweep: xr.Dataset) -> Iterator[tuple[float, str, Array, NDArray[np.int64]]]:
     """Order, label, amplitudes (k, P) and which meshes they are of (k,), line by line."""
     if "mesh_force_order" in sweep.variables:
         values = sweep["mesh_force_order"].transpose("order", "mesh", "speed").values
@@ -136,12 +124,12 @@ def _lines(sweep: xr.Dataset) -> Iterator[tuple[float, str, tuple[Array, NDArray
             own = np.flatnonzero(tones == tone)
             where = f" {stages[own[0]]}" if len(set(tones.tolist())) > 1 else ""
             for order, rows in zip(numbers(sweep, "order"), values, strict=True):
-                yield order * tone, f"{order:g}×{where} mesh", (rows[own], own)
+                yield order * tone, f"{order:g}×{where} mesh", rows[own], own
     if "mesh_force_line" in sweep.variables:
         values = sweep["mesh_force_line"].transpose("line", "mesh", "speed").values
         for order, label, rows in zip(numbers(sweep, "line_order"), texts(sweep, "line"), values, strict=True):
             # a multiple of one mesh frequency that a mesh of another has is named as that of its own meshes
-            yield order, re.sub(r"^\+(\d+) ((?:\S+ )?mesh)$", r"\1× \2", label), (rows, np.arange(len(rows)))
+            yield order, re.sub(r"^\+(\d+) ((?:\S+ )?mesh)$", r"\1× \2", label), rows, np.arange(len(rows))
 
 
 def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None, *, highest: float | None = None) -> list[Crest]:
@@ -174,31 +162,20 @@ def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None, *, highe
     return kept
 
 
-def _draw(drawn: go.Figure, ray: Ray, x: Array, top: float, highest: float) -> None:
+def _ray_curves(ray: Ray, x: Array, top: float, highest: float) -> list[Curve]:
     """A thin line along x (P,) [Hz], and marks where there is something, larger and darker with the amplitude."""
-    rank = np.argsort(x)
     ends = np.array([x.min(), x.max()])
-    line = {"color": GRID, "width": 1}
-    add_curve(drawn, ends, ray.order * ends, line=line, showlegend=False, hoverinfo="skip")
-    there = [i for i in rank if ray.amplitude[i] > _LEAST * top and ray.order * x[i] <= highest]
+    line = Curve(ends, ray.order * ends, colour=GRID, width=1, hover=None)
+    there = [i for i in np.argsort(x) if ray.amplitude[i] > _LEAST * top and ray.order * x[i] <= highest]
     if not there:
-        return
+        return [line]
     size = np.log10(ray.amplitude[there] / (_LEAST * top)) / -np.log10(_LEAST)
     colours = compact(np.log10(ray.amplitude[there] / 1e3), digits=4)
-    words = "%{customdata[2]}: %{customdata[0]} kN, %{customdata[1]}<br>%{y:.5g} Hz at %{x:.5g} Hz<extra></extra>"
-    add_curve(
-        drawn,
-        x[there],
-        ray.order * x[there],
-        mode="markers",
-        marker={
-            **{"color": colours, "coloraxis": "coloraxis"},
-            **{"size": compact(2 + 7 * size, digits=2), "line": {"width": 0}},
-        },
-        customdata=[[engineering(float(ray.amplitude[i]) / 1e3), ray.mesh[i], ray.labels[i]] for i in there],
-        hovertemplate=words,
-        showlegend=False,
-    )
+    marker = {"color": colours, "coloraxis": "coloraxis", "line": {"width": 0}}
+    hover = "%{customdata[2]}: %{customdata[0]} kN, %{customdata[1]}<br>%{y:.5g} Hz at %{x:.5g} Hz"
+    data = [[engineering(float(ray.amplitude[i]) / 1e3), ray.mesh[i], ray.labels[i]] for i in there]
+    look = {"marker": marker, "customdata": data}
+    return [line, points(x[there], ray.order * x[there], compact(2 + 7 * size, digits=2), hover=hover, look=look)]
 
 
 def _scale(top: float) -> dict[str, object]:
@@ -217,20 +194,8 @@ def _scale(top: float) -> dict[str, object]:
     return {"colorscale": _COLOURS, "cmin": float(low), "cmax": float(high), "colorbar": bar}
 
 
-def _label(drawn: go.Figure, shown: list[Crest], x: Array, highest: float) -> None:
-    """The strongest resonances within x (P,) [Hz], ringed and named, each name at a place of its own."""
-    if not shown:
-        return
-    add_curve(
-        drawn,
-        [one.x for one in shown],
-        [one.y for one in shown],
-        mode="markers",
-        marker={"symbol": "circle-open", "size": 16, "color": INK, "line": {"width": 2}},
-        name="strongest resonances",
-        text=[f"{one.label}, {one.mesh}" for one in shown],
-        hoverinfo="text",
-    )
+def _name_crests(drawn: go.Figure, shown: list[Crest], x: Array, highest: float) -> None:
+    """Names of the strongest resonances within x (P,) [Hz], each at a place of its own."""
     words = [f"{_short(one.label)}: {engineering(one.amplitude / 1e3, 3)} kN" for one in shown]
     rings = [((one.x - float(x.min())) / max(float(np.ptp(x)), 1e-300), one.y / highest) for one in shown]
     for one, text, (right, up) in zip(shown, words, label_places(rings, [len(text) for text in words]), strict=True):
@@ -247,29 +212,26 @@ def label_places(rings: list[tuple[float, float]], letters: list[int]) -> list[t
     ----------
     rings : place (right, up) of each in parts of the plot.  letters : of each name.
     """
-    taken = [(right, up, _RING[0] / 2, _RING[1] / 2) for right, up in rings]
+    taken = [(right, up, *_RING) for right, up in rings]
     found = []
     for (right, up), count in zip(rings, letters, strict=True):
-        half = (count * _LETTER[0] / 2, _LETTER[1] / 2)
-        reach = half[0] + _RING[0] / 2 + 0.01
+        wide, tall = count * _LETTER[0], _LETTER[1]
+        reach = wide / 2 + _RING[0] / 2 + 0.01
         ways = [
-            (side * reach, rise * _LETTER[1] * 1.2)
+            (side * reach, rise * tall * 1.2)
             for rise in (-1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6)
             for side in (1, -1, 0)
         ]
         inside = [
-            (dx, dy) for dx, dy in ways if half[0] <= right + dx <= 1 - half[0] and half[1] <= up + dy <= 1 - half[1]
+            (dx, dy)
+            for dx, dy in ways
+            if abs(right + dx - 0.5) <= (1 - wide) / 2 and abs(up + dy - 0.5) <= (1 - tall) / 2
         ]
-        free = [way for way in inside if not any(_meet((right + way[0], up + way[1], *half), box) for box in taken)]
+        free = [(dx, dy) for dx, dy in inside if has_room((right + dx, up + dy, wide, tall), taken)]
         way = (free or inside or ways)[0]
         found.append(way)
-        taken.append((right + way[0], up + way[1], *half))
+        taken.append((right + way[0], up + way[1], wide, tall))
     return found
-
-
-def _meet(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> bool:
-    """Whether two boxes (middle right, middle up, half width, half height) lie on each other."""
-    return abs(one[0] - other[0]) < one[2] + other[2] and abs(one[1] - other[1]) < one[3] + other[3]
 
 
 def _short(label: str) -> str:
@@ -292,14 +254,9 @@ _CURVES = 24
 _DECAYS = 0.08
 
 
-def _apart(order: np.ndarray, centre: Array, distance: float, x: Array) -> list[int]:
+def _named(order: np.ndarray, centre: Array, distance: float, x: Array) -> list[int]:
     """The first few places in order (r,) whose centres (r,) stand `distance` apart within x (P,), all [Hz]."""
-    kept: list[int] = []
-    for place in order:
-        inside = x.min() <= centre[place] <= x.max()
-        if inside and all(abs(centre[place] - centre[other]) > distance for other in kept):
-            kept.append(int(place))
-    return kept[:_LABELS]
+    return kept_apart(centre, [i for i in order if x.min() <= centre[i] <= x.max()], distance, _LABELS)
 
 
 def stability_over_speed(result: xr.Dataset) -> go.Figure:
@@ -315,47 +272,39 @@ def stability_over_speed(result: xr.Dataset) -> go.Figure:
     x = numbers(result, "mesh_frequency")
     rank = np.argsort(x)
     kind, taking = (np.array(texts(result, name))[rank] for name in ("instability", "taking_part"))
-    shown = (("largest_multiplier", "largest |μ| [-]", 1.0), ("growth_rate", "growth rate [1/s]", 0.0))
-    drawn = panels(stability_verdict(kind, "speeds"), ("", ""), height=560, shared_xaxes=True, vertical_spacing=0.06)
-    for row, (variable, words, limit) in enumerate(shown, start=1):
+    panels = []
+    for variable, words, limit in (
+        ("largest_multiplier", "largest |μ| [-]", 1.0),
+        ("growth_rate", "growth rate [1/s]", 0.0),
+    ):
         values = numbers(result, variable)[rank]
-        add_curve(drawn, x[rank], values, panel=row, line={"color": PALE, "width": 1.6}, showlegend=False)
+        layers: list[Layer] = [Curve(x[rank], values, colour=PALE, width=1.6), Mark(y=limit, dash="dash")]
         for name, (colour, meaning) in _KINDS.items():
             at = kind == name
-            if at.any():
-                add_curve(
-                    drawn,
-                    x[rank][at],
-                    values[at],
-                    panel=row,
-                    mode="markers",
-                    marker={"color": colour, "size": 6},
-                    name=meaning,
-                    legendgroup=name,
-                    showlegend=row == 1,
-                    customdata=taking[at],
-                    hovertemplate="%{x:.5g} Hz: %{y:.4g}<br>%{customdata}<extra></extra>",
-                )
-        drawn.add_hline(y=limit, line={"color": INK, "width": 1.2, "dash": "dash"}, row=row, col=1)
-        drawn.update_yaxes(title_text=words, row=row, col=1)
-    drawn.update_xaxes(title_text="mesh frequency [Hz]", row=2, col=1)
-    _bands(drawn, result, x)
-    return drawn.update_layout(showlegend=True)
+            look: Trace = {"colour": colour, "text": taking[at], "hover": "%{x:.5g} Hz: %{y:.4g}<br>%{text}"}
+            layers += [points(x[rank][at], values[at], name=meaning, **look)] if at.any() else []
+        panels.append(Panel(layers, y=words))
+    layout: Trace = {"x": "mesh frequency [Hz]", "marks": _bands(result), "gap": 0.06, "showlegend": True}
+    drawn = chart(stability_verdict(kind, "speeds"), *panels, height=560, **layout)
+    _name_bands(drawn, result, x)
+    return drawn
 
 
-def _bands(drawn: go.Figure, result: xr.Dataset, x: Array) -> None:
-    """Predicted ranges within x (P,) [Hz] as bands behind, the fastest ones named."""
-    low, high, rate = (numbers(result, f"resonance_{name}") for name in ("low", "high", "growth"))
-    if not low.size:
+def _bands(result: xr.Dataset) -> list[Mark]:
+    """Predicted ranges as bands behind."""
+    low, high = (numbers(result, f"resonance_{name}") for name in ("low", "high"))
+    look: Trace = {"colour": translucent(WARNING, 0.10), "name": "predicted (averaging)"}
+    return [Mark(x=float(one), to=float(other), **look) for one, other in zip(low, high, strict=True)]
+
+
+def _name_bands(drawn: go.Figure, result: xr.Dataset, x: Array) -> None:
+    """Names of the fastest growing of the predicted ranges, within x (P,) [Hz], which is the abscissa then."""
+    rate = numbers(result, "resonance_growth")
+    if not rate.size:
         return
-    fill = translucent(WARNING, 0.10)
-    for one, other in zip(low, high, strict=True):
-        drawn.add_vrect(x0=one, x1=other, fillcolor=fill, line_width=0, layer="below", row="all", col="all")
-    key = {"color": fill, "size": 12, "symbol": "square"}
-    drawn.add_scatter(x=[None], y=[None], mode="markers", marker=key, name="predicted (averaging)", row=1, col=1)
     names, centre = texts(result, "resonance"), numbers(result, "resonance_centre")
     drawn.update_xaxes(range=[float(x.min()), float(x.max())])
-    for place in _apart(np.argsort(-rate), centre, (x.max() - x.min()) / 14, x):
+    for place in _named(np.argsort(-rate), centre, (x.max() - x.min()) / 14, x):
         where = {"xref": "x", "yref": "y domain", "xanchor": "left", "yanchor": "bottom"}
         note(drawn, names[place], x=centre[place], y=1.0, textangle=-25, **where)
 
@@ -375,54 +324,61 @@ def stability_map(result: xr.Dataset) -> go.Figure:
     rate = result["growth_rate"].transpose("value", "speed").values
     kind = result["instability"].transpose("value", "speed").values.astype(str)
     ordinate = f"{name} [{unit}]" if unit else name
-    drawn = figure(stability_verdict(kind, "points"), x="mesh frequency [Hz]", y=ordinate, height=520)
-    _add_cells(drawn, x, y, rate, np.isin(kind, list(_KINDS)))
-    _boundaries(drawn, result, y)
-    if texted:
-        drawn.update_yaxes(tickvals=list(y), ticktext=texts(result, "value"))
-    drawn.update_xaxes(range=[float(x.min()), float(x.max())], showgrid=False)
-    drawn.update_yaxes(range=[float(y.min()), float(y.max())] if len(y) > 1 else None, showgrid=False)
-    return drawn.update_layout(showlegend=True, legend={"orientation": "h", "x": 0, "y": -0.18, "yanchor": "top"})
+    layers = [_cells(x, y, rate, np.isin(kind, list(_KINDS))), *_boundaries(result, y)]
+    ticks = {"tickvals": list(y), "ticktext": texts(result, "value")} if texted else {}
+    ends: Trace = {"x_ends": (float(x.min()), float(x.max()))}
+    ends |= {"y_ends": (float(y.min()), float(y.max()))} if len(y) > 1 else {}
+    axes: Trace = {"x_axis": {"showgrid": False}, "y_axis": {"showgrid": False, **ticks}}
+    panel = Panel(layers, x="mesh frequency [Hz]", y=ordinate, **ends, **axes)
+    verdict = stability_verdict(kind, "points")
+    drawn = chart(verdict, panel, height=520, showlegend=True, legend=level_legend(-0.18))
+    _name_boundaries(drawn, result, y)
+    return drawn
 
 
-def _add_cells(drawn: go.Figure, x: Array, y: Array, rate: Array, grows: np.ndarray) -> None:
+def _cells(x: Array, y: Array, rate: Array, grows: np.ndarray) -> Heat:
     """Growth rate (values, P) [1/s] over x (P,) [Hz] and y (values,): pale where it decays, blank where it failed."""
     top = float(np.max(rate[grows], initial=0.0)) or 1.0
     shown = np.where(np.isfinite(rate), np.where(grows, rate, -_DECAYS * top), np.nan)
     edge = _DECAYS / (1 + _DECAYS)
     colours = [[0, "#E4EEF7"], [edge, "#E4EEF7"], [edge, "#FDE3C8"], [0.5 + edge / 2, PALETTE[1]], [1, "#7A1F00"]]
-    drawn.add_heatmap(
-        x=compact(x, digits=7),
-        y=compact(y, digits=7),
-        z=[compact(row) for row in shown],
-        customdata=[compact(row) for row in rate],
-        **{"zmin": -_DECAYS * top, "zmax": top, "colorscale": colours},
-        colorbar={
-            "title": {"text": "growth rate [1/s]", "side": "right"},
-            "tickvals": [-_DECAYS * top / 2, top / 4, top / 2, top],
-            "ticktext": ["decays", *(engineering(value * top, 3) for value in (0.25, 0.5, 1.0))],
-            "len": 0.9,
-        },
-        hovertemplate="%{x:.5g} Hz, %{y:.4g}: %{customdata:.4g} 1/s<extra></extra>",
-    )
+    bar = {
+        "title": {"text": "growth rate [1/s]", "side": "right"},
+        "tickvals": [-_DECAYS * top / 2, top / 4, top / 2, top],
+        "ticktext": ["decays", *(engineering(value * top, 3) for value in (0.25, 0.5, 1.0))],
+        "len": 0.9,
+    }
+    look: Trace = {"zmin": -_DECAYS * top, "zmax": top, "colorscale": colours, "colorbar": bar}
+    look["customdata"] = [compact(row) for row in rate]
+    hover = "%{x:.5g} Hz, %{y:.4g}: %{customdata:.4g} 1/s"
+    return Heat(x, y, shown, digits=(7, 5), hover=hover, look=look)
 
 
-def _boundaries(drawn: go.Figure, result: xr.Dataset, y: Array) -> None:
-    """Both ends [Hz] of every predicted range over the parameter y (values,), one line that turns where it closes."""
+def _ranges(result: xr.Dataset) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Both ends (value, resonance) [Hz] of every predicted range, and which are the widest."""
     low, high = (result[f"resonance_{name}"].transpose("value", "resonance").values for name in ("low", "high"))
-    names = texts(result, "resonance")
-    order = np.argsort(-np.nansum(high - low, axis=0), kind="stable")[:_CURVES]
+    return low, high, np.argsort(-np.nansum(high - low, axis=0), kind="stable")[:_CURVES]
+
+
+def _boundaries(result: xr.Dataset, y: Array) -> list[Curve]:
+    """Both ends [Hz] of every predicted range over the parameter y (values,), one line that turns where it closes."""
+    low, high, order = _ranges(result)
+    names, curves = texts(result, "resonance"), []
     for place, one in enumerate(order):
-        line = {"color": INK, "width": 1.3, "dash": "solid" if place < _LABELS else "dot"}
-        words = f"{names[one]}: %{{x:.5g}} Hz<extra></extra>"
-        legend: dict[str, Any] = {"legendgroup": "boundary", "showlegend": place == 0, "hovertemplate": words}
+        look: Trace = {"colour": INK, "width": 1.3, "dash": "solid" if place < _LABELS else "dot", "digits": (7, 7)}
         xs, ys = _outline(low[:, one], high[:, one], y)
-        add_curve(drawn, xs, ys, digits=(7, 7), line=line, name="predicted boundary (averaging)", **legend)
-    x = numbers(result, "mesh_frequency")
+        hover = f"{names[one]}: %{{x:.5g}} Hz"
+        curves.append(Curve(xs, ys, name="predicted boundary (averaging)", hover=hover, **look))
+    return curves
+
+
+def _name_boundaries(drawn: go.Figure, result: xr.Dataset, y: Array) -> None:
+    """Names of the widest predicted ranges, at the top of the map or where the range closes below it."""
+    low, high, order = _ranges(result)
+    x, names = numbers(result, "mesh_frequency"), texts(result, "resonance")
     centre = np.nanmean((low + high) / 2, axis=0) if len(names) else np.zeros(0)
-    for one in _apart(order, centre, (x.max() - x.min()) / 10, x):
+    for one in _named(order, centre, (x.max() - x.min()) / 10, x):
         inside = np.flatnonzero(np.isfinite(low[:, one]))
-        # at the top of the map, unless the range closes below it
         closes = inside[-1] < len(y) - 1 and inside.size > 1
         font = {"size": 12, "color": INK if closes else PALE}
         note(drawn, names[one], x=centre[one], y=float(y[inside[-1]]), yanchor="bottom", font=font)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
 import plotly.graph_objects as go
-from numpy.typing import ArrayLike
 from plotly.subplots import make_subplots
 
-from ..series import compact
+from ...limits import RESONANCE_BAND
 
 # Okabe and Ito's colour-blind safe set, its yellow (unreadable on white) replaced by violet and grey.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#5B3F8C", "#7A7A7A")
@@ -34,9 +33,9 @@ MODE_COLOURS = {
 }
 MODE_SYMBOLS = {"rigid": "x", "rotational": "circle", "translational": "diamond", "planet": "square", "mixed": "star"}
 
-# As of the analysis, which marks resonances this close to operation where no band is given.
-_BAND = 0.2
-SPEED_TITLE = f"speed (shaded: operation ± {100 * _BAND:.0f} %) [% of the operating speed]"
+SPEED_TITLE = f"speed (shaded: operation ± {100 * RESONANCE_BAND:.0f} %) [% of the operating speed]"
+# A name to the right of the plot.
+BESIDE = {"xref": "paper", "x": 1.005, "xanchor": "left", "yanchor": "middle"}
 # Of bars: their numbers stand behind them, also beyond the axes.
 OUTSIDE = {"textposition": "outside", "cliponaxis": False}
 
@@ -106,51 +105,6 @@ def panels(title: str, names: Sequence[str], *, height: int, columns: int = 1, *
     return drawn
 
 
-def add_curve(
-    drawn: go.Figure,
-    x: ArrayLike,
-    y: ArrayLike,
-    *,
-    panel: int | tuple[int, int] | None = None,
-    digits: tuple[int, int] = (5, 5),
-    mode: str = "lines",
-    **look: Any,
-) -> None:
-    """Draw y over x (k,) as a line or as points.
-
-    Parameters
-    ----------
-    panel : row, or row and column, of a figure of panels.  digits : significant ones of x and of y.
-    mode, look : as of a plotly scatter.
-    """
-    row, column = (panel, 1) if isinstance(panel, int) else panel or (None, None)
-    values = {"x": compact(x, digits=digits[0]), "y": compact(y, digits=digits[1])}
-    drawn.add_scatter(**values, mode=mode, row=row, col=column, **look)
-
-
-def add_key(drawn: go.Figure, name: str, line: Mapping[str, Any], **look: Any) -> None:
-    """An entry of the legend for lines that are no traces."""
-    drawn.add_scatter(x=[None], y=[None], mode="lines", line=line, name=name, **look)
-
-
-def entry(name: str, *, first: bool) -> dict[str, Any]:
-    """Name of a curve and its part in the legend, where the first of its name stands for all."""
-    return {"name": name, "legendgroup": name, "showlegend": first}
-
-
-def axis_titles(drawn: go.Figure, x: str, y: str, *, row: int, column: int = 1) -> None:
-    """Title the axes of a panel, with their units; an empty title leaves an axis as it is."""
-    if x:
-        drawn.update_xaxes(title_text=x, row=row, col=column)
-    if y:
-        drawn.update_yaxes(title_text=y, row=row, col=column)
-
-
-def cycled(place: int, width: float = 1.8) -> dict[str, Any]:
-    """Line of a curve by its place among others: colours and dashes in turn."""
-    return {"color": PALETTE[place % len(PALETTE)], "width": width, "dash": DASHES[place % len(DASHES)]}
-
-
 def level_legend(y: float, *, x: float = 0, **look: Any) -> dict[str, Any]:
     """A legend in a row below the plot (y < 0) or above it, at its left end (x = 0) or at its right one (1)."""
     anchors = {"xanchor": "right" if x else "left", "yanchor": "top" if y < 0 else "bottom"}
@@ -160,29 +114,6 @@ def level_legend(y: float, *, x: float = 0, **look: Any) -> dict[str, Any]:
 def note(drawn: go.Figure, text: str, **where: Any) -> None:
     """Write a plain text without an arrow into the figure; `where` as of a plotly annotation."""
     drawn.add_annotation({"text": text, "showarrow": False, "font": {"size": 12, "color": PALE}, **where})
-
-
-def lines_across(drawn: go.Figure, lines: Sequence[tuple[float, Mapping[str, Any]]], *, along: str = "x") -> None:
-    """Straight lines through every panel that has a curve, all at once: plotly's `add_vline` takes 10 ms a line.
-
-    Parameters
-    ----------
-    lines : place on the axis, and the look of the line as of a plotly shape.  along : axis they are placed on, x or y.
-    """
-    axes = list(dict.fromkeys((trace.xaxis or "x", trace.yaxis or "y") for trace in drawn.data))
-    shapes = []
-    for at, look in lines:
-        for x, y in axes:
-            ends = {"x0": at, "x1": at, "y0": 0, "y1": 1} if along == "x" else {"x0": 0, "x1": 1, "y0": at, "y1": at}
-            refs = {"xref": x, "yref": f"{y} domain"} if along == "x" else {"xref": f"{x} domain", "yref": y}
-            shapes.append({"type": "line", **ends, **refs, **look})
-    drawn.update_layout(shapes=[*(shape.to_plotly_json() for shape in drawn.layout.shapes), *shapes])
-
-
-def add_operating_band(drawn: go.Figure) -> None:
-    """The speeds [%] about operation, shaded behind the curves."""
-    band = {"x0": 100 * (1 - _BAND), "x1": 100 * (1 + _BAND), "line_width": 0, "layer": "below"}
-    drawn.add_vrect(**band, fillcolor=translucent(PALETTE[0], 0.08))
 
 
 def wide_height(across: float, tall: float) -> int:

@@ -6,8 +6,6 @@ phases on dials, one a pair of gears; mesh stiffness over one mesh cycle, one pa
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
@@ -21,7 +19,8 @@ from ..series import (
     numbers,
     texts,
 )
-from .style import DASHES, INK, OUTSIDE, PALE, add_curve, branch_colour, entry, figure, kind_colour, panels
+from .renderers import Bars, Panel, Stems, Trace, chart, level_bars, pair_panels
+from .style import INK, PALE, branch_colour, kind_colour, panels
 
 
 def members(check: xr.Dataset) -> go.Figure:
@@ -40,30 +39,14 @@ def members(check: xr.Dataset) -> go.Figure:
         f"external torque [{'kN m' if kilo else 'N m'}]": [one.torque / (1e3 if kilo else 1) for one in found],
         "power into the train [kW]": [one.power / 1e3 for one in found],
     }
-    title, space = "Speed, torque and power of the members", {"shared_yaxes": True, "horizontal_spacing": 0.04}
-    drawn = panels(title, list(columns), height=150 + 34 * len(found), columns=3, **space)
-    for column, (name, values) in enumerate(columns.items(), start=1):
-        known = [np.isfinite(value) for value in values]
-        words = [engineering(value).replace("-", "\u2212") for value in values]
-        drawn.add_bar(
-            x=[float(value) if there else 0.0 for value, there in zip(values, known, strict=True)],
-            y=[one.name.replace(".", " ") if several else one.name.split(".")[-1] for one in found],
-            orientation="h",
-            marker={"color": [kind_colour(one.kind) for one in found]},
-            text=[text if there else "not given" for text, there in zip(words, known, strict=True)],
-            hovertemplate="%{y}: %{text}<extra>" + name + "</extra>",
-            **OUTSIDE,
-            row=1,
-            col=column,
-        )
-        # room for the numbers outside the bars
-        finite = [value for value, there in zip(values, known, strict=True) if there]
-        low, high = min([0.0, *finite]), max([0.0, *finite])
-        span = high - low or 1.0
-        ends = [low - (0.3 * span if low < 0 else 0.03 * span), high + 0.3 * span]
-        drawn.update_xaxes(range=ends, zeroline=True, zerolinecolor=PALE, row=1, col=column)
-    drawn.update_layout(showlegend=False, bargap=0.35)
-    return drawn.update_yaxes(showgrid=False)
+    names = [one.name.replace(".", " ") if several else one.name.split(".")[-1] for one in found]
+    colours, shown = [kind_colour(one.kind) for one in found], []
+    for title, values in columns.items():
+        words = [engineering(one).replace("-", "\u2212") if np.isfinite(one) else "not given" for one in values]
+        hover = f"%{{y}}: %{{text}}<extra>{title}</extra>"
+        lengths = np.nan_to_num(values).tolist()
+        shown.append(Panel([Bars(names, lengths, level=True, colour=colours, text=words, hover=hover)], title=title))
+    return level_bars("Speed, torque and power of the members", names[::-1], *shown)
 
 
 def orders(check: xr.Dataset) -> go.Figure:
@@ -77,25 +60,16 @@ def orders(check: xr.Dataset) -> go.Figure:
     order = numbers(check, "order", "order_name")
     rank = [place for place in np.argsort(-hertz, kind="stable").tolist() if hertz[place] > 0]
     labels, tones = [names[place] for place in rank], [float(hertz[place]) for place in rank]
-    drawn = figure("Shaft and mesh frequencies", x="frequency [Hz]", height=140 + 28 * len(rank))
-    stems = [value for tone in tones for value in (1e-9, tone, None)]
-    rows = [value for name in labels for value in (name, name, None)]
-    drawn.add_scatter(x=stems, y=rows, mode="lines", line={"color": "#C5CCD3", "width": 2}, hoverinfo="skip")
-    drawn.add_scatter(
-        x=tones,
-        y=labels,
-        mode="markers+text",
-        marker={"size": 11, "color": ["#D55E00" if name.endswith("mesh") else INK for name in labels]},
-        text=[f"{engineering(float(hertz[at]))} Hz · order {engineering(float(order[at]))}" for at in rank],
-        textposition="middle right",
-        cliponaxis=False,
-        hoverinfo="skip",
-    )
+    text = [f"{engineering(float(hertz[at]))} Hz · order {engineering(float(order[at]))}" for at in rank]
+    heads = {"color": ["#D55E00" if name.endswith("mesh") else INK for name in labels]}
+    look = {"mode": "markers+text", "textposition": "middle right", "cliponaxis": False, "marker": heads}
+    strokes: Trace = {"foot": 1e-9, "level": True, "colour": "#C5CCD3", "width": 2, "points": 11}
+    stems = Stems(tones, labels, **strokes, text=text, hover=None, look=look)
     low, high = (min(tones), max(tones)) if rank else (1.0, 10.0)
-    span = [np.floor(np.log10(low) - 0.1), np.log10(high) + 0.45 * (np.log10(high / low) + 1)]
-    drawn.update_xaxes(type="log", range=span, dtick=1)
-    drawn.update_yaxes(autorange="reversed", showgrid=False)
-    return drawn.update_layout(showlegend=False)
+    span = (np.floor(np.log10(low) - 0.1), np.log10(high) + 0.45 * (np.log10(high / low) + 1))
+    y_axis = {"autorange": "reversed", "showgrid": False}
+    panel = Panel([stems], x="frequency [Hz]", x_ends=span, x_axis={"type": "log", "dtick": 1}, y_axis=y_axis)
+    return chart("Shaft and mesh frequencies", panel, height=140 + 28 * len(rank))
 
 
 def _unstaged(names: list[str]) -> list[str]:
@@ -119,7 +93,7 @@ def phases(check: xr.Dataset) -> go.Figure:
     rows = -(-max(1, len(dials)) // columns)
     kinds = [[{"type": "polar"}] * columns for _ in range(rows)]
     # ticks left and right of neighbours keep apart on a narrow page too
-    apart: dict[str, Any] = {"horizontal_spacing": 0.24 / columns, "specs": kinds}
+    apart: Trace = {"horizontal_spacing": 0.24 / columns, "specs": kinds}
     drawn = panels("Phase lead of the meshes", list(dials), height=60 + 300 * rows, columns=columns, **apart)
     for place, series in enumerate(dials.values()):
         _add_hands(drawn, series, place // columns + 1, place % columns + 1)
@@ -174,26 +148,15 @@ def mesh_stiffness(stiffness: xr.Dataset) -> go.Figure:
     ----------
     stiffness : Dataset of `stiffness`: mesh_stiffness (mesh, mesh_phase) [N/m].
     """
-    values = stiffness["mesh_stiffness"].transpose("mesh", "mesh_phase").values
+    values = stiffness["mesh_stiffness"].transpose("mesh", "mesh_phase").values / 1e6
     phase = numbers(stiffness, "mesh_phase")
     closed = len(phase) > 1 and phase[-1] < 1 - 1e-9 and abs(phase[0]) < 1e-9
     if closed:
         phase, values = np.append(phase, 1.0), np.append(values, values[:, :1], axis=1)
-    groups = by_panel(merged(texts(stiffness, "mesh"), values, branches=True))
-    names = []
-    for title, series in groups.items():
-        means = [float(np.mean(one.values[:-1] if closed else one.values)) / 1e6 for one in series]
-        names.append(f"{title}, mean {engineering(float(np.mean(means)))} N/µm")
-    space: dict[str, Any] = {"shared_xaxes": True, "vertical_spacing": 0.28 / max(2, len(groups))}
-    drawn = panels("Mesh stiffness over a mesh cycle", names, height=110 + 230 * len(groups), **space)
-    shown: set[str] = set()
-    for row, series in enumerate(groups.values(), start=1):
-        for one in series:
-            line = {"color": branch_colour(one.branch), "dash": DASHES[one.side == "right"], "width": 2}
-            legend = entry(one.label, first=one.label not in shown)
-            add_curve(drawn, phase, one.values / 1e6, panel=row, line=line, **legend)
-            shown.add(one.label)
-        drawn.update_yaxes(title_text="stiffness [N/µm]", row=row, col=1)
-    drawn.update_xaxes(range=[0, 1])
-    drawn.update_xaxes(title_text="time [mesh cycles]", row=len(groups), col=1)
-    return drawn.update_layout(hovermode="x unified")
+    shown = {}
+    for title, series in by_panel(merged(texts(stiffness, "mesh"), values, branches=True)).items():
+        mean = np.mean([np.mean(one.values[:-1] if closed else one.values) for one in series])
+        shown[f"{title}, mean {engineering(float(mean))} N/µm"] = series
+    curves = pair_panels(shown, phase, "stiffness [N/µm]", width=2)
+    look: Trace = {"gap": 0.28 / max(2, len(shown)), "height": 110 + 230 * len(shown), "hovermode": "x unified"}
+    return chart("Mesh stiffness over a mesh cycle", *curves, x="time [mesh cycles]", x_ends=(0, 1), **look)
