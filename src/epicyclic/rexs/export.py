@@ -25,7 +25,6 @@ from ..train.train import Train
 from ..user_input import as_output, checked, outputs_apart
 from .encodings import encoding_of, rexs_bytes
 from .export_components import (
-    Attributes,
     Draft,
     Dropped,
     add_carriers,
@@ -107,7 +106,7 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
     """
     _check(train)
     draft = Draft(train)
-    shifts: Attributes = {"number_of_gears": (1, "none"), "gear_shift_index": (1, "none")}
+    shifts = {"number_of_gears": 1, "gear_shift_index": 1}
     draft.unit = draft.add("gear_unit", train.title, {**place(0.0), **shifts, **gravity_of(train)})
     draft.casing = draft.add("gear_casing", "casing", within=draft.unit)
     # gears on parallel axes mesh in a cylindrical_stage of no planetary stage

@@ -316,6 +316,17 @@ _UNITS: dict[str, dict[str, tuple[float, str]]] = {
 _SI = {kind: next(text for scale, text in units.values() if scale == 1.0) for kind, units in _UNITS.items()}
 # nothing of a gear unit is larger in SI; "rigid" is 1e23 N/m
 _LARGEST = 1e30
+QUANTITIES = {
+    **{"none": "ratio", "mm": "length", "mum": "length", "deg": "angle", "1 / min": "speed", "kW": "power"},
+    **{"N m": "torque", "N / m": "stiffness", "N mm / rad": "torsional_stiffness", "N / mm^2": "pressure"},
+    **{"N / (mm mum)": "stiffness_per_width", "kg / dm^3": "density", "kg": "mass", "kg m^2": "inertia"},
+    "m / s^2": "acceleration",
+}
+"""Unit of version 1.7 -> kind of quantity."""
+# kinds that a train counts in the unit of the file: their numbers are written as they are
+_AS_THEY_ARE = ("ratio", "speed", "torque", "mass", "inertia", "acceleration")
+# what programs write for rigid, and every reader takes for it [N/m, N mm/rad]
+_RIGID = 1e20
 
 
 @dataclass(frozen=True, slots=True)
@@ -365,6 +376,29 @@ def number_in(value: Value, unit: str, kind: str, where: str) -> Number:
     if not abs(si) < _LARGEST:
         raise ModelError("out of range", path=where, given=f"{value} {unit}")
     return Number(si, f"{shown(value)} {text}" if text else f"{shown(si)} {_SI[kind]}".strip())
+
+
+def in_unit(value: float, unit: str) -> float:
+    """A value of a train in a unit of version 1.7, infinite as programs write rigid."""
+    kind = QUANTITIES[unit]
+    if kind in _AS_THEY_ARE:
+        return value
+    if math.isinf(value) and "stiffness" in kind:
+        return _RIGID
+    return shortest(value / _UNITS[kind]["".join(unit.split())][0])
+
+
+def shortest(value: float) -> float:
+    """A number without the digits that a division alone leaves.
+
+    Fifteen digits are taken where they say the same number within two units in the last place: 380, not
+    380.00000000000006; any other number keeps all of its digits.
+    """
+    number = value + 0.0
+    if not math.isfinite(number):
+        return number
+    short = float(f"{number:.15g}")
+    return short if abs(short - number) <= 2 * math.ulp(number) else number
 
 
 def shown(value: float) -> str:

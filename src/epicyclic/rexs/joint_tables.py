@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 from .file import Number
 from .members import BODY_NAME, GearUnit, StageMember
-from .stages import RIGID, Joint, Parts, Vector, along, cross, minus
+from .stages import RIGID, STIFFNESSES, Joint, Parts, Table, Vector, along, cross, minus
+from .table import RexsRow
 
-Table = dict[str, object]
 EndAt = Callable[[int], str | None]
 """Part -> name of the body or member that turns with it, see `_end_at`."""
 _FORCES = ("force_", "torque_around_v", "torque_around_w", "torque_around_the")
@@ -116,25 +116,24 @@ def _link(unit: GearUnit, joint: Joint, member: StageMember, path: str) -> Table
     """A joint as the keys of a link."""
     at = _offset(unit, joint, member)
     table: Table = {} if abs(at) < 1e-9 else {"at": f"{at * 1e3:.9g} mm"}
-    table["radial"] = _stiff(unit, joint, joint.radial, "radial_stiffness")
-    table["z"] = _stiff(unit, joint, joint.axial, "axial_stiffness")
-    if joint.tilt is None and joint.bearing:
-        unit.view.assume(joint.id, "bending_stiffness", "", "not given: the bearing is free to tilt")
-    table["tilt"] = 0 if joint.tilt is None and joint.bearing else _stiff(unit, joint, joint.tilt, "bending_stiffness")
-    if not joint.bearing:
-        turn = _stiff(unit, joint, joint.turn, "rotational_stiffness")
-        if turn != 0:
-            table["rz"] = turn
+    for row in STIFFNESSES:
+        if row.key == "tilt" and joint.bearing and joint.stiffness[row.key] is None:
+            unit.view.assume(joint.id, row.id, "", "not given: the bearing is free to tilt")
+            table[row.key] = 0
+        elif row.key != "rz":
+            table[row.key] = _stiff(unit, joint, row)
+        elif not joint.bearing and (turn := _stiff(unit, joint, row)) != 0:
+            table[row.key] = turn
     unit.view.read(joint.id, "stiffness", f"{path}.{_name(joint)}", ", ".join(f"{k} {v}" for k, v in table.items()))
     return table
 
 
-def _stiff(unit: GearUnit, joint: Joint, number: Number | None, name: str) -> object:
+def _stiff(unit: GearUnit, joint: Joint, row: RexsRow) -> object:
     """A stiffness as a model file writes it: inf where rigid, 0 where it holds nothing."""
+    number = joint.stiffness[row.key]
     if number is None:
-        unit.view.assume(joint.id, name, "", "not given: rigid")
-        return math.inf
-    if number.si >= RIGID:
+        unit.view.assume(joint.id, row.id, "", "not given: rigid")
+    if number is None or number.si >= RIGID:
         return math.inf
     return number.text if number.si > 0 else 0
 
@@ -200,14 +199,15 @@ def couplings_table(unit: GearUnit) -> Table:
         if not BODY_NAME.fullmatch(name) or name in table:
             name = f"coupling{joint.id}"
         coupling: Table = {"between": [ends[0][0], ends[1][0]]}
-        turn = _stiff(unit, joint, joint.turn, "rotational_stiffness")
+        *others, row = STIFFNESSES
+        turn = _stiff(unit, joint, row)
         if turn != math.inf:
-            coupling["rz"] = turn
+            coupling[row.key] = turn
         table[name] = coupling
-        unit.view.read(joint.id, "rotational_stiffness", f"couplings.{name}.rz", turn)
-        if any(number is None or number.si > 0 for number in (joint.radial, joint.axial, joint.tilt)):
+        unit.view.read(joint.id, row.id, f"couplings.{name}.{row.key}", turn)
+        if any((number := joint.stiffness[other.key]) is None or number.si > 0 for other in others):
             reason = "a coupling of two members joins their turn only"
-            unit.view.lose(joint.id, "radial_stiffness, axial_stiffness, bending_stiffness", reason)
+            unit.view.lose(joint.id, ", ".join(other.id for other in others), reason)
     return table
 
 
@@ -276,7 +276,7 @@ def _speeds(unit: GearUnit, end_at: EndAt) -> dict[str, Number]:
     """Speeds of members: those of shafts that define a speed, else the first given."""
     stated: list[_Load] = []
     for shaft in unit.view.of_type("shaft"):
-        number = unit.view.number(shaft.id, "rotational_speed", "speed")
+        number = unit.view.number(shaft.id, "rotational_speed")
         defines = unit.view.value(shaft.id, "defines_speed") is True
         end = end_at(shaft.id) if number is not None else None
         if number is not None and end is not None:
@@ -300,12 +300,11 @@ def _loads(unit: GearUnit, held: list[StageMember], end_at: EndAt, speeds: dict[
     """Torques, or powers where the file gives no torque, of the external loads."""
     loads: list[_Load] = []
     ports: set[str] = set()
-    for relation in unit.view.relations("assembly", "ordered_assembly"):
-        shaft, load = relation.part("assembly"), relation.part("part")
+    for shaft, load in unit.view.related.get("assembly", ()):
         if shaft is None or load is None or unit.view.components[load].type != "external_load":
             continue
-        torque = unit.view.number(load, "torque_around_u_axis", "torque")
-        power = unit.view.number(load, "power", "power")
+        torque = unit.view.number(load, "torque_around_u_axis")
+        power = unit.view.number(load, "power")
         end = end_at(shaft)
         for name, attribute in unit.view.components[load].attributes.items():
             if name.startswith(_FORCES) and attribute.value not in (0, None):
@@ -377,8 +376,8 @@ def tell_gravity(unit: GearUnit, x_axis: Vector | None) -> None:
     units = unit.view.of_type("gear_unit")
     if not units or unit.view.value(units[0].id, "account_for_gravity") is not True:
         return
-    parts = [unit.view.number(units[0].id, f"direction_vector_gravity_{a}", "ratio") for a in "uvw"]
-    strength = unit.view.number(units[0].id, "gravitational_acceleration", "acceleration")
+    parts = [unit.view.number(units[0].id, f"direction_vector_gravity_{axis}") for axis in "uvw"]
+    strength = unit.view.si(units[0].id, "gravitational_acceleration", 9.81)
     frame = unit.view.frame(units[0].id)
     if any(part is None for part in parts) or frame is None or x_axis is None:
         return
@@ -387,7 +386,7 @@ def tell_gravity(unit: GearUnit, x_axis: Vector | None) -> None:
     size = math.sqrt(along(down, down))
     if not size > 1e-30:
         return
-    g = (strength.si if strength is not None else 9.81) / size
+    g = strength / size
     axes = (x_axis, cross(unit.axis, x_axis), unit.axis)
     vector = [round(g * along(down, axis), 9) + 0.0 for axis in axes]
     line = f'operation.gravity = "[{", ".join(f"{c:.9g}" for c in vector)}] m/s^2"'

@@ -8,15 +8,18 @@ between shafts, plates and the casing, and which parts turn as one.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Generic, NamedTuple, TypeVar
 
 from ..errors import ModelError
-from .file import Component, Number, Relation, RexsFile, Value, number_in, number_of, shown
+from .file import QUANTITIES, Component, Number, RexsFile, Value, number_in, number_of, shown
+from .table import BEARINGS, HELIX, RELATIONS, ROW, rows_of
 
+Table = dict[str, object]
 Vector = tuple[float, float, float]
-_Index = Mapping[int, Sequence[int]]
+_Roles = tuple[int | None, ...]
+_ORDERED = {"ordered_assembly": "assembly", "ordered_reference": "reference"}
 _MOST_FRAMES = 50  # references nested deeper than any gear unit: a loop
 
 
@@ -58,6 +61,18 @@ class PartFrame:
 _UNIT = PartFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
+Group = TypeVar("Group", bound=Hashable)
+Grouped = TypeVar("Grouped", bound=Hashable)
+
+
+def grouped(pairs: Iterable[tuple[Group, Grouped]]) -> dict[Group, tuple[Grouped, ...]]:
+    """What belongs to each group, each once, in order."""
+    groups: dict[Group, dict[Grouped, None]] = {}
+    for group, one in pairs:
+        groups.setdefault(group, {})[one] = None
+    return {group: tuple(members) for group, members in groups.items()}
+
+
 @dataclass(frozen=True, slots=True)
 class Entry:
     """One line of what an import did.
@@ -77,8 +92,7 @@ class View:
     """A REXS file with the values of one load case, and the list of what was read, assumed and lost.
 
     components : by id, attributes of the load case laid over.  types : ids by type, ascending.
-    assembled : assembly -> its parts.  assemblies : part -> what it is assembled to.
-    references : origin -> referenced.  flanks : gear -> left and right flank.  by_type : relations by their type.
+    related : parts of the relations of a type, in the order of its roles.  roles : of those with a part in a role.
     entries, assumptions, losses : each entry once, in the order of the questions.
     asked : component -> attributes that were asked for.  frames : of components, found when asked.
     unread : stages without planets, which are not read -> their two gears.
@@ -87,11 +101,8 @@ class View:
     file: RexsFile
     components: Mapping[int, Component]
     types: Mapping[str, Sequence[int]]
-    assembled: _Index
-    assemblies: _Index
-    references: _Index
-    flanks: _Index
-    by_type: Mapping[str, Sequence[Relation]]
+    related: Mapping[str, Sequence[_Roles]]
+    roles: Mapping[tuple[str, int, int], Sequence[_Roles]]
     entries: dict[Entry, None] = field(default_factory=dict)
     assumptions: dict[Entry, None] = field(default_factory=dict)
     losses: dict[Entry, None] = field(default_factory=dict)
@@ -103,40 +114,44 @@ class View:
         """Components of some types, by id."""
         return [self.components[i] for i in sorted(i for kind in types for i in self.types.get(kind, ()))]
 
-    def relations(self, *types: str) -> Iterable[Relation]:
-        """Relations of some types, in the order of the file."""
-        return (relation for kind in types for relation in self.by_type.get(kind, ()))
-
-    def shafts(self, relation: str, stage: int) -> list[int]:
-        """Shafts that relations of a type join to a planetary stage, each once."""
-        return list(_index_of(self.relations(relation), "planetary_stage", "shaft").get(stage, ()))
+    def joined(self, relation: str, part: int, role: int = 0, other: int = 1) -> list[int]:
+        """Components in another role of the relations of a type with a part in a role, each once."""
+        relations = self.roles.get((relation, role, part), ())
+        return list(dict.fromkeys(number for parts in relations if (number := parts[other]) is not None))
 
     def parts(self, assembly: int, *types: str) -> list[int]:
         """Parts of an assembly, of some component types or of all."""
-        return [p for p in self.assembled.get(assembly, ()) if not types or self.components[p].type in types]
+        return [p for p in self.joined("assembly", assembly) if not types or self.components[p].type in types]
 
     def shaft_of(self, part: int) -> int | None:
         """Shaft a gear or load is assembled to, None where there is none."""
-        return next((a for a in self.assemblies.get(part, ()) if self.components[a].type == "shaft"), None)
+        assemblies = self.joined("assembly", part, 1, 0)
+        return next((a for a in assemblies if self.components[a].type == "shaft"), None)
 
     def referenced(self, origin: int) -> list[Component]:
         """What a component refers to: material, tool, flank modification."""
-        return [self.components[part] for part in self.references.get(origin, ())]
+        return [self.components[part] for part in self.joined("reference", origin)]
 
     def flanks_of(self, gear: int) -> list[Component]:
         """Left and right flank of a gear, those that are given."""
-        return [self.components[part] for part in self.flanks.get(gear, ())]
+        _, *sides = next(iter(self.roles.get(("flank", 0, gear), ())), (gear,))
+        return [self.components[side] for side in sides if side is not None]
 
-    def number(self, component: int, name: str, kind: str) -> Number | None:
+    def number(self, component: int, name: str) -> Number | None:
         """A number of a component; None where it is not given. Raises ModelError as of `number_of`."""
         self.asked.setdefault(component, {})[name] = None
-        return number_of(self.components[component], name, kind)
+        return number_of(self.components[component], name, QUANTITIES[ROW[name].unit])
 
     def value(self, component: int, name: str) -> Value:
         """A value of a component as it stands; None where it is not given."""
         self.asked.setdefault(component, {})[name] = None
         attribute = self.components[component].attributes.get(name)
         return None if attribute is None else attribute.value
+
+    def si(self, component: int, name: str, otherwise: float = 0.0) -> float:
+        """A number in SI, another where it is not given. Raises ModelError as of `number_of`."""
+        number = self.number(component, name)
+        return otherwise if number is None else number.si
 
     def read(self, component: int, attribute: str, path: str, text: object) -> None:
         """Note that an attribute became what stands at a path."""
@@ -187,7 +202,7 @@ class View:
         frame = self.frame(component)
         if frame is not None:
             return frame.place
-        base, distance = self.frame(shaft), self.number(component, coordinate, "length")
+        base, distance = self.frame(shaft), self.number(component, coordinate)
         if base is None or distance is None:
             return None if base is None else base.place  # where along the shaft is not said
         (x, y, z), u, length = base.place, base.u, distance.si
@@ -244,105 +259,70 @@ def view_of(file: RexsFile, load_case: int | None) -> View:
         for over in case.components:
             if (base := components.get(over.id)) is not None:
                 components[over.id] = replace(base, attributes={**base.attributes, **over.attributes})
-    types: dict[str, list[int]] = {}
-    for number in sorted(components):
-        types.setdefault(components[number].type, []).append(number)
-    by_type: dict[str, list[Relation]] = {}
-    for relation in file.relations:
-        by_type.setdefault(relation.type, []).append(relation)
-    assemblies = [*by_type.get("assembly", ()), *by_type.get("ordered_assembly", ())]
-    references = [*by_type.get("reference", ()), *by_type.get("ordered_reference", ())]
-    flanks: dict[int, list[int]] = {}
-    for relation in by_type.get("flank", ()):
-        gear, sides = relation.part("gear"), (relation.part("left"), relation.part("right"))
-        if gear is not None:
-            flanks.setdefault(gear, [side for side in sides if side is not None])
+    # those with an order say the same, and stand behind
+    relations = sorted(file.relations, key=lambda relation: relation.type in _ORDERED)
+    stated = [(_ORDERED.get(relation.type, relation.type), relation) for relation in relations]
+    parts = [(kind, tuple(map(relation.part, RELATIONS.get(kind, ())))) for kind, relation in stated]
+    roles = (((kind, role, part), ids) for kind, ids in parts for role, part in enumerate(ids) if part is not None)
     return View(
         file=file,
         components=components,
-        types=types,
-        assembled=_index_of(assemblies, "assembly", "part"),
-        assemblies=_index_of(assemblies, "part", "assembly"),
-        references=_index_of(references, "origin", "referenced"),
-        flanks=flanks,
-        by_type=by_type,
+        types=grouped((components[number].type, number) for number in sorted(components)),
+        related=grouped(parts),
+        roles=grouped(roles),
     )
-
-
-def _index_of(relations: Iterable[Relation], key: str, value: str) -> _Index:
-    """Components in one role by that in another, each once."""
-    index: dict[int, dict[int, None]] = {}
-    for relation in relations:
-        a, b = relation.part(key), relation.part(value)
-        if a is not None and b is not None:
-            index.setdefault(a, {})[b] = None
-    return {a: tuple(parts) for a, parts in index.items()}
 
 
 # joints ---------------------------------------------------------------------------------------------------------------
 
 # Stiffness from which on a joint is rigid: "rigid" of the programs is 1e20 N/m and more, real joints stay below 1e13.
 RIGID = 1e16
-_BEARINGS = (
-    "concept_bearing",
-    "rolling_bearing_with_catalog_geometry",
-    "rolling_bearing_with_detailed_geometry",
-    "slide_bearing",
-    "hydrodynamic_radial_plain_bearing",
-)
-_KINDS = {
-    "radial_stiffness": "stiffness",
-    "axial_stiffness": "stiffness",
-    "bending_stiffness": "torsional_stiffness",
-    "rotational_stiffness": "torsional_stiffness",
-}
+STIFFNESSES = [row for row in rows_of("coupling") if row.key]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Joint:
-    """A bearing or coupling between two parts.
+    """A bearing or coupling between two parts, equal to itself alone.
 
     id : of its component.  inner, outer : ids of the parts.  bearing : turns freely about its axis.
-    radial, axial, tilt, turn : stiffness, None where not given; infinite where rigid, 0 where it holds nothing.
+    stiffness : by key of a link, None where not given; infinite where rigid, 0 where it holds nothing.
     """
 
     id: int
     inner: int
     outer: int
     bearing: bool
-    radial: Number | None
-    axial: Number | None
-    tilt: Number | None
-    turn: Number | None
+    stiffness: Mapping[str, Number | None]
 
     @property
     def rigid(self) -> bool:
         """Whether it lets nothing move."""
-        stiffnesses = (self.radial, self.axial, self.tilt, self.turn)
-        return not self.bearing and all(number is None or number.si >= RIGID for number in stiffnesses)
+        return not self.bearing and all(n is None or n.si >= RIGID for n in self.stiffness.values())
 
     @property
     def holds_turn(self) -> bool:
         """Whether a torque passes through it."""
-        return not self.bearing and (self.turn is None or self.turn.si > 0)
+        turn = self.stiffness["rz"]
+        return not self.bearing and (turn is None or turn.si > 0)
 
 
 def joints_of(view: View) -> list[Joint]:
     """Bearings and couplings of a file, engaged ones, by id. Raises ModelError for a stiffness without its unit."""
     joints = []
-    for relation in view.relations("side", "coupling", "connection"):
-        joint, inner, outer = relation.part("assembly"), relation.part("inner_part"), relation.part("outer_part")
-        if joint is None or inner is None or outer is None:
+    kinds = ("side", "coupling", "connection")
+    for relation in sorted((r for r in view.file.relations if r.type in kinds), key=lambda r: kinds.index(r.type)):
+        joint, *sides = (relation.part(role) for role in RELATIONS["side"])
+        if joint is None or None in sides:
             sides = [part for role, part in relation.refs if role not in ("assembly", "coupling", "connection")]
-            joint = joint if joint is not None else relation.part("coupling") or relation.part("connection")
+            joint = next((p for kind in ("assembly", *kinds[1:]) if (p := relation.part(kind)) is not None), None)
             if joint is None:
                 continue
             if len(sides) != 2:
                 view.lose(joint, "side", "not between two parts")
                 continue
-            inner, outer = sides
+        inner, outer = (side for side in sides if side is not None)
         if _engaged(view, view.components[joint]):
-            joints.append(_joint(view, view.components[joint], inner, outer))
+            joints.append(Joint(joint, inner, outer, *_held(view, view.components[joint])))
     return sorted(joints, key=lambda engaged: engaged.id)
 
 
@@ -363,34 +343,27 @@ def _engaged(view: View, component: Component) -> bool:
     return value is not False
 
 
-def _joint(view: View, component: Component, inner: int, outer: int) -> Joint:
-    """A joint with its stiffnesses; what a bearing does not take up is 0."""
-    bearing = component.type in _BEARINGS
-    radial, axial, tilt, turn = (view.number(component.id, name, kind) for name, kind in _KINDS.items())
-    if bearing:
-        if radial is None:
-            radial = _at_operating_point(view, component)
-        if view.value(component.id, "radial_force_absorption") is False:
-            radial = Number(0.0, "0")
-        absorbed = view.value(component.id, "axial_force_absorption")
-        if absorbed == "no_direction":
-            axial = Number(0.0, "0")
-        elif isinstance(absorbed, str) and absorbed != "both_directions" and (axial is None or axial.si > 0):
-            reason = f"{absorbed}: holds in both directions"
-            view.assume(component.id, "axial_force_absorption", "", reason)
-    return Joint(component.id, inner, outer, bearing, radial, axial, tilt, turn)
-
-
-def _at_operating_point(view: View, component: Component) -> Number | None:
-    """Radial stiffness of a bearing from that at its operating point: the mean of both directions."""
-    names = [f"operating_point_stiffness_f_{axis}_d_{axis}" for axis in ("v", "w")]
-    both = [view.number(component.id, name, "stiffness") for name in names]
-    stiffnesses = [number.si for number in both if number is not None]
-    if not stiffnesses:
-        return None
-    mean = sum(stiffnesses) / len(stiffnesses)
-    view.assume(component.id, "operating_point_stiffness", "", "mean of both radial directions, without cross terms")
-    return Number(mean, f"{shown(mean)} N/m")
+def _held(view: View, component: Component) -> tuple[bool, dict[str, Number | None]]:
+    """Whether a joint is a bearing, and its stiffnesses; what a bearing does not take up is 0."""
+    stiffness = {row.key: view.number(component.id, row.id) for row in STIFFNESSES}
+    if component.type not in BEARINGS:
+        return False, stiffness
+    if stiffness["radial"] is None:
+        both = [view.number(component.id, f"operating_point_stiffness_f_{axis}_d_{axis}") for axis in "vw"]
+        given = [number.si for number in both if number is not None]
+        if given:
+            mean = sum(given) / len(given)
+            reason = "mean of both radial directions, without cross terms"
+            view.assume(component.id, "operating_point_stiffness", "", reason)
+            stiffness["radial"] = Number(mean, f"{shown(mean)} N/m")
+    if view.value(component.id, "radial_force_absorption") is False:
+        stiffness["radial"] = Number(0.0, "0")
+    absorbed, axial = view.value(component.id, "axial_force_absorption"), stiffness["z"]
+    if absorbed == "no_direction":
+        stiffness["z"] = Number(0.0, "0")
+    elif isinstance(absorbed, str) and absorbed != "both_directions" and (axial is None or axial.si > 0):
+        view.assume(component.id, "axial_force_absorption", "", f"{absorbed}: holds in both directions")
+    return True, stiffness
 
 
 Id = TypeVar("Id", int, str)
@@ -486,6 +459,10 @@ class _Mesh(NamedTuple):
     a: int
     b: int
 
+    @property
+    def gears(self) -> set[int]:
+        return {self.a, self.b}
+
 
 def planetary_stages(view: View) -> tuple[StageParts, ...]:
     """The planetary stages of a file.
@@ -502,8 +479,7 @@ def planetary_stages(view: View) -> tuple[StageParts, ...]:
     if len(components) > _MOST_STAGES:
         raise ModelError(f"{len(components)} planetary stages", path="components", allowed=f"at most {_MOST_STAGES}")
     meshes = []
-    for relation in view.relations("stage"):
-        stage, a, b = (relation.part(role) for role in ("stage", "gear_1", "gear_2"))
+    for stage, a, b in view.related.get("stage", ()):
         if stage is not None and a is not None and b is not None:
             meshes.append(_Mesh(stage, a, b))
     names = ["main"] if len(components) == 1 else [f"stage{i + 1}" for i in range(len(components))]
@@ -511,7 +487,7 @@ def planetary_stages(view: View) -> tuple[StageParts, ...]:
     planets = {gear for stage in stages for branch in stage.branches for gear in branch.gears}
     planets |= {stage.twins[gear] for stage in stages for gear in planets & stage.twins.keys()}
     for mesh in meshes:
-        if not {mesh.a, mesh.b} & planets:
+        if not mesh.gears & planets:
             view.lose(mesh.stage, "stage", f"gears {mesh.a} and {mesh.b} are in no planetary stage")
             view.unread[mesh.stage] = (mesh.a, mesh.b)
     return stages
@@ -520,25 +496,22 @@ def planetary_stages(view: View) -> tuple[StageParts, ...]:
 def _stage(view: View, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageParts:
     """One stage. Raises ModelError as of `planetary_stages`."""
     where = f"component {view.label(stage)}"
-    on_shaft = {shaft: view.parts(shaft, *_GEARS) for shaft in view.shafts("planet_shaft", stage)}
+    on_shaft = {shaft: view.parts(shaft, *_GEARS) for shaft in view.joined("planet_shaft", stage)}
     if not 1 <= len(on_shaft) <= _MOST_PLANETS or not all(on_shaft.values()):
         counts = {shaft: len(gears) for shaft, gears in on_shaft.items()}
         allowed = f"1 to {_MOST_PLANETS} relations planet_shaft, each shaft with a gear assembled to it"
         raise ModelError("no planets", path=where, given=counts, allowed=allowed)
     planet_gears = {gear for gears in on_shaft.values() for gear in gears}
-    of_stage = [mesh for mesh in meshes if {mesh.a, mesh.b} & planet_gears]
+    of_stage = [mesh for mesh in meshes if mesh.gears & planet_gears]
     for mesh in of_stage:
-        if {mesh.a, mesh.b} <= planet_gears:
+        if mesh.gears <= planet_gears:
             pair = sorted((mesh.a, mesh.b))
             raise ModelError("planets that mesh with each other are not read", path=where, given=pair)
     central = list(dict.fromkeys(gear for m in of_stage for gear in (m.a, m.b) if gear not in planet_gears))
     if not central:
         allowed = "relations stage with gear_1, gear_2"
         raise ModelError("no gear that meshes with the planets", path=where, allowed=allowed)
-    by_shaft: dict[int | None, list[int]] = {}
-    for gear in central:
-        by_shaft.setdefault(view.shaft_of(gear), []).append(gear)
-    by_shaft.pop(None, None)
+    by_shaft = grouped((shaft, gear) for gear in central if (shaft := view.shaft_of(gear)) is not None)
     twins = _twins(view, [*on_shaft.values(), *by_shaft.values()])
     right = set(twins.values())
     members: dict[str, int] = {}
@@ -549,7 +522,7 @@ def _stage(view: View, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageP
         member = f"{kind}{count + 1}" if count else kind
         members[member], kinds[member] = gear, kind
     suns = {gear for gear in central if view.components[gear].type == "cylindrical_gear"}
-    with_sun = {gear for mesh in of_stage if {mesh.a, mesh.b} & suns for gear in (mesh.a, mesh.b)}
+    with_sun = {gear for mesh in of_stage if mesh.gears & suns for gear in (mesh.a, mesh.b)}
     branches = [  # the gear that meshes with a sun first
         Branch(shaft, tuple(sorted(set(gears) - right, key=lambda gear: (gear not in with_sun, gear))))
         for shaft, gears in on_shaft.items()
@@ -580,7 +553,7 @@ def _twins(view: View, groups: Sequence[Sequence[int]]) -> dict[int, int]:
     for group in groups:
         if len(group) != 2:
             continue
-        helix = [view.number(gear, "helix_angle_reference_diameter", "angle") for gear in group]
+        helix = [view.number(gear, HELIX) for gear in group]
         teeth = [view.value(gear, "number_of_teeth") for gear in group]
         if teeth[0] != teeth[1] or helix[0] is None or helix[1] is None or helix[0].si * helix[1].si >= 0:
             continue
@@ -597,7 +570,7 @@ def _pairs(
     members: Mapping[str, int], planets: Sequence[str], branches: Sequence[Branch], meshes: Sequence[_Mesh]
 ) -> dict[str, tuple[int, ...]]:
     """Pairs of members that mesh, with the cylindrical stage of each branch where it has one."""
-    by_gears = {frozenset((mesh.a, mesh.b)): mesh.stage for mesh in meshes}
+    by_gears = {frozenset(mesh.gears): mesh.stage for mesh in meshes}
     pairs: dict[str, tuple[int, ...]] = {}
     for member, gear in members.items():
         for place, planet in enumerate(planets):
