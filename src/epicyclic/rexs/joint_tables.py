@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from .file import Number
 from .members import BODY_NAME, GearUnit, StageMember
-from .stages import RIGID, STIFFNESSES, Joint, Parts, Table, Vector, along, cross, minus
+from .stages import RIGID, STIFFNESSES, Joint, Parts, Table, Vector, along, cross, minus, size
 from .table import RexsRow
 
 EndAt = Callable[[int], str | None]
@@ -383,10 +383,9 @@ def tell_gravity(unit: GearUnit, x_axis: Vector | None) -> None:
         return
     u, v, w = (part.si for part in parts if part is not None)
     down = frame.turned((u, v, w))
-    size = math.sqrt(along(down, down))
-    if not size > 1e-30:
+    if not size(down) > 1e-30:
         return
-    g = strength / size
+    g = strength / size(down)
     axes = (x_axis, cross(unit.axis, x_axis), unit.axis)
     vector = [round(g * along(down, axis), 9) + 0.0 for axis in axes]
     line = f'operation.gravity = "[{", ".join(f"{c:.9g}" for c in vector)}] m/s^2"'

@@ -25,6 +25,7 @@ from .stages import (
     joints_of,
     minus,
     planetary_stages,
+    plus,
     rigid_parts,
 )
 from .table import HELIX, ROW
@@ -195,7 +196,7 @@ def _centre(view: View, stage: StageParts, gear: int, shaft: int | None) -> Vect
     twin_centre = None if twin is None else view.gear_place(twin, shaft)
     if centre is None or twin_centre is None:
         return centre
-    return ((centre[0] + twin_centre[0]) / 2, (centre[1] + twin_centre[1]) / 2, (centre[2] + twin_centre[2]) / 2)
+    return tuple(x / 2 for x in plus(centre, twin_centre))
 
 
 def _axis(view: View, members: Sequence[StageMember]) -> Vector:

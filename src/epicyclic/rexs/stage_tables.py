@@ -9,7 +9,7 @@ from ..errors import ModelError
 from .file import Component, Number, shown
 from .joint_tables import planet_bearings, support_table
 from .members import GearFacts, GearUnit, StageMember, gear_facts, is_lumped, mass_table, normal_module
-from .stages import StageParts, Table, Vector, View, along, cross, minus
+from .stages import StageParts, Table, Vector, View, along, cross, minus, plus, size
 from .table import HELIX, PLACE, RELIEF_SHAPES, ROW, RexsRow, rows_of
 
 _SAME_ANGLE = 0.01  # deg; files state places with 1e-12, angles by hand with a few digits
@@ -70,8 +70,7 @@ def _spokes(unit: GearUnit, stage: StageParts) -> list[Vector] | None:
         if place is None or middle is None:
             return None
         apart = minus(place, middle)
-        axial = along(apart, z)
-        spokes.append((apart[0] - axial * z[0], apart[1] - axial * z[1], apart[2] - axial * z[2]))
+        spokes.append(plus(apart, z, -along(apart, z)))
     return spokes
 
 
@@ -80,11 +79,11 @@ def x_axis_of(unit: GearUnit, stage: StageParts) -> Vector | None:
     spokes = _spokes(unit, stage)
     if not spokes:
         return None
-    size = math.sqrt(along(spokes[0], spokes[0]))
-    if not size > _SAME_LENGTH:
+    radius = size(spokes[0])
+    if not radius > _SAME_LENGTH:
         where = f"component {unit.view.label(stage.branches[0].shaft)}"
         raise ModelError("a planet on the axis of its stage", path=where, allowed="a support_vector off the axis")
-    return (spokes[0][0] / size, spokes[0][1] / size, spokes[0][2] / size)
+    return tuple(x / radius for x in spokes[0])
 
 
 def _angles(unit: GearUnit, stage: StageParts, path: str) -> Table:
@@ -153,7 +152,7 @@ def _distance(unit: GearUnit, stage: StageParts, path: str) -> Number | None:
         number = unit.view.number(mesh, "center_distance")
         if number is not None:
             distances.append((mesh, abs(number)))
-    radii = [math.sqrt(along(spoke, spoke)) for spoke in _spokes(unit, stage) or []]
+    radii = [size(spoke) for spoke in _spokes(unit, stage) or []]
     if distances:
         mesh, first = distances[0]
         for other, number in distances[1:]:

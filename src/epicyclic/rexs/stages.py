@@ -17,7 +17,7 @@ from .file import QUANTITIES, Component, Number, RexsFile, Value, number_in, num
 from .table import BEARINGS, HELIX, RELATIONS, ROW, rows_of
 
 Table = dict[str, object]
-Vector = tuple[float, float, float]
+Vector = tuple[float, ...]  # of three numbers
 _Roles = tuple[int | None, ...]
 _ORDERED = {"ordered_assembly": "assembly", "ordered_reference": "reference"}
 _MOST_FRAMES = 50  # references nested deeper than any gear unit: a loop
@@ -28,18 +28,27 @@ def along(a: Vector, b: Vector) -> float:
     return math.fsum(x * y for x, y in zip(a, b, strict=True))
 
 
+def size(a: Vector) -> float:
+    """Length."""
+    return math.sqrt(along(a, a))
+
+
 def cross(a: Vector, b: Vector) -> Vector:
     """Vector product."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
+def plus(a: Vector, b: Vector, times: float = 1.0) -> Vector:
+    """Sum with a multiple of another vector."""
+    return tuple(x + y * times for x, y in zip(a, b, strict=True))
+
+
 def minus(a: Vector, b: Vector) -> Vector:
     """Difference."""
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+    return plus(a, b, -1.0)
 
 
-@dataclass(frozen=True, slots=True)
-class PartFrame:
+class PartFrame(NamedTuple):
     """A place [m] and the axes u, v, w of a component, in the frame of the gear unit."""
 
     place: Vector
@@ -49,13 +58,8 @@ class PartFrame:
 
     def turned(self, vector: Vector) -> Vector:
         """A vector given along the axes."""
-        u, v, w = self.u, self.v, self.w
         x, y, z = vector
-        return (
-            x * u[0] + y * v[0] + z * w[0],
-            x * u[1] + y * v[1] + z * w[1],
-            x * u[2] + y * v[2] + z * w[2],
-        )
+        return plus(plus(tuple(a * x for a in self.u), self.v, y), self.w, z)
 
 
 _UNIT = PartFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -183,17 +187,14 @@ class View:
         place = self._vector(component, "support_vector")
         base = _UNIT
         reference = self.value(component, "reference_component_for_position")
-        if isinstance(reference, (int, float)) and not isinstance(reference, bool) and int(reference) != component:
-            if int(reference) in self.components:
+        if isinstance(reference, (int, float)) and not isinstance(reference, bool):
+            if int(reference) != component and int(reference) in self.components:
                 base = self.frame(int(reference), depth=depth + 1) or _UNIT
         frame = None
         if place is not None:
-            u = self._axis(component, "u_axis_vector", (1.0, 0.0, 0.0))
-            w = self._axis(component, "w_axis_vector", (0.0, 0.0, 1.0))
-            origin, absolute = base.place, base.turned(place)
-            axis, third = base.turned(u), base.turned(w)
-            centre = (origin[0] + absolute[0], origin[1] + absolute[1], origin[2] + absolute[2])
-            frame = PartFrame(centre, axis, cross(third, axis), third)
+            u = base.turned(self._axis(component, "u_axis_vector", _UNIT.u))
+            w = base.turned(self._axis(component, "w_axis_vector", _UNIT.w))
+            frame = PartFrame(plus(base.place, base.turned(place)), u, cross(w, u), w)
         self.frames[component] = frame
         return frame
 
@@ -203,10 +204,8 @@ class View:
         if frame is not None:
             return frame.place
         base, distance = self.frame(shaft), self.number(component, coordinate)
-        if base is None or distance is None:
-            return None if base is None else base.place  # where along the shaft is not said
-        (x, y, z), u, length = base.place, base.u, distance.si
-        return (x + u[0] * length, y + u[1] * length, z + u[2] * length)
+        # where along the shaft may not be said
+        return None if base is None else plus(base.place, base.u, distance.si if distance is not None else 0.0)
 
     def gear_place(self, gear: int, shaft: int | None) -> Vector | None:
         """Centre of a gear: its own place, else that on its shaft."""
@@ -221,26 +220,21 @@ class View:
         if value is None:
             return None
         where = f"component {self.label(component)}, {name}"
-        shown = list(value) if isinstance(value, tuple) else value
-        if not isinstance(value, tuple) or len(value) != 3:
-            raise ModelError("not a vector", path=where, given=shown, allowed="an array of three numbers")
+        if not isinstance(value, tuple) or len(value) != 3 or None in value:
+            given = list(value) if isinstance(value, tuple) else value
+            raise ModelError("not a vector", path=where, given=given, allowed="an array of three numbers")
         unit = self.components[component].attributes[name].unit
-        numbers = []
-        for entry in value:
-            if entry is None:
-                raise ModelError("not a vector", path=where, given=shown, allowed="an array of three numbers")
-            numbers.append(number_in(entry, unit, "length", where).si)
-        return (numbers[0], numbers[1], numbers[2])
+        return tuple(number_in(entry, unit, "length", where).si for entry in value)
 
     def _axis(self, component: int, name: str, default: Vector) -> Vector:
         """A direction of length 1; its unit means nothing."""
         vector = self._vector(component, name)
         if vector is None:
             return default
-        size = math.sqrt(along(vector, vector))
-        if not size > 1e-30:
+        length = size(vector)
+        if not length > 1e-30:
             raise ModelError("a direction of length 0", path=f"component {self.label(component)}, {name}")
-        return (vector[0] / size, vector[1] / size, vector[2] / size)
+        return tuple(x / length for x in vector)
 
 
 def view_of(file: RexsFile, load_case: int | None) -> View:
