@@ -316,14 +316,6 @@ def _relate_to_stage(draft: Draft, shaft: ShaftPart) -> None:
 
 # joints ---------------------------------------------------------------------------------------------------------------
 
-_LEFT_OUT = (
-    ("clearance", lambda link: link.clearance > 0, "play"),
-    ("exponent", lambda link: link.exponent != 1, "the stiffness at its load is written, not its law"),
-    ("friction", lambda link: bool(link.friction), "friction"),
-    ("damping", lambda link: any(link.damping), "damping"),
-    ("table", lambda link: bool(link.curves), "the nominal stiffness is written, not the table"),
-)
-
 
 def add_joints(draft: Draft) -> None:
     """Add a bearing or coupling for each link of the train; rigid ones where the file would say nothing.
@@ -339,9 +331,6 @@ def add_joints(draft: Draft) -> None:
         outer = draft.casing if second is None else second.number
         if first.number == outer:
             continue
-        for key, present, text in _LEFT_OUT:
-            if present(link):
-                draft.drop(f"{link.path}.{key}", text)
         if link.kind == "coupling":
             _add_joint(draft, link, inner=first.number, outer=outer, turn=link.stiffness[5])
             continue

@@ -132,7 +132,7 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     document["stages"] = stages
     for member, (number, material) in materials.items() if not common else ():
         if material:
-            table = stages[member.stage][member.name]
+            table = stages[member.stage.name][member.name]
             assert isinstance(table, dict)
             table["material"] = material
             _read_material(unit, number, material, f"{member.path}.material")

@@ -186,7 +186,7 @@ def couplings_table(unit: GearUnit) -> Table:
         if len(shared) > 1 and shared not in done:
             done.append(shared)
             for a, b in pairwise(shared):
-                name = f"{a.stage}-{a.name}-{b.stage}-{b.name}"
+                name = f"{a.stage.name}-{a.name}-{b.stage.name}-{b.name}"
                 table[name] = {"between": [a.full_name, b.full_name]}
                 unit.view.read(a.parts[0], "shaft", f"couplings.{name}", "one shaft")
     for joint in unit.joints:

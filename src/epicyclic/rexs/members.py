@@ -43,7 +43,7 @@ class StageMember:
     centre : of its teeth or planets, of a planet that of branch 1; None where the file gives no place.
     """
 
-    stage: str
+    stage: StageParts
     name: str
     kind: str
     gears: tuple[int, ...]
@@ -53,7 +53,7 @@ class StageMember:
     @property
     def full_name(self) -> str:
         """Its name with that of its stage."""
-        return f"{self.stage}.{self.name}"
+        return f"{self.stage.name}.{self.name}"
 
     @property
     def path(self) -> str:
@@ -83,10 +83,6 @@ class GearUnit:
     free: Mapping[int, str]
     beside: Mapping[int, Sequence[Joint]]
     facts: Mapping[int, GearFacts]
-
-    def stage(self, member: StageMember) -> StageParts:
-        """The stage of a member."""
-        return next(stage for stage in self.stages if stage.name == member.stage)
 
     def in_housing(self, part: int) -> bool:
         """Whether a part stands still with the casing."""
@@ -169,34 +165,28 @@ def _free_bodies(unit: GearUnit) -> dict[int, str]:
 
 def _members(view: View, stage: StageParts) -> list[StageMember]:
     """Members of one stage."""
+    shafts = tuple(branch.shaft for branch in stage.branches)
     members = []
-    for name, gear in stage.central.items():
-        shaft = view.shaft_of(gear)
-        parts: tuple[int, ...] = (gear,) if shaft is None else (shaft, gear)
-        centre = _centre(view, stage, gear, shaft)
-        members.append(StageMember(stage.name, name, stage.kinds[name], (gear,), parts, centre))
-    for place, name in enumerate(stage.planets):
-        gears = tuple(branch.gears[place] for branch in stage.branches)
-        shafts = tuple(branch.shaft for branch in stage.branches)
-        members.append(
-            StageMember(stage.name, name, "planet", gears, shafts, _centre(view, stage, gears[0], shafts[0]))
-        )
+    for name, gear in stage.gears.items():
+        gears: tuple[int, ...] = (gear,)
+        if name in stage.planets:
+            gears, parts = tuple(branch.gears[stage.planets.index(name)] for branch in stage.branches), shafts
+        else:
+            shaft = view.shaft_of(gear)
+            parts = (gear,) if shaft is None else (shaft, gear)
+        members.append(StageMember(stage, name, stage.kinds[name], gears, parts, _centre(view, stage, gear)))
     carrier = () if stage.carrier is None else (stage.carrier, *view.parts(stage.carrier, "shaft", "side_plate"))
     parts = tuple(dict.fromkeys((*view.joined("planet_carrier_shaft", stage.id), *carrier)))
     if parts:
-        centre = members[len(stage.central)].centre
-        members.append(StageMember(stage.name, "carrier", "carrier", (), parts, centre))
+        members.append(StageMember(stage, "carrier", "carrier", (), parts, members[len(stage.central)].centre))
     return members
 
 
-def _centre(view: View, stage: StageParts, gear: int, shaft: int | None) -> Vector | None:
+def _centre(view: View, stage: StageParts, gear: int) -> Vector | None:
     """Centre of a gear, or between the halves of a herringbone gear."""
-    centre = view.gear_place(gear, shaft)
-    twin = stage.twins.get(gear)
-    twin_centre = None if twin is None else view.gear_place(twin, shaft)
-    if centre is None or twin_centre is None:
-        return centre
-    return tuple(x / 2 for x in plus(centre, twin_centre))
+    centre = view.gear_place(gear)
+    twin = view.gear_place(stage.twins[gear]) if gear in stage.twins else None
+    return centre if centre is None or twin is None else tuple(x / 2 for x in plus(centre, twin))
 
 
 def _axis(view: View, members: Sequence[StageMember]) -> Vector:
@@ -370,8 +360,7 @@ def _sections(
     frame = unit.view.frame(part)
     off = 0.0
     if frame and centre and member and member.kind == "carrier":  # pins stand off the axis of the stage
-        gear = next(iter(unit.stage(member).central.values()))
-        middle = unit.view.gear_place(gear, unit.view.shaft_of(gear))
+        middle = unit.view.gear_place(next(iter(member.stage.central.values())))
         if middle is not None:
             apart = minus(frame.place, middle)
             off = math.sqrt(max(along(apart, apart) - along(apart, unit.axis) ** 2, 0.0))
@@ -427,8 +416,7 @@ def _gear_body(
 ) -> tuple[list[SolidSection], Table]:
     """The gear between its shaft and its reference circle, and its bore or outer diameter."""
     facts = unit.facts[member.gears[0]]
-    stage = unit.stage(member)
-    count = 2 if facts.id in stage.twins else 1
+    count = 2 if facts.id in member.stage.twins else 1
     under = [s for s in sections if s.start <= 1e-9 and s.start + s.length >= -1e-9]
     table: Table = {}
     width = facts.width * count
@@ -469,7 +457,7 @@ def _cheeks(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
     extra = _additional(unit.view, member.parts)
     if extra.mass:
         return _stated([], extra)[1]
-    planet = unit.facts[unit.stage(member).branches[0].gears[0]]
+    planet = unit.facts[member.stage.branches[0].gears[0]]
     width = planet.width if not math.isnan(planet.width) else 10 * planet.module
     outer = 2 * pin_radius + planet.reference / 2
     reason = "no plates in the file: two steel discs of a quarter of the face width, to half a planet beyond the pins"
@@ -531,15 +519,14 @@ class Inertia:
 
 def inertia_of(sections: Iterable[SolidSection]) -> Inertia:
     """Mass and inertias of sections together; those off the axis stand evenly around it."""
-    mass = polar = tilt = 0.0
+    total = Inertia(0.0, 0.0, 0.0)
     for section in sections:
         for share, weight in _POINTS:
             z = section.start + share * section.length
             outer, inner = ((a + (b - a) * share) / 2 for a, b in (section.outer, section.inner))
             slab = section.density * section.length * weight * math.pi
             area, second = outer**2 - inner**2, (outer**4 - inner**4) / 2
-            mass += slab * area
-            polar += slab * (second + area * section.off_axis**2)
             # evenly around the axis, each stands on average for half of its distance squared
-            tilt += slab * (second / 2 + area * (z**2 + section.off_axis**2 / 2))
-    return Inertia(mass, polar, tilt)
+            tilt = second / 2 + area * (z**2 + section.off_axis**2 / 2)
+            total += Inertia(slab * area, slab * (second + area * section.off_axis**2), slab * tilt)
+    return total

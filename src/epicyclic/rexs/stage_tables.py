@@ -10,18 +10,17 @@ from .file import Component, Number, shown
 from .joint_tables import planet_bearings, support_table
 from .members import GearFacts, GearUnit, StageMember, gear_facts, is_lumped, mass_table, normal_module
 from .stages import StageParts, Table, Vector, View, along, cross, minus, plus, size
-from .table import HELIX, PLACE, RELIEF_SHAPES, ROW, RexsRow, rows_of
+from .table import HELIX, PLACE, RELIEF_SHAPES, ROW, SHARED, RexsRow, rows_of
 
 _SAME_ANGLE = 0.01  # deg; files state places with 1e-12, angles by hand with a few digits
 _SAME_LENGTH = 1e-6  # m
 _GEAR = [row for row in rows_of("cylindrical_gear") if row.of and row.key != "teeth"]
-_SHARED = [row for row in _GEAR if row.key in ("module", "helix_angle", "face_width")]  # mostly by all gears of a stage
+_SHARED = [row for row in _GEAR if row.key in SHARED]
 _STIFFNESSES = rows_of("cylindrical_stage", "stiffness")
 _ADDENDUM = ROW["addendum_coefficient_basic_profile"]
 _DEDENDUM = ROW["addendum_coefficient_reference_profile"]
 _ROUNDING = ROW["tip_radius_factor"]
 _PRESSURE_ANGLE = ROW["normal_pressure_angle"]
-_SHIFTS = rows_of("cylindrical_gear_flank", "profile_shift")
 _TURNED = "rotating_angle_around_neg_u_axis"
 
 
@@ -47,7 +46,7 @@ def stage_table(unit: GearUnit, stage: StageParts, origin: Vector | None) -> Tab
     else:  # without profile shift
         planet, other = unit.facts[stage.branches[0].gears[0]], unit.facts[next(iter(stage.central.values()))]
         pins = abs(other.reference + (-planet.reference if other.internal else planet.reference)) / 2
-    members = {m.name: _member(unit, m, table, pins, origin) for m in unit.members if m.stage == stage.name}
+    members = {m.name: _member(unit, m, table, pins, origin) for m in unit.members if m.stage == stage}
     _hands(unit, stage, members)
     _shifts(unit, stage, members, distance)
     meshes = {pair: mesh for pair in stage.meshes if (mesh := _mesh(unit, stage, pair))}
@@ -61,12 +60,11 @@ def stage_table(unit: GearUnit, stage: StageParts, origin: Vector | None) -> Tab
 
 def _spokes(unit: GearUnit, stage: StageParts) -> list[Vector] | None:
     """From the axis of the stage to each planet, across the axis; None where a place is missing."""
-    gear = next(iter(stage.central.values()))
-    middle = unit.view.gear_place(gear, unit.view.shaft_of(gear))
+    middle = unit.view.gear_place(next(iter(stage.central.values())))
     z = unit.axis
     spokes = []
     for branch in stage.branches:
-        place = unit.view.gear_place(branch.gears[0], branch.shaft)
+        place = unit.view.gear_place(branch.gears[0])
         if place is None or middle is None:
             return None
         apart = minus(place, middle)
@@ -339,12 +337,11 @@ def gear_table(view: View, gears: Sequence[int], path: str, stage_table: Table) 
     table |= _coefficients(view, gear, path, facts)
     flanks = view.flanks_of(gear)
     for flank in reversed(flanks):  # the left one last: it counts where they differ
-        _put(view, flank.id, _PRESSURE_ANGLE, table, path, stage_table)
-        for row in _SHIFTS:
-            shift = view.number(flank.id, row.id)
-            if shift is not None and table.get(row.key, shift.si) != shift.si:
+        for row in rows_of("cylindrical_gear_flank"):
+            entry = _entry(view, flank.id, row)
+            if entry is not None and table.get(row.key, entry) != entry:
                 view.lose(flank.id, row.id, "differs from that of the left flank, which counts")
-            _put(view, flank.id, row, table, path)
+            _put(view, flank.id, row, table, path, stage_table)
     modified = [_flank_table(view, flank, facts, f"{path}.flank") for flank in flanks]
     if len(modified) == 2 and modified[0] != modified[1]:
         reason = "left and right flank differ: that of the left flank is taken for the loaded one"

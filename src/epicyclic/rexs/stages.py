@@ -207,9 +207,9 @@ class View:
         # where along the shaft may not be said
         return None if base is None else plus(base.place, base.u, distance.si if distance is not None else 0.0)
 
-    def gear_place(self, gear: int, shaft: int | None) -> Vector | None:
+    def gear_place(self, gear: int) -> Vector | None:
         """Centre of a gear: its own place, else that on its shaft."""
-        if shaft is not None:
+        if (shaft := self.shaft_of(gear)) is not None:
             return self.on_shaft(gear, shaft, "u_coordinate_on_shaft")
         frame = self.frame(gear)
         return None if frame is None else frame.place

@@ -151,6 +151,8 @@ BEARINGS = (
 )
 PLACE = [row.id for row in rows_of("place")]
 ARRAYS, WORDS, REFERENCES = ([row.id for row in _ROWS if row.form == form] for form in ("array", "word", "component"))
+# what the gears of a stage mostly share: it stands with the stage then
+SHARED = ("module", "helix_angle", "face_width", "pressure_angle")
 RELIEF_SHAPES = {"linear": "linear", "parabolic": "parabolic", "quadratic": "parabolic"}
 
 RELATIONS = {
