@@ -274,7 +274,7 @@ def _unread(unit: GearUnit) -> set[int]:
     data = (data for stage in view.unread for data in view.joined("stage_gear_data", stage, 0, 2))
     parts = {*view.unread, *data, *gears, *shafts, *(flank.id for gear in gears for flank in view.flanks_of(gear))}
     parts |= {part for shaft in shafts for part in view.parts(shaft)}
-    return parts | {joint.id for joint in unit.joints if {joint.inner, joint.outer} & shafts}
+    return parts | {joint.id for joint in unit.joints if {*joint.ends} & shafts}
 
 
 def _counterparts(unit: GearUnit) -> dict[int, int]:

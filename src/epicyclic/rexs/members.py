@@ -28,7 +28,7 @@ from .stages import (
     plus,
     rigid_parts,
 )
-from .table import HELIX, ROW
+from .table import HELIX, ROW, rows_of
 
 _STEEL = ROW["density"].default
 BODY_NAME = re.compile(r"[a-z][a-z0-9_-]{0,40}")
@@ -84,13 +84,18 @@ class GearUnit:
     beside: Mapping[int, Sequence[Joint]]
     facts: Mapping[int, GearFacts]
 
-    def in_housing(self, part: int) -> bool:
-        """Whether a part stands still with the casing."""
-        return self.rigid.root(part) in self.still
+    @property
+    def central(self) -> list[StageMember]:
+        """Members that are not planets."""
+        return [member for member in self.members if member.kind != "planet"]
+
+    def in_housing(self, parts: Iterable[int]) -> bool:
+        """Whether one of some parts stands still with the casing."""
+        return any(self.rigid.root(part) in self.still for part in parts)
 
     def held(self, member: StageMember) -> bool:
         """Whether a member is rigidly in the casing."""
-        return any(self.in_housing(part) for part in member.parts)
+        return self.in_housing(member.parts)
 
     def at(self, part: int) -> tuple[StageMember, ...]:
         """Central members that a part is rigidly joined to."""
@@ -135,7 +140,7 @@ def unit_of(view: View) -> GearUnit:
         turning=grouped(own),
         loose=grouped(loose),
         free={},
-        beside=grouped((rigid.root(part), joint) for joint in joints for part in (joint.inner, joint.outer)),
+        beside=grouped((rigid.root(part), joint) for joint in joints for part in joint.ends),
         facts=facts,
     )
     return replace(unit, free=_free_bodies(unit))
@@ -149,8 +154,8 @@ def _free_bodies(unit: GearUnit) -> dict[int, str]:
     while reached:
         here = reached.pop()
         for joint in unit.beside.get(here, ()):
-            ends = unit.rigid.root(joint.inner), unit.rigid.root(joint.outer)
-            root = ends[1] if ends[0] == here else ends[0]
+            inner, outer = (unit.rigid.root(part) for part in joint.ends)
+            root = outer if inner == here else inner
             known = root in free or root in unit.turning or root in unit.still
             if not joint.holds_turn or joint.rigid or known or root not in unit.loose:
                 continue
@@ -445,10 +450,11 @@ def _additional(view: View, shafts: Iterable[int]) -> Inertia:
     """Additional masses on shafts, together."""
     total = Inertia(0.0, 0.0, 0.0)
     for part in (part for shaft in shafts for part in view.parts(shaft, "additional_mass")):
-        across = [view.number(part, f"moment_of_inertia_{axis}_axis") for axis in "vw"]
-        given = [number.si for number in across if number is not None]
-        tilt = sum(given) / len(given) if given else 0.0
-        total += Inertia(view.si(part, "mass"), view.si(part, "moment_of_inertia_u_axis"), tilt)
+        mass, polar, tilt = (
+            view.mean(part, (row for row in rows_of("additional_mass") if row.of == of)) or 0.0
+            for of in ("mass", "polar", "tilt")
+        )
+        total += Inertia(mass, polar, tilt)
     return total
 
 

@@ -258,24 +258,18 @@ def _hands(unit: GearUnit, stage: StageParts, members: Mapping[str, Table]) -> N
 
 def _shifts(unit: GearUnit, stage: StageParts, members: Mapping[str, Table], distance: Number | None) -> None:
     """Profile shifts that the file does not give: from the centre distance where it says them, else 0."""
-    name = "addendum_modification_coefficient"
-
-    def unshifted(member: str) -> None:
-        members[member]["profile_shift"] = 0.0
-        path = f"stages.{stage.name}.{member}.profile_shift"
-        unit.view.assume(stage.gears[member], name, path, "not in the file: 0")
-
     missing = [member for member in stage.gears if "profile_shift" not in members[member]]
-    for planet in stage.planets:
-        if planet in missing and (distance is None or all(mate in missing for mate in stage.mates(planet))):
-            unshifted(planet)
-            missing.remove(planet)
-    for member in missing:
-        if distance is not None:
-            reason = f"stages.{stage.name}.{member}.profile_shift follows from the centre distance"
-            unit.view.assume(stage.gears[member], name, "", reason)
+
+    def unshifted(member: str) -> bool:  # a planet where the distance says no more than a sum
+        return distance is None or (member in stage.planets and all(mate in missing for mate in stage.mates(member)))
+
+    for member in sorted(missing, key=lambda member: not (member in stage.planets and unshifted(member))):
+        name, path = "addendum_modification_coefficient", f"stages.{stage.name}.{member}.profile_shift"
+        if unshifted(member):
+            members[member]["profile_shift"] = 0.0
+            unit.view.assume(stage.gears[member], name, path, "not in the file: 0")
         else:
-            unshifted(member)
+            unit.view.assume(stage.gears[member], name, "", f"{path} follows from the centre distance")
 
 
 def _mesh(unit: GearUnit, stage: StageParts, pair: str) -> Table:

@@ -14,7 +14,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 from ..errors import ModelError
 from .file import QUANTITIES, Component, Number, RexsFile, Value, number_in, number_of, shown
-from .table import BEARINGS, HELIX, RELATIONS, ROW, rows_of
+from .table import BEARINGS, HELIX, RELATIONS, ROW, RexsRow, rows_of
 
 Table = dict[str, object]
 Vector = tuple[float, ...]  # of three numbers
@@ -157,6 +157,12 @@ class View:
         number = self.number(component, name)
         return otherwise if number is None else number.si
 
+    def mean(self, component: int, rows: Iterable[RexsRow]) -> float | None:
+        """Mean in SI of those of some attributes that are given; None of none. Raises ModelError as of `number_of`."""
+        numbers = [self.number(component, row.id) for row in rows]
+        given = [number.si for number in numbers if number is not None]
+        return sum(given) / len(given) if given else None
+
     def read(self, component: int, attribute: str, path: str, text: object) -> None:
         """Note that an attribute became what stands at a path."""
         self.entries[Entry(component, attribute, path, str(text))] = None
@@ -278,13 +284,12 @@ STIFFNESSES = [row for row in rows_of("coupling") if row.key]
 class Joint:
     """A bearing or coupling between two parts, equal to itself alone.
 
-    id : of its component.  inner, outer : ids of the parts.  bearing : turns freely about its axis.
+    id : of its component.  ends : ids of the inner and the outer part.  bearing : turns freely about its axis.
     stiffness : by key of a link, None where not given; infinite where rigid, 0 where it holds nothing.
     """
 
     id: int
-    inner: int
-    outer: int
+    ends: tuple[int, int]
     bearing: bool
     stiffness: Mapping[str, Number | None]
 
@@ -316,7 +321,7 @@ def joints_of(view: View) -> list[Joint]:
                 continue
         inner, outer = (side for side in sides if side is not None)
         if _engaged(view, view.components[joint]):
-            joints.append(Joint(joint, inner, outer, *_held(view, view.components[joint])))
+            joints.append(Joint(joint, (inner, outer), *_held(view, view.components[joint])))
     return sorted(joints, key=lambda engaged: engaged.id)
 
 
@@ -343,10 +348,8 @@ def _held(view: View, component: Component) -> tuple[bool, dict[str, Number | No
     if component.type not in BEARINGS:
         return False, stiffness
     if stiffness["radial"] is None:
-        both = [view.number(component.id, f"operating_point_stiffness_f_{axis}_d_{axis}") for axis in "vw"]
-        given = [number.si for number in both if number is not None]
-        if given:
-            mean = sum(given) / len(given)
+        mean = view.mean(component.id, rows_of("concept_bearing", "radial"))
+        if mean is not None:
             reason = "mean of both radial directions, without cross terms"
             view.assume(component.id, "operating_point_stiffness", "", reason)
             stiffness["radial"] = Number(mean, f"{shown(mean)} N/m")
@@ -395,7 +398,7 @@ def rigid_parts(view: View, joints: Iterable[Joint]) -> Parts[int]:
         parts.join([shaft.id, *view.parts(shaft.id, "cylindrical_gear", "ring_gear", "sleeve")])
     for joint in joints:
         if joint.rigid:
-            parts.join([joint.inner, joint.outer])
+            parts.join(joint.ends)
     return parts
 
 

@@ -85,7 +85,7 @@ _ROWS = (
     RexsRow("coupling", "u_coordinate_on_shaft_inner_side", "mm"),
     RexsRow("concept_bearing", "radial_force_absorption"),
     RexsRow("concept_bearing", "axial_force_absorption", form="word"),
-    *(RexsRow("concept_bearing", f"operating_point_stiffness_f_{axis}_d_{axis}", "N / m") for axis in "vw"),
+    *(RexsRow("concept_bearing", f"operating_point_stiffness_f_{axis}_d_{axis}", "N / m", "radial") for axis in "vw"),
     RexsRow("cylindrical_gear", "number_of_teeth", "none", "teeth", "gear.teeth", magnitude=True),
     RexsRow("cylindrical_gear", "normal_module", "mm", "module", "gear.module"),
     RexsRow("cylindrical_gear", HELIX, "deg", "helix_angle", "helix", magnitude=True),
