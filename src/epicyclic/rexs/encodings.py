@@ -16,7 +16,6 @@ import xml.etree.ElementTree as ElementTree
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 from xml.etree.ElementTree import Element
@@ -28,10 +27,7 @@ from defusedxml.ElementTree import DefusedXMLParser
 from ..errors import ModelError
 from ..user_input import read_bytes
 from .file import (
-    MAX_BYTES,
-    MAX_DEPTH,
-    MAX_MARKS,
-    MAX_RATIO,
+    SUFFIXES,
     Attribute,
     Component,
     LoadCase,
@@ -53,81 +49,6 @@ _ID = re.compile(r"[0-9]{1,15}")
 _Table = Mapping[str, Any]
 
 
-@dataclass(slots=True)
-class _Gathered:
-    """Parts of a file while it is read.
-
-    notes : what is the user's own and left out.  custom : ids of components left out.
-    """
-
-    components: dict[int, Component] = field(default_factory=dict)
-    relations: list[Relation] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    custom: set[int] = field(default_factory=set)
-
-    def read(self, table: _Table) -> Iterator[Component]:
-        """Components of a table, one after the other.
-
-        Raises
-        ------
-        ModelError : an attribute without id, two of the same id, and as of their values.
-        """
-        for component in _tables(table, "components"):
-            number = _checked_id(component.get("id"), "component")
-            values: dict[str, Attribute] = {}
-            for attribute in _tables(component, "attributes"):
-                key = _text(attribute, "id")
-                where = f"component {number}, {key}"
-                if _is_custom(key):
-                    self.notes.append(f"component {number}: {key}")
-                    continue
-                value = _value(attribute, where, key)
-                if not key:
-                    raise ModelError("an attribute without id", path=where)
-                if key in values:
-                    raise ModelError("stands twice", path=where, allowed="each attribute once")
-                values[key] = Attribute(key, value, _text(attribute, "unit", otherwise="none"))
-            yield Component(number, _text(component, "type"), _text(component, "name"), values)
-
-    def add(self, component: Component) -> None:
-        """Take a component. Raises ModelError for a second one of the same id, or one without type."""
-        where = f"component {component.id}"
-        if component.id in self.components or component.id in self.custom:
-            raise ModelError("two components with one id", path=where, allowed="each id once")
-        if not component.type:
-            raise ModelError("missing", path=f"{where}, type", allowed="a type of the standard")
-        if _is_custom(component.type):
-            self.custom.add(component.id)
-            self.notes.append(f"component {component.id}: {component.type}")
-            return
-        self.components[component.id] = component
-
-    def relate(self, table: _Table) -> None:
-        """Take a relation of components that exist; none where it, or a component in it, is the user's own.
-
-        Raises
-        ------
-        ModelError : no type, an order that is no number, a component that is not there.
-        """
-        refs = [(_text(ref, "role"), ref.get("id")) for ref in _tables(table, "refs")]
-        number, kind, order = _checked_id(table.get("id"), "relation"), _text(table, "type"), table.get("order")
-        where = f"relation {number}"
-        if _is_custom(kind):
-            self.notes.append(f"{where}: {kind}")
-            return
-        if not kind:
-            raise ModelError("missing", path=f"{where}, type", allowed="a type of the standard")
-        parts = [(role, _checked_id(part, where)) for role, part in refs if not _is_custom(role)]
-        if any(part in self.custom for _, part in parts):
-            return
-        for role, part in parts:
-            if part not in self.components:
-                allowed = "an id of a component"
-                raise ModelError("no such component", path=f"{where}, {role}", given=part, allowed=allowed)
-        place = None if order is None or order == "" else _checked_id(order, f"{where}, order")
-        self.relations.append(Relation(number, kind, place, tuple(parts)))
-
-
 def _file(model: object, encoding: Literal["xml", "json"]) -> RexsFile:
     """The file of its tables.
 
@@ -137,33 +58,93 @@ def _file(model: object, encoding: Literal["xml", "json"]) -> RexsFile:
     """
     if not isinstance(model, Mapping):
         raise ModelError("not a REXS file", path="model", allowed='a JSON file with the table "model"')
-    gathered = _Gathered()
-    for component in gathered.read(model):
-        gathered.add(component)
+    notes: list[str] = []  # what is the user's own and left out
+    components: list[Component] = []
+    for component in _components(model, notes):
+        if not component.type:
+            raise ModelError("missing", path=f"component {component.id}, type", allowed="a type of the standard")
+        if _is_custom(component.type):
+            notes.append(f"component {component.id}: {component.type}")
+        components.append(component)
     load_cases: list[LoadCase] = []
     accumulations: list[Component] = []
     for spectrum in _tables(model, "load_spectrum"):
         for case in _tables(spectrum, "load_cases"):
-            parts = tuple(gathered.read(case))
+            parts = tuple(_components(case, notes))
             load_cases.append(LoadCase(_checked_id(case.get("id"), "load case"), parts))
         for accumulation in _tables(spectrum, "accumulation"):
-            accumulations += gathered.read(accumulation)
-    for relation in _tables(model, "relations"):
-        gathered.relate(relation)
-    heads = (plain_text(str(model.get(key, ""))) for key in _HEADS)
-    version, application, application_version, date = heads
+            accumulations += _components(accumulation, notes)
+    own = {component.id for component in components if _is_custom(component.type)}
+    relations = [r for r in _relations(model, notes) if not own.intersection(part for _, part in r.refs)]
+    _check_ids(components, relations)
+    version, application, application_version, date = (plain_text(str(model.get(key, ""))) for key in _HEADS)
     return RexsFile(
         version=version,
         application=application,
         application_version=application_version,
         date=date,
-        components=tuple(gathered.components.values()),
-        relations=tuple(gathered.relations),
+        components=tuple(component for component in components if component.id not in own),
+        relations=tuple(relations),
         load_cases=tuple(load_cases),
         accumulations=tuple(accumulations),
         encoding=encoding,
-        notes=tuple(gathered.notes),
+        notes=tuple(notes),
     )
+
+
+def _check_ids(components: Iterable[Component], relations: Iterable[Relation]) -> None:
+    """Raise ModelError for an id that two components have, or a relation of a component that is not there."""
+    ids: set[int] = set()
+    for component in components:
+        if component.id in ids:
+            raise ModelError("two components with one id", path=f"component {component.id}", allowed="each id once")
+        ids.add(component.id)
+    for relation in relations:
+        for role, part in relation.refs:
+            if part not in ids:
+                where = f"relation {relation.id}, {role}"
+                raise ModelError("no such component", path=where, given=part, allowed="an id of a component")
+
+
+def _components(table: _Table, notes: list[str]) -> Iterator[Component]:
+    """Components of a table, one after the other.
+
+    Raises
+    ------
+    ModelError : an attribute without id, two of the same id, and as of their values.
+    """
+    for component in _tables(table, "components"):
+        number = _checked_id(component.get("id"), "component")
+        values: dict[str, Attribute] = {}
+        for attribute in _tables(component, "attributes"):
+            key = _text(attribute, "id")
+            where = f"component {number}, {key}"
+            if _is_custom(key):
+                notes.append(f"component {number}: {key}")
+                continue
+            value = _value(attribute, where, key)
+            if not key:
+                raise ModelError("an attribute without id", path=where)
+            if key in values:
+                raise ModelError("stands twice", path=where, allowed="each attribute once")
+            values[key] = Attribute(key, value, _text(attribute, "unit", otherwise="none"))
+        yield Component(number, _text(component, "type"), _text(component, "name"), values)
+
+
+def _relations(model: _Table, notes: list[str]) -> Iterator[Relation]:
+    """Relations of the standard. Raises ModelError for one without type, and an order that is no number."""
+    for table in _tables(model, "relations"):
+        refs = [(_text(ref, "role"), ref.get("id")) for ref in _tables(table, "refs")]
+        number, kind, order = _checked_id(table.get("id"), "relation"), _text(table, "type"), table.get("order")
+        where = f"relation {number}"
+        if _is_custom(kind):
+            notes.append(f"{where}: {kind}")
+            continue
+        if not kind:
+            raise ModelError("missing", path=f"{where}, type", allowed="a type of the standard")
+        parts = tuple((role, _checked_id(part, where)) for role, part in refs if not _is_custom(role))
+        place = None if order is None or order == "" else _checked_id(order, f"{where}, order")
+        yield Relation(number, kind, place, parts)
 
 
 def _is_custom(name: str) -> bool:
@@ -293,6 +274,15 @@ def _xml_value(element: Element, where: str, name: str) -> Value:
 
 # the file -------------------------------------------------------------------------------------------------------------
 
+# A gear unit of 100 components is 0.1 MB; 16 MB leaves room for long load spectra and is parsed in a few seconds.
+MAX_BYTES = 16_000_000
+# Tags, attributes of tags, braces and keys: each becomes an object of up to 400 bytes. A file then stays below
+# 250 MB and 3 s.
+MAX_MARKS = 400_000
+# model / load_spectrum / load_case / component / attribute / matrix / r / c is 8 deep.
+MAX_DEPTH = 16
+# The real files shrink to 1/17; a file of nothing but blanks and repeated tags to about 1/100.
+MAX_RATIO = 300
 _VERSIONS = ("1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "1.7", "2.0", "2.0.0")
 _ALLOWED = "a REXS file in XML (.rexs), JSON (.rexsj) or a zip of one of them (.rexsz)"
 _BOM = b"\xef\xbb\xbf"
@@ -450,14 +440,7 @@ def _check_marks(count: int, name: str) -> None:
 
 # writing --------------------------------------------------------------------------------------------------------------
 
-_ENCODINGS = {
-    ".rexs.xml": "xml",
-    ".rexs.json": "json",
-    ".rexs.zip": "zip",
-    ".rexs": "xml",
-    ".rexsj": "json",
-    ".rexsz": "zip",
-}
+_ENCODINGS = dict(zip(SUFFIXES, ("xml", "json", "zip") * 2, strict=True))
 # a zip knows no dates before this one; it is the same in every file, so that the bytes are
 _ZIP_DATE = (1980, 1, 1, 0, 0, 0)
 
@@ -484,16 +467,8 @@ def rexs_bytes(file: RexsFile, encoding: str, *, name: str = "model.rexs") -> by
     ModelError : a number that is not finite; a relation of a component that is not there; an id that stands twice; more
         than a reader takes.
     """
-    types = {component.id: component.type for component in file.components}
-    if len(types) != len(file.components):
-        ids = [component.id for component in file.components]
-        twice = next(i for i in ids if ids.count(i) > 1)
-        raise ModelError("two components with one id", path=f"component {twice}", allowed="each id once")
-    for relation in file.relations:
-        for role, part in relation.refs:
-            if part not in types:
-                raise ModelError("no such component", path=f"relation {relation.id}, {role}", given=part)
-    model = _model_tables(file, types)
+    _check_ids(file.components, file.relations)
+    model = _model_tables(file)
     if encoding == "json":
         raw = (json.dumps({"model": model}, ensure_ascii=False, indent=1, allow_nan=False) + "\n").encode("utf-8")
         marks = sum(map(raw.count, (b"{", b"[", b":")))
@@ -514,8 +489,9 @@ def rexs_bytes(file: RexsFile, encoding: str, *, name: str = "model.rexs") -> by
     return packed.getvalue()
 
 
-def _model_tables(file: RexsFile, types: Mapping[int, str]) -> dict[str, Any]:
-    """The tables of a file; types : of the components by id, which relations repeat as hints."""
+def _model_tables(file: RexsFile) -> dict[str, Any]:
+    """The tables of a file; relations repeat the types of their components as hints."""
+    types = {component.id: component.type for component in file.components}
     heads = (file.version, file.application, file.application_version, file.date)
     model: dict[str, Any] = {**dict(zip(_HEADS, map(plain_text, heads), strict=True)), "relations": []}
     for relation in file.relations:
@@ -549,7 +525,13 @@ def _component_tables(components: Iterable[Component]) -> list[dict[str, Any]]:
 
 def _typed(attribute: Attribute, where: str) -> tuple[str, object]:
     """The key that names the type of a value, and the value. Raises ModelError for a number that is not finite."""
-    shape, rows = _shape(attribute.value)
+    value, form = attribute.value, "{}"
+    rows: list[tuple[Value, ...]] = [value if isinstance(value, tuple) else (value,)]
+    if isinstance(value, tuple):
+        form = "{}_array"
+        if any(isinstance(entry, tuple) for entry in value):
+            rows = [entry if isinstance(entry, tuple) else (entry,) for entry in value]
+            form = "{}_matrix" if len({len(row) for row in rows}) == 1 else "array_of_{}_arrays"
     cells = [cell for row in rows for cell in row]
     if attribute.id in REFERENCES:
         kind = "reference_component"
@@ -560,21 +542,7 @@ def _typed(attribute: Attribute, where: str) -> tuple[str, object]:
     else:
         kind = "integer" if cells and all(isinstance(cell, int) for cell in cells) else "floating_point"
     plain = [[_scalar(cell, where) for cell in row] for row in rows]
-    if shape == "scalar":
-        return kind, plain[0][0]
-    if shape == "array":
-        return f"{kind}_array", plain[0]
-    return f"{kind}_matrix" if shape == "matrix" else f"array_of_{kind}_arrays", plain
-
-
-def _shape(value: Value) -> tuple[str, list[tuple[Value, ...]]]:
-    """Shape of a value, ``scalar``, ``array``, ``matrix`` or ``array_of_arrays``, and its rows."""
-    if not isinstance(value, tuple):
-        return "scalar", [(value,)]
-    if not any(isinstance(entry, tuple) for entry in value):
-        return "array", [value]
-    rows = [entry if isinstance(entry, tuple) else (entry,) for entry in value]
-    return "matrix" if len({len(row) for row in rows}) == 1 else "array_of_arrays", rows
+    return form.format(kind), plain[0][0] if form == "{}" else plain[0] if form == "{}_array" else plain
 
 
 def _scalar(value: Value, where: str) -> str | float | None:

@@ -466,11 +466,7 @@ def _add_modifications(draft: Draft, flank: Flank, gear: GearData, path: str, si
     added: list[int] = []
     if flank.tip_relief is not None:
         start = gear.tip_radius + (1 if gear.internal else -1) * flank.tip_relief.length
-        relief = {
-            "tip_relief_depth": flank.tip_relief.amount,
-            "tip_relief_datum_diameter": 2 * start,
-            "shape_of_relief": flank.tip_relief.shape,
-        }
+        relief = values_of("tip_relief", flank.tip_relief, {"tip_relief_datum_diameter": 2 * start})
         added.append(draft.add("tip_relief", "tip relief", relief))
     if flank.crown:
         added.append(draft.add("helix_crowning", "crowning", values_of("helix_crowning", flank)))

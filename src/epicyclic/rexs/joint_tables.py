@@ -57,8 +57,7 @@ def _to_housing(unit: GearUnit, member: StageMember) -> list[Joint]:
 
 def _offset(unit: GearUnit, joint: Joint, member: StageMember) -> float:
     """Axial place of a joint from the centre of a member [m]; 0 where the file gives none."""
-    frame = unit.view.frame(joint.id)
-    point = None if frame is None else frame.place
+    point = unit.view.place(joint.id)
     if point is None and unit.view.components[joint.ends[0]].type == "shaft":
         point = unit.view.on_shaft(joint.id, joint.ends[0], "u_coordinate_on_shaft_inner_side")
     if point is None or member.centre is None:

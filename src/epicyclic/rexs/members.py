@@ -179,7 +179,8 @@ def _members(view: View, stage: StageParts) -> list[StageMember]:
         else:
             shaft = view.shaft_of(gear)
             parts = (gear,) if shaft is None else (shaft, gear)
-        members.append(StageMember(stage, name, stage.kinds[name], gears, parts, _centre(view, stage, gear)))
+        kind = name.rstrip("0123456789")
+        members.append(StageMember(stage, name, kind, gears, parts, _centre(view, stage, gear)))
     carrier = () if stage.carrier is None else (stage.carrier, *view.parts(stage.carrier, "shaft", "side_plate"))
     parts = tuple(dict.fromkeys((*view.joined("planet_carrier_shaft", stage.id), *carrier)))
     if parts:
@@ -196,18 +197,15 @@ def _centre(view: View, stage: StageParts, gear: int) -> Vector | None:
 
 def _axis(view: View, members: Sequence[StageMember]) -> Vector:
     """Direction of z: the u axis of the first gear. Raises ModelError where another axis is not parallel to it."""
-    axis: Vector | None = None
-    for member in members:
-        for part in (*member.gears, *(p for p in member.parts if view.components[p].type == "shaft")):
-            frame = view.frame(part)
-            if frame is None:
-                continue
-            axis = axis or frame.u
-            if abs(along(axis, frame.u)) < _AXIAL:
-                direction = [round(x, 6) for x in frame.u]
-                path = f"component {view.label(part)}, u_axis_vector"
-                raise ModelError("an axis that is not parallel to that of the train", path=path, given=direction)
-    return axis or (1.0, 0.0, 0.0)
+    parts = (p for m in members for p in (*m.gears, *(p for p in m.parts if view.components[p].type == "shaft")))
+    frames = {part: frame for part in parts if (frame := view.frame(part)) is not None}
+    axis = next((frame.u for frame in frames.values()), (1.0, 0.0, 0.0))
+    for part, frame in frames.items():
+        if abs(along(axis, frame.u)) < _AXIAL:
+            direction = [round(x, 6) for x in frame.u]
+            path = f"component {view.label(part)}, u_axis_vector"
+            raise ModelError("an axis that is not parallel to that of the train", path=path, given=direction)
+    return axis
 
 
 # gears ----------------------------------------------------------------------------------------------------------------
@@ -327,8 +325,7 @@ def body_tables(unit: GearUnit) -> Table:
     tables: Table = {}
     for root, name in unit.free.items():
         parts = unit.loose[root]
-        frame = unit.view.frame(parts[0])
-        centre = None if frame is None else frame.place
+        centre = unit.view.place(parts[0])
         sections = [section for part in parts for section in _sections(unit, part, centre)]
         mass, tables[name] = _stated(sections, _additional(unit.view, parts))
         source = "sections" if sections else "additional_mass"
@@ -376,17 +373,10 @@ def _sections(
     else:  # nowhere: its middle at the centre of the member
         middle_of_all = (min(s.start for s in stretches) + max(s.start + s.length for s in stretches)) / 2
         base = -middle_of_all if forward else middle_of_all
-    return [
-        SolidSection(
-            base + stretch.start if forward else base - stretch.start - stretch.length,
-            stretch.length,
-            stretch.outer if forward else stretch.outer[::-1],
-            stretch.inner if forward else stretch.inner[::-1],
-            density,
-            off,
-        )
-        for stretch in stretches
-    ]
+    stretches = [replace(stretch, density=density, off_axis=off) for stretch in stretches]
+    if forward:
+        return [replace(s, start=base + s.start) for s in stretches]
+    return [replace(s, start=base - s.start - s.length, outer=s.outer[::-1], inner=s.inner[::-1]) for s in stretches]
 
 
 def _stretches(unit: GearUnit, part: int) -> list[SolidSection]:

@@ -195,10 +195,10 @@ def _herringbone(unit: GearUnit, stage: StageParts, path: str) -> Table:
         without = sorted(set(every) - set(stage.twins))
         raise ModelError("a stage with herringbone gears and others", path=f"component {stage.id}", given=without)
     gear = every[0]
-    left, right = unit.view.frame(gear), unit.view.frame(stage.twins[gear])
+    left, right = unit.view.place(gear), unit.view.place(stage.twins[gear])
     table: Table = {"herringbone": True}
     if left is not None and right is not None:
-        gap = abs(along(minus(right.place, left.place), unit.axis)) - unit.facts[gear].width
+        gap = abs(along(minus(right, left), unit.axis)) - unit.facts[gear].width
         if gap > 1e-9:
             table["gap"] = f"{gap * 1e3:.9g} mm"
     unit.view.read(gear, HELIX, f"{path}.herringbone", f"with component {stage.twins[gear]}")
@@ -415,7 +415,8 @@ def _flank_table(view: View, flank: Component, facts: GearFacts, path: str) -> T
 def _relief(view: View, part: Component, facts: GearFacts) -> Table:
     """Tip or root relief: its amount, and its length as a height of the tooth."""
     kind = part.type
-    amount = view.number(part.id, f"{kind}_depth") or view.number(part.id, f"{kind}_amount")
+    amounts = (view.number(part.id, row.id) for row in rows_of(kind, "amount"))
+    amount = next((number for number in amounts if number is not None), None)
     start = view.number(part.id, f"{kind}_datum_diameter")
     if amount is None or start is None or kind != "tip_relief" or math.isnan(facts.tip) or amount.si < 0:
         reason = "without amount, datum diameter or tip diameter its height on the tooth is not known"

@@ -204,11 +204,15 @@ class View:
         self.frames[component] = frame
         return frame
 
+    def place(self, component: int) -> Vector | None:
+        """Place that a component itself has, None where the file gives none."""
+        frame = self.frame(component)
+        return None if frame is None else frame.place
+
     def on_shaft(self, component: int, shaft: int, coordinate: str) -> Vector | None:
         """Place of what sits on a shaft: its own, else its coordinate along the shaft."""
-        frame = self.frame(component)
-        if frame is not None:
-            return frame.place
+        if (place := self.place(component)) is not None:
+            return place
         base, distance = self.frame(shaft), self.number(component, coordinate)
         # where along the shaft may not be said
         return None if base is None else plus(base.place, base.u, distance.si if distance is not None else 0.0)
@@ -217,8 +221,7 @@ class View:
         """Centre of a gear: its own place, else that on its shaft."""
         if (shaft := self.shaft_of(gear)) is not None:
             return self.on_shaft(gear, shaft, "u_coordinate_on_shaft")
-        frame = self.frame(gear)
-        return None if frame is None else frame.place
+        return self.place(gear)
 
     def _vector(self, component: int, name: str) -> Vector | None:
         """A vector attribute as lengths in SI; None where it is not given."""
@@ -422,7 +425,7 @@ class StageParts:
     """A planetary stage by ids.
 
     id : of the component.  name : in the model file.
-    central : member -> gear (the left one of a herringbone gear).  kinds : member -> sun, ring or planet.
+    central : member -> gear (the left one of a herringbone gear).
     planets : members of a branch.  branches : in the order of the file.  carrier : of a planet_carrier, or None.
     meshes : pair of members -> cylindrical stages of the branches, in their order.
     twins : gear -> the gear of opposite hand beside it, of herringbone gears.
@@ -431,7 +434,6 @@ class StageParts:
     id: int
     name: str
     central: Mapping[str, int]
-    kinds: Mapping[str, str]
     planets: tuple[str, ...]
     branches: tuple[Branch, ...]
     carrier: int | None
@@ -512,12 +514,10 @@ def _stage(view: View, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageP
     twins = _twins(view, [*on_shaft.values(), *by_shaft.values()])
     right = set(twins.values())
     members: dict[str, int] = {}
-    kinds: dict[str, str] = {}
     for gear in sorted(set(central) - right, key=lambda g: (view.components[g].type, g)):
         kind = "ring" if view.components[gear].type == "ring_gear" else "sun"
-        count = sum(one == kind for one in kinds.values())
-        member = f"{kind}{count + 1}" if count else kind
-        members[member], kinds[member] = gear, kind
+        count = sum(member.startswith(kind) for member in members)
+        members[f"{kind}{count + 1}" if count else kind] = gear
     suns = {gear for gear in central if view.components[gear].type == "cylindrical_gear"}
     with_sun = {gear for mesh in of_stage if mesh.gears & suns for gear in (mesh.a, mesh.b)}
     branches = [  # the gear that meshes with a sun first
@@ -535,7 +535,6 @@ def _stage(view: View, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageP
         id=stage,
         name=name,
         central=members,
-        kinds=kinds | dict.fromkeys(planets, "planet"),
         planets=planets,
         branches=tuple(branches),
         carrier=carriers[0] if carriers else None,

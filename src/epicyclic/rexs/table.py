@@ -97,13 +97,13 @@ _ROWS = (
     RexsRow("cylindrical_gear_flank", "normal_pressure_angle", "deg", "pressure_angle", "pressure_angle"),
     RexsRow("cylindrical_gear_flank", "addendum_modification_coefficient", "none", "profile_shift", "profile_shift"),
     RexsRow("cylindrical_gear_flank", "profile_shift_coefficient", "none", "profile_shift"),
-    *(
-        RexsRow(relief, f"{relief}_{what}", "mum")
-        for relief in ("tip_relief", "root_relief")
-        for what in ("depth", "amount")
-    ),
-    *(RexsRow(relief, f"{relief}_datum_diameter", "mm") for relief in ("tip_relief", "root_relief")),
-    RexsRow("tip_relief", "shape_of_relief", form="word"),
+    RexsRow("tip_relief", "tip_relief_depth", "mum", "amount", "amount"),
+    RexsRow("tip_relief", "tip_relief_amount", "mum", "amount"),
+    RexsRow("tip_relief", "tip_relief_datum_diameter", "mm"),
+    RexsRow("tip_relief", "shape_of_relief", "none", "shape", "shape", form="word"),
+    RexsRow("root_relief", "root_relief_depth", "mum", "amount"),
+    RexsRow("root_relief", "root_relief_amount", "mum", "amount"),
+    RexsRow("root_relief", "root_relief_datum_diameter", "mm"),
     *(
         RexsRow("helix_crowning", f"helix_crowning_amount_{end}_face", "mum", of="crown")
         for end in ("datum", "non_datum")
@@ -206,6 +206,8 @@ def values_of(kind: str, part: object, given: Mapping[str, Value] | None = None)
             values[row.id] = given[row.id]
         elif row.of:
             value = attrgetter(row.of)(part)
-            if value is not None and math.isfinite(value):
+            if isinstance(value, str):
+                values[row.id] = value
+            elif value is not None and math.isfinite(value):
                 values[row.id] = row.times * value
     return values
