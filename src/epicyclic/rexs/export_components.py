@@ -25,7 +25,7 @@ from ..teeth.form import PLAIN, Flank
 from ..train.train import Body, GearData, Link, Mesh, Train
 from .file import QUANTITIES, Attribute, Component, Relation, Value, in_unit
 from .members import Inertia, SolidSection, inertia_of
-from .stages import STIFFNESSES, Parts
+from .stages import STIFFNESSES, Parts, grouped
 from .table import RELATIONS, ROW, rows_of, values_of
 
 Values = Mapping[str, Value]
@@ -242,7 +242,11 @@ def _gears(body: Body, hands: Mapping[Key, int]) -> list[GearPart]:
 def _added_shaft(draft: Draft, shaft: ShaftPart) -> ShaftPart:
     """The shaft with its id, added with its place, speed, material, rim and what the rim leaves of its mass."""
     material = _material(draft, shaft.first)
-    placed = {**place(shaft.start, *shaft.first.centre), **_speed(draft.train, shaft)}
+    placed: dict[str, Value] = {**place(shaft.start, *shaft.first.centre)}
+    speeds, member = draft.train.kinematics.speed, shaft.first.member
+    if speeds is not None and shaft.first.branch is None and member in speeds:
+        defines = value_at(draft.train.document, ["operation", "speed", *member.split(".")]) is not None
+        placed |= {"rotational_speed": float(speeds[member]), "defines_speed": defines}
     number = draft.add("shaft", shaft.name, placed, within=draft.unit)
     draft.relate("reference", number, material)
     for body in shaft.bodies:
@@ -331,25 +335,22 @@ def add_joints(draft: Draft) -> None:
         outer = draft.casing if second is None else second.number
         if first.number == outer:
             continue
-        if link.kind == "coupling":
-            _add_joint(draft, link, inner=first.number, outer=outer, turn=link.stiffness[5])
-            continue
-        carried = first if second is None or link.kind == "support" else second
-        supported.add(carried.name)
+        inner, turn = first.number, link.stiffness[5]
+        if link.kind != "coupling":
+            supported.add(first.name if second is None or link.kind == "support" else second.name)
         if link.kind == "bearing":
-            inner = first.number if link.second is None else draft.pins[link.second]
-            _add_joint(draft, link, inner=inner, outer=outer, turn=0.0)
-            continue
-        turn = link.stiffness[5]
-        if turn > 0 and first.first.member not in kinematics.held:
-            reason = "would hold the member in the file, and the model does not hold it: left free"
-            draft.drop(f"{link.path}.rz", reason)
-            turn = 0.0
-        if turn > 0:
-            turned.add(first.name)
-        if first.first.centre != link.centre:
-            draft.drop(f"{link.path}.radius", "a support off the axis: written there, read back as one on the axis")
-        _add_joint(draft, link, inner=first.number, outer=outer, turn=turn)
+            inner, turn = first.number if link.second is None else draft.pins[link.second], 0.0
+        elif link.kind != "coupling":
+            if turn > 0 and first.first.member not in kinematics.held:
+                reason = "would hold the member in the file, and the model does not hold it: left free"
+                draft.drop(f"{link.path}.rz", reason)
+                turn = 0.0
+            if turn > 0:
+                turned.add(first.name)
+            if first.first.centre != link.centre:
+                reason = "a support off the axis: written there, read back as one on the axis"
+                draft.drop(f"{link.path}.radius", reason)
+        _add_joint(draft, link, inner=inner, outer=outer, turn=turn)
     for shaft in draft.central_shafts:
         member = shaft.first.member
         held = member in kinematics.held and shaft.name not in turned
@@ -387,16 +388,7 @@ def _mean(draft: Draft, link: Link, a: int, b: int, names: str) -> float:
     return (first + second) / 2
 
 
-# speeds and loads -----------------------------------------------------------------------------------------------------
-
-
-def _speed(train: Train, shaft: ShaftPart) -> Values:
-    """Speed of a central shaft, with whether the model states it."""
-    speeds, member = train.kinematics.speed, shaft.first.member
-    if speeds is None or shaft.first.branch is not None or member not in speeds:
-        return {}
-    defines = value_at(train.document, ["operation", "speed", *member.split(".")]) is not None
-    return {"rotational_speed": float(speeds[member]), "defines_speed": defines}
+# loads ----------------------------------------------------------------------------------------------------------------
 
 
 def add_loads(draft: Draft) -> None:
@@ -527,9 +519,7 @@ def _mesh_load_factors(draft: Draft) -> dict[str, float]:
     for note in notes:
         draft.drop("K_gamma", f"{_FACTOR} is not written: {note}")
     loads = dict(zip(names, (float(v) for v in values[0]), strict=True))
-    groups: dict[tuple[str, str | None], list[str]] = {}
-    for mesh in train.meshes:
-        groups.setdefault((mesh.pair, mesh.side), []).append(mesh.name)
+    groups = grouped(((mesh.pair, mesh.side), mesh.name) for mesh in train.meshes)
     factors: dict[str, float] = {}
     for members in groups.values():
         largest = float(np.max([loads.get(name, math.nan) for name in members]))

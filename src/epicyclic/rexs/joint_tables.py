@@ -210,9 +210,12 @@ def _ends_at(unit: GearUnit, part: int) -> list[str]:
 
 
 def operation_table(unit: GearUnit) -> Table:
-    """What is held, speeds, torques and powers by member."""
+    """What is held, speeds, torques and powers by member.
+
+    Held are members rigid in the casing, or joined to it by a coupling that holds their turn.
+    """
     table: Table = {}
-    held = held_members(unit)
+    held = [m for m in unit.central if unit.held(m) or any(joint.holds_turn for joint in _to_housing(unit, m))]
     if held:
         table["held"] = [_short(unit, member) for member in held]
         for member in held:
@@ -222,11 +225,6 @@ def operation_table(unit: GearUnit) -> Table:
     if speeds:
         table["speed"] = {name: number.text for name, number in speeds.items()}
     return table | _loads(unit, held, ends, speeds)
-
-
-def held_members(unit: GearUnit) -> list[StageMember]:
-    """Central members that do not turn: rigid in the casing, or joined to it by a coupling that holds their turn."""
-    return [m for m in unit.central if unit.held(m) or any(joint.holds_turn for joint in _to_housing(unit, m))]
 
 
 def _short(unit: GearUnit, member: StageMember) -> str:

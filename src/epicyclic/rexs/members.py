@@ -174,25 +174,22 @@ def _members(view: View, stage: StageParts) -> list[StageMember]:
     members = []
     for name, gear in stage.gears.items():
         gears: tuple[int, ...] = (gear,)
+        shaft = view.shaft_of(gear)
+        parts: tuple[int, ...] = (gear,) if shaft is None else (shaft, gear)
         if name in stage.planets:
             gears, parts = tuple(branch.gears[stage.planets.index(name)] for branch in stage.branches), shafts
-        else:
-            shaft = view.shaft_of(gear)
-            parts = (gear,) if shaft is None else (shaft, gear)
-        kind = name.rstrip("0123456789")
-        members.append(StageMember(stage, name, kind, gears, parts, _centre(view, stage, gear)))
+            shaft = shafts[0]
+        # its centre, between the halves of a herringbone gear
+        centre, twin = view.gear_place(gear, shaft), stage.twins.get(gear)
+        other = None if twin is None else view.gear_place(twin, shaft)
+        if centre is not None and other is not None:
+            centre = tuple(x / 2 for x in plus(centre, other))
+        members.append(StageMember(stage, name, name.rstrip("0123456789"), gears, parts, centre))
     carrier = () if stage.carrier is None else (stage.carrier, *view.parts(stage.carrier, "shaft", "side_plate"))
     parts = tuple(dict.fromkeys((*view.joined("planet_carrier_shaft", stage.id), *carrier)))
     if parts:
         members.append(StageMember(stage, "carrier", "carrier", (), parts, members[len(stage.central)].centre))
     return members
-
-
-def _centre(view: View, stage: StageParts, gear: int) -> Vector | None:
-    """Centre of a gear, or between the halves of a herringbone gear."""
-    centre = view.gear_place(gear)
-    twin = view.gear_place(stage.twins[gear]) if gear in stage.twins else None
-    return centre if centre is None or twin is None else tuple(x / 2 for x in plus(centre, twin))
 
 
 def _axis(view: View, members: Sequence[StageMember]) -> Vector:

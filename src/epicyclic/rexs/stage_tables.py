@@ -64,7 +64,7 @@ def _spokes(unit: GearUnit, stage: StageParts) -> list[Vector] | None:
     z = unit.axis
     spokes = []
     for branch in stage.branches:
-        place = unit.view.gear_place(branch.gears[0])
+        place = unit.view.gear_place(branch.gears[0], branch.shaft)
         if place is None or middle is None:
             return None
         apart = minus(place, middle)
@@ -128,32 +128,26 @@ def _stated_angles(unit: GearUnit, stage: StageParts) -> list[float] | None:
 def _compare(unit: GearUnit, stage: StageParts, angles: list[float], stated: list[float]) -> None:
     """Tell where places and stated angles differ: the places count."""
     mesh = next(meshes[0] for pair, meshes in stage.meshes.items() if pair.startswith("sun"))
-
-    def same(sense: int) -> bool:
-        apart = ((a - sense * b + 180) % 360 - 180 for a, b in zip(angles, stated, strict=True))
-        return all(abs(angle) < _SAME_ANGLE for angle in apart)
-
-    if same(1):
+    apart = {
+        sense: [(a - sense * b + 180) % 360 - 180 for a, b in zip(angles, stated, strict=True)] for sense in (1, -1)
+    }
+    same = [sense for sense, differences in apart.items() if all(abs(angle) < _SAME_ANGLE for angle in differences)]
+    if 1 in same:
         unit.view.read(mesh, _TURNED, f"stages.{stage.name}.planet_angles", "agrees with the places of the planets")
-    elif same(-1):
-        unit.view.assume(
-            mesh, _TURNED, "", "counts the other way round than the places of the planets, which are taken"
-        )
     else:
-        unit.view.assume(mesh, _TURNED, "", "differs from the places of the planets, which are taken")
+        what = "counts the other way round than" if same else "differs from"
+        unit.view.assume(mesh, _TURNED, "", f"{what} the places of the planets, which are taken")
 
 
 def _distance(unit: GearUnit, stage: StageParts, path: str) -> Number | None:
     """Centre distance of all meshes, else the distance of the planets from the axis; None where neither is given."""
-    distances = []
-    for mesh in (mesh for meshes in stage.meshes.values() for mesh in meshes):
-        number = unit.view.number(mesh, "center_distance")
-        if number is not None:
-            distances.append((mesh, abs(number)))
+    meshes = [mesh for of_pair in stage.meshes.values() for mesh in of_pair]
+    numbers = {mesh: unit.view.number(mesh, "center_distance") for mesh in meshes}
     radii = [size(spoke) for spoke in _spokes(unit, stage) or []]
-    if distances:
-        mesh, first = distances[0]
-        for other, number in distances[1:]:
+    given = [(mesh, abs(number)) for mesh, number in numbers.items() if number is not None]
+    if given:
+        (mesh, first), *others = given
+        for other, number in others:
             if abs(number.si - first.si) > _SAME_LENGTH:
                 unit.view.lose(other, "center_distance", f"{number.text} differs from {first.text} of component {mesh}")
         if any(abs(radius - first.si) > _SAME_LENGTH for radius in radii):
@@ -237,21 +231,21 @@ def _hands(unit: GearUnit, stage: StageParts, members: Mapping[str, Table]) -> N
     """The hand of one gear of each chain in mesh; those of its mates follow, and are told where they do not."""
     for planet in stage.planets:
         chain = {name: stage.gears[name] for name in (*stage.mates(planet), planet)}
-        first: tuple[str, float] | None = None  # the helix that the planet must have, by the first gear
+        facts = {name: unit.facts[gear] for name, gear in chain.items()}
+        # the helix that the planet must have, by each gear that is no ring
+        asked = {
+            name: f.helix if name == planet else -f.helix for name, f in facts.items() if f.helix and not f.internal
+        }
+        if not asked:
+            continue
+        first, counts = next(iter(asked.items()))
+        members[first]["hand"] = hand = "right" if facts[first].helix > 0 else "left"
+        unit.view.read(chain[first], HELIX, f"stages.{stage.name}.{first}.hand", hand)
+        for name, helix in asked.items():
+            if helix * counts < 0:
+                unit.view.assume(chain[name], HELIX, "", f"its sign does not fit that of {first}, which counts")
         for name, gear in chain.items():
-            helix = unit.facts[gear].helix
-            if not helix or unit.facts[gear].internal:
-                continue
-            as_planet = helix if name == planet else -helix
-            if first is None:
-                first = (name, as_planet)
-                hand = "right" if helix > 0 else "left"
-                members[name]["hand"] = hand
-                unit.view.read(gear, HELIX, f"stages.{stage.name}.{name}.hand", hand)
-            elif first[1] * as_planet < 0:
-                unit.view.assume(gear, HELIX, "", f"its sign does not fit that of {first[0]}, which counts")
-        for name, gear in chain.items():
-            if unit.facts[gear].internal and first is not None and unit.facts[gear].helix * first[1] < 0:
+            if facts[name].internal and facts[name].helix * counts < 0:
                 reason = f"its sign is that of the other hand: {name} has the hand of its planets"
                 unit.view.assume(gear, HELIX, "", reason)
 
@@ -334,7 +328,7 @@ def gear_table(view: View, gears: Sequence[int], path: str, stage_table: Table) 
         for row in rows_of("cylindrical_gear_flank"):
             entry = _entry(view, flank.id, row)
             if entry is not None and table.get(row.key, entry) != entry:
-                view.lose(flank.id, row.id, "differs from that of the left flank, which counts")
+                view.lose(flanks[-1].id, row.id, "differs from that of the left flank, which counts")
             _put(view, flank.id, row, table, path, stage_table)
     modified = [_flank_table(view, flank, facts, f"{path}.flank") for flank in flanks]
     if len(modified) == 2 and modified[0] != modified[1]:

@@ -217,11 +217,10 @@ class View:
         # where along the shaft may not be said
         return None if base is None else plus(base.place, base.u, distance.si if distance is not None else 0.0)
 
-    def gear_place(self, gear: int) -> Vector | None:
-        """Centre of a gear: its own place, else that on its shaft."""
-        if (shaft := self.shaft_of(gear)) is not None:
-            return self.on_shaft(gear, shaft, "u_coordinate_on_shaft")
-        return self.place(gear)
+    def gear_place(self, gear: int, shaft: int | None = None) -> Vector | None:
+        """Centre of a gear: its own place, else that on its shaft.  shaft : of a planet, else found."""
+        shaft = self.shaft_of(gear) if shaft is None else shaft
+        return self.place(gear) if shaft is None else self.on_shaft(gear, shaft, "u_coordinate_on_shaft")
 
     def _vector(self, component: int, name: str) -> Vector | None:
         """A vector attribute as lengths in SI; None where it is not given."""
