@@ -378,7 +378,7 @@ def in_unit(value: float, unit: str) -> float:
     kind = QUANTITIES[unit]
     if kind in _AS_THEY_ARE:
         return value
-    if math.isinf(value) and "stiffness" in kind:
+    if math.isinf(value) and kind in ("stiffness", "torsional_stiffness"):
         return _RIGID
     return shortest(value / _UNITS[kind]["".join(unit.split())][0])
 

@@ -19,8 +19,8 @@ from .file import Number, Value
 class RexsRow(NamedTuple):
     """An attribute.
 
-    type : of the component that has it, of several alike the one that is written; ``place`` of whatever has a place.
-    id : of the standard.  unit : of version 1.7, which is written; what is read has its own.
+    type : of the component that has it, of several alike the one that is written; ``place``, ``on_shaft`` of all that
+    stand somewhere.  id : of the standard.  unit : of version 1.7, which is written; what is read has its own.
     key : in the table of a model file that the component becomes; empty where it is more than this value.
     of : the value in SI in the part of the train that is written, ``gear.tip_radius``, and how many times; empty where
     the export computes it, or does not write it.
@@ -49,13 +49,12 @@ class RexsRow(NamedTuple):
 
 
 HELIX = "helix_angle_reference_diameter"
-_OVER_FACE = "a value for the load along the face: taken as the mean"
 _ROWS = (
     RexsRow("place", "reference_component_for_position", form="component"),
     RexsRow("place", "support_vector", "mm", form="array"),
     RexsRow("place", "u_axis_vector", "mm", form="array"),
     RexsRow("place", "w_axis_vector", "mm", form="array"),
-    RexsRow("place", "u_coordinate_on_shaft", "mm"),
+    RexsRow("on_shaft", "u_coordinate_on_shaft", "mm"),
     RexsRow("gear_unit", "number_of_gears"),
     RexsRow("gear_unit", "gear_shift_index"),
     RexsRow("gear_unit", "account_for_gravity"),
@@ -127,7 +126,7 @@ _ROWS = (
         "mesh_stiffness_for_load_distribution_along_face_width",
         "N / (mm mum)",
         "stiffness",
-        note=_OVER_FACE,
+        note="a value for the load along the face: taken as the mean",
     ),
     *(RexsRow("cylindrical_stage", f"{end}_normal_backlash", "mm", of="backlash") for end in ("minimum", "maximum")),
     RexsRow("cylindrical_stage", "mesh_load_factor_iso_6336_2019"),
