@@ -2,7 +2,8 @@
 written, the same bytes from the same file, read back with equal values.
 
 XML and JSON hold the same tables: XML is read into those of JSON, and written from them.  Ids in them are numbers,
-attributes stand once each, components of relations exist.
+attributes stand once each, components of relations exist.  A file has bounds of size, depth and count, so that none
+costs long or much memory.
 """
 
 from __future__ import annotations

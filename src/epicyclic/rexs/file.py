@@ -1,8 +1,8 @@
 """A REXS file as plain data: components with attributes, the relations between them, load cases.  No meaning yet.
 
 Its names are asked of every model, before any module that reads XML is imported.  The values are the same from XML and
-from JSON: texts, arrays and matrices in Base64.  A file has bounds of size, depth and count, so that none costs long or
-much memory.  Numbers come in SI and in the spelling of a model file, from unit texts of any version and spelling.
+from JSON: texts, arrays and matrices in Base64.  Numbers come in SI and in the spelling of a model file, from units of
+any version and spelling.
 """
 
 from __future__ import annotations
