@@ -1,8 +1,9 @@
 """A REXS file in XML, JSON or a zip of one: read into `RexsFile` whatever it holds, safe, bounded, with reasons; and
 written, the same bytes from the same file, read back with equal values.
 
-What the readers of XML and JSON have in common stands first: ids that are numbers, attributes once each, relations of
-components that exist.
+XML and JSON hold the same tables: XML is read into those of JSON, and written from them.  Ids in them are numbers,
+attributes stand once each, components of relations exist.  A file has bounds of size, depth and count, so that none
+costs long or much memory.
 """
 
 from __future__ import annotations
@@ -15,9 +16,7 @@ import struct
 import xml.etree.ElementTree as ElementTree
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal
 from xml.etree.ElementTree import Element
@@ -29,10 +28,7 @@ from defusedxml.ElementTree import DefusedXMLParser
 from ..errors import ModelError
 from ..user_input import read_bytes
 from .file import (
-    MAX_BYTES,
-    MAX_DEPTH,
-    MAX_MARKS,
-    MAX_RATIO,
+    SUFFIXES,
     Attribute,
     Component,
     LoadCase,
@@ -44,99 +40,112 @@ from .file import (
     scalar,
     text_value,
 )
+from .table import REFERENCES, WORDS
 
+_HEADS = ("version", "applicationId", "applicationVersion", "date")  # of the root
+_MARKS = ("id", "type", "role", "hint", "order", "name", "unit")  # what stands in a tag
 _ID = re.compile(r"[0-9]{1,15}")
 
 
-Read = Callable[[str, str], Value]
-"""Value of an attribute, of the place in the file and the id, which an error names."""
+_Table = Mapping[str, Any]
 
 
-@dataclass(slots=True)
-class _Gathered:
-    """Parts of a file while it is read.
+def _file(model: object, encoding: Literal["xml", "json"]) -> RexsFile:
+    """The file of its tables.
 
-    notes : what is the user's own and left out.  custom : ids of components left out.
+    Raises
+    ------
+    ModelError : no REXS, or a part without what the standard demands of it.
     """
+    if not isinstance(model, Mapping):
+        raise ModelError("not a REXS file", path="model", allowed='a JSON file with the table "model"')
+    notes: list[str] = []  # what is the user's own and left out
+    components: list[Component] = []
+    for component in _components(model, notes):
+        if not component.type:
+            raise ModelError("missing", path=f"component {component.id}, type", allowed="a type of the standard")
+        if _is_custom(component.type):
+            notes.append(f"component {component.id}: {component.type}")
+        components.append(component)
+    load_cases: list[LoadCase] = []
+    accumulations: list[Component] = []
+    for spectrum in _tables(model, "load_spectrum"):
+        for case in _tables(spectrum, "load_cases"):
+            parts = tuple(_components(case, notes))
+            load_cases.append(LoadCase(_checked_id(case.get("id"), "load case"), parts))
+        for accumulation in _tables(spectrum, "accumulation"):
+            accumulations += _components(accumulation, notes)
+    own = {component.id for component in components if _is_custom(component.type)}
+    relations = [r for r in _relations(model, notes) if not own.intersection(part for _, part in r.refs)]
+    _check_ids(components, relations)
+    version, application, application_version, date = (plain_text(str(model.get(key, ""))) for key in _HEADS)
+    return RexsFile(
+        version=version,
+        application=application,
+        application_version=application_version,
+        date=date,
+        components=tuple(component for component in components if component.id not in own),
+        relations=tuple(relations),
+        load_cases=tuple(load_cases),
+        accumulations=tuple(accumulations),
+        encoding=encoding,
+        notes=tuple(notes),
+    )
 
-    components: dict[int, Component] = field(default_factory=dict)
-    relations: list[Relation] = field(default_factory=list)
-    load_cases: list[LoadCase] = field(default_factory=list)
-    accumulations: list[Component] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    custom: set[int] = field(default_factory=set)
 
-    def component(self, number: int, kind: str, name: str, attributes: Iterable[tuple[str, str, Read]]) -> Component:
-        """A component of attributes: id, unit and how the value is read.
+def _check_ids(components: Iterable[Component], relations: Iterable[Relation]) -> None:
+    """Raise ModelError for an id that two components have, or a relation of a component that is not there."""
+    ids: set[int] = set()
+    for component in components:
+        if component.id in ids:
+            raise ModelError("two components with one id", path=f"component {component.id}", allowed="each id once")
+        ids.add(component.id)
+    for relation in relations:
+        for role, part in relation.refs:
+            if part not in ids:
+                where = f"relation {relation.id}, {role}"
+                raise ModelError("no such component", path=where, given=part, allowed="an id of a component")
 
-        Raises
-        ------
-        ModelError : an attribute without id, two of the same id, and as of their values.
-        """
+
+def _components(table: _Table, notes: list[str]) -> Iterator[Component]:
+    """Components of a table, one after the other.
+
+    Raises
+    ------
+    ModelError : an attribute without id, two of the same id, and as of their values.
+    """
+    for component in _tables(table, "components"):
+        number = _checked_id(component.get("id"), "component")
         values: dict[str, Attribute] = {}
-        for key, unit, read in attributes:
+        for attribute in _tables(component, "attributes"):
+            key = _text(attribute, "id")
             where = f"component {number}, {key}"
             if _is_custom(key):
-                self.notes.append(f"component {number}: {key}")
+                notes.append(f"component {number}: {key}")
                 continue
-            value = read(where, key)
+            value = _value(attribute, where, key)
             if not key:
                 raise ModelError("an attribute without id", path=where)
             if key in values:
                 raise ModelError("stands twice", path=where, allowed="each attribute once")
-            values[key] = Attribute(key, value, unit)
-        return Component(number, kind, name, values)
+            values[key] = Attribute(key, value, _text(attribute, "unit", otherwise="none"))
+        yield Component(number, _text(component, "type"), _text(component, "name"), values)
 
-    def add(self, component: Component) -> None:
-        """Take a component. Raises ModelError for a second one of the same id, or one without type."""
-        where = f"component {component.id}"
-        if component.id in self.components or component.id in self.custom:
-            raise ModelError("two components with one id", path=where, allowed="each id once")
-        if not component.type:
-            raise ModelError("missing", path=f"{where}, type", allowed="a type of the standard")
-        if _is_custom(component.type):
-            self.custom.add(component.id)
-            self.notes.append(f"component {component.id}: {component.type}")
-            return
-        self.components[component.id] = component
 
-    def relate(self, number: int, kind: str, order: object, refs: Iterable[tuple[str, object]]) -> None:
-        """Take a relation of components that exist; none where it, or a component in it, is the user's own.
-
-        Raises
-        ------
-        ModelError : no type, an order that is no number, a component that is not there.
-        """
+def _relations(model: _Table, notes: list[str]) -> Iterator[Relation]:
+    """Relations of the standard. Raises ModelError for one without type, and an order that is no number."""
+    for table in _tables(model, "relations"):
+        refs = [(_text(ref, "role"), ref.get("id")) for ref in _tables(table, "refs")]
+        number, kind, order = _checked_id(table.get("id"), "relation"), _text(table, "type"), table.get("order")
         where = f"relation {number}"
         if _is_custom(kind):
-            self.notes.append(f"{where}: {kind}")
-            return
+            notes.append(f"{where}: {kind}")
+            continue
         if not kind:
             raise ModelError("missing", path=f"{where}, type", allowed="a type of the standard")
-        parts = [(role, _checked_id(part, where)) for role, part in refs if not _is_custom(role)]
-        if any(part in self.custom for _, part in parts):
-            return
-        for role, part in parts:
-            if part not in self.components:
-                allowed = "an id of a component"
-                raise ModelError("no such component", path=f"{where}, {role}", given=part, allowed=allowed)
+        parts = tuple((role, _checked_id(part, where)) for role, part in refs if not _is_custom(role))
         place = None if order is None or order == "" else _checked_id(order, f"{where}, order")
-        self.relations.append(Relation(number, kind, place, tuple(parts)))
-
-    def file(self, head: Callable[[str], object], encoding: Literal["xml", "json"]) -> RexsFile:
-        """The file of what was gathered; head : attribute of its root -> value."""
-        return RexsFile(
-            version=plain_text(str(head("version"))),
-            application=plain_text(str(head("applicationId"))),
-            application_version=plain_text(str(head("applicationVersion"))),
-            date=plain_text(str(head("date"))),
-            components=tuple(self.components.values()),
-            relations=tuple(self.relations),
-            load_cases=tuple(self.load_cases),
-            accumulations=tuple(self.accumulations),
-            encoding=encoding,
-            notes=tuple(self.notes),
-        )
+        yield Relation(number, kind, place, parts)
 
 
 def _is_custom(name: str) -> bool:
@@ -153,35 +162,6 @@ def _checked_id(value: object, what: str) -> int:
     if isinstance(value, float) and value.is_integer() and 0 <= value < 10**15:
         return int(value)
     raise ModelError("not an id", path=f"{what}, id", given=value, allowed="a whole number")
-
-
-# JSON -----------------------------------------------------------------------------------------------------------------
-
-
-def _json_file(tables: object) -> RexsFile:
-    """The structure of nested tables.
-
-    Raises
-    ------
-    ModelError : no REXS, or a part without what the standard demands of it.
-    """
-    model = tables.get("model") if isinstance(tables, Mapping) else None
-    if not isinstance(model, Mapping):
-        raise ModelError("not a REXS file", path="model", allowed='a JSON file with the table "model"')
-    gathered = _Gathered()
-    for component in _json_components(model, gathered):
-        gathered.add(component)
-    for spectrum in _tables(model, "load_spectrum"):
-        for case in _tables(spectrum, "load_cases"):
-            parts = tuple(_json_components(case, gathered))
-            gathered.load_cases.append(LoadCase(_checked_id(case.get("id"), "load case"), parts))
-        for accumulation in _tables(spectrum, "accumulation"):
-            gathered.accumulations += _json_components(accumulation, gathered)
-    for relation in _tables(model, "relations"):
-        refs = [(_text(ref, "role"), ref.get("id")) for ref in _tables(relation, "refs")]
-        number = _checked_id(relation.get("id"), "relation")
-        gathered.relate(number, _text(relation, "type"), relation.get("order"), refs)
-    return gathered.file(lambda key: model.get(key, ""), "json")
 
 
 def _tables(table: Mapping[str, Any], key: str) -> Iterable[Mapping[str, Any]]:
@@ -202,19 +182,10 @@ def _text(table: Mapping[str, Any], key: str, *, otherwise: str = "") -> str:
     return plain_text(str(value)) if isinstance(value, (str, int, float)) else otherwise
 
 
-def _json_components(table: Mapping[str, Any], gathered: _Gathered) -> Iterator[Component]:
-    """Components of a table, one after the other. Raises ModelError as of `_Gathered.component`."""
-    for component in _tables(table, "components"):
-        number = _checked_id(component.get("id"), "component")
-        attributes = (
-            (_text(attribute, "id"), _text(attribute, "unit", otherwise="none"), partial(_json_value, attribute))
-            for attribute in _tables(component, "attributes")
-        )
-        yield gathered.component(number, _text(component, "type"), _text(component, "name"), attributes)
-
-
-def _json_value(table: Mapping[str, Any], where: str, name: str) -> Value:
-    """Value of an attribute: what stands beside its id and unit, by the key that names its type."""
+def _value(table: _Table, where: str, name: str) -> Value:
+    """Value of an attribute: what stands beside its id and unit, in JSON by the key that names its type."""
+    if isinstance(element := table.get("value"), Element):
+        return _xml_value(element, where, name)
     keys = [key for key in table if key not in ("id", "unit") and not _is_custom(key)]
     if len(keys) > 1:
         raise ModelError("several values", path=where, given=keys, allowed="one")
@@ -240,35 +211,33 @@ def _json_value(table: Mapping[str, Any], where: str, name: str) -> Value:
 # XML ------------------------------------------------------------------------------------------------------------------
 
 
-def _xml_file(root: Element) -> RexsFile:
-    """The structure of a tree.
-
-    Raises
-    ------
-    ModelError : no REXS, or a part without what the standard demands of it.
-    """
+def _xml_model(root: Element) -> _Table:
+    """The tables of a tree, values of attributes as their elements. Raises ModelError for another root than a model."""
     if _tag(root) != "model":
         raise ModelError("not a REXS file", path=f"<{_tag(root)[:40]}>", allowed="an XML file with the root <model>")
-    gathered = _Gathered()
-    relations: list[Element] = []
-    for part in root:
-        match _tag(part):
-            case "components":
-                for component in _xml_components(part, gathered):
-                    gathered.add(component)
-            case "relations":
-                relations += _all(part, "relation")
-            case "load_spectrum":
-                for case in _all(part, "load_case"):
-                    parts = tuple(_xml_components(case, gathered))
-                    gathered.load_cases.append(LoadCase(_checked_id(case.get("id"), "load_case"), parts))
-                for accumulation in _all(part, "accumulation"):
-                    gathered.accumulations += _xml_components(accumulation, gathered)
-    for relation in relations:
-        number = _checked_id(relation.get("id"), "relation")
-        refs = [(plain_text(ref.get("role", "")), ref.get("id")) for ref in _all(relation, "ref")]
-        gathered.relate(number, plain_text(relation.get("type", "")), relation.get("order"), refs)
-    return gathered.file(lambda key: root.get(key, ""), "xml")
+
+    def components(part: Element) -> list[_Table]:
+        return [
+            {**entry.attrib, "attributes": [{**a.attrib, "value": a} for a in _all(entry, "attribute")]}
+            for entry in _all(part, "component")
+        ]
+
+    def cases(spectrum: Element, tag: str) -> list[_Table]:
+        return [{**case.attrib, "components": components(case)} for case in _all(spectrum, tag)]
+
+    return {
+        **root.attrib,
+        "components": [entry for part in _all(root, "components") for entry in components(part)],
+        "relations": [
+            {**relation.attrib, "refs": [ref.attrib for ref in _all(relation, "ref")]}
+            for part in _all(root, "relations")
+            for relation in _all(part, "relation")
+        ],
+        "load_spectrum": [
+            {"load_cases": cases(part, "load_case"), "accumulation": cases(part, "accumulation")}
+            for part in _all(root, "load_spectrum")
+        ],
+    }
 
 
 def _tag(element: Element) -> str:
@@ -279,18 +248,6 @@ def _tag(element: Element) -> str:
 def _all(element: Element, tag: str) -> Iterable[Element]:
     """The children of one name."""
     return (child for child in element if _tag(child) == tag)
-
-
-def _xml_components(element: Element, gathered: _Gathered) -> Iterator[Component]:
-    """Components of an element, one after the other. Raises ModelError as of `_Gathered.component`."""
-    for component in _all(element, "component"):
-        number = _checked_id(component.get("id"), "component")
-        attributes = (
-            (plain_text(entry.get("id", "")), plain_text(entry.get("unit", "none")), partial(_xml_value, entry))
-            for entry in _all(component, "attribute")
-        )
-        kind, name = (plain_text(component.get(key, "")) for key in ("type", "name"))
-        yield gathered.component(number, kind, name, attributes)
 
 
 def _xml_value(element: Element, where: str, name: str) -> Value:
@@ -318,6 +275,15 @@ def _xml_value(element: Element, where: str, name: str) -> Value:
 
 # the file -------------------------------------------------------------------------------------------------------------
 
+# A gear unit of 100 components is 0.1 MB; 16 MB leaves room for long load spectra and is parsed in a few seconds.
+MAX_BYTES = 16_000_000
+# Tags, attributes of tags, braces and keys: each becomes an object of up to 400 bytes. A file then stays below
+# 250 MB and 3 s.
+MAX_MARKS = 400_000
+# model / load_spectrum / load_case / component / attribute / matrix / r / c is 8 deep.
+MAX_DEPTH = 16
+# The real files shrink to 1/17; a file of nothing but blanks and repeated tags to about 1/100.
+MAX_RATIO = 300
 _VERSIONS = ("1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "1.7", "2.0", "2.0.0")
 _ALLOWED = "a REXS file in XML (.rexs), JSON (.rexsj) or a zip of one of them (.rexsz)"
 _BOM = b"\xef\xbb\xbf"
@@ -364,9 +330,10 @@ def _parsed(raw: bytes, name: str, *, zipped: bool) -> RexsFile:
         return _parsed(_unzipped(raw, name), name, zipped=True)
     start = raw.removeprefix(_BOM)[:200].lstrip()
     if start.startswith(b"<") or raw.startswith(_WIDE):
-        return _xml_file(_tree(raw, name))
+        return _file(_xml_model(_tree(raw, name)), "xml")
     if start.startswith((b"{", b"[")):
-        return _json_file(_json(raw.removeprefix(_BOM), name))
+        tables = _json(raw.removeprefix(_BOM), name)
+        return _file(tables.get("model") if isinstance(tables, Mapping) else None, "json")
     raise ModelError("empty" if not raw.strip() else "not a REXS file", path=name, allowed=_ALLOWED)
 
 
@@ -474,19 +441,9 @@ def _check_marks(count: int, name: str) -> None:
 
 # writing --------------------------------------------------------------------------------------------------------------
 
-_ENCODINGS = {
-    ".rexs.xml": "xml",
-    ".rexs.json": "json",
-    ".rexs.zip": "zip",
-    ".rexs": "xml",
-    ".rexsj": "json",
-    ".rexsz": "zip",
-}
+_ENCODINGS = dict(zip(SUFFIXES, ("xml", "json", "zip") * 2, strict=True))
 # a zip knows no dates before this one; it is the same in every file, so that the bytes are
 _ZIP_DATE = (1980, 1, 1, 0, 0, 0)
-# attributes whose type in JSON does not show in their value: the id of a component, a word of a list
-_REFERENCES = frozenset({"reference_component_for_position"})
-_ENUMS = frozenset({"axial_force_absorption", "shape_of_relief", "datum_face_orientation"})
 
 
 def encoding_of(path: str | Path) -> str:
@@ -511,20 +468,13 @@ def rexs_bytes(file: RexsFile, encoding: str, *, name: str = "model.rexs") -> by
     ModelError : a number that is not finite; a relation of a component that is not there; an id that stands twice; more
         than a reader takes.
     """
-    types = {component.id: component.type for component in file.components}
-    if len(types) != len(file.components):
-        ids = [component.id for component in file.components]
-        twice = next(i for i in ids if ids.count(i) > 1)
-        raise ModelError("two components with one id", path=f"component {twice}", allowed="each id once")
-    for relation in file.relations:
-        for role, part in relation.refs:
-            if part not in types:
-                raise ModelError("no such component", path=f"relation {relation.id}, {role}", given=part)
+    _check_ids(file.components, file.relations)
+    model = _model_tables(file)
     if encoding == "json":
-        raw = _json_bytes(file, types)
+        raw = (json.dumps({"model": model}, ensure_ascii=False, indent=1, allow_nan=False) + "\n").encode("utf-8")
         marks = sum(map(raw.count, (b"{", b"[", b":")))
     else:
-        raw = _xml_bytes(file, types)
+        raw = _xml_bytes(model)
         marks = max(raw.count(b"<"), raw.count(b"="))
     if len(raw) > MAX_BYTES or marks > MAX_MARKS:
         problem = f"{len(raw)} bytes with {marks} elements"
@@ -540,24 +490,60 @@ def rexs_bytes(file: RexsFile, encoding: str, *, name: str = "model.rexs") -> by
     return packed.getvalue()
 
 
-def _heads(file: RexsFile) -> dict[str, str]:
-    """Attributes of the root, in the order of the standard's examples."""
-    return {
-        "version": plain_text(file.version),
-        "applicationId": plain_text(file.application),
-        "applicationVersion": plain_text(file.application_version),
-        "date": plain_text(file.date),
-    }
+def _model_tables(file: RexsFile) -> dict[str, Any]:
+    """The tables of a file; relations repeat the types of their components as hints."""
+    types = {component.id: component.type for component in file.components}
+    heads = (file.version, file.application, file.application_version, file.date)
+    model: dict[str, Any] = {**dict(zip(_HEADS, map(plain_text, heads), strict=True)), "relations": []}
+    for relation in file.relations:
+        refs = [{"id": part, "role": plain_text(role), "hint": plain_text(types[part])} for role, part in relation.refs]
+        order = {} if relation.order is None else {"order": relation.order}
+        model["relations"].append({"id": relation.id, "type": plain_text(relation.type), **order, "refs": refs})
+    model["components"] = _component_tables(file.components)
+    if file.load_cases or file.accumulations:
+        cases = [{"id": case.id, "components": _component_tables(case.components)} for case in file.load_cases]
+        model["load_spectrum"] = {"id": 1, "load_cases": cases}
+        if file.accumulations:
+            model["load_spectrum"]["accumulation"] = {"components": _component_tables(file.accumulations)}
+    return model
 
 
-def _shape(value: Value) -> tuple[str, list[tuple[Value, ...]]]:
-    """Shape of a value, ``scalar``, ``array``, ``matrix`` or ``array_of_arrays``, and its rows."""
-    if not isinstance(value, tuple):
-        return "scalar", [(value,)]
-    if not any(isinstance(entry, tuple) for entry in value):
-        return "array", [value]
-    rows = [entry if isinstance(entry, tuple) else (entry,) for entry in value]
-    return "matrix" if len({len(row) for row in rows}) == 1 else "array_of_arrays", rows
+def _component_tables(components: Iterable[Component]) -> list[dict[str, Any]]:
+    """Components with their attributes, each value beside the key that names its type."""
+    tables = []
+    for component in components:
+        attributes = []
+        for attribute in component.attributes.values():
+            entry: dict[str, Any] = {"id": plain_text(attribute.id), "unit": plain_text(attribute.unit)}
+            if attribute.value is not None:
+                key, value = _typed(attribute, f"component {component.id}, {attribute.id}")
+                entry[key] = value
+            attributes.append(entry)
+        name = {"name": plain_text(component.name)} if component.name else {}
+        tables.append({"id": component.id, "type": plain_text(component.type), **name, "attributes": attributes})
+    return tables
+
+
+def _typed(attribute: Attribute, where: str) -> tuple[str, object]:
+    """The key that names the type of a value, and the value. Raises ModelError for a number that is not finite."""
+    value, form = attribute.value, "{}"
+    rows: list[tuple[Value, ...]] = [value if isinstance(value, tuple) else (value,)]
+    if isinstance(value, tuple):
+        form = "{}_array"
+        if any(isinstance(entry, tuple) for entry in value):
+            rows = [entry if isinstance(entry, tuple) else (entry,) for entry in value]
+            form = "{}_matrix" if len({len(row) for row in rows}) == 1 else "array_of_{}_arrays"
+    cells = [cell for row in rows for cell in row]
+    if attribute.id in REFERENCES:
+        kind = "reference_component"
+    elif cells and all(isinstance(cell, bool) for cell in cells):
+        kind = "boolean"
+    elif any(isinstance(cell, str) for cell in cells):
+        kind = "enum" if attribute.id in WORDS else "string"
+    else:
+        kind = "integer" if cells and all(isinstance(cell, int) for cell in cells) else "floating_point"
+    plain = [[_scalar(cell, where) for cell in row] for row in rows]
+    return form.format(kind), plain[0][0] if form == "{}" else plain[0] if form == "{}_array" else plain
 
 
 def _scalar(value: Value, where: str) -> str | float | None:
@@ -569,117 +555,45 @@ def _scalar(value: Value, where: str) -> str | float | None:
     return value
 
 
-# XML ------------------------------------------------------------------------------------------------------------------
-
-
-def _xml_bytes(file: RexsFile, types: Mapping[int, str]) -> bytes:
-    """The file in XML; types : of the components by id, which relations repeat as hints."""
-    heads = " ".join(f"{key}={quoteattr(text)}" for key, text in _heads(file).items())
-    lines = ['<?xml version="1.0" encoding="UTF-8"?>', f"<model {heads}>", "  <relations>"]
-    for relation in file.relations:
-        order = "" if relation.order is None else f' order="{relation.order}"'
-        lines.append(f'    <relation id="{relation.id}" type={_quoted(relation.type)}{order}>')
-        for role, part in relation.refs:
-            lines.append(f'      <ref id="{part}" role={_quoted(role)} hint={_quoted(types[part])}/>')
-        lines.append("    </relation>")
-    lines += ["  </relations>", "  <components>", *_xml_lines(file.components, "    "), "  </components>"]
-    if file.load_cases or file.accumulations:
-        lines.append('  <load_spectrum id="1">')
-        for case in file.load_cases:
-            lines.append(f'    <load_case id="{case.id}">')
-            lines += [*_xml_lines(case.components, "      "), "    </load_case>"]
-        if file.accumulations:
-            lines += ["    <accumulation>", *_xml_lines(file.accumulations, "      "), "    </accumulation>"]
-        lines.append("  </load_spectrum>")
+def _xml_bytes(model: _Table) -> bytes:
+    """The tables of a file in XML."""
+    heads = "".join(f" {key}={quoteattr(model[key])}" for key in _HEADS)
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>', f"<model{heads}>"]
+    for part in ("relations", "components"):
+        lines += [f"  <{part}>", *_xml_lines(part, model[part], "    "), f"  </{part}>"]
+    if "load_spectrum" in model:
+        lines += _xml_lines("load_spectrum", [model["load_spectrum"]], "  ")
     return "\n".join([*lines, "</model>", ""]).encode("utf-8")
 
 
-def _quoted(text: str) -> str:
-    return quoteattr(plain_text(text))
+_LISTS = ("refs", "attributes", "components", "load_cases", "accumulation")
 
 
-def _xml_lines(components: Iterable[Component], indent: str) -> Iterator[str]:
-    """Lines of components with their attributes."""
-    for component in components:
-        head = f'<component id="{component.id}" type={_quoted(component.type)} name={_quoted(component.name)}>'
-        yield f"{indent}{head}"
-        for attribute in component.attributes.values():
-            head = f"<attribute id={_quoted(attribute.id)} unit={_quoted(attribute.unit)}>"
-            value = _xml_text(attribute.value, f"component {component.id}, {attribute.id}")
-            yield f"{indent}  {head}{value}</attribute>"
-        yield f"{indent}</component>"
+def _xml_lines(part: str, tables: Iterable[_Table], indent: str) -> Iterator[str]:
+    """Lines of tables with what is in them; part : key of the list that they are."""
+    tag = part.removesuffix("s")
+    for table in tables:
+        heads = {"name": "", **table} if tag == "component" else table
+        head = "".join(f" {key}={quoteattr(str(heads[key]))}" for key in _MARKS if key in heads)
+        if tag == "ref":
+            yield f"{indent}<ref{head}/>"
+        elif tag == "attribute":
+            value = next(((key, value) for key, value in table.items() if key not in _MARKS), ("", None))
+            yield f"{indent}<attribute{head}>{_xml_text(*value)}</attribute>"
+        else:
+            yield f"{indent}<{tag}{head}>"
+            for key in (key for key in _LISTS if key in table):
+                yield from _xml_lines(key, table[key] if isinstance(table[key], list) else [table[key]], f"{indent}  ")
+            yield f"{indent}</{tag}>"
 
 
-def _xml_text(value: Value, where: str) -> str:
-    """A value as text or elements. Raises ModelError for a number that is not finite."""
-
-    def text(cell: Value) -> str:
-        plain = _scalar(cell, where)
-        if plain is None:
-            return ""
-        if isinstance(plain, bool):
-            return "true" if plain else "false"
-        return escape(plain) if isinstance(plain, str) else repr(plain)
-
-    shape, rows = _shape(value)
-    if shape == "scalar":
-        return text(value)
-    tag = "r" if shape == "matrix" else "array"
-    arrays = "".join(f"<{tag}>{''.join(f'<c>{text(cell)}</c>' for cell in row)}</{tag}>" for row in rows)
-    return arrays if shape == "array" else f"<{shape}>{arrays}</{shape}>"
-
-
-# JSON -----------------------------------------------------------------------------------------------------------------
-
-
-def _json_bytes(file: RexsFile, types: Mapping[int, str]) -> bytes:
-    """The file in JSON; types : of the components by id, which relations repeat as hints."""
-    model: dict[str, Any] = {**_heads(file), "relations": []}
-    for relation in file.relations:
-        refs = [{"id": part, "role": plain_text(role), "hint": plain_text(types[part])} for role, part in relation.refs]
-        order = {} if relation.order is None else {"order": relation.order}
-        model["relations"].append({"id": relation.id, "type": plain_text(relation.type), **order, "refs": refs})
-    model["components"] = _json_lists(file.components)
-    if file.load_cases or file.accumulations:
-        cases = [{"id": case.id, "components": _json_lists(case.components)} for case in file.load_cases]
-        spectrum: dict[str, Any] = {"id": 1, "load_cases": cases}
-        if file.accumulations:
-            spectrum["accumulation"] = {"components": _json_lists(file.accumulations)}
-        model["load_spectrum"] = spectrum
-    return (json.dumps({"model": model}, ensure_ascii=False, indent=1, allow_nan=False) + "\n").encode("utf-8")
-
-
-def _json_lists(components: Iterable[Component]) -> list[dict[str, Any]]:
-    """Components with their attributes, each value beside the key that names its type."""
-    tables = []
-    for component in components:
-        attributes = []
-        for attribute in component.attributes.values():
-            entry: dict[str, Any] = {"id": plain_text(attribute.id), "unit": plain_text(attribute.unit)}
-            if attribute.value is not None:
-                key, value = _json_entry(attribute, f"component {component.id}, {attribute.id}")
-                entry[key] = value
-            attributes.append(entry)
-        name = {"name": plain_text(component.name)} if component.name else {}
-        tables.append({"id": component.id, "type": plain_text(component.type), **name, "attributes": attributes})
-    return tables
-
-
-def _json_entry(attribute: Attribute, where: str) -> tuple[str, object]:
-    """The key that names the type of a value, and the value. Raises ModelError for a number that is not finite."""
-    shape, rows = _shape(attribute.value)
-    cells = [cell for row in rows for cell in row]
-    if attribute.id in _REFERENCES:
-        kind = "reference_component"
-    elif cells and all(isinstance(cell, bool) for cell in cells):
-        kind = "boolean"
-    elif any(isinstance(cell, str) for cell in cells):
-        kind = "enum" if attribute.id in _ENUMS else "string"
-    else:
-        kind = "integer" if cells and all(isinstance(cell, int) for cell in cells) else "floating_point"
-    plain = [[_scalar(cell, where) for cell in row] for row in rows]
-    if shape == "scalar":
-        return kind, plain[0][0]
-    if shape == "array":
-        return f"{kind}_array", plain[0]
-    return f"{kind}_matrix" if shape == "matrix" else f"array_of_{kind}_arrays", plain
+def _xml_text(kind: str, value: object, tag: str = "array") -> str:
+    """A value as text or elements; kind : the key that names its type in JSON.  tag : of one row."""
+    if isinstance(value, list):
+        if value and isinstance(value[0], list):
+            shape, tag = ("matrix", "r") if kind.endswith("_matrix") else ("array_of_arrays", "array")
+            return f"<{shape}>{''.join(_xml_text(kind, row, tag) for row in value)}</{shape}>"
+        return f"<{tag}>{''.join(f'<c>{_xml_text(kind, cell)}</c>' for cell in value)}</{tag}>"
+    if value is None or isinstance(value, str):
+        return escape(value or "")
+    return repr(value).lower() if isinstance(value, bool) else repr(value)

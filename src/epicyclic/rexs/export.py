@@ -25,7 +25,6 @@ from ..train.train import Train
 from ..user_input import as_output, checked, outputs_apart
 from .encodings import encoding_of, rexs_bytes
 from .export_components import (
-    Attributes,
     Draft,
     Dropped,
     add_carriers,
@@ -37,6 +36,7 @@ from .export_components import (
     place,
 )
 from .file import RexsFile
+from .table import SHARED, rows_of
 
 if TYPE_CHECKING:
     from .import_train import RexsImport
@@ -107,7 +107,7 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
     """
     _check(train)
     draft = Draft(train)
-    shifts: Attributes = {"number_of_gears": (1, "none"), "gear_shift_index": (1, "none")}
+    shifts = {"number_of_gears": 1, "gear_shift_index": 1}
     draft.unit = draft.add("gear_unit", train.title, {**place(0.0), **shifts, **gravity_of(train)})
     draft.casing = draft.add("gear_casing", "casing", within=draft.unit)
     # gears on parallel axes mesh in a cylindrical_stage of no planetary stage
@@ -157,13 +157,12 @@ def _check(train: Train) -> None:
 # what is left out -----------------------------------------------------------------------------------------------------
 
 _LINK = r"(?:\.[\w-]+)?\.(?:radial|x|y|z|tilt|rx|ry|rz|at|to)"
+_OF_GEARS = "|".join(row.key for kind in ("gear", "gear_flank") for row in rows_of(f"cylindrical_{kind}") if row.key)
 _CARRIED = re.compile(
     r"format|title|material\.\w+"
-    r"|stages\.[\w-]+\.(?:planets|planet_angles|centre_distance|module|helix_angle|pressure_angle|face_width"
-    r"|herringbone|gap|split)"
-    r"|stages\.[\w-]+\.(?!meshes)[\w-]+\.(?:teeth|module|helix_angle|pressure_angle|face_width|profile_shift|addendum"
-    r"|dedendum|tip_diameter|root_diameter|base_radius|mass|inertia|tilt_inertia|hand|kind|on|station|pin_radius|gap"
-    r"|split|herringbone|rim|outer_diameter)"
+    rf"|stages\.[\w-]+\.(?:planets|planet_angles|centre_distance|herringbone|gap|split|{'|'.join(SHARED)})"
+    rf"|stages\.[\w-]+\.(?!meshes)[\w-]+\.(?:{_OF_GEARS}|dedendum|base_radius|mass|inertia|tilt_inertia|hand|kind|on"
+    r"|station|pin_radius|gap|split|herringbone|rim|outer_diameter)"
     r"|stages\.[\w-]+\.(?:[\w-]+\.)?material\.\w+"
     rf"|stages\.[\w-]+\.[\w-]+\.(?:support|bearing){_LINK}"
     r"|stages\.[\w-]+\.(?:[\w-]+\.)?flank\.(?:tip_relief\.(?:amount|length|shape)|crown)"
@@ -190,7 +189,10 @@ _REASONS = (
     (r".*\.(?:neck|shaft)(?:\..*)?$", "one rigid shaft in the file"),
     (r".*\.clocking", "the phase of the second gear of a planet has no place"),
     (r".*\.tip_rounding", "of a tool that the file does not have"),
-    (r".*\.(?:clearance|exponent|friction|damping|table|load|law)(?:\..*)?", "laws of links have no place"),
+    (r".*\.clearance(?:\..*)?", "play has no place"),
+    (r".*\.exponent(?:\..*)?", "the stiffness at its load is written, not its law"),
+    (r".*\.table(?:\..*)?", "the nominal stiffness is written, not the table"),
+    (r".*\.(?:friction|damping|load|law)(?:\..*)?", "laws of links have no place"),
 )
 
 

@@ -23,18 +23,13 @@ from ..system.assembly import assemble
 from ..system.system import faces
 from ..teeth.form import PLAIN, Flank
 from ..train.train import Body, GearData, Link, Mesh, Train
-from .file import Attribute, Component, Relation, Value
-from .members import MATERIAL, Inertia, SolidSection, inertia_of
-from .stages import Parts
+from .file import QUANTITIES, Attribute, Component, Relation, Value, in_unit
+from .members import Inertia, SolidSection, inertia_of
+from .stages import STIFFNESSES, Parts, grouped
+from .table import RELATIONS, ROW, rows_of, values_of
 
-Attributes = Mapping[str, tuple[Value, str]]
-# what programs write for rigid, and every reader takes for it [N/m, N mm/rad]
-RIGID = 1e20
-# unit of version 1.7 in SI
-_FACTORS = {
-    **{"mm": 1e-3, "mum": 1e-6, "deg": math.pi / 180, "N / m": 1.0, "N mm / rad": 1e-3, "N / (mm mum)": 1e9},
-    **{"kg / dm^3": 1e3, "N / mm^2": 1e6, "none": 1.0},
-}
+Values = Mapping[str, Value]
+"""Id of an attribute -> value in SI; None where it is not written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +59,11 @@ class GearPart:
     gear: GearData
     hand: int
     station: float
+
+    @property
+    def helix(self) -> float:
+        """Helix angle, right-handed positive [rad]."""
+        return self.hand * self.gear.helix_angle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,48 +117,39 @@ class Draft:
         """The shafts that are in no branch, each once, in their order."""
         return [shaft for body, shaft in self.shafts.items() if shaft.first.branch is None and shaft.first.name == body]
 
-    def add(self, kind: str, name: str, attributes: Attributes | None = None, *, within: int | None = None) -> int:
-        """Add a component, attributes without value left out; its id.  within : assembly that it is a part of."""
+    def add(self, kind: str, name: str, values: Values | None = None, *, within: int | None = None) -> int:
+        """Add a component, in the units of its attributes; its id.  within : assembly that it is a part of."""
         number = len(self.components) + 1
-        given = (attributes or {}).items()
-        stated = {key: Attribute(key, value, unit) for key, (value, unit) in given if value is not None}
-        self.components.append(Component(number, kind, name, stated))
+        attributes = {}
+        for key, value in (values or {}).items():
+            if value is not None:
+                unit = ROW[key].unit
+                attributes[key] = Attribute(key, in_unit(value, unit) if isinstance(value, float) else value, unit)
+        self.components.append(Component(number, kind, name, attributes))
         if within is not None:
-            self.relate("assembly", assembly=within, part=number)
+            self.relate("assembly", within, number)
         return number
 
-    def relate(self, kind: str, *, order: int | None = None, **roles: int) -> None:
-        """Add a relation of components by their roles."""
-        self.relations.append(Relation(len(self.relations) + 1, kind, order, tuple(roles.items())))
+    def relate(self, kind: str, *parts: int) -> None:
+        """Add a relation of components in the roles of its type."""
+        roles = tuple(zip(RELATIONS[kind], parts, strict=True))
+        self.relations.append(Relation(len(self.relations) + 1, kind, None, roles))
 
     def drop(self, path: str, text: str) -> None:
         """Note what is not carried."""
         self.dropped[Dropped(path, text)] = None
 
 
-def in_unit(value: float, unit: str) -> tuple[float, str]:
-    """An SI value in a unit of the file, without the digits that the division alone leaves, and the unit.
-
-    Fifteen digits are taken where they say the same number within two units in the last place: 380, not
-    380.00000000000006; any other number keeps all of its digits.
-    """
-    scaled = value / _FACTORS[unit] + 0.0
-    if not math.isfinite(scaled):
-        return scaled, unit
-    short = float(f"{scaled:.15g}")
-    return short if abs(short - scaled) <= 2 * math.ulp(scaled) else scaled, unit
-
-
-def place(station: float, x: float = 0.0, y: float = 0.0) -> Attributes:
-    """Place and axes of a part in the frame of the gear unit: u is z, w is x through planet 1, v is -y [mm].
+def place(station: float, x: float = 0.0, y: float = 0.0) -> Values:
+    """Place and axes of a part in the frame of the gear unit: u is z, w is x through planet 1, v is -y.
 
     The axes are right-handed: u x v = w, as z x (-y) = x.
     """
     return {
-        "reference_component_for_position": (1, "none"),
-        "support_vector": (tuple(in_unit(value, "mm")[0] for value in (station, -y, x)), "mm"),
-        "u_axis_vector": ((1.0, 0.0, 0.0), "mm"),
-        "w_axis_vector": ((0.0, 0.0, 1.0), "mm"),
+        "reference_component_for_position": 1,
+        "support_vector": tuple(in_unit(value, ROW["support_vector"].unit) for value in (station, -y, x)),
+        "u_axis_vector": (1.0, 0.0, 0.0),
+        "w_axis_vector": (0.0, 0.0, 1.0),
     }
 
 
@@ -251,24 +242,21 @@ def _gears(body: Body, hands: Mapping[Key, int]) -> list[GearPart]:
 def _added_shaft(draft: Draft, shaft: ShaftPart) -> ShaftPart:
     """The shaft with its id, added with its place, speed, material, rim and what the rim leaves of its mass."""
     material = _material(draft, shaft.first)
-    placed = {**place(shaft.start, *shaft.first.centre), **_speed(draft.train, shaft)}
+    placed: dict[str, Value] = {**place(shaft.start, *shaft.first.centre)}
+    speeds, member = draft.train.kinematics.speed, shaft.first.member
+    if speeds is not None and shaft.first.branch is None and member in speeds:
+        defines = value_at(draft.train.document, ["operation", "speed", *member.split(".")]) is not None
+        placed |= {"rotational_speed": float(speeds[member]), "defines_speed": defines}
     number = draft.add("shaft", shaft.name, placed, within=draft.unit)
-    draft.relate("reference", origin=number, referenced=material)
+    draft.relate("reference", number, material)
     for body in shaft.bodies:
         if not (math.isfinite(body.mass) and math.isfinite(body.inertia)):
             where = f"stages.{body.member}" if "." in body.member else f"bodies.{body.member}"
             draft.drop(f"{where}.mass", "not in the model: the file has none either")
     left = _beside_rim(draft, shaft, number, material)
-    tilt = left.tilt if math.isfinite(left.tilt) else None
-    if math.isfinite(left.polar) and max(left.mass, left.polar, tilt or 0.0) > 0:
-        mass: Attributes = {
-            "u_coordinate_on_shaft": in_unit(shaft.station - shaft.start, "mm"),
-            "mass": (left.mass, "kg"),
-            "moment_of_inertia_u_axis": (left.polar, "kg m^2"),
-            "moment_of_inertia_v_axis": (tilt, "kg m^2"),
-            "moment_of_inertia_w_axis": (tilt, "kg m^2"),
-        }
-        draft.add("additional_mass", f"{shaft.name} mass", mass, within=number)
+    if math.isfinite(left.polar) and max(left.mass, left.polar, left.tilt if math.isfinite(left.tilt) else 0.0) > 0:
+        values = {"u_coordinate_on_shaft": shaft.station - shaft.start, **values_of("additional_mass", left)}
+        draft.add("additional_mass", f"{shaft.name} mass", values, within=number)
     return replace(shaft, number=number)
 
 
@@ -293,14 +281,9 @@ def _beside_rim(draft: Draft, shaft: ShaftPart, number: int, material: int) -> I
         reason = "more than the mass and inertias stated: these alone are written"
         draft.drop(f"stages.{shaft.first.member}.rim", reason)
         return whole
-    section: Attributes = {
-        "u_coordinate_on_shaft": (0.0, "mm"),
-        "length": in_unit(length, "mm"),
-        "outer_diameter_begin": in_unit(outside, "mm"),
-        "outer_diameter_end": in_unit(outside, "mm"),
-        "inner_diameter_begin": in_unit(inside, "mm"),
-        "inner_diameter_end": in_unit(inside, "mm"),
-    }
+    diameters = {f"{side}_diameter": d for side, d in (("outer", outside), ("inner", inside))}
+    ends = {f"{side}_{end}": d for side, d in diameters.items() for end in ("begin", "end")}
+    section = {"u_coordinate_on_shaft": 0.0, "length": length, **ends}
     draft.add("shaft_section", f"{shaft.name} rim", section, within=number)
     return Inertia(*rest)
 
@@ -321,29 +304,21 @@ def _relate_to_stage(draft: Draft, shaft: ShaftPart) -> None:
     if stage is None:
         return
     if body.kind == "planet":
-        draft.relate("planet_shaft", planetary_stage=stage, shaft=shaft.number)
+        draft.relate("planet_shaft", stage, shaft.number)
         if body.carried_by is not None:
             pin = draft.add("shaft", f"{shaft.name} pin", place(shaft.start, *body.centre))
-            draft.relate("planet_pin", planetary_stage=stage, shaft=pin)
+            draft.relate("planet_pin", stage, pin)
             carrier = next(number for member, number in draft.carriers.items() if member.split(".")[0] == name)
-            draft.relate("assembly", assembly=carrier, part=pin)
+            draft.relate("assembly", carrier, pin)
             draft.pins |= {planet.name: pin for planet in shaft.bodies}
     elif body.member in draft.carriers:
-        draft.relate("planet_carrier_shaft", planetary_stage=stage, shaft=shaft.number)
-        draft.relate("assembly", assembly=draft.carriers[body.member], part=shaft.number)
+        draft.relate("planet_carrier_shaft", stage, shaft.number)
+        draft.relate("assembly", draft.carriers[body.member], shaft.number)
     else:
-        draft.relate("central_shaft", planetary_stage=stage, shaft=shaft.number)
+        draft.relate("central_shaft", stage, shaft.number)
 
 
 # joints ---------------------------------------------------------------------------------------------------------------
-
-_LEFT_OUT = (
-    ("clearance", lambda link: link.clearance > 0, "play"),
-    ("exponent", lambda link: link.exponent != 1, "the stiffness at its load is written, not its law"),
-    ("friction", lambda link: bool(link.friction), "friction"),
-    ("damping", lambda link: any(link.damping), "damping"),
-    ("table", lambda link: bool(link.curves), "the nominal stiffness is written, not the table"),
-)
 
 
 def add_joints(draft: Draft) -> None:
@@ -360,28 +335,22 @@ def add_joints(draft: Draft) -> None:
         outer = draft.casing if second is None else second.number
         if first.number == outer:
             continue
-        for key, present, text in _LEFT_OUT:
-            if present(link):
-                draft.drop(f"{link.path}.{key}", text)
-        if link.kind == "coupling":
-            _add_joint(draft, link, inner=first.number, outer=outer, turn=link.stiffness[5])
-            continue
-        carried = first if second is None or link.kind == "support" else second
-        supported.add(carried.name)
+        inner, turn = first.number, link.stiffness[5]
+        if link.kind != "coupling":
+            supported.add(first.name if second is None or link.kind == "support" else second.name)
         if link.kind == "bearing":
-            inner = first.number if link.second is None else draft.pins[link.second]
-            _add_joint(draft, link, inner=inner, outer=outer, turn=0.0)
-            continue
-        turn = link.stiffness[5]
-        if turn > 0 and first.first.member not in kinematics.held:
-            reason = "would hold the member in the file, and the model does not hold it: left free"
-            draft.drop(f"{link.path}.rz", reason)
-            turn = 0.0
-        if turn > 0:
-            turned.add(first.name)
-        if first.first.centre != link.centre:
-            draft.drop(f"{link.path}.radius", "a support off the axis: written there, read back as one on the axis")
-        _add_joint(draft, link, inner=first.number, outer=outer, turn=turn)
+            inner, turn = first.number if link.second is None else draft.pins[link.second], 0.0
+        elif link.kind != "coupling":
+            if turn > 0 and first.first.member not in kinematics.held:
+                reason = "would hold the member in the file, and the model does not hold it: left free"
+                draft.drop(f"{link.path}.rz", reason)
+                turn = 0.0
+            if turn > 0:
+                turned.add(first.name)
+            if first.first.centre != link.centre:
+                reason = "a support off the axis: written there, read back as one on the axis"
+                draft.drop(f"{link.path}.radius", reason)
+        _add_joint(draft, link, inner=inner, outer=outer, turn=turn)
     for shaft in draft.central_shafts:
         member = shaft.first.member
         held = member in kinematics.held and shaft.name not in turned
@@ -397,23 +366,17 @@ def add_joints(draft: Draft) -> None:
 
 def _add_joint(draft: Draft, link: Link, *, inner: int, outer: int, turn: float) -> None:
     """Add one joint: a bearing where it turns freely, else a coupling."""
-    radial = _mean(draft, link, 0, 1, "x and y")
-    tilt = _mean(draft, link, 3, 4, "rx and ry")
+    radial, tilt = _mean(draft, link, 0, 1, "x and y"), _mean(draft, link, 3, 4, "rx and ry")
     axial = link.stiffness[2]
+    held = zip((row.id for row in STIFFNESSES), (radial, axial, tilt, turn), strict=True)
+    values: dict[str, Value] = {**place(link.station, *link.centre), **dict(held)}
     bearing = turn == 0 and link.kind != "coupling"
-    attributes: dict[str, tuple[Value, str]] = {
-        **place(link.station, *link.centre),
-        "radial_stiffness": _stiff(radial, "N / m"),
-        "axial_stiffness": _stiff(axial, "N / m"),
-        "bending_stiffness": _stiff(tilt, "N mm / rad"),
-    }
     if bearing:
-        attributes["radial_force_absorption"] = (radial > 0, "none")
-        attributes["axial_force_absorption"] = ("both_directions" if axial > 0 else "no_direction", "none")
-    else:
-        attributes["rotational_stiffness"] = _stiff(turn, "N mm / rad")
-    joint = draft.add("concept_bearing" if bearing else "coupling", link.name, attributes)
-    draft.relate("side", assembly=joint, inner_part=inner, outer_part=outer)
+        del values["rotational_stiffness"]
+        values["radial_force_absorption"] = radial > 0
+        values["axial_force_absorption"] = "both_directions" if axial > 0 else "no_direction"
+    joint = draft.add("concept_bearing" if bearing else "coupling", link.name, values)
+    draft.relate("side", joint, inner, outer)
 
 
 def _mean(draft: Draft, link: Link, a: int, b: int, names: str) -> float:
@@ -425,21 +388,7 @@ def _mean(draft: Draft, link: Link, a: int, b: int, names: str) -> float:
     return (first + second) / 2
 
 
-def _stiff(value: float, unit: str) -> tuple[float, str]:
-    """A stiffness in its unit, infinite as programs write rigid."""
-    return (RIGID, unit) if math.isinf(value) else in_unit(value, unit)
-
-
-# speeds and loads -----------------------------------------------------------------------------------------------------
-
-
-def _speed(train: Train, shaft: ShaftPart) -> Attributes:
-    """Speed of a central shaft, with whether the model states it."""
-    speeds, member = train.kinematics.speed, shaft.first.member
-    if speeds is None or shaft.first.branch is not None or member not in speeds:
-        return {}
-    defines = value_at(train.document, ["operation", "speed", *member.split(".")]) is not None
-    return {"rotational_speed": (float(speeds[member]), "1 / min"), "defines_speed": (defines, "none")}
+# loads ----------------------------------------------------------------------------------------------------------------
 
 
 def add_loads(draft: Draft) -> None:
@@ -453,28 +402,24 @@ def add_loads(draft: Draft) -> None:
         if member in done or not (member in kinematics.stated or member in kinematics.reacting):
             continue
         done.add(member)
-        attributes: Attributes = {
-            "torque_around_u_axis": (float(kinematics.torque[member]), "N m"),
-            "transmits_torque": (True, "none"),
-            "defines_torque": (member in kinematics.stated, "none"),
-            "u_coordinate_on_shaft": in_unit(shaft.station - shaft.start, "mm"),
+        load = {
+            "torque_around_u_axis": float(kinematics.torque[member]),
+            "transmits_torque": True,
+            "defines_torque": member in kinematics.stated,
+            "u_coordinate_on_shaft": shaft.station - shaft.start,
         }
-        draft.add("external_load", f"{member} torque", attributes, within=shaft.number)
+        draft.add("external_load", f"{member} torque", load, within=shaft.number)
 
 
-def gravity_of(train: Train) -> Attributes:
+def gravity_of(train: Train) -> Values:
     """Gravity in the axes of the gear unit: u is z, v is -y, w is x."""
     x, y, z = train.gravity
     size = (x * x + y * y + z * z) ** 0.5
     if size == 0:
-        return {"account_for_gravity": (False, "none")}
-    return {
-        "account_for_gravity": (True, "none"),
-        "gravitational_acceleration": (size, "m / s^2"),
-        "direction_vector_gravity_u": (z / size, "none"),
-        "direction_vector_gravity_v": (-y / size + 0.0, "none"),
-        "direction_vector_gravity_w": (x / size, "none"),
-    }
+        return {"account_for_gravity": False}
+    down = {f"direction_vector_gravity_{axis}": g for axis, g in zip("uvw", (z, -y, x), strict=True)}
+    directions = {key: g / size + 0.0 for key, g in down.items()}
+    return {"account_for_gravity": True, "gravitational_acceleration": size, **directions}
 
 
 # gears ----------------------------------------------------------------------------------------------------------------
@@ -485,19 +430,14 @@ def _added_gear(draft: Draft, shaft: ShaftPart, part: GearPart, flank: Flank) ->
     body, gear = part.body, part.gear
     path = f"stages.{body.member}"
     name = shaft.name if part.key[1] is None else f"{shaft.name} {part.key[1]}"
-    attributes: Attributes = {
+    values = {
         **place(part.station, *body.centre),
-        "u_coordinate_on_shaft": in_unit(part.station - shaft.start, "mm"),
-        "number_of_teeth": (gear.teeth, "none"),
-        "normal_module": in_unit(gear.module, "mm"),
-        "helix_angle_reference_diameter": in_unit(part.hand * gear.helix_angle, "deg"),
-        "face_width": (None, "mm") if gear.face_width is None else in_unit(gear.face_width, "mm"),
-        "tip_diameter": in_unit(2 * gear.tip_radius, "mm"),
-        "root_diameter": in_unit(2 * gear.root_radius, "mm"),
+        "u_coordinate_on_shaft": part.station - shaft.start,
+        **values_of("cylindrical_gear", part),
     }
     kind = "ring_gear" if gear.internal else "cylindrical_gear"
-    number = draft.add(kind, name, attributes, within=shaft.number)
-    draft.relate("reference", origin=number, referenced=_material(draft, body))
+    number = draft.add(kind, name, values, within=shaft.number)
+    draft.relate("reference", number, _material(draft, body))
     transverse = math.atan(math.tan(gear.pressure_angle) / math.cos(gear.helix_angle))
     base = gear.module * gear.teeth / math.cos(gear.helix_angle) * math.cos(transverse) / 2
     # the bound is far above rounding and far below any tolerance of a base circle
@@ -506,12 +446,9 @@ def _added_gear(draft: Draft, shaft: ShaftPart, part: GearPart, flank: Flank) ->
         draft.drop(f"{path}.base_radius", text)
     if gear.face_width is None:
         draft.drop(f"{path}.face_width", "not in the model: the file has none either, and no mesh stiffness")
-    profile: Attributes = {
-        "normal_pressure_angle": in_unit(gear.pressure_angle, "deg"),
-        "addendum_modification_coefficient": (gear.profile_shift, "none"),
-    }
+    profile = values_of("cylindrical_gear_flank", gear)
     left, right = (draft.add("cylindrical_gear_flank", f"{name} {end} flank", profile) for end in ("left", "right"))
-    draft.relate("flank", gear=number, left=left, right=right)
+    draft.relate("flank", number, left, right)
     _add_modifications(draft, flank, gear, path, (left, right))
     return number
 
@@ -521,20 +458,13 @@ def _add_modifications(draft: Draft, flank: Flank, gear: GearData, path: str, si
     added: list[int] = []
     if flank.tip_relief is not None:
         start = gear.tip_radius + (1 if gear.internal else -1) * flank.tip_relief.length
-        relief: Attributes = {
-            "tip_relief_depth": in_unit(flank.tip_relief.amount, "mum"),
-            "tip_relief_datum_diameter": in_unit(2 * start, "mm"),
-            "shape_of_relief": (flank.tip_relief.shape, "none"),
-        }
+        relief = values_of("tip_relief", flank.tip_relief, {"tip_relief_datum_diameter": 2 * start})
         added.append(draft.add("tip_relief", "tip relief", relief))
     if flank.crown:
-        crown: Attributes = {
-            f"helix_crowning_amount_{end}_face": in_unit(flank.crown, "mum") for end in ("datum", "non_datum")
-        }
-        added.append(draft.add("helix_crowning", "crowning", crown))
+        added.append(draft.add("helix_crowning", "crowning", values_of("helix_crowning", flank)))
     for side in sides:
         for modification in added:
-            draft.relate("reference", origin=side, referenced=modification)
+            draft.relate("reference", side, modification)
     for name in ("root_relief", "end_relief", "slope", "profile", "waves", "pitch"):
         if getattr(flank, name):
             draft.drop(f"{path}.flank.{name}", "of modifications, tip relief and crowning are carried")
@@ -545,23 +475,25 @@ def _material(draft: Draft, body: Body) -> int:
     stage, _, member = body.member.rpartition(".")
     paths = [["stages", stage, member, "material"], ["stages", stage, "material"]] if stage else []
     levels = [value_at(draft.train.document, path) for path in (*paths, ["material"])]
-    values: dict[str, tuple[float, str]] = {}
-    for key, name, kind, unit, default in MATERIAL:
-        value = next((level[key] for level in levels if isinstance(level, Mapping) and key in level), default)
-        number = read_quantity(value, (kind,), Bounds())
+    values: dict[str, float] = {}
+    for row in rows_of("material"):
+        value = next(
+            (level[row.key] for level in levels if isinstance(level, Mapping) and row.key in level), row.default
+        )
+        number = read_quantity(value, (QUANTITIES[row.unit],), Bounds())
         if not isinstance(number, (int, float)):
             raise ModelError("not a number", path="material", given=value)
-        values[name] = in_unit(float(number), unit)
-    values_of = tuple(values.items())
-    if values_of not in draft.materials:
-        draft.materials[values_of] = draft.add("material", f"material {len(draft.materials) + 1}", values)
-    return draft.materials[values_of]
+        values[row.id] = float(number)
+    stated = tuple(values.items())
+    if stated not in draft.materials:
+        draft.materials[stated] = draft.add("material", f"material {len(draft.materials) + 1}", values)
+    return draft.materials[stated]
 
 
 # meshes ---------------------------------------------------------------------------------------------------------------
 
 _FACTOR = "mesh_load_factor_iso_6336_2019"
-_STIFFNESS = "mean_mesh_stiffness_for_transverse_load_iso_6336_2019"
+_STIFFNESS = rows_of("cylindrical_stage", "stiffness")[0].id
 
 
 def _mesh_load_factors(draft: Draft) -> dict[str, float]:
@@ -587,9 +519,7 @@ def _mesh_load_factors(draft: Draft) -> dict[str, float]:
     for note in notes:
         draft.drop("K_gamma", f"{_FACTOR} is not written: {note}")
     loads = dict(zip(names, (float(v) for v in values[0]), strict=True))
-    groups: dict[tuple[str, str | None], list[str]] = {}
-    for mesh in train.meshes:
-        groups.setdefault((mesh.pair, mesh.side), []).append(mesh.name)
+    groups = grouped(((mesh.pair, mesh.side), mesh.name) for mesh in train.meshes)
     factors: dict[str, float] = {}
     for members in groups.values():
         largest = float(np.max([loads.get(name, math.nan) for name in members]))
@@ -606,46 +536,37 @@ def add_meshes(draft: Draft) -> None:
         a, b = bodies[mesh.a], bodies[mesh.b]
         gears = [draft.gears.get((body, mesh.side)) or draft.gears[(body, None)] for body in (mesh.a, mesh.b)]
         stage = draft.add("cylindrical_stage", mesh.name, _mesh(draft, mesh, a, b, factors.get(mesh.name)))
-        draft.relate("assembly", assembly=draft.stages.get(a.member.split(".")[0], draft.unit), part=stage)
-        draft.relate("stage", stage=stage, gear_1=gears[0], gear_2=gears[1])
+        draft.relate("assembly", draft.stages.get(a.member.split(".")[0], draft.unit), stage)
+        draft.relate("stage", stage, *gears)
         driving = _driver(draft.train, mesh, a, b)
         for name, gear in zip("ab", gears, strict=True):
-            attributes: Attributes = {"is_driving_gear": (driving == name, "none")} if driving else {}
-            data = draft.add("cylindrical_stage_gear_data", f"{mesh.name} gear {gear}", attributes)
-            draft.relate("stage_gear_data", stage=stage, gear=gear, stage_gear_data=data)
+            values = {"is_driving_gear": driving == name} if driving else {}
+            data = draft.add("cylindrical_stage_gear_data", f"{mesh.name} gear {gear}", values)
+            draft.relate("stage_gear_data", stage, gear, data)
 
 
-def _mesh(draft: Draft, mesh: Mesh, a: Body, b: Body, factor: float | None) -> Attributes:
-    """Attributes of a mesh; factor : its K_gamma."""
-    distance = math.hypot(b.centre[0] - a.centre[0], b.centre[1] - a.centre[1])
+def _mesh(draft: Draft, mesh: Mesh, a: Body, b: Body, factor: float | None) -> Values:
+    """Values of a mesh; factor : its K_gamma."""
     planet = a if a.branch is not None else b
-    polar = math.degrees(math.atan2(planet.centre[1], planet.centre[0]))
+    polar = math.atan2(planet.centre[1], planet.centre[0])
     # about -u, from the axis of the first gear to the second: out to the planet, or back from beyond it to the ring
-    turned = ((180.0 if mesh.internal else 0.0) - polar) % 360
-    attributes: dict[str, tuple[Value, str]] = {
-        "center_distance": in_unit(distance, "mm"),
-        "rotating_angle_around_neg_u_axis": (in_unit(turned, "none")[0], "deg"),
-        "working_transverse_pressure_angle": in_unit(mesh.pressure_angle, "deg"),
-    }
-    for name, ratio in (("transverse_contact_ratio", mesh.contact_ratio), ("overlap_ratio", mesh.overlap_ratio)):
-        if math.isfinite(ratio):
-            attributes[name] = (ratio, "none")
+    turned = ((math.pi if mesh.internal else 0.0) - polar) % math.tau
+    stiffness = None
     if math.isfinite(mesh.width):
         # along the normal -> in the transverse plane (docs/conventions.md), per width
-        per_width = mesh.stiffness * math.cos(mesh.base_helix) ** 2 / mesh.width
-        attributes["common_face_width"] = in_unit(mesh.width, "mm")
-        attributes[_STIFFNESS] = in_unit(per_width, "N / (mm mum)")
+        stiffness = mesh.stiffness * math.cos(mesh.base_helix) ** 2 / mesh.width
         if mesh.table is not None:
             reason = "a table over the load: its mean tangent at the operating load is written"
             draft.drop(f"{mesh.pair}.stiffness", reason)
     else:
         draft.drop(f"{mesh.pair}.stiffness", f"{_STIFFNESS} is per face width, which the model does not give")
-    if math.isfinite(mesh.backlash):
-        for end in ("minimum", "maximum"):
-            attributes[f"{end}_normal_backlash"] = in_unit(mesh.backlash, "mm")
-    if factor is not None:
-        attributes[_FACTOR] = (factor, "none")
-    return attributes
+    given = {
+        "center_distance": math.hypot(b.centre[0] - a.centre[0], b.centre[1] - a.centre[1]),
+        "rotating_angle_around_neg_u_axis": turned,
+        _STIFFNESS: stiffness,
+        _FACTOR: factor,
+    }
+    return values_of("cylindrical_stage", mesh, given)
 
 
 def _driver(train: Train, mesh: Mesh, a: Body, b: Body) -> str:

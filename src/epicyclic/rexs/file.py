@@ -1,8 +1,8 @@
 """A REXS file as plain data: components with attributes, the relations between them, load cases.  No meaning yet.
 
 Its names are asked of every model, before any module that reads XML is imported.  The values are the same from XML and
-from JSON: texts, arrays and matrices in Base64.  A file has bounds of size, depth and count, so that none costs long or
-much memory.  Numbers come in SI and in the spelling of a model file, from unit texts of any version and spelling.
+from JSON: texts, arrays and matrices in Base64.  Numbers come in SI and in the spelling of a model file, from units of
+any version and spelling.
 """
 
 from __future__ import annotations
@@ -20,15 +20,6 @@ from pathlib import Path
 
 from ..errors import ModelError
 
-# A gear unit of 100 components is 0.1 MB; 16 MB leaves room for long load spectra and is parsed in a few seconds.
-MAX_BYTES = 16_000_000
-# Tags, attributes of tags, braces and keys: each becomes an object of up to 400 bytes. A file then stays below
-# 250 MB and 3 s.
-MAX_MARKS = 400_000
-# model / load_spectrum / load_case / component / attribute / matrix / r / c is 8 deep.
-MAX_DEPTH = 16
-# The real files shrink to 1/17; a file of nothing but blanks and repeated tags to about 1/100.
-MAX_RATIO = 300
 # Names and texts: longer ones say nothing that a model file could carry.
 MAX_TEXT = 2_000
 HEADINGS = {
@@ -37,7 +28,7 @@ HEADINGS = {
     "dropped": "Dropped, as the model has no place for it",
 }
 """List of an import -> what stands above it."""
-SUFFIXES = (".rexs", ".rexsj", ".rexsz", ".rexs.xml", ".rexs.json", ".rexs.zip")
+SUFFIXES = (".rexs", ".rexsj", ".rexsz", ".rexs.xml", ".rexs.json", ".rexs.zip")  # of XML, JSON and a zip, twice
 
 
 def is_rexs_name(name: str | Path) -> bool:
@@ -249,73 +240,88 @@ def _whole(size: object) -> int | None:
 # numbers with units ---------------------------------------------------------------------------------------------------
 
 _DEG = math.pi / 180
-_RPM = math.pi / 30
-# kind -> unit without blanks -> factor to SI, the same unit in a model file (empty: written in SI)
-_UNITS: dict[str, dict[str, tuple[float, str]]] = {
-    "ratio": {"": (1.0, ""), "none": (1.0, ""), "-": (1.0, ""), "1": (1.0, ""), "%": (0.01, ""), "percent": (0.01, "")},
-    "length": {
-        **{"m": (1.0, "m"), "dm": (0.1, "dm"), "cm": (0.01, "cm"), "mm": (1e-3, "mm"), "km": (1e3, "km")},
-        **{"mum": (1e-6, "um"), "um": (1e-6, "um"), "micron": (1e-6, "um"), "nm": (1e-9, "nm")},
-        **{"in": (0.0254, "in"), "inch": (0.0254, "in"), "ft": (0.3048, "ft")},
-    },
-    "angle": {
-        **{"rad": (1.0, "rad"), "mrad": (1e-3, "mrad")},
-        **{text: (_DEG, "deg") for text in ("deg", "degree", "degrees", "\u00b0", "\u00ba", "Grad")},
-        **{"arcmin": (_DEG / 60, "arcmin"), "arcsec": (_DEG / 3600, "arcsec"), "gon": (math.pi / 200, "gon")},
-    },
-    "speed": {
-        **{text: (_RPM, "rpm") for text in ("1/min", "rpm", "min^-1", "min-1", "U/min", "rev/min", "1/Min")},
-        **{text: (math.tau, "") for text in ("1/s", "s^-1", "rev/s", "U/s", "Hz")},  # revolutions, as REXS counts them
-        **{"rad/s": (1.0, "rad/s"), "deg/s": (_DEG, "deg/s"), "\u00b0/s": (_DEG, "deg/s")},
-    },
-    "torque": {
-        **{"Nm": (1.0, "N m"), "Nmm": (1e-3, "N mm"), "kNm": (1e3, "kN m"), "MNm": (1e6, "MN m"), "kNmm": (1.0, "N m")},
-        "Ncm": (1e-2, "N cm"),
-    },
-    "power": {"W": (1.0, "W"), "kW": (1e3, "kW"), "MW": (1e6, "MW"), "PS": (735.49875, "")},
-    "force": {"N": (1.0, "N"), "kN": (1e3, "kN"), "MN": (1e6, "MN")},
-    "stiffness": {
-        **{"N/m": (1.0, "N/m"), "kN/m": (1e3, "kN/m"), "MN/m": (1e6, "MN/m"), "GN/m": (1e9, "GN/m")},
-        **{"N/mm": (1e3, "N/mm"), "kN/mm": (1e6, "kN/mm"), "MN/mm": (1e9, "MN/mm")},
-        **{"N/mum": (1e6, "N/um"), "N/um": (1e6, "N/um"), "kN/mum": (1e9, "kN/um"), "kN/um": (1e9, "kN/um")},
-    },
-    "stiffness_per_width": {
-        **{text: (1e9, "N/(mm um)") for text in ("N/(mmmum)", "N/(mmum)", "N/mm/mum", "N/mm/um", "N/(mummm)")},
-        **{"N/(mumm)": (1e6, ""), "N/(mmm)": (1e3, ""), "N/m^2": (1.0, "N/m^2"), "N/mm^2": (1e6, "N/mm^2")},
-        **{"kN/mm^2": (1e9, "kN/mm^2"), "MPa": (1e6, "MPa"), "GPa": (1e9, "GPa"), "Pa": (1.0, "Pa")},
-    },
-    "torsional_stiffness": {
-        **{
-            "Nmm/rad": (1e-3, ""),
-            "Nm/rad": (1.0, "N m/rad"),
-            "kNm/rad": (1e3, "kN m/rad"),
-            "MNm/rad": (1e6, "MN m/rad"),
+
+
+def _units(
+    spelled: Mapping[str, float], like: Mapping[str, str] | None = None, in_si: Mapping[str, float] | None = None
+) -> dict[str, tuple[float, str]]:
+    """Units of a kind: text without blanks -> factor to SI, the same unit in a model file (empty: written in SI).
+
+    spelled : as a model file does, micro as ``um``.  like : other texts of these.  in_si : those a model file has not.
+    """
+    units = {text.replace(" ", "").replace("um", mu): (f, text) for text, f in spelled.items() for mu in ("mum", "um")}
+    units |= {text: units[same.replace(" ", "")] for text, same in (like or {}).items()}
+    return units | {text: (factor, "") for text, factor in (in_si or {}).items()}
+
+
+_UNITS = {
+    "ratio": _units({}, in_si={"": 1.0, "none": 1.0, "-": 1.0, "1": 1.0, "%": 0.01, "percent": 0.01}),
+    "length": _units(
+        {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 1e-3, "km": 1e3, "um": 1e-6, "nm": 1e-9, "in": 0.0254, "ft": 0.3048},
+        like={"micron": "um", "inch": "in"},
+    ),
+    "angle": _units(
+        {"rad": 1.0, "mrad": 1e-3, "deg": _DEG, "arcmin": _DEG / 60, "arcsec": _DEG / 3600, "gon": math.pi / 200},
+        like=dict.fromkeys(("degree", "degrees", "\u00b0", "\u00ba", "Grad"), "deg"),
+    ),
+    "speed": _units(
+        {"rpm": math.pi / 30, "rad/s": 1.0, "deg/s": _DEG},
+        like={
+            **dict.fromkeys(("1/min", "min^-1", "min-1", "U/min", "rev/min", "1/Min"), "rpm"),
+            "\u00b0/s": "deg/s",
         },
-        **{"Nm/deg": (1 / _DEG, ""), "Nm/\u00b0": (1 / _DEG, ""), "Nmm/deg": (1e-3 / _DEG, ""), "Nmm": (1e-3, "")},
-        **{"Nmm/mrad": (1.0, ""), "Nm/mrad": (1e3, ""), "Nm": (1.0, "")},
-    },
-    "density": {
-        **{"kg/dm^3": (1e3, "g/cm^3"), "g/cm^3": (1e3, "g/cm^3"), "kg/m^3": (1.0, "kg/m^3"), "t/m^3": (1e3, "t/m^3")},
-        **{"kg/mm^3": (1e9, "kg/mm^3"), "kg/l": (1e3, "g/cm^3"), "kg/L": (1e3, "g/cm^3")},
-    },
-    "pressure": {
-        **{
-            "N/mm^2": (1e6, "N/mm^2"),
-            "MPa": (1e6, "MPa"),
-            "GPa": (1e9, "GPa"),
-            "Pa": (1.0, "Pa"),
-            "N/m^2": (1.0, "Pa"),
+        in_si=dict.fromkeys(("1/s", "s^-1", "rev/s", "U/s", "Hz"), math.tau),  # revolutions, as REXS counts them
+    ),
+    "torque": _units({"N m": 1.0, "N mm": 1e-3, "kN m": 1e3, "MN m": 1e6, "N cm": 1e-2}, like={"kNmm": "N m"}),
+    "power": _units({"W": 1.0, "kW": 1e3, "MW": 1e6}, in_si={"PS": 735.49875}),
+    "force": _units({"N": 1.0, "kN": 1e3, "MN": 1e6}),
+    "stiffness": _units(
+        {
+            **{"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9, "N/mm": 1e3, "kN/mm": 1e6, "MN/mm": 1e9},
+            **{"N/um": 1e6, "kN/um": 1e9},
+        }
+    ),
+    "stiffness_per_width": _units(
+        {
+            **{"N/(mm um)": 1e9, "N/m^2": 1.0, "N/mm^2": 1e6, "kN/mm^2": 1e9},
+            **{"MPa": 1e6, "GPa": 1e9, "Pa": 1.0},
         },
-        **{"kN/mm^2": (1e9, "GPa"), "bar": (1e5, "bar")},
-    },
-    "mass": {"kg": (1.0, "kg"), "g": (1e-3, "g"), "t": (1e3, "t"), "mg": (1e-6, "mg")},
-    "inertia": {"kgm^2": (1.0, "kg m^2"), "kgmm^2": (1e-6, "kg mm^2"), "gmm^2": (1e-9, ""), "tm^2": (1e3, "")},
-    "acceleration": {"m/s^2": (1.0, "m/s^2"), "mm/s^2": (1e-3, "mm/s^2")},
+        like=dict.fromkeys(("N/mm/mum", "N/mm/um", "N/(mummm)"), "N/(mm um)"),
+        in_si={"N/(mumm)": 1e6, "N/(mmm)": 1e3},
+    ),
+    "torsional_stiffness": _units(
+        {"N m/rad": 1.0, "kN m/rad": 1e3, "MN m/rad": 1e6},
+        in_si={
+            **{"Nmm/rad": 1e-3, "Nm/deg": 1 / _DEG, "Nm/\u00b0": 1 / _DEG, "Nmm/deg": 1e-3 / _DEG, "Nmm": 1e-3},
+            **{"Nmm/mrad": 1.0, "Nm/mrad": 1e3, "Nm": 1.0},
+        },
+    ),
+    "density": _units(
+        {"g/cm^3": 1e3, "kg/m^3": 1.0, "t/m^3": 1e3, "kg/mm^3": 1e9},
+        like=dict.fromkeys(("kg/dm^3", "kg/l", "kg/L"), "g/cm^3"),
+    ),
+    "pressure": _units(
+        {"N/mm^2": 1e6, "MPa": 1e6, "GPa": 1e9, "Pa": 1.0, "bar": 1e5}, like={"N/m^2": "Pa", "kN/mm^2": "GPa"}
+    ),
+    "mass": _units({"kg": 1.0, "g": 1e-3, "t": 1e3, "mg": 1e-6}),
+    "inertia": _units({"kg m^2": 1.0, "kg mm^2": 1e-6}, in_si={"gmm^2": 1e-9, "tm^2": 1e3}),
+    "acceleration": _units({"m/s^2": 1.0, "mm/s^2": 1e-3}),
 }
 # units in SI, as a model file spells them
 _SI = {kind: next(text for scale, text in units.values() if scale == 1.0) for kind, units in _UNITS.items()}
 # nothing of a gear unit is larger in SI; "rigid" is 1e23 N/m
 _LARGEST = 1e30
+QUANTITIES = {
+    **{"none": "ratio", "mm": "length", "mum": "length", "deg": "angle", "1 / min": "speed", "kW": "power"},
+    **{"N m": "torque", "N / m": "stiffness", "N mm / rad": "torsional_stiffness", "N / mm^2": "pressure"},
+    **{"N / (mm mum)": "stiffness_per_width", "kg / dm^3": "density", "kg": "mass", "kg m^2": "inertia"},
+    "m / s^2": "acceleration",
+}
+"""Unit of version 1.7 -> kind of quantity."""
+# kinds that a train counts in the unit of the file: their numbers are written as they are
+_AS_THEY_ARE = ("ratio", "speed", "torque", "mass", "inertia", "acceleration")
+# what programs write for rigid, and every reader takes for it [N/m, N mm/rad]
+_RIGID = 1e20
 
 
 @dataclass(frozen=True, slots=True)
@@ -365,6 +371,29 @@ def number_in(value: Value, unit: str, kind: str, where: str) -> Number:
     if not abs(si) < _LARGEST:
         raise ModelError("out of range", path=where, given=f"{value} {unit}")
     return Number(si, f"{shown(value)} {text}" if text else f"{shown(si)} {_SI[kind]}".strip())
+
+
+def in_unit(value: float, unit: str) -> float:
+    """A value of a train in a unit of version 1.7, infinite as programs write rigid."""
+    kind = QUANTITIES[unit]
+    if kind in _AS_THEY_ARE:
+        return value
+    if math.isinf(value) and kind in ("stiffness", "torsional_stiffness"):
+        return _RIGID
+    return shortest(value / _UNITS[kind]["".join(unit.split())][0])
+
+
+def shortest(value: float) -> float:
+    """A number without the digits that a division alone leaves.
+
+    Fifteen digits are taken where they say the same number within two units in the last place: 380, not
+    380.00000000000006; any other number keeps all of its digits.
+    """
+    number = value + 0.0
+    if not math.isfinite(number):
+        return number
+    short = float(f"{number:.15g}")
+    return short if abs(short - number) <= 2 * math.ulp(number) else number
 
 
 def shown(value: float) -> str:

@@ -17,11 +17,12 @@ from ..warning_codes import CodedText, coded
 from .encodings import read_rexs_file
 from .file import RexsFile
 from .joint_tables import couplings_table, operation_table, tell_gravity
-from .members import MATERIAL, GearUnit, body_tables, material_of, unit_of
+from .members import GearUnit, body_tables, material_of, unit_of
 from .stage_tables import stage_table, x_axis_of
-from .stages import Branch, Entry, StageParts, View, view_of
+from .stages import Branch, Entry, StageParts, Table, View, view_of
+from .table import ARRAYS, reason_dropped, rows_of
 
-_ARRAYS = ("support_vector", "u_axis_vector", "w_axis_vector", "is_engaged")
+_MATERIAL = rows_of("material")
 # attributes whose value is a text by the standard
 _TEXTS = re.compile(
     r"^(?:name|kind|.*_designation|.*_name|determination_of_.*|type_of_.*|shape_of_.*|flag_designation_.*"
@@ -39,7 +40,7 @@ def _check_damage(file: RexsFile) -> None:
     """
     lost: dict[str, list[int]] = {}
     for component in file.components:
-        for name in _ARRAYS:
+        for name in ARRAYS:
             attribute = component.attributes.get(name)
             single = attribute is not None and isinstance(attribute.value, bool)
             # a single truth value of a coupling is clear in XML, which has no types; in JSON the array is lost
@@ -63,32 +64,6 @@ def _false_texts(file: RexsFile) -> list[tuple[int, str]]:
     ]
 
 
-_REASONS = {
-    "lubricant": "no lubricant in the model",
-    "material": "strength and heat are not computed",
-    "shaft": "shafts do not bend in the model",
-    "shaft_section": "shafts do not bend in the model",
-    "side_plate": "plates do not bend in the model",
-    "gear_casing": "the casing is rigid",
-    "cylindrical_stage": "load capacity, tolerances and results are not carried",
-    "cylindrical_gear": "no place in the model: places follow from the centres and faces; no load capacity or results",
-    "ring_gear": "no place in the model: places follow from the centres and faces; no load capacity or results",
-    "coupling": "inside a member, or rigid",
-    "switchable_coupling": "inside a member, or rigid",
-    "external_load": "follows from the operation",
-    "stage_gear_data": "results of a mesh are not carried",
-    "cylindrical_stage_gear_data": "results of a mesh are not carried",
-    "flank_geometry": "allowances and chamfers are not carried",
-    "cylindrical_gear_flank": "allowances and chamfers are not carried",
-    "rack_shaped_tool": "of tools, height and rounding of the tip are carried",
-    "cutter_wheel_tool": "of tools, height and rounding of the tip are carried",
-    "cylindrical_gear_manufacturing_settings": "allowances are not carried",
-    "profile_crowning": "the model has tip and root relief, no profile crowning",
-    "helix_slope": "its sense against the loaded flank is not known",
-    "rolling_element": "bearings are springs in the model",
-}
-
-Table = dict[str, object]
 # The format has no damping, and a response needs some: the ratio that the ready drives assume too.
 _DAMPING = 0.03
 
@@ -157,7 +132,7 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     document["stages"] = stages
     for member, (number, material) in materials.items() if not common else ():
         if material:
-            table = stages[member.stage][member.name]
+            table = stages[member.stage.name][member.name]
             assert isinstance(table, dict)
             table["material"] = material
             _read_material(unit, number, material, f"{member.path}.material")
@@ -222,10 +197,10 @@ def _material(unit: GearUnit, gear: int) -> tuple[int, Table]:
     if material is None:
         return 0, {}
     table: Table = {}
-    for key, name, kind, _, _ in MATERIAL:
-        number = unit.view.number(material.id, name, kind)
+    for row in _MATERIAL:
+        number = unit.view.number(material.id, row.id)
         if number is not None and number.si > 0:
-            table[key] = number.si if kind == "ratio" else number.text
+            table[row.key] = row.entry(number)
     return material.id, table
 
 
@@ -243,9 +218,9 @@ def _common_material(unit: GearUnit, materials: Sequence[tuple[int, Table]]) -> 
 
 def _read_material(unit: GearUnit, number: int, material: Table, path: str) -> None:
     """Note the values of a material as read."""
-    for key, name, *_ in MATERIAL:
-        if key in material:
-            unit.view.read(number, name, f"{path}.{key}", material[key])
+    for row in _MATERIAL:
+        if row.key in material:
+            unit.view.read(number, row.id, f"{path}.{row.key}", material[row.key])
 
 
 def _paths(table: object, path: str = "") -> Iterator[str]:
@@ -296,12 +271,10 @@ def _unread(unit: GearUnit) -> set[int]:
     gears = {gear for pair in view.unread.values() for gear in pair}
     shafts = {shaft for gear in gears if (shaft := view.shaft_of(gear)) is not None}
     shafts = {s for s in shafts if not {unit.rigid.root(s)} & (unit.turning.keys() | unit.free.keys())}
-    data = {r.part("stage_gear_data") for r in view.relations("stage_gear_data") if r.part("stage") in view.unread}
-    parts = {*view.unread, *gears, *shafts, *(flank.id for gear in gears for flank in view.flanks_of(gear))}
-    parts |= {part for shaft in shafts for part in view.parts(shaft)} | {
-        number for number in data if number is not None
-    }
-    return parts | {joint.id for joint in unit.joints if {joint.inner, joint.outer} & shafts}
+    data = (data for stage in view.unread for data in view.joined("stage_gear_data", stage, 0, 2))
+    parts = {*view.unread, *data, *gears, *shafts, *(flank.id for gear in gears for flank in view.flanks_of(gear))}
+    parts |= {part for shaft in shafts for part in view.parts(shaft)}
+    return parts | {joint.id for joint in unit.joints if {*joint.ends} & shafts}
 
 
 def _counterparts(unit: GearUnit) -> dict[int, int]:
@@ -338,10 +311,8 @@ def _dropped(unit: GearUnit) -> list[Entry]:
             elif first is not None and name in view.asked.get(first.id, ()):
                 same = first.attributes.get(name) == attribute
                 reason = "equal to planet 1" if same else f"component {first.id}, of planet 1, counts for all planets"
-            elif "bearing" in component.type:
-                reason = "clearance, size, misalignment and results of bearings are not carried"
             else:
-                reason = _REASONS.get(component.type, "no place in the model file")
+                reason = reason_dropped(component.type)
             reasons.setdefault(reason, []).append(name)
         dropped += [Entry(component.id, ", ".join(names), "", reason) for reason, names in reasons.items()]
     reason = "a name of the user's own, which the standard leaves to him"

@@ -6,18 +6,15 @@ Bearings and couplings become supports, planet bearings and couplings; speeds an
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import NamedTuple
 
 from .file import Number
 from .members import BODY_NAME, GearUnit, StageMember
-from .stages import RIGID, Joint, Parts, Vector, along, cross, minus
+from .stages import RIGID, STIFFNESSES, Joint, Parts, Table, Vector, along, cross, grouped, minus, size
+from .table import RexsRow
 
-Table = dict[str, object]
-EndAt = Callable[[int], str | None]
-"""Part -> name of the body or member that turns with it, see `_end_at`."""
 _FORCES = ("force_", "torque_around_v", "torque_around_w", "torque_around_the")
 _BALANCE = 1e-3  # power and torque times speed that differ by more are told
 
@@ -44,7 +41,7 @@ def _outer_joints(unit: GearUnit, member: StageMember) -> list[Joint]:
     shared = unit.sharing(member)
     joints = []
     for joint in unit.joints_at(member.parts):
-        inside = [part for part in (joint.inner, joint.outer) if member in unit.at(part)]
+        inside = [part for part in joint.ends if member in unit.at(part)]
         if len(inside) != 1:
             continue
         offsets = [abs(_offset(unit, joint, other)) for other in shared] if len(shared) > 1 else [0.0]
@@ -55,15 +52,14 @@ def _outer_joints(unit: GearUnit, member: StageMember) -> list[Joint]:
 
 def _to_housing(unit: GearUnit, member: StageMember) -> list[Joint]:
     """Joints between a member and the casing."""
-    return [j for j in _outer_joints(unit, member) if any(unit.in_housing(p) for p in (j.inner, j.outer))]
+    return [joint for joint in _outer_joints(unit, member) if unit.in_housing(joint.ends)]
 
 
 def _offset(unit: GearUnit, joint: Joint, member: StageMember) -> float:
     """Axial place of a joint from the centre of a member [m]; 0 where the file gives none."""
-    frame = unit.view.frame(joint.id)
-    point = None if frame is None else frame.place
-    if point is None and unit.view.components[joint.inner].type == "shaft":
-        point = unit.view.on_shaft(joint.id, joint.inner, "u_coordinate_on_shaft_inner_side")
+    point = unit.view.place(joint.id)
+    if point is None and unit.view.components[joint.ends[0]].type == "shaft":
+        point = unit.view.on_shaft(joint.id, joint.ends[0], "u_coordinate_on_shaft_inner_side")
     if point is None or member.centre is None:
         return 0.0
     return along(minus(point, member.centre), unit.axis)
@@ -75,36 +71,33 @@ def support_table(unit: GearUnit, member: StageMember) -> Table | None:
         return None
     housing = _to_housing(unit, member)
     rest = [joint for joint in _outer_joints(unit, member) if joint not in housing]
-    carrier = next((m for m in unit.members if (m.stage, m.name) == (member.stage, "carrier")), None)
-    inside = [
-        j for j in rest if carrier not in (None, member) and any(carrier in unit.at(p) for p in (j.inner, j.outer))
-    ]
+    carrier = next((m for m in unit.central if m.path == f"stages.{member.stage.name}.carrier" and m != member), None)
+    inside = [joint for joint in rest if any(carrier in unit.at(part) for part in joint.ends)]
     planets = {unit.rigid.root(shaft) for m in unit.members if m.kind == "planet" for shaft in m.parts}
     for joint in rest:
-        of_planet = {unit.rigid.root(joint.inner), unit.rigid.root(joint.outer)} & planets
+        of_planet = {unit.rigid.root(part) for part in joint.ends} & planets
         if joint.bearing and joint not in inside and not of_planet:
             unit.view.lose(joint.id, "bearing", f"a bearing of {member.path} in a part that is no member of its stage")
     if housing:
         for joint in inside:
             unit.view.lose(joint.id, "bearing", f"{member.path} has bearings in the casing too, which count")
-        return _links(unit, member, housing)
-    if inside and carrier is not None:
-        return {"to": carrier.full_name, **_links(unit, member, inside)}
-    # without a bearing it floats where others of its file have bearings
     path = f"{member.path}.support"
+    links = _one_or_all({_name(joint): _link(unit, joint, member, path) for joint in housing or inside})
+    if housing or (inside and carrier is not None):
+        return links if housing or carrier is None else {"to": carrier.full_name, **links}
+    # without a bearing it floats where others of its file have bearings
     if len(unit.sharing(member)) > 1:
         unit.view.assume(member.parts[0], "bearings", "", f"{path}: on a shaft with another member: held rigidly")
         return None
-    if not any(_to_housing(unit, m) for m in unit.members if m.kind != "planet"):
+    if not any(_to_housing(unit, m) for m in unit.central):
         unit.view.assume(member.parts[0], "bearings", "", f"{path}: no bearing in the file: held rigidly")
         return None
     unit.view.assume(member.parts[0], "bearings", f"{path}.radial", "no bearing in the file: floats radially")
     return {"radial": 0}
 
 
-def _links(unit: GearUnit, member: StageMember, joints: Sequence[Joint]) -> Table:
-    """One joint as a table, several as named tables, each at its place."""
-    tables = {_name(joint): _link(unit, joint, member, f"{member.path}.support") for joint in joints}
+def _one_or_all(tables: Mapping[str, Table]) -> Table:
+    """The table of a single joint, else the tables of all by name."""
     return next(iter(tables.values())) if len(tables) == 1 else dict(tables)
 
 
@@ -116,25 +109,24 @@ def _link(unit: GearUnit, joint: Joint, member: StageMember, path: str) -> Table
     """A joint as the keys of a link."""
     at = _offset(unit, joint, member)
     table: Table = {} if abs(at) < 1e-9 else {"at": f"{at * 1e3:.9g} mm"}
-    table["radial"] = _stiff(unit, joint, joint.radial, "radial_stiffness")
-    table["z"] = _stiff(unit, joint, joint.axial, "axial_stiffness")
-    if joint.tilt is None and joint.bearing:
-        unit.view.assume(joint.id, "bending_stiffness", "", "not given: the bearing is free to tilt")
-    table["tilt"] = 0 if joint.tilt is None and joint.bearing else _stiff(unit, joint, joint.tilt, "bending_stiffness")
-    if not joint.bearing:
-        turn = _stiff(unit, joint, joint.turn, "rotational_stiffness")
-        if turn != 0:
-            table["rz"] = turn
+    for row in STIFFNESSES:
+        if row.key == "tilt" and joint.bearing and joint.stiffness[row.key] is None:
+            unit.view.assume(joint.id, row.id, "", "not given: the bearing is free to tilt")
+            table[row.key] = 0
+        elif row.key != "rz":
+            table[row.key] = _stiff(unit, joint, row)
+        elif not joint.bearing and (turn := _stiff(unit, joint, row)) != 0:
+            table[row.key] = turn
     unit.view.read(joint.id, "stiffness", f"{path}.{_name(joint)}", ", ".join(f"{k} {v}" for k, v in table.items()))
     return table
 
 
-def _stiff(unit: GearUnit, joint: Joint, number: Number | None, name: str) -> object:
+def _stiff(unit: GearUnit, joint: Joint, row: RexsRow) -> object:
     """A stiffness as a model file writes it: inf where rigid, 0 where it holds nothing."""
+    number = joint.stiffness[row.key]
     if number is None:
-        unit.view.assume(joint.id, name, "", "not given: rigid")
-        return math.inf
-    if number.si >= RIGID:
+        unit.view.assume(joint.id, row.id, "", "not given: rigid")
+    if number is None or number.si >= RIGID:
         return math.inf
     return number.text if number.si > 0 else 0
 
@@ -146,12 +138,9 @@ def planet_bearings(unit: GearUnit, member: StageMember) -> Table | None:
     """
     rows: list[list[Joint]] = []
     for shaft in member.parts:
-        root = unit.rigid.root(shaft)
-        joints = [
-            j
-            for j in unit.joints_at([shaft])
-            if sum(unit.rigid.root(part) == root for part in (j.inner, j.outer)) == 1 and (j.bearing or not j.rigid)
-        ]
+        # a joint of the shaft to itself holds nothing
+        ends = ((j, {unit.rigid.root(part) for part in j.ends}) for j in unit.joints_at([shaft]))
+        joints = [joint for joint, roots in ends if len(roots) == 2 and (joint.bearing or not joint.rigid)]
         rows.append(sorted(joints, key=lambda joint: (round(_offset(unit, joint, member), 9), joint.id)))
     if len({len(row) for row in rows}) > 1:
         counts = {shaft: len(row) for shaft, row in zip(member.parts, rows, strict=True)}
@@ -173,41 +162,40 @@ def planet_bearings(unit: GearUnit, member: StageMember) -> Table | None:
                 merged[key] = ["inf" if value == math.inf else str(value) for value in values]
         merged.pop("rz", None)
         tables[_name(column[0])] = merged
-    return next(iter(tables.values())) if len(tables) == 1 else dict(tables)
+    return _one_or_all(tables)
 
 
 def couplings_table(unit: GearUnit) -> Table:
     """Couplings between members: rigid ones on a shared shaft, elastic ones with their torsional stiffness."""
     table: Table = {}
     done: list[tuple[StageMember, ...]] = []
-    for member in unit.members:
-        if member.kind == "planet" or unit.held(member):
-            continue
+    for member in unit.central:
         shared = unit.sharing(member)
-        if len(shared) > 1 and shared not in done:
+        if not unit.held(member) and len(shared) > 1 and shared not in done:
             done.append(shared)
             for a, b in pairwise(shared):
-                name = f"{a.stage}-{a.name}-{b.stage}-{b.name}"
+                name = f"{a.stage.name}-{a.name}-{b.stage.name}-{b.name}"
                 table[name] = {"between": [a.full_name, b.full_name]}
                 unit.view.read(a.parts[0], "shaft", f"couplings.{name}", "one shaft")
     for joint in unit.joints:
         if joint.rigid or not joint.holds_turn:
             continue
-        ends = [_ends_at(unit, part) for part in (joint.inner, joint.outer)]
-        if not ends[0] or not ends[1] or set(ends[0]) & set(ends[1]):
+        inner, outer = (_ends_at(unit, part) for part in joint.ends)
+        if not inner or not outer or set(inner) & set(outer):
             continue
         name = unit.view.components[joint.id].name
         if not BODY_NAME.fullmatch(name) or name in table:
             name = f"coupling{joint.id}"
-        coupling: Table = {"between": [ends[0][0], ends[1][0]]}
-        turn = _stiff(unit, joint, joint.turn, "rotational_stiffness")
+        coupling: Table = {"between": [inner[0], outer[0]]}
+        *others, row = STIFFNESSES
+        turn = _stiff(unit, joint, row)
         if turn != math.inf:
-            coupling["rz"] = turn
+            coupling[row.key] = turn
         table[name] = coupling
-        unit.view.read(joint.id, "rotational_stiffness", f"couplings.{name}.rz", turn)
-        if any(number is None or number.si > 0 for number in (joint.radial, joint.axial, joint.tilt)):
+        unit.view.read(joint.id, row.id, f"couplings.{name}.{row.key}", turn)
+        if any((number := joint.stiffness[other.key]) is None or number.si > 0 for other in others):
             reason = "a coupling of two members joins their turn only"
-            unit.view.lose(joint.id, "radial_stiffness, axial_stiffness, bending_stiffness", reason)
+            unit.view.lose(joint.id, ", ".join(other.id for other in others), reason)
     return table
 
 
@@ -222,48 +210,47 @@ def _ends_at(unit: GearUnit, part: int) -> list[str]:
 
 
 def operation_table(unit: GearUnit) -> Table:
-    """What is held, speeds, torques and powers by member."""
+    """What is held, speeds, torques and powers by member.
+
+    Held are members rigid in the casing, or joined to it by a coupling that holds their turn.
+    """
     table: Table = {}
-    held = held_members(unit)
+    held = [m for m in unit.central if unit.held(m) or any(joint.holds_turn for joint in _to_housing(unit, m))]
     if held:
         table["held"] = [_short(unit, member) for member in held]
         for member in held:
             unit.view.read(member.parts[0], "held", "operation.held", "joined to the casing so that it does not turn")
-    turning = Parts[int]()  # at one speed: rigidly joined, or by a coupling of any stiffness
-    for number in unit.view.components:
-        turning.join([number, unit.rigid.root(number)])
-    for joint in unit.joints:
-        if joint.holds_turn:
-            turning.join([joint.inner, joint.outer])
-    end_at = partial(_end_at, unit, turning, held)
-    speeds = _speeds(unit, end_at)
+    ends = _ends(unit, held)
+    speeds = _speeds(unit, ends)
     if speeds:
         table["speed"] = {name: number.text for name, number in speeds.items()}
-    return table | _loads(unit, held, end_at, speeds)
-
-
-def held_members(unit: GearUnit) -> list[StageMember]:
-    """Central members that do not turn: rigid in the casing, or joined to it by a coupling that holds their turn."""
-    central = (member for member in unit.members if member.kind != "planet")
-    return [m for m in central if unit.held(m) or any(joint.holds_turn for joint in _to_housing(unit, m))]
+    return table | _loads(unit, held, ends, speeds)
 
 
 def _short(unit: GearUnit, member: StageMember) -> str:
     return member.name if len(unit.stages) == 1 else member.full_name
 
 
-def _end_at(unit: GearUnit, turning: Parts[int], held: list[StageMember], part: int) -> str | None:
-    """Name of the body or member that turns with a part; None where that is held, or in no planetary stage.
+def _ends(unit: GearUnit, held: list[StageMember]) -> dict[int, str]:
+    """Part -> name of the body or member that turns with it, of those that turn and are in a planetary stage.
 
-    The member that it is rigidly joined to comes before others.
+    The member that a part is rigidly joined to comes before others.
     """
-    free = unit.free.get(unit.rigid.root(part))
-    if free is not None:
-        return free
-    root = turning.root(part)
-    others = (m for m in unit.members if m.kind != "planet" and root in {turning.root(p) for p in m.parts})
-    member = next(iter(unit.at(part) or others), None)
-    return None if member is None or member in held else _short(unit, member)
+    turning = Parts[int]()  # at one speed: rigidly joined, or by a coupling of any stiffness
+    for number in unit.view.components:
+        turning.join([number, unit.rigid.root(number)])
+    for joint in unit.joints:
+        if joint.holds_turn:
+            turning.join(joint.ends)
+    turned = grouped((turning.root(part), member) for member in unit.central for part in member.parts)
+    ends: dict[int, str] = {}
+    for part in unit.view.components:
+        members = unit.at(part) or turned.get(turning.root(part), ())
+        if (free := unit.free.get(unit.rigid.root(part))) is not None:
+            ends[part] = free
+        elif members and members[0] not in held:
+            ends[part] = _short(unit, members[0])
+    return ends
 
 
 def _signed(unit: GearUnit, number: Number, part: int) -> Number:
@@ -272,13 +259,13 @@ def _signed(unit: GearUnit, number: Number, part: int) -> Number:
     return number if frame is None or along(frame.u, unit.axis) >= 0 else -number
 
 
-def _speeds(unit: GearUnit, end_at: EndAt) -> dict[str, Number]:
+def _speeds(unit: GearUnit, ends: Mapping[int, str]) -> dict[str, Number]:
     """Speeds of members: those of shafts that define a speed, else the first given."""
     stated: list[_Load] = []
     for shaft in unit.view.of_type("shaft"):
-        number = unit.view.number(shaft.id, "rotational_speed", "speed")
+        number = unit.view.number(shaft.id, "rotational_speed")
         defines = unit.view.value(shaft.id, "defines_speed") is True
-        end = end_at(shaft.id) if number is not None else None
+        end = ends.get(shaft.id)
         if number is not None and end is not None:
             stated.append(_Load(defines, shaft.id, "speed", end, _signed(unit, number, shaft.id)))
     flagged = [speed for speed in stated if speed.defines]
@@ -296,17 +283,16 @@ def _speeds(unit: GearUnit, end_at: EndAt) -> dict[str, Number]:
     return speeds
 
 
-def _loads(unit: GearUnit, held: list[StageMember], end_at: EndAt, speeds: dict[str, Number]) -> Table:
+def _loads(unit: GearUnit, held: list[StageMember], ends: Mapping[int, str], speeds: dict[str, Number]) -> Table:
     """Torques, or powers where the file gives no torque, of the external loads."""
     loads: list[_Load] = []
     ports: set[str] = set()
-    for relation in unit.view.relations("assembly", "ordered_assembly"):
-        shaft, load = relation.part("assembly"), relation.part("part")
+    for shaft, load in unit.view.related.get("assembly", ()):
         if shaft is None or load is None or unit.view.components[load].type != "external_load":
             continue
-        torque = unit.view.number(load, "torque_around_u_axis", "torque")
-        power = unit.view.number(load, "power", "power")
-        end = end_at(shaft)
+        torque = unit.view.number(load, "torque_around_u_axis")
+        power = unit.view.number(load, "power")
+        end = ends.get(shaft)
         for name, attribute in unit.view.components[load].attributes.items():
             if name.startswith(_FORCES) and attribute.value not in (0, None):
                 unit.view.lose(load, name, "forces and bending moments on shafts are not carried")
@@ -337,11 +323,7 @@ def _balanced(unit: GearUnit, held: list[StageMember], loads: list[_Load], ports
     flagged = [load for load in loads if load.defines]
     kept = flagged or loads
     # members through which power may enter or leave: neither held nor joined to another one
-    free = {
-        _short(unit, member)
-        for member in unit.members
-        if member.kind != "planet" and member not in held and len(unit.sharing(member)) == 1
-    }
+    free = [member for member in unit.central if member not in held and len(unit.sharing(member)) == 1]
     most = max(len(free or ports), 2) - 1
     if len({load.end for load in kept}) > most:
         for load in kept[most:]:
@@ -377,17 +359,16 @@ def tell_gravity(unit: GearUnit, x_axis: Vector | None) -> None:
     units = unit.view.of_type("gear_unit")
     if not units or unit.view.value(units[0].id, "account_for_gravity") is not True:
         return
-    parts = [unit.view.number(units[0].id, f"direction_vector_gravity_{a}", "ratio") for a in "uvw"]
-    strength = unit.view.number(units[0].id, "gravitational_acceleration", "acceleration")
+    parts = [unit.view.number(units[0].id, f"direction_vector_gravity_{axis}") for axis in "uvw"]
+    strength = unit.view.si(units[0].id, "gravitational_acceleration", 9.81)
     frame = unit.view.frame(units[0].id)
     if any(part is None for part in parts) or frame is None or x_axis is None:
         return
     u, v, w = (part.si for part in parts if part is not None)
     down = frame.turned((u, v, w))
-    size = math.sqrt(along(down, down))
-    if not size > 1e-30:
+    if not size(down) > 1e-30:
         return
-    g = (strength.si if strength is not None else 9.81) / size
+    g = strength / size(down)
     axes = (x_axis, cross(unit.axis, x_axis), unit.axis)
     vector = [round(g * along(down, axis), 9) + 0.0 for axis in axes]
     line = f'operation.gravity = "[{", ".join(f"{c:.9g}" for c in vector)}] m/s^2"'

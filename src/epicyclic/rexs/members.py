@@ -13,21 +13,29 @@ from dataclasses import dataclass, replace
 
 from ..errors import ModelError
 from .file import Component, Number, shown
-from .stages import Joint, Parts, StageParts, Vector, View, along, joints_of, minus, planetary_stages, rigid_parts
-
-Table = dict[str, object]
-STEEL = 7850.0  # the density a model file has by default [kg/m^3]
-# of a material, read and written: key of the model file, attribute, kind, unit of version 1.7, value of steel
-MATERIAL = (
-    ("density", "density", "density", "kg / dm^3", 7850.0),
-    ("youngs_modulus", "elastic_modulus", "pressure", "N / mm^2", 206e9),
-    ("poisson_ratio", "poisson_ratio", "ratio", "none", 0.3),
+from .stages import (
+    Joint,
+    Parts,
+    StageParts,
+    Table,
+    Vector,
+    View,
+    along,
+    grouped,
+    joints_of,
+    minus,
+    planetary_stages,
+    plus,
+    rigid_parts,
 )
+from .table import HELIX, ROW, rows_of
+
+_STEEL = ROW["density"].default
 BODY_NAME = re.compile(r"[a-z][a-z0-9_-]{0,40}")
 _AXIAL = math.cos(math.radians(0.1))  # axes that differ by more are not parallel
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class StageMember:
     """A member of a stage, equal to itself alone.
 
@@ -35,7 +43,7 @@ class StageMember:
     centre : of its teeth or planets, of a planet that of branch 1; None where the file gives no place.
     """
 
-    stage: str
+    stage: StageParts
     name: str
     kind: str
     gears: tuple[int, ...]
@@ -45,7 +53,7 @@ class StageMember:
     @property
     def full_name(self) -> str:
         """Its name with that of its stage."""
-        return f"{self.stage}.{self.name}"
+        return f"{self.stage.name}.{self.name}"
 
     @property
     def path(self) -> str:
@@ -76,17 +84,18 @@ class GearUnit:
     beside: Mapping[int, Sequence[Joint]]
     facts: Mapping[int, GearFacts]
 
-    def stage(self, member: StageMember) -> StageParts:
-        """The stage of a member."""
-        return next(stage for stage in self.stages if stage.name == member.stage)
+    @property
+    def central(self) -> list[StageMember]:
+        """Members that are not planets."""
+        return [member for member in self.members if member.kind != "planet"]
 
-    def in_housing(self, part: int) -> bool:
-        """Whether a part stands still with the casing."""
-        return self.rigid.root(part) in self.still
+    def in_housing(self, parts: Iterable[int]) -> bool:
+        """Whether one of some parts stands still with the casing."""
+        return any(self.rigid.root(part) in self.still for part in parts)
 
     def held(self, member: StageMember) -> bool:
         """Whether a member is rigidly in the casing."""
-        return any(self.in_housing(part) for part in member.parts)
+        return self.in_housing(member.parts)
 
     def at(self, part: int) -> tuple[StageMember, ...]:
         """Central members that a part is rigidly joined to."""
@@ -118,18 +127,8 @@ def unit_of(view: View) -> GearUnit:
     facts = {gear: gear_facts(view, gear) for member in members for gear in member.gears}
     axis = _axis(view, members)
     owned = {part for member in members for part in member.parts}
-    turning: dict[int, dict[StageMember, None]] = {}
-    for member in members:
-        for part in member.parts if member.kind != "planet" else ():
-            turning.setdefault(rigid.root(part), {})[member] = None
-    loose: dict[int, list[int]] = {}
-    for component in view.of_type("shaft", "side_plate"):
-        if component.id not in owned:
-            loose.setdefault(rigid.root(component.id), []).append(component.id)
-    beside: dict[int, list[Joint]] = {}
-    for joint in joints:
-        for root in {rigid.root(joint.inner), rigid.root(joint.outer)}:
-            beside.setdefault(root, []).append(joint)
+    own = [(rigid.root(part), m) for m in members if m.kind != "planet" for part in m.parts]
+    loose = [(rigid.root(part.id), part.id) for part in view.of_type("shaft", "side_plate") if part.id not in owned]
     unit = GearUnit(
         view=view,
         stages=stages,
@@ -138,10 +137,10 @@ def unit_of(view: View) -> GearUnit:
         members=members,
         axis=axis,
         still=frozenset(rigid.root(component.id) for component in view.of_type("gear_casing")),
-        turning={root: tuple(parts) for root, parts in turning.items()},
-        loose=loose,
+        turning=grouped(own),
+        loose=grouped(loose),
         free={},
-        beside=beside,
+        beside=grouped((rigid.root(part), joint) for joint in joints for part in joint.ends),
         facts=facts,
     )
     return replace(unit, free=_free_bodies(unit))
@@ -155,8 +154,8 @@ def _free_bodies(unit: GearUnit) -> dict[int, str]:
     while reached:
         here = reached.pop()
         for joint in unit.beside.get(here, ()):
-            ends = unit.rigid.root(joint.inner), unit.rigid.root(joint.outer)
-            root = ends[1] if ends[0] == here else ends[0]
+            inner, outer = (unit.rigid.root(part) for part in joint.ends)
+            root = outer if inner == here else inner
             known = root in free or root in unit.turning or root in unit.still
             if not joint.holds_turn or joint.rigid or known or root not in unit.loose:
                 continue
@@ -171,50 +170,39 @@ def _free_bodies(unit: GearUnit) -> dict[int, str]:
 
 def _members(view: View, stage: StageParts) -> list[StageMember]:
     """Members of one stage."""
+    shafts = tuple(branch.shaft for branch in stage.branches)
     members = []
-    for name, gear in stage.central.items():
+    for name, gear in stage.gears.items():
+        gears: tuple[int, ...] = (gear,)
         shaft = view.shaft_of(gear)
-        centre = _centre(view, stage, gear, shaft)
         parts: tuple[int, ...] = (gear,) if shaft is None else (shaft, gear)
-        kind = stage.kinds[name]
-        members.append(StageMember(stage=stage.name, name=name, kind=kind, gears=(gear,), parts=parts, centre=centre))
-    for place, name in enumerate(stage.planets):
-        gears = tuple(branch.gears[place] for branch in stage.branches)
-        centre = _centre(view, stage, gears[0], stage.branches[0].shaft)
-        parts = tuple(branch.shaft for branch in stage.branches)
-        members.append(StageMember(stage=stage.name, name=name, kind="planet", gears=gears, parts=parts, centre=centre))
+        if name in stage.planets:
+            gears, parts = tuple(branch.gears[stage.planets.index(name)] for branch in stage.branches), shafts
+            shaft = shafts[0]
+        # its centre, between the halves of a herringbone gear
+        centre, twin = view.gear_place(gear, shaft), stage.twins.get(gear)
+        other = None if twin is None else view.gear_place(twin, shaft)
+        if centre is not None and other is not None:
+            centre = tuple(x / 2 for x in plus(centre, other))
+        members.append(StageMember(stage, name, name.rstrip("0123456789"), gears, parts, centre))
     carrier = () if stage.carrier is None else (stage.carrier, *view.parts(stage.carrier, "shaft", "side_plate"))
-    parts = tuple(dict.fromkeys((*view.shafts("planet_carrier_shaft", stage.id), *carrier)))
+    parts = tuple(dict.fromkeys((*view.joined("planet_carrier_shaft", stage.id), *carrier)))
     if parts:
-        at = members[len(stage.central)].centre
-        members.append(StageMember(stage=stage.name, name="carrier", kind="carrier", gears=(), parts=parts, centre=at))
+        members.append(StageMember(stage, "carrier", "carrier", (), parts, members[len(stage.central)].centre))
     return members
-
-
-def _centre(view: View, stage: StageParts, gear: int, shaft: int | None) -> Vector | None:
-    """Centre of a gear, or between the halves of a herringbone gear."""
-    centre = view.gear_place(gear, shaft)
-    twin = stage.twins.get(gear)
-    twin_centre = None if twin is None else view.gear_place(twin, shaft)
-    if centre is None or twin_centre is None:
-        return centre
-    return ((centre[0] + twin_centre[0]) / 2, (centre[1] + twin_centre[1]) / 2, (centre[2] + twin_centre[2]) / 2)
 
 
 def _axis(view: View, members: Sequence[StageMember]) -> Vector:
     """Direction of z: the u axis of the first gear. Raises ModelError where another axis is not parallel to it."""
-    axis: Vector | None = None
-    for member in members:
-        for part in (*member.gears, *(p for p in member.parts if view.components[p].type == "shaft")):
-            frame = view.frame(part)
-            if frame is None:
-                continue
-            axis = axis or frame.u
-            if abs(along(axis, frame.u)) < _AXIAL:
-                direction = [round(x, 6) for x in frame.u]
-                path = f"component {view.label(part)}, u_axis_vector"
-                raise ModelError("an axis that is not parallel to that of the train", path=path, given=direction)
-    return axis or (1.0, 0.0, 0.0)
+    parts = (p for m in members for p in (*m.gears, *(p for p in m.parts if view.components[p].type == "shaft")))
+    frames = {part: frame for part in parts if (frame := view.frame(part)) is not None}
+    axis = next((frame.u for frame in frames.values()), (1.0, 0.0, 0.0))
+    for part, frame in frames.items():
+        if abs(along(axis, frame.u)) < _AXIAL:
+            direction = [round(x, 6) for x in frame.u]
+            path = f"component {view.label(part)}, u_axis_vector"
+            raise ModelError("an axis that is not parallel to that of the train", path=path, given=direction)
+    return axis
 
 
 # gears ----------------------------------------------------------------------------------------------------------------
@@ -254,33 +242,29 @@ def gear_facts(view: View, gear: int) -> GearFacts:
         allowed = "a positive number, or a component of type ring_gear"
         raise ModelError("negative, of external teeth", path=f"{where}, number_of_teeth", given=teeth, allowed=allowed)
     module = normal_module(view, gear)
-    helix = view.number(gear, "helix_angle_reference_diameter", "angle")
-    width = view.number(gear, "face_width", "length")
-    tip = view.number(gear, "tip_diameter", "length")
+    helix = view.number(gear, HELIX)
     if helix is not None and not abs(helix.si) < math.pi / 3:
-        path = f"{where}, helix_angle_reference_diameter"
-        raise ModelError("out of range", path=path, given=helix.text, allowed="-60 deg to 60 deg")
+        raise ModelError("out of range", path=f"{where}, {HELIX}", given=helix.text, allowed="-60 deg to 60 deg")
     return GearFacts(
-        gear,
-        abs(int(teeth)),
-        module.si,
-        helix.si if helix is not None else 0.0,
-        width.si if width is not None else math.nan,
-        abs(tip.si) if tip is not None else math.nan,
-        component.type == "ring_gear",
+        id=gear,
+        teeth=abs(int(teeth)),
+        module=module.si,
+        helix=helix.si if helix is not None else 0.0,
+        width=view.si(gear, "face_width", math.nan),
+        tip=abs(view.si(gear, "tip_diameter", math.nan)),
+        internal=component.type == "ring_gear",
     )
 
 
 def normal_module(view: View, gear: int) -> Number:
     """Normal module of a gear, from the transverse one where only that is given."""
-    normal = view.number(gear, "normal_module", "length")
+    normal = view.number(gear, "normal_module")
     path = f"component {view.label(gear)}, normal_module"
     if normal is None:
-        transverse = view.number(gear, "transverse_module", "length")
-        helix = view.number(gear, "helix_angle_reference_diameter", "angle")
+        transverse = view.number(gear, "transverse_module")
         if transverse is None:
             raise ModelError("missing", path=path, allowed="a module in mm")
-        value = transverse.si * math.cos(helix.si if helix is not None else 0.0)
+        value = transverse.si * math.cos(view.si(gear, HELIX))
         normal = Number(value, f"{value!r} m")
     if not 1e-5 <= normal.si <= 10:
         raise ModelError("out of range", path=path, given=normal.text, allowed="0.01 mm to 10 m")
@@ -312,15 +296,15 @@ def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
             if _stretches(unit, shaft) != _stretches(unit, parts[0]):
                 reason = f"sections differ from those of {parts[0]}, which count for all planets"
                 unit.view.lose(shaft, "shaft_section", reason)
-    sections = [section for part in parts for section in _sections(unit, member, part)]
-    extra = [_additional(unit.view, part) for part in parts]
+    sections = [section for part in parts for section in _sections(unit, part, member.centre, member)]
+    extra = _additional(unit.view, parts)
     table: Table = {}
     if member.kind == "carrier":
         if not sections:
             return _cheeks(unit, member, pin_radius)
     else:
         body, table = _gear_body(unit, member, sections)
-        if not sections and not any(additional.mass for additional in extra):
+        if not sections and not extra.mass:
             return table
         if sections:  # a shaft without sections is lumped: its additional masses are all of it
             sections = [*sections, *body]
@@ -338,11 +322,9 @@ def body_tables(unit: GearUnit) -> Table:
     tables: Table = {}
     for root, name in unit.free.items():
         parts = unit.loose[root]
-        frame = unit.view.frame(parts[0])
-        centre = None if frame is None else frame.place
-        whole = StageMember(stage="", name=name, kind="body", gears=(), parts=tuple(parts), centre=centre)
-        sections = [section for part in parts for section in _sections(unit, whole, part)]
-        mass, tables[name] = _stated(sections, [_additional(unit.view, part) for part in parts])
+        centre = unit.view.place(parts[0])
+        sections = [section for part in parts for section in _sections(unit, part, centre)]
+        mass, tables[name] = _stated(sections, _additional(unit.view, parts))
         source = "sections" if sections else "additional_mass"
         for part in parts:
             unit.view.read(part, source, f"bodies.{name}", f"{mass:.6g} kg, a body between members")
@@ -360,23 +342,24 @@ def is_lumped(unit: GearUnit, shaft: int) -> bool:
 def _density(unit: GearUnit, part: int) -> float:
     """Density of a part [kg/m^3], that of steel where its material does not say it."""
     material = material_of(unit.view, part)
-    density = None if material is None else unit.view.number(material.id, "density", "density")
+    density = None if material is None else unit.view.number(material.id, "density")
     if density is None or not density.si > 0:
-        unit.view.assume(part, "density", "", f"no density given: steel, {STEEL:g} kg/m^3")
-        return STEEL
+        unit.view.assume(part, "density", "", f"no density given: steel, {_STEEL:g} kg/m^3")
+        return _STEEL
     return density.si
 
 
-def _sections(unit: GearUnit, member: StageMember, part: int) -> list[SolidSection]:
-    """Sections of a shaft or plate about the axis of the member."""
+def _sections(
+    unit: GearUnit, part: int, centre: Vector | None, member: StageMember | None = None
+) -> list[SolidSection]:
+    """Sections of a shaft or plate about the axis of what it belongs to; member : whose it is, of none a body."""
     stretches = _stretches(unit, part)
     if not stretches:
         return []
-    frame, centre = unit.view.frame(part), member.centre
+    frame = unit.view.frame(part)
     off = 0.0
-    if frame is not None and centre is not None and member.kind == "carrier":  # pins stand off the axis of the stage
-        gear = next(iter(unit.stage(member).central.values()))
-        middle = unit.view.gear_place(gear, unit.view.shaft_of(gear))
+    if frame and centre and member and member.kind == "carrier":  # pins stand off the axis of the stage
+        middle = unit.view.gear_place(next(iter(member.stage.central.values())))
         if middle is not None:
             apart = minus(frame.place, middle)
             off = math.sqrt(max(along(apart, apart) - along(apart, unit.axis) ** 2, 0.0))
@@ -387,17 +370,10 @@ def _sections(unit: GearUnit, member: StageMember, part: int) -> list[SolidSecti
     else:  # nowhere: its middle at the centre of the member
         middle_of_all = (min(s.start for s in stretches) + max(s.start + s.length for s in stretches)) / 2
         base = -middle_of_all if forward else middle_of_all
-    return [
-        SolidSection(
-            base + stretch.start if forward else base - stretch.start - stretch.length,
-            stretch.length,
-            stretch.outer if forward else stretch.outer[::-1],
-            stretch.inner if forward else stretch.inner[::-1],
-            density,
-            off,
-        )
-        for stretch in stretches
-    ]
+    stretches = [replace(stretch, density=density, off_axis=off) for stretch in stretches]
+    if forward:
+        return [replace(s, start=base + s.start) for s in stretches]
+    return [replace(s, start=base - s.start - s.length, outer=s.outer[::-1], inner=s.inner[::-1]) for s in stretches]
 
 
 def _stretches(unit: GearUnit, part: int) -> list[SolidSection]:
@@ -407,24 +383,22 @@ def _stretches(unit: GearUnit, part: int) -> list[SolidSection]:
     stretches: list[SolidSection] = []
     end = 0.0
     for source in [part] if plate else view.parts(part, "shaft_section"):
-        length = view.number(source, "length", "length")
-        start = view.number(source, "u_coordinate_on_shaft", "length")
-        outer = _diameters(unit, source, "outer_diameter", plate)
-        inner = _diameters(unit, source, "inner_diameter", plate) or (0.0, 0.0)
-        if length is None or length.si <= 0 or outer is None:
+        length = view.si(source, "length")
+        start = view.number(source, "u_coordinate_on_shaft")
+        outer, inner = (_diameters(view, source, f"{side}_diameter", plate) for side in ("outer", "inner"))
+        if length <= 0 or outer is None:
             if view.components[source].attributes:
                 view.lose(source, "length, outer_diameter", "a section without length or diameter has no mass")
             continue
         at = start.si if start is not None else end
-        end = at + length.si
-        stretches.append(SolidSection(at, length.si, outer, inner, 0.0))
+        end = at + length
+        stretches.append(SolidSection(at, length, outer, inner or (0.0, 0.0), 0.0))
     return stretches
 
 
-def _diameters(unit: GearUnit, source: int, name: str, plate: bool) -> tuple[float, float] | None:
+def _diameters(view: View, source: int, name: str, plate: bool) -> tuple[float, float] | None:
     """Diameters at both ends [m]; the one that is given where only one is."""
-    names = (name, name) if plate else (f"{name}_begin", f"{name}_end")
-    diameters = [unit.view.number(source, end, "length") for end in names]
+    diameters = [view.number(source, end) for end in ([name] if plate else [f"{name}_begin", f"{name}_end"])]
     values = [abs(number.si) for number in diameters if number is not None]
     return (values[0], values[-1]) if values else None
 
@@ -434,8 +408,7 @@ def _gear_body(
 ) -> tuple[list[SolidSection], Table]:
     """The gear between its shaft and its reference circle, and its bore or outer diameter."""
     facts = unit.facts[member.gears[0]]
-    stage = unit.stage(member)
-    count = 2 if facts.id in stage.twins else 1
+    count = 2 if facts.id in member.stage.twins else 1
     under = [s for s in sections if s.start <= 1e-9 and s.start + s.length >= -1e-9]
     table: Table = {}
     width = facts.width * count
@@ -460,50 +433,47 @@ def _gear_body(
     return [SolidSection(-width / 2, width, (outer, outer), (inner, inner), density)], table
 
 
-def _additional(view: View, shaft: int) -> Inertia:
-    """Additional masses on a shaft."""
-    mass = polar = tilt = 0.0
-    for part in view.parts(shaft, "additional_mass"):
-        weight = view.number(part, "mass", "mass")
-        about_u = view.number(part, "moment_of_inertia_u_axis", "inertia")
-        across = [view.number(part, f"moment_of_inertia_{axis}_axis", "inertia") for axis in ("v", "w")]
-        stated = [number.si for number in across if number is not None]
-        mass += weight.si if weight else 0.0
-        polar += about_u.si if about_u else 0.0
-        tilt += sum(stated) / len(stated) if stated else 0.0
-    return Inertia(mass, polar, tilt)
+def _additional(view: View, shafts: Iterable[int]) -> Inertia:
+    """Additional masses on shafts, together."""
+    total = Inertia(0.0, 0.0, 0.0)
+    for part in (part for shaft in shafts for part in view.parts(shaft, "additional_mass")):
+        mass, polar, tilt = (
+            view.mean(part, (row for row in rows_of("additional_mass") if row.of == of)) or 0.0
+            for of in ("mass", "polar", "tilt")
+        )
+        total += Inertia(mass, polar, tilt)
+    return total
 
 
 def _cheeks(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
     """A carrier whose file has no plates: two steel discs of a quarter of the face width to beyond the pins."""
-    extra = [_additional(unit.view, part) for part in member.parts]
-    if any(additional.mass for additional in extra):
+    extra = _additional(unit.view, member.parts)
+    if extra.mass:
         return _stated([], extra)[1]
-    planet = unit.facts[unit.stage(member).branches[0].gears[0]]
+    planet = unit.facts[member.stage.branches[0].gears[0]]
     width = planet.width if not math.isnan(planet.width) else 10 * planet.module
     outer = 2 * pin_radius + planet.reference / 2
     reason = "no plates in the file: two steel discs of a quarter of the face width, to half a planet beyond the pins"
     for key in ("mass", "inertia", "tilt_inertia"):
         unit.view.assume(member.parts[0], key, f"{member.path}.{key}", reason)
-    discs = [SolidSection(start, width / 4, (outer, outer), (0.0, 0.0), STEEL) for start in (width / 2, -3 * width / 4)]
-    return _stated(discs, [])[1]
+    discs = [
+        SolidSection(start, width / 4, (outer, outer), (0.0, 0.0), _STEEL) for start in (width / 2, -3 * width / 4)
+    ]
+    return _stated(discs, extra)[1]
 
 
-def _stated(sections: Sequence[SolidSection], extra: Sequence[Inertia]) -> tuple[float, Table]:
+def _stated(sections: Sequence[SolidSection], extra: Inertia) -> tuple[float, Table]:
     """Mass [kg] of sections and additional masses; with the inertias as texts of a model file.
 
     Nine digits of what is integrated, all digits of what additional masses alone state.
     """
-    solid = inertia_of(sections)
-    mass, polar, tilt = (
-        getattr(solid, key) + sum(getattr(additional, key) for additional in extra) for key in ("mass", "polar", "tilt")
-    )
+    total = inertia_of(sections) + extra
     write = (lambda value: f"{value:.9g}") if sections else shown
-    table: Table = {"mass": f"{write(mass)} kg", "inertia": f"{write(polar)} kg m^2"}
+    table: Table = {"mass": f"{write(total.mass)} kg", "inertia": f"{write(total.polar)} kg m^2"}
     # not stated: the model asks for it where a member tilts
-    if sections or any(additional.tilt for additional in extra):
-        table["tilt_inertia"] = f"{write(tilt)} kg m^2"
-    return mass, table
+    if sections or extra.tilt:
+        table["tilt_inertia"] = f"{write(total.tilt)} kg m^2"
+    return total.mass, table
 
 
 # solids of revolution -------------------------------------------------------------------------------------------------
@@ -536,18 +506,20 @@ class Inertia:
     polar: float
     tilt: float
 
+    def __add__(self, other: Inertia) -> Inertia:
+        return Inertia(self.mass + other.mass, self.polar + other.polar, self.tilt + other.tilt)
+
 
 def inertia_of(sections: Iterable[SolidSection]) -> Inertia:
     """Mass and inertias of sections together; those off the axis stand evenly around it."""
-    mass = polar = tilt = 0.0
+    total = Inertia(0.0, 0.0, 0.0)
     for section in sections:
         for share, weight in _POINTS:
             z = section.start + share * section.length
             outer, inner = ((a + (b - a) * share) / 2 for a, b in (section.outer, section.inner))
             slab = section.density * section.length * weight * math.pi
             area, second = outer**2 - inner**2, (outer**4 - inner**4) / 2
-            mass += slab * area
-            polar += slab * (second + area * section.off_axis**2)
             # evenly around the axis, each stands on average for half of its distance squared
-            tilt += slab * (second / 2 + area * (z**2 + section.off_axis**2 / 2))
-    return Inertia(mass, polar, tilt)
+            tilt = second / 2 + area * (z**2 + section.off_axis**2 / 2)
+            total += Inertia(slab * area, slab * (second + area * section.off_axis**2), slab * tilt)
+    return total

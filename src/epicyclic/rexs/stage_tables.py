@@ -9,20 +9,19 @@ from ..errors import ModelError
 from .file import Component, Number, shown
 from .joint_tables import planet_bearings, support_table
 from .members import GearFacts, GearUnit, StageMember, gear_facts, is_lumped, mass_table, normal_module
-from .stages import StageParts, Vector, View, along, cross, minus
+from .stages import StageParts, Table, Vector, View, along, cross, minus, plus, size
+from .table import HELIX, PLACE, RELIEF_SHAPES, ROW, SHARED, RexsRow, rows_of
 
-Table = dict[str, object]
 _SAME_ANGLE = 0.01  # deg; files state places with 1e-12, angles by hand with a few digits
 _SAME_LENGTH = 1e-6  # m
-_HELIX = "helix_angle_reference_diameter"
-# attribute -> key of what the gears of a stage mostly share
-_SHARED = {"normal_module": "module", _HELIX: "helix_angle", "face_width": "face_width"}
-# attribute -> why it is only nearly the stiffness of the mesh
-_STIFFNESSES = {
-    "mean_mesh_stiffness_for_transverse_load_iso_6336_2019": "",
-    "mesh_stiffness_for_load_distribution_along_face_width": ("a value for the load along the face: taken as the mean"),
-}
-_PLACES = ("support_vector", "u_axis_vector", "w_axis_vector", "reference_component_for_position")
+_GEAR = [row for row in rows_of("cylindrical_gear") if row.of and row.key != "teeth"]
+_SHARED = [row for row in _GEAR if row.key in SHARED]
+_STIFFNESSES = rows_of("cylindrical_stage", "stiffness")
+_ADDENDUM = ROW["addendum_coefficient_basic_profile"]
+_DEDENDUM = ROW["addendum_coefficient_reference_profile"]
+_ROUNDING = ROW["tip_radius_factor"]
+_PRESSURE_ANGLE = ROW["normal_pressure_angle"]
+_TURNED = "rotating_angle_around_neg_u_axis"
 
 
 def stage_table(unit: GearUnit, stage: StageParts, origin: Vector | None) -> Table:
@@ -47,7 +46,7 @@ def stage_table(unit: GearUnit, stage: StageParts, origin: Vector | None) -> Tab
     else:  # without profile shift
         planet, other = unit.facts[stage.branches[0].gears[0]], unit.facts[next(iter(stage.central.values()))]
         pins = abs(other.reference + (-planet.reference if other.internal else planet.reference)) / 2
-    members = {m.name: _member(unit, m, table, pins, origin) for m in unit.members if m.stage == stage.name}
+    members = {m.name: _member(unit, m, table, pins, origin) for m in unit.members if m.stage == stage}
     _hands(unit, stage, members)
     _shifts(unit, stage, members, distance)
     meshes = {pair: mesh for pair in stage.meshes if (mesh := _mesh(unit, stage, pair))}
@@ -61,8 +60,7 @@ def stage_table(unit: GearUnit, stage: StageParts, origin: Vector | None) -> Tab
 
 def _spokes(unit: GearUnit, stage: StageParts) -> list[Vector] | None:
     """From the axis of the stage to each planet, across the axis; None where a place is missing."""
-    gear = next(iter(stage.central.values()))
-    middle = unit.view.gear_place(gear, unit.view.shaft_of(gear))
+    middle = unit.view.gear_place(next(iter(stage.central.values())))
     z = unit.axis
     spokes = []
     for branch in stage.branches:
@@ -70,8 +68,7 @@ def _spokes(unit: GearUnit, stage: StageParts) -> list[Vector] | None:
         if place is None or middle is None:
             return None
         apart = minus(place, middle)
-        axial = along(apart, z)
-        spokes.append((apart[0] - axial * z[0], apart[1] - axial * z[1], apart[2] - axial * z[2]))
+        spokes.append(plus(apart, z, -along(apart, z)))
     return spokes
 
 
@@ -80,11 +77,11 @@ def x_axis_of(unit: GearUnit, stage: StageParts) -> Vector | None:
     spokes = _spokes(unit, stage)
     if not spokes:
         return None
-    size = math.sqrt(along(spokes[0], spokes[0]))
-    if not size > _SAME_LENGTH:
+    radius = size(spokes[0])
+    if not radius > _SAME_LENGTH:
         where = f"component {unit.view.label(stage.branches[0].shaft)}"
         raise ModelError("a planet on the axis of its stage", path=where, allowed="a support_vector off the axis")
-    return (spokes[0][0] / size, spokes[0][1] / size, spokes[0][2] / size)
+    return tuple(x / radius for x in spokes[0])
 
 
 def _angles(unit: GearUnit, stage: StageParts, path: str) -> Table:
@@ -97,7 +94,7 @@ def _angles(unit: GearUnit, stage: StageParts, path: str) -> Table:
         angles = [_clean(math.degrees(math.atan2(along(s, y), along(s, x)))) for s in _spokes(unit, stage) or []]
         source = "support_vector"
     elif stated is not None:
-        angles, source = stated, "rotating_angle_around_neg_u_axis"
+        angles, source = stated, _TURNED
     else:
         unit.view.assume(stage.id, "support_vector", f"{path}.planets", "no places of the planets: equally spaced")
         return {"planets": count}
@@ -120,7 +117,7 @@ def _stated_angles(unit: GearUnit, stage: StageParts) -> list[float] | None:
     """Angles of the planets about +u from planet 1, by `rotating_angle_around_neg_u_axis` of meshes with a sun."""
     for pair, meshes in stage.meshes.items():
         if pair.startswith("sun") and len(meshes) == len(stage.branches):
-            numbers = [unit.view.number(mesh, "rotating_angle_around_neg_u_axis", "angle") for mesh in meshes]
+            numbers = [unit.view.number(mesh, _TURNED) for mesh in meshes]
             if all(number is not None for number in numbers):
                 # about -u: turning by it about +u goes the other way round
                 degrees = [-math.degrees(number.si) for number in numbers if number is not None]
@@ -131,31 +128,26 @@ def _stated_angles(unit: GearUnit, stage: StageParts) -> list[float] | None:
 def _compare(unit: GearUnit, stage: StageParts, angles: list[float], stated: list[float]) -> None:
     """Tell where places and stated angles differ: the places count."""
     mesh = next(meshes[0] for pair, meshes in stage.meshes.items() if pair.startswith("sun"))
-    name = "rotating_angle_around_neg_u_axis"
-
-    def same(sense: int) -> bool:
-        apart = ((a - sense * b + 180) % 360 - 180 for a, b in zip(angles, stated, strict=True))
-        return all(abs(angle) < _SAME_ANGLE for angle in apart)
-
-    if same(1):
-        unit.view.read(mesh, name, f"stages.{stage.name}.planet_angles", "agrees with the places of the planets")
-    elif same(-1):
-        unit.view.assume(mesh, name, "", "counts the other way round than the places of the planets, which are taken")
+    apart = {
+        sense: [(a - sense * b + 180) % 360 - 180 for a, b in zip(angles, stated, strict=True)] for sense in (1, -1)
+    }
+    same = [sense for sense, differences in apart.items() if all(abs(angle) < _SAME_ANGLE for angle in differences)]
+    if 1 in same:
+        unit.view.read(mesh, _TURNED, f"stages.{stage.name}.planet_angles", "agrees with the places of the planets")
     else:
-        unit.view.assume(mesh, name, "", "differs from the places of the planets, which are taken")
+        what = "counts the other way round than" if same else "differs from"
+        unit.view.assume(mesh, _TURNED, "", f"{what} the places of the planets, which are taken")
 
 
 def _distance(unit: GearUnit, stage: StageParts, path: str) -> Number | None:
     """Centre distance of all meshes, else the distance of the planets from the axis; None where neither is given."""
-    distances = []
-    for mesh in (mesh for meshes in stage.meshes.values() for mesh in meshes):
-        number = unit.view.number(mesh, "center_distance", "length")
-        if number is not None:
-            distances.append((mesh, abs(number)))
-    radii = [math.sqrt(along(spoke, spoke)) for spoke in _spokes(unit, stage) or []]
-    if distances:
-        mesh, first = distances[0]
-        for other, number in distances[1:]:
+    meshes = [mesh for of_pair in stage.meshes.values() for mesh in of_pair]
+    numbers = {mesh: unit.view.number(mesh, "center_distance") for mesh in meshes}
+    radii = [size(spoke) for spoke in _spokes(unit, stage) or []]
+    given = [(mesh, abs(number)) for mesh, number in numbers.items() if number is not None]
+    if given:
+        (mesh, first), *others = given
+        for other, number in others:
             if abs(number.si - first.si) > _SAME_LENGTH:
                 unit.view.lose(other, "center_distance", f"{number.text} differs from {first.text} of component {mesh}")
         if any(abs(radius - first.si) > _SAME_LENGTH for radius in radii):
@@ -172,29 +164,22 @@ def _distance(unit: GearUnit, stage: StageParts, path: str) -> Number | None:
 def _shared(unit: GearUnit, stage: StageParts, path: str) -> Table:
     """What all gears of a stage have in common: module, helix angle, pressure angle, face width."""
     gears = list(stage.gears.values())
-    table: Table = {}
-    for name, key in _SHARED.items():
-        texts = {_text(unit.view, gear, name) for gear in gears}
-        if len(texts) == 1 and (text := texts.pop()):
-            table[key] = text
-            for gear in gears:
-                unit.view.read(gear, name, f"{path}.{key}", text)
     flanks = [flank.id for gear in gears for flank in unit.view.flanks_of(gear)]
-    angles = {_text(unit.view, flank, "normal_pressure_angle") for flank in flanks}
-    if len(angles) == 1 and (angle := angles.pop()):
-        table["pressure_angle"] = angle
-        unit.view.read(gears[0], "normal_pressure_angle", f"{path}.pressure_angle", angle)
-    elif not angles - {""}:
-        unit.view.assume(stage.id, "normal_pressure_angle", "", "not given: 20 deg")
+    table: Table = {}
+    for row, parts, told in (*((row, gears, gears) for row in _SHARED), (_PRESSURE_ANGLE, flanks, gears[:1])):
+        entries = {_entry(unit.view, part, row) for part in parts}
+        if len(entries) == 1 and (entry := entries.pop()):
+            table[row.key] = entry
+            for gear in told:
+                unit.view.read(gear, row.id, f"{path}.{row.key}", entry)
+        elif row is _PRESSURE_ANGLE and not entries - {None}:
+            unit.view.assume(stage.id, row.id, "", "not given: 20 deg")
     return table
 
 
-def _text(view: View, component: int, name: str) -> str:
-    """A length or angle as a model file writes it; empty where it is not given, or a helix angle of 0."""
-    number = view.number(component, name, "angle" if "_angle" in name else "length")
-    if name == _HELIX:
-        return "" if number is None or not number.si else abs(number).text
-    return "" if number is None else number.text
+def _entry(view: View, part: int, row: RexsRow) -> object:
+    """What an attribute of a gear or flank becomes; None where it is not given."""
+    return row.entry(normal_module(view, part) if row.key == "module" else view.number(part, row.id))
 
 
 def _herringbone(unit: GearUnit, stage: StageParts, path: str) -> Table:
@@ -204,13 +189,13 @@ def _herringbone(unit: GearUnit, stage: StageParts, path: str) -> Table:
         without = sorted(set(every) - set(stage.twins))
         raise ModelError("a stage with herringbone gears and others", path=f"component {stage.id}", given=without)
     gear = every[0]
-    left, right = unit.view.frame(gear), unit.view.frame(stage.twins[gear])
+    left, right = unit.view.place(gear), unit.view.place(stage.twins[gear])
     table: Table = {"herringbone": True}
     if left is not None and right is not None:
-        gap = abs(along(minus(right.place, left.place), unit.axis)) - unit.facts[gear].width
+        gap = abs(along(minus(right, left), unit.axis)) - unit.facts[gear].width
         if gap > 1e-9:
             table["gap"] = f"{gap * 1e3:.9g} mm"
-    unit.view.read(gear, _HELIX, f"{path}.herringbone", f"with component {stage.twins[gear]}")
+    unit.view.read(gear, HELIX, f"{path}.herringbone", f"with component {stage.twins[gear]}")
     return table
 
 
@@ -246,92 +231,85 @@ def _hands(unit: GearUnit, stage: StageParts, members: Mapping[str, Table]) -> N
     """The hand of one gear of each chain in mesh; those of its mates follow, and are told where they do not."""
     for planet in stage.planets:
         chain = {name: stage.gears[name] for name in (*stage.mates(planet), planet)}
-        first: tuple[str, float] | None = None  # the helix that the planet must have, by the first gear
+        facts = {name: unit.facts[gear] for name, gear in chain.items()}
+        # the helix that the planet must have, by each gear that is no ring
+        asked = {
+            name: f.helix if name == planet else -f.helix for name, f in facts.items() if f.helix and not f.internal
+        }
+        if not asked:
+            continue
+        first, counts = next(iter(asked.items()))
+        members[first]["hand"] = hand = "right" if facts[first].helix > 0 else "left"
+        unit.view.read(chain[first], HELIX, f"stages.{stage.name}.{first}.hand", hand)
+        for name, helix in asked.items():
+            if helix * counts < 0:
+                unit.view.assume(chain[name], HELIX, "", f"its sign does not fit that of {first}, which counts")
         for name, gear in chain.items():
-            helix = unit.facts[gear].helix
-            if not helix or unit.facts[gear].internal:
-                continue
-            as_planet = helix if name == planet else -helix
-            if first is None:
-                first = (name, as_planet)
-                hand = "right" if helix > 0 else "left"
-                members[name]["hand"] = hand
-                unit.view.read(gear, _HELIX, f"stages.{stage.name}.{name}.hand", hand)
-            elif first[1] * as_planet < 0:
-                unit.view.assume(gear, _HELIX, "", f"its sign does not fit that of {first[0]}, which counts")
-        for name, gear in chain.items():
-            if unit.facts[gear].internal and first is not None and unit.facts[gear].helix * first[1] < 0:
+            if facts[name].internal and facts[name].helix * counts < 0:
                 reason = f"its sign is that of the other hand: {name} has the hand of its planets"
-                unit.view.assume(gear, _HELIX, "", reason)
+                unit.view.assume(gear, HELIX, "", reason)
 
 
 def _shifts(unit: GearUnit, stage: StageParts, members: Mapping[str, Table], distance: Number | None) -> None:
     """Profile shifts that the file does not give: from the centre distance where it says them, else 0."""
-    name = "addendum_modification_coefficient"
-
-    def unshifted(member: str) -> None:
-        members[member]["profile_shift"] = 0.0
-        path = f"stages.{stage.name}.{member}.profile_shift"
-        unit.view.assume(stage.gears[member], name, path, "not in the file: 0")
-
     missing = [member for member in stage.gears if "profile_shift" not in members[member]]
-    for planet in stage.planets:
-        if planet in missing and (distance is None or all(mate in missing for mate in stage.mates(planet))):
-            unshifted(planet)
-            missing.remove(planet)
-    for member in missing:
-        if distance is not None:
-            reason = f"stages.{stage.name}.{member}.profile_shift follows from the centre distance"
-            unit.view.assume(stage.gears[member], name, "", reason)
+
+    def unshifted(member: str) -> bool:  # a planet where the distance says no more than a sum
+        return distance is None or (member in stage.planets and all(mate in missing for mate in stage.mates(member)))
+
+    for member in sorted(missing, key=lambda member: not (member in stage.planets and unshifted(member))):
+        name, path = "addendum_modification_coefficient", f"stages.{stage.name}.{member}.profile_shift"
+        if unshifted(member):
+            members[member]["profile_shift"] = 0.0
+            unit.view.assume(stage.gears[member], name, path, "not in the file: 0")
         else:
-            unshifted(member)
+            unit.view.assume(stage.gears[member], name, "", f"{path} follows from the centre distance")
 
 
 def _mesh(unit: GearUnit, stage: StageParts, pair: str) -> Table:
     """Keys of a mesh: stiffness and backlash where the file gives them, alike in all branches."""
     table: Table = {}
-    meshes = stage.meshes[pair]
-    path = f"stages.{stage.name}.meshes.{pair}"
-    for name, reason in _STIFFNESSES.items():
-        number = _alike(unit, meshes, name, "stiffness_per_width")
+    first, *others = stage.meshes[pair]
+    path, which = f"stages.{stage.name}.meshes.{pair}", "all branches"
+    for row in _STIFFNESSES:
+        number = _alike(unit.view, first, others, row.id, which)
         if number is None or not number.si > 0:
             continue
-        common = unit.view.number(meshes[0], "common_face_width", "length")
+        common = unit.view.number(first, "common_face_width")
         widths = [unit.facts[stage.gears[gear]].width for gear in pair.split("-")]
         least = min((width for width in widths if not math.isnan(width)), default=math.nan)
         if common is None or abs(common.si - least) < _SAME_LENGTH:
             stiffness = number.text
         else:
             stiffness = f"{shown(number.si * common.si)} N/m"
-        table |= {"stiffness": stiffness, "direction": "transverse", "variation": "contact-lines"}
+        table |= {row.key: stiffness, "direction": "transverse", "variation": "contact-lines"}
         varies = "the file has a mean stiffness: it varies with the length of the contact lines"
-        unit.view.assume(meshes[0], name, f"{path}.variation", varies)
-        unit.view.read(meshes[0], name, f"{path}.stiffness", stiffness)
-        if reason:
-            unit.view.assume(meshes[0], name, f"{path}.stiffness", reason)
+        unit.view.assume(first, row.id, f"{path}.variation", varies)
+        unit.view.read(first, row.id, f"{path}.{row.key}", stiffness)
+        if row.note:
+            unit.view.assume(first, row.id, f"{path}.{row.key}", row.note)
         break
-    limits = [_alike(unit, meshes, f"{end}_normal_backlash", "length") for end in ("minimum", "maximum")]
+    limits = [_alike(unit.view, first, others, f"{end}_normal_backlash", which) for end in ("minimum", "maximum")]
     backlashes = [number.si for number in limits if number is not None]
     if backlashes and min(backlashes) >= 0:
         table["backlash"] = f"{sum(backlashes) / len(backlashes) * 1e3:.9g} mm"
-        unit.view.read(meshes[0], "normal_backlash", f"{path}.backlash", f"{table['backlash']}, mean of the limits")
+        unit.view.read(first, "normal_backlash", f"{path}.backlash", f"{table['backlash']}, mean of the limits")
     return table
 
 
-def _alike(unit: GearUnit, meshes: tuple[int, ...], name: str, kind: str) -> Number | None:
-    """A number of the meshes of all branches: that of the first, others told where they differ."""
-    numbers = [unit.view.number(mesh, name, kind) for mesh in meshes]
-    first = numbers[0]
-    for mesh, number in zip(meshes[1:], numbers[1:], strict=True):
-        if (number is None) != (first is None) or (number is not None and first is not None and number.si != first.si):
-            unit.view.lose(mesh, name, f"differs from that of component {meshes[0]}, which counts for all branches")
-    return first
+def _alike(view: View, first: int, others: Sequence[int], name: str, which: str) -> Number | None:
+    """A number of components alike: that of the first, others told where they differ."""
+    number = view.number(first, name)
+    for other in others:
+        differs = view.number(other, name)
+        if (None if differs is None else differs.si) != (None if number is None else number.si):
+            view.lose(other, name, f"differs from that of component {first}, which counts for {which}")
+    return number
 
 
 # gears ----------------------------------------------------------------------------------------------------------------
 
 _TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
-_SHAPES = {"linear": "linear", "parabolic": "parabolic", "quadratic": "parabolic"}
 
 
 def gear_table(view: View, gears: Sequence[int], path: str, stage_table: Table) -> Table:
@@ -342,19 +320,16 @@ def gear_table(view: View, gears: Sequence[int], path: str, stage_table: Table) 
     gear, facts = gears[0], gear_facts(view, gears[0])
     table: Table = {"teeth": facts.teeth}
     view.read(gear, "number_of_teeth", f"{path}.teeth", facts.teeth)
-    for name, key in _SHARED.items():
-        text = normal_module(view, gear).text if key == "module" else _text(view, gear, name)
-        if text and stage_table.get(key) != text:
-            table[key] = text
-            view.read(gear, name, f"{path}.{key}", text)
-    for name in ("tip_diameter", "root_diameter"):
-        number = view.number(gear, name, "length")
-        if number is not None:
-            table[name] = abs(number).text
-            view.read(gear, name, f"{path}.{name}", abs(number).text)
+    for row in _GEAR:
+        _put(view, gear, row, table, path, stage_table)
     table |= _coefficients(view, gear, path, facts)
     flanks = view.flanks_of(gear)
-    table |= _profile(view, flanks, path, stage_table)
+    for flank in reversed(flanks):  # the left one last: it counts where they differ
+        for row in rows_of("cylindrical_gear_flank"):
+            entry = _entry(view, flank.id, row)
+            if entry is not None and table.get(row.key, entry) != entry:
+                view.lose(flanks[-1].id, row.id, "differs from that of the left flank, which counts")
+            _put(view, flank.id, row, table, path, stage_table)
     modified = [_flank_table(view, flank, facts, f"{path}.flank") for flank in flanks]
     if len(modified) == 2 and modified[0] != modified[1]:
         reason = "left and right flank differ: that of the left flank is taken for the loaded one"
@@ -366,6 +341,15 @@ def gear_table(view: View, gears: Sequence[int], path: str, stage_table: Table) 
     return table
 
 
+def _put(view: View, part: int, row: RexsRow, table: Table, path: str, beside: Table | None = None) -> None:
+    """Put an attribute into a table, where it is given and not the same as in another."""
+    entry = _entry(view, part, row)
+    if entry is not None and (beside or {}).get(row.key) != entry:
+        table[row.key] = entry
+        number = view.number(part, row.id)
+        view.read(part, row.id, f"{path}.{row.key}", entry if isinstance(entry, str) or number is None else number.text)
+
+
 def _mark_alike(view: View, gear: int, other: int) -> None:
     """Note the attributes of a planet gear that are those of the first as read, and what differs as lost."""
     pairs = [(gear, other)]
@@ -374,7 +358,7 @@ def _mark_alike(view: View, gear: int, other: int) -> None:
         for name in list(view.asked.get(a, ())):
             first, second = view.components[a].attributes.get(name), view.value(b, name)
             differs = second is not None and (first is None or first.value != second)
-            if differs and name not in _PLACES:
+            if differs and name not in PLACE:
                 view.lose(b, name, f"differs from that of component {a}, which counts for all planets")
 
 
@@ -382,54 +366,24 @@ def _coefficients(view: View, gear: int, path: str, facts: GearFacts) -> Table:
     """Addendum of the gear; dedendum and rounding from the tool that cuts it."""
     table: Table = {}
     attributes = view.components[gear].attributes
-
-    def read(component: int, name: str, key: str, number: Number) -> None:
-        table[key] = number.si
-        view.read(component, name, f"{path}.{key}", number.text)
-
-    addendum = view.number(gear, "addendum_coefficient_basic_profile", "ratio")
-    if addendum is not None and "tip_diameter" not in attributes:
-        read(gear, "addendum_coefficient_basic_profile", "addendum", addendum)
+    if view.number(gear, _ADDENDUM.id) is not None and "tip_diameter" not in attributes:
+        _put(view, gear, _ADDENDUM, table, path)
     elif math.isnan(facts.tip):
         view.assume(gear, "tip_diameter", "", "tip diameter not given: addendum 1 module")
     for tool in _tools(view, gear)[:1]:
-        root = view.number(tool.id, "addendum_coefficient_reference_profile", "ratio")
-        if root is not None and "root_diameter" not in attributes and 0.2 < root.si < 5:
-            read(tool.id, "addendum_coefficient_reference_profile", "dedendum", root)
-        if tool.type == "rack_shaped_tool":
-            rounding = view.number(tool.id, "tip_radius_factor", "ratio")
-            if rounding is not None and 0 <= rounding.si <= 1:
-                read(tool.id, "tip_radius_factor", "tip_rounding", rounding)
+        if 0.2 < view.si(tool.id, _DEDENDUM.id, math.nan) < 5 and "root_diameter" not in attributes:
+            _put(view, tool.id, _DEDENDUM, table, path)
+        if tool.type == "rack_shaped_tool" and 0 <= view.si(tool.id, _ROUNDING.id, math.nan) <= 1:
+            _put(view, tool.id, _ROUNDING, table, path)
     return table
 
 
 def _tools(view: View, gear: int) -> list[Component]:
     """Tools of a gear: those it refers to, or that work on its flanks, in their order."""
-    tools = [component for component in view.referenced(gear) if component.type in _TOOLS]
-    flanks = {flank.id for flank in view.flanks_of(gear)}
-    for relation in view.relations("manufacturing_step"):
-        tool = relation.part("tool")
-        if relation.part("workpiece") in flanks and tool is not None and view.components[tool].type in _TOOLS:
-            tools.append(view.components[tool])
-    return tools
-
-
-def _profile(view: View, flanks: Sequence[Component], path: str, stage_table: Table) -> Table:
-    """Pressure angle and profile shift, from the flanks."""
-    table: Table = {}
-    for flank in reversed(flanks):  # the left one last: it counts where they differ
-        angle = view.number(flank.id, "normal_pressure_angle", "angle")
-        if angle is not None and stage_table.get("pressure_angle") != angle.text:
-            table["pressure_angle"] = angle.text
-            view.read(flank.id, "normal_pressure_angle", f"{path}.pressure_angle", angle.text)
-        for name in ("addendum_modification_coefficient", "profile_shift_coefficient"):
-            shift = view.number(flank.id, name, "ratio")
-            if shift is not None:
-                if table.get("profile_shift", shift.si) != shift.si:
-                    view.lose(flank.id, name, "differs from that of the left flank, which counts")
-                table["profile_shift"] = shift.si
-                view.read(flank.id, name, f"{path}.profile_shift", shift.text)
-    return table
+    flanks = [flank.id for flank in view.flanks_of(gear)]
+    steps = view.related.get("manufacturing_step", ())
+    working = [view.components[tool] for flank, tool in steps if flank in flanks and tool is not None]
+    return [component for component in (*view.referenced(gear), *working) if component.type in _TOOLS]
 
 
 def _flank_table(view: View, flank: Component, facts: GearFacts, path: str) -> Table:
@@ -442,7 +396,7 @@ def _flank_table(view: View, flank: Component, facts: GearFacts, path: str) -> T
                 table[part.type] = relief
                 view.read(part.id, f"{part.type}_depth", f"{path}.{part.type}", relief["amount"])
         elif part.type == "helix_crowning":
-            ends = [view.number(part.id, f"helix_crowning_amount_{e}_face", "length") for e in ("datum", "non_datum")]
+            ends = [view.number(part.id, row.id) for row in rows_of("helix_crowning")]
             crownings = [number for number in ends if number is not None]
             if crownings and all(number.si == crownings[0].si for number in crownings) and crownings[0].si >= 0:
                 table["crown"] = crownings[0].text
@@ -455,8 +409,9 @@ def _flank_table(view: View, flank: Component, facts: GearFacts, path: str) -> T
 def _relief(view: View, part: Component, facts: GearFacts) -> Table:
     """Tip or root relief: its amount, and its length as a height of the tooth."""
     kind = part.type
-    amount = view.number(part.id, f"{kind}_depth", "length") or view.number(part.id, f"{kind}_amount", "length")
-    start = view.number(part.id, f"{kind}_datum_diameter", "length")
+    amounts = (view.number(part.id, row.id) for row in rows_of(kind, "amount"))
+    amount = next((number for number in amounts if number is not None), None)
+    start = view.number(part.id, f"{kind}_datum_diameter")
     if amount is None or start is None or kind != "tip_relief" or math.isnan(facts.tip) or amount.si < 0:
         reason = "without amount, datum diameter or tip diameter its height on the tooth is not known"
         view.lose(part.id, kind, reason if kind == "tip_relief" else "the lowest point of contact is not in the file")
@@ -464,8 +419,8 @@ def _relief(view: View, part: Component, facts: GearFacts) -> Table:
     height = abs(facts.tip - abs(start.si)) / 2
     table: Table = {"amount": amount.text, "length": f"{height * 1e3:.9g} mm"}
     shape = view.value(part.id, "shape_of_relief")
-    if isinstance(shape, str) and shape in _SHAPES:
-        table["shape"] = _SHAPES[shape]
+    if isinstance(shape, str) and shape in RELIEF_SHAPES:
+        table["shape"] = RELIEF_SHAPES[shape]
     elif shape not in (None, False):
         view.lose(part.id, "shape_of_relief", f"{shape}: taken as linear")
     return table

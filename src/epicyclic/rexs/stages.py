@@ -8,15 +8,18 @@ between shafts, plates and the casing, and which parts turn as one.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Generic, NamedTuple, TypeVar
 
 from ..errors import ModelError
-from .file import Component, Number, Relation, RexsFile, Value, number_in, number_of, shown
+from .file import QUANTITIES, Component, Number, RexsFile, Value, number_in, number_of, shown
+from .table import BEARINGS, HELIX, RELATIONS, ROW, RexsRow, rows_of
 
-Vector = tuple[float, float, float]
-_Index = Mapping[int, Sequence[int]]
+Table = dict[str, object]
+Vector = tuple[float, ...]  # of three numbers
+_Roles = tuple[int | None, ...]
+_ORDERED = {"ordered_assembly": "assembly", "ordered_reference": "reference"}
 _MOST_FRAMES = 50  # references nested deeper than any gear unit: a loop
 
 
@@ -25,18 +28,27 @@ def along(a: Vector, b: Vector) -> float:
     return math.fsum(x * y for x, y in zip(a, b, strict=True))
 
 
+def size(a: Vector) -> float:
+    """Length."""
+    return math.sqrt(along(a, a))
+
+
 def cross(a: Vector, b: Vector) -> Vector:
     """Vector product."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
+def plus(a: Vector, b: Vector, times: float = 1.0) -> Vector:
+    """Sum with a multiple of another vector."""
+    return tuple(x + y * times for x, y in zip(a, b, strict=True))
+
+
 def minus(a: Vector, b: Vector) -> Vector:
     """Difference."""
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+    return plus(a, b, -1.0)
 
 
-@dataclass(frozen=True, slots=True)
-class PartFrame:
+class PartFrame(NamedTuple):
     """A place [m] and the axes u, v, w of a component, in the frame of the gear unit."""
 
     place: Vector
@@ -46,16 +58,23 @@ class PartFrame:
 
     def turned(self, vector: Vector) -> Vector:
         """A vector given along the axes."""
-        u, v, w = self.u, self.v, self.w
         x, y, z = vector
-        return (
-            x * u[0] + y * v[0] + z * w[0],
-            x * u[1] + y * v[1] + z * w[1],
-            x * u[2] + y * v[2] + z * w[2],
-        )
+        return plus(plus(tuple(a * x for a in self.u), self.v, y), self.w, z)
 
 
 _UNIT = PartFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+Group = TypeVar("Group", bound=Hashable)
+Grouped = TypeVar("Grouped", bound=Hashable)
+
+
+def grouped(pairs: Iterable[tuple[Group, Grouped]]) -> dict[Group, tuple[Grouped, ...]]:
+    """What belongs to each group, each once, in order."""
+    groups: dict[Group, dict[Grouped, None]] = {}
+    for group, one in pairs:
+        groups.setdefault(group, {})[one] = None
+    return {group: tuple(members) for group, members in groups.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +96,7 @@ class View:
     """A REXS file with the values of one load case, and the list of what was read, assumed and lost.
 
     components : by id, attributes of the load case laid over.  types : ids by type, ascending.
-    assembled : assembly -> its parts.  assemblies : part -> what it is assembled to.
-    references : origin -> referenced.  flanks : gear -> left and right flank.  by_type : relations by their type.
+    related : parts of the relations of a type, in the order of its roles.  roles : of those with a part in a role.
     entries, assumptions, losses : each entry once, in the order of the questions.
     asked : component -> attributes that were asked for.  frames : of components, found when asked.
     unread : stages without planets, which are not read -> their two gears.
@@ -87,11 +105,8 @@ class View:
     file: RexsFile
     components: Mapping[int, Component]
     types: Mapping[str, Sequence[int]]
-    assembled: _Index
-    assemblies: _Index
-    references: _Index
-    flanks: _Index
-    by_type: Mapping[str, Sequence[Relation]]
+    related: Mapping[str, Sequence[_Roles]]
+    roles: Mapping[tuple[str, int, int], Sequence[_Roles]]
     entries: dict[Entry, None] = field(default_factory=dict)
     assumptions: dict[Entry, None] = field(default_factory=dict)
     losses: dict[Entry, None] = field(default_factory=dict)
@@ -103,40 +118,50 @@ class View:
         """Components of some types, by id."""
         return [self.components[i] for i in sorted(i for kind in types for i in self.types.get(kind, ()))]
 
-    def relations(self, *types: str) -> Iterable[Relation]:
-        """Relations of some types, in the order of the file."""
-        return (relation for kind in types for relation in self.by_type.get(kind, ()))
-
-    def shafts(self, relation: str, stage: int) -> list[int]:
-        """Shafts that relations of a type join to a planetary stage, each once."""
-        return list(_index_of(self.relations(relation), "planetary_stage", "shaft").get(stage, ()))
+    def joined(self, relation: str, part: int, role: int = 0, other: int = 1) -> list[int]:
+        """Components in another role of the relations of a type with a part in a role, each once."""
+        relations = self.roles.get((relation, role, part), ())
+        return list(dict.fromkeys(number for parts in relations if (number := parts[other]) is not None))
 
     def parts(self, assembly: int, *types: str) -> list[int]:
         """Parts of an assembly, of some component types or of all."""
-        return [p for p in self.assembled.get(assembly, ()) if not types or self.components[p].type in types]
+        return [p for p in self.joined("assembly", assembly) if not types or self.components[p].type in types]
 
     def shaft_of(self, part: int) -> int | None:
         """Shaft a gear or load is assembled to, None where there is none."""
-        return next((a for a in self.assemblies.get(part, ()) if self.components[a].type == "shaft"), None)
+        assemblies = self.joined("assembly", part, 1, 0)
+        return next((a for a in assemblies if self.components[a].type == "shaft"), None)
 
     def referenced(self, origin: int) -> list[Component]:
         """What a component refers to: material, tool, flank modification."""
-        return [self.components[part] for part in self.references.get(origin, ())]
+        return [self.components[part] for part in self.joined("reference", origin)]
 
     def flanks_of(self, gear: int) -> list[Component]:
         """Left and right flank of a gear, those that are given."""
-        return [self.components[part] for part in self.flanks.get(gear, ())]
+        _, *sides = next(iter(self.roles.get(("flank", 0, gear), ())), (gear,))
+        return [self.components[side] for side in sides if side is not None]
 
-    def number(self, component: int, name: str, kind: str) -> Number | None:
+    def number(self, component: int, name: str) -> Number | None:
         """A number of a component; None where it is not given. Raises ModelError as of `number_of`."""
         self.asked.setdefault(component, {})[name] = None
-        return number_of(self.components[component], name, kind)
+        return number_of(self.components[component], name, QUANTITIES[ROW[name].unit])
 
     def value(self, component: int, name: str) -> Value:
         """A value of a component as it stands; None where it is not given."""
         self.asked.setdefault(component, {})[name] = None
         attribute = self.components[component].attributes.get(name)
         return None if attribute is None else attribute.value
+
+    def si(self, component: int, name: str, otherwise: float = 0.0) -> float:
+        """A number in SI, another where it is not given. Raises ModelError as of `number_of`."""
+        number = self.number(component, name)
+        return otherwise if number is None else number.si
+
+    def mean(self, component: int, rows: Iterable[RexsRow]) -> float | None:
+        """Mean in SI of those of some attributes that are given; None of none. Raises ModelError as of `number_of`."""
+        numbers = [self.number(component, row.id) for row in rows]
+        given = [number.si for number in numbers if number is not None]
+        return sum(given) / len(given) if given else None
 
     def read(self, component: int, attribute: str, path: str, text: object) -> None:
         """Note that an attribute became what stands at a path."""
@@ -168,37 +193,34 @@ class View:
         place = self._vector(component, "support_vector")
         base = _UNIT
         reference = self.value(component, "reference_component_for_position")
-        if isinstance(reference, (int, float)) and not isinstance(reference, bool) and int(reference) != component:
-            if int(reference) in self.components:
+        if isinstance(reference, (int, float)) and not isinstance(reference, bool):
+            if int(reference) != component and int(reference) in self.components:
                 base = self.frame(int(reference), depth=depth + 1) or _UNIT
         frame = None
         if place is not None:
-            u = self._axis(component, "u_axis_vector", (1.0, 0.0, 0.0))
-            w = self._axis(component, "w_axis_vector", (0.0, 0.0, 1.0))
-            origin, absolute = base.place, base.turned(place)
-            axis, third = base.turned(u), base.turned(w)
-            centre = (origin[0] + absolute[0], origin[1] + absolute[1], origin[2] + absolute[2])
-            frame = PartFrame(centre, axis, cross(third, axis), third)
+            u = base.turned(self._axis(component, "u_axis_vector", _UNIT.u))
+            w = base.turned(self._axis(component, "w_axis_vector", _UNIT.w))
+            frame = PartFrame(plus(base.place, base.turned(place)), u, cross(w, u), w)
         self.frames[component] = frame
         return frame
 
+    def place(self, component: int) -> Vector | None:
+        """Place that a component itself has, None where the file gives none."""
+        frame = self.frame(component)
+        return None if frame is None else frame.place
+
     def on_shaft(self, component: int, shaft: int, coordinate: str) -> Vector | None:
         """Place of what sits on a shaft: its own, else its coordinate along the shaft."""
-        frame = self.frame(component)
-        if frame is not None:
-            return frame.place
-        base, distance = self.frame(shaft), self.number(component, coordinate, "length")
-        if base is None or distance is None:
-            return None if base is None else base.place  # where along the shaft is not said
-        (x, y, z), u, length = base.place, base.u, distance.si
-        return (x + u[0] * length, y + u[1] * length, z + u[2] * length)
+        if (place := self.place(component)) is not None:
+            return place
+        base, distance = self.frame(shaft), self.number(component, coordinate)
+        # where along the shaft may not be said
+        return None if base is None else plus(base.place, base.u, distance.si if distance is not None else 0.0)
 
-    def gear_place(self, gear: int, shaft: int | None) -> Vector | None:
-        """Centre of a gear: its own place, else that on its shaft."""
-        if shaft is not None:
-            return self.on_shaft(gear, shaft, "u_coordinate_on_shaft")
-        frame = self.frame(gear)
-        return None if frame is None else frame.place
+    def gear_place(self, gear: int, shaft: int | None = None) -> Vector | None:
+        """Centre of a gear: its own place, else that on its shaft.  shaft : of a planet, else found."""
+        shaft = self.shaft_of(gear) if shaft is None else shaft
+        return self.place(gear) if shaft is None else self.on_shaft(gear, shaft, "u_coordinate_on_shaft")
 
     def _vector(self, component: int, name: str) -> Vector | None:
         """A vector attribute as lengths in SI; None where it is not given."""
@@ -206,26 +228,21 @@ class View:
         if value is None:
             return None
         where = f"component {self.label(component)}, {name}"
-        shown = list(value) if isinstance(value, tuple) else value
-        if not isinstance(value, tuple) or len(value) != 3:
-            raise ModelError("not a vector", path=where, given=shown, allowed="an array of three numbers")
+        if not isinstance(value, tuple) or len(value) != 3 or None in value:
+            given = list(value) if isinstance(value, tuple) else value
+            raise ModelError("not a vector", path=where, given=given, allowed="an array of three numbers")
         unit = self.components[component].attributes[name].unit
-        numbers = []
-        for entry in value:
-            if entry is None:
-                raise ModelError("not a vector", path=where, given=shown, allowed="an array of three numbers")
-            numbers.append(number_in(entry, unit, "length", where).si)
-        return (numbers[0], numbers[1], numbers[2])
+        return tuple(number_in(entry, unit, "length", where).si for entry in value)
 
     def _axis(self, component: int, name: str, default: Vector) -> Vector:
         """A direction of length 1; its unit means nothing."""
         vector = self._vector(component, name)
         if vector is None:
             return default
-        size = math.sqrt(along(vector, vector))
-        if not size > 1e-30:
+        length = size(vector)
+        if not length > 1e-30:
             raise ModelError("a direction of length 0", path=f"component {self.label(component)}, {name}")
-        return (vector[0] / size, vector[1] / size, vector[2] / size)
+        return tuple(x / length for x in vector)
 
 
 def view_of(file: RexsFile, load_case: int | None) -> View:
@@ -244,105 +261,69 @@ def view_of(file: RexsFile, load_case: int | None) -> View:
         for over in case.components:
             if (base := components.get(over.id)) is not None:
                 components[over.id] = replace(base, attributes={**base.attributes, **over.attributes})
-    types: dict[str, list[int]] = {}
-    for number in sorted(components):
-        types.setdefault(components[number].type, []).append(number)
-    by_type: dict[str, list[Relation]] = {}
-    for relation in file.relations:
-        by_type.setdefault(relation.type, []).append(relation)
-    assemblies = [*by_type.get("assembly", ()), *by_type.get("ordered_assembly", ())]
-    references = [*by_type.get("reference", ()), *by_type.get("ordered_reference", ())]
-    flanks: dict[int, list[int]] = {}
-    for relation in by_type.get("flank", ()):
-        gear, sides = relation.part("gear"), (relation.part("left"), relation.part("right"))
-        if gear is not None:
-            flanks.setdefault(gear, [side for side in sides if side is not None])
+    # those with an order say the same, and stand behind
+    relations = sorted(file.relations, key=lambda relation: relation.type in _ORDERED)
+    stated = [(_ORDERED.get(relation.type, relation.type), relation) for relation in relations]
+    parts = [(kind, tuple(map(relation.part, RELATIONS.get(kind, ())))) for kind, relation in stated]
+    roles = (((kind, role, part), ids) for kind, ids in parts for role, part in enumerate(ids) if part is not None)
     return View(
         file=file,
         components=components,
-        types=types,
-        assembled=_index_of(assemblies, "assembly", "part"),
-        assemblies=_index_of(assemblies, "part", "assembly"),
-        references=_index_of(references, "origin", "referenced"),
-        flanks=flanks,
-        by_type=by_type,
+        types=grouped((components[number].type, number) for number in sorted(components)),
+        related=grouped(parts),
+        roles=grouped(roles),
     )
-
-
-def _index_of(relations: Iterable[Relation], key: str, value: str) -> _Index:
-    """Components in one role by that in another, each once."""
-    index: dict[int, dict[int, None]] = {}
-    for relation in relations:
-        a, b = relation.part(key), relation.part(value)
-        if a is not None and b is not None:
-            index.setdefault(a, {})[b] = None
-    return {a: tuple(parts) for a, parts in index.items()}
 
 
 # joints ---------------------------------------------------------------------------------------------------------------
 
 # Stiffness from which on a joint is rigid: "rigid" of the programs is 1e20 N/m and more, real joints stay below 1e13.
 RIGID = 1e16
-_BEARINGS = (
-    "concept_bearing",
-    "rolling_bearing_with_catalog_geometry",
-    "rolling_bearing_with_detailed_geometry",
-    "slide_bearing",
-    "hydrodynamic_radial_plain_bearing",
-)
-_KINDS = {
-    "radial_stiffness": "stiffness",
-    "axial_stiffness": "stiffness",
-    "bending_stiffness": "torsional_stiffness",
-    "rotational_stiffness": "torsional_stiffness",
-}
+STIFFNESSES = [row for row in rows_of("coupling") if row.key]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Joint:
-    """A bearing or coupling between two parts.
+    """A bearing or coupling between two parts, equal to itself alone.
 
-    id : of its component.  inner, outer : ids of the parts.  bearing : turns freely about its axis.
-    radial, axial, tilt, turn : stiffness, None where not given; infinite where rigid, 0 where it holds nothing.
+    id : of its component.  ends : ids of the inner and the outer part.  bearing : turns freely about its axis.
+    stiffness : by key of a link, None where not given; infinite where rigid, 0 where it holds nothing.
     """
 
     id: int
-    inner: int
-    outer: int
+    ends: tuple[int, int]
     bearing: bool
-    radial: Number | None
-    axial: Number | None
-    tilt: Number | None
-    turn: Number | None
+    stiffness: Mapping[str, Number | None]
 
     @property
     def rigid(self) -> bool:
         """Whether it lets nothing move."""
-        stiffnesses = (self.radial, self.axial, self.tilt, self.turn)
-        return not self.bearing and all(number is None or number.si >= RIGID for number in stiffnesses)
+        return not self.bearing and all(n is None or n.si >= RIGID for n in self.stiffness.values())
 
     @property
     def holds_turn(self) -> bool:
         """Whether a torque passes through it."""
-        return not self.bearing and (self.turn is None or self.turn.si > 0)
+        turn = self.stiffness["rz"]
+        return not self.bearing and (turn is None or turn.si > 0)
 
 
 def joints_of(view: View) -> list[Joint]:
     """Bearings and couplings of a file, engaged ones, by id. Raises ModelError for a stiffness without its unit."""
     joints = []
-    for relation in view.relations("side", "coupling", "connection"):
-        joint, inner, outer = relation.part("assembly"), relation.part("inner_part"), relation.part("outer_part")
-        if joint is None or inner is None or outer is None:
+    kinds = ("side", "coupling", "connection")
+    for relation in sorted((r for r in view.file.relations if r.type in kinds), key=lambda r: kinds.index(r.type)):
+        joint, *sides = (relation.part(role) for role in RELATIONS["side"])
+        if joint is None or None in sides:
             sides = [part for role, part in relation.refs if role not in ("assembly", "coupling", "connection")]
-            joint = joint if joint is not None else relation.part("coupling") or relation.part("connection")
+            joint = next((p for kind in ("assembly", *kinds[1:]) if (p := relation.part(kind)) is not None), None)
             if joint is None:
                 continue
             if len(sides) != 2:
                 view.lose(joint, "side", "not between two parts")
                 continue
-            inner, outer = sides
+        inner, outer = (side for side in sides if side is not None)
         if _engaged(view, view.components[joint]):
-            joints.append(_joint(view, view.components[joint], inner, outer))
+            joints.append(Joint(joint, (inner, outer), *_held(view, view.components[joint])))
     return sorted(joints, key=lambda engaged: engaged.id)
 
 
@@ -363,34 +344,25 @@ def _engaged(view: View, component: Component) -> bool:
     return value is not False
 
 
-def _joint(view: View, component: Component, inner: int, outer: int) -> Joint:
-    """A joint with its stiffnesses; what a bearing does not take up is 0."""
-    bearing = component.type in _BEARINGS
-    radial, axial, tilt, turn = (view.number(component.id, name, kind) for name, kind in _KINDS.items())
-    if bearing:
-        if radial is None:
-            radial = _at_operating_point(view, component)
-        if view.value(component.id, "radial_force_absorption") is False:
-            radial = Number(0.0, "0")
-        absorbed = view.value(component.id, "axial_force_absorption")
-        if absorbed == "no_direction":
-            axial = Number(0.0, "0")
-        elif isinstance(absorbed, str) and absorbed != "both_directions" and (axial is None or axial.si > 0):
-            reason = f"{absorbed}: holds in both directions"
-            view.assume(component.id, "axial_force_absorption", "", reason)
-    return Joint(component.id, inner, outer, bearing, radial, axial, tilt, turn)
-
-
-def _at_operating_point(view: View, component: Component) -> Number | None:
-    """Radial stiffness of a bearing from that at its operating point: the mean of both directions."""
-    names = [f"operating_point_stiffness_f_{axis}_d_{axis}" for axis in ("v", "w")]
-    both = [view.number(component.id, name, "stiffness") for name in names]
-    stiffnesses = [number.si for number in both if number is not None]
-    if not stiffnesses:
-        return None
-    mean = sum(stiffnesses) / len(stiffnesses)
-    view.assume(component.id, "operating_point_stiffness", "", "mean of both radial directions, without cross terms")
-    return Number(mean, f"{shown(mean)} N/m")
+def _held(view: View, component: Component) -> tuple[bool, dict[str, Number | None]]:
+    """Whether a joint is a bearing, and its stiffnesses; what a bearing does not take up is 0."""
+    stiffness = {row.key: view.number(component.id, row.id) for row in STIFFNESSES}
+    if component.type not in BEARINGS:
+        return False, stiffness
+    if stiffness["radial"] is None:
+        mean = view.mean(component.id, rows_of("concept_bearing", "radial"))
+        if mean is not None:
+            reason = "mean of both radial directions, without cross terms"
+            view.assume(component.id, "operating_point_stiffness", "", reason)
+            stiffness["radial"] = Number(mean, f"{shown(mean)} N/m")
+    if view.value(component.id, "radial_force_absorption") is False:
+        stiffness["radial"] = Number(0.0, "0")
+    absorbed, axial = view.value(component.id, "axial_force_absorption"), stiffness["z"]
+    if absorbed == "no_direction":
+        stiffness["z"] = Number(0.0, "0")
+    elif isinstance(absorbed, str) and absorbed != "both_directions" and (axial is None or axial.si > 0):
+        view.assume(component.id, "axial_force_absorption", "", f"{absorbed}: holds in both directions")
+    return True, stiffness
 
 
 Id = TypeVar("Id", int, str)
@@ -428,7 +400,7 @@ def rigid_parts(view: View, joints: Iterable[Joint]) -> Parts[int]:
         parts.join([shaft.id, *view.parts(shaft.id, "cylindrical_gear", "ring_gear", "sleeve")])
     for joint in joints:
         if joint.rigid:
-            parts.join([joint.inner, joint.outer])
+            parts.join(joint.ends)
     return parts
 
 
@@ -452,7 +424,7 @@ class StageParts:
     """A planetary stage by ids.
 
     id : of the component.  name : in the model file.
-    central : member -> gear (the left one of a herringbone gear).  kinds : member -> sun, ring or planet.
+    central : member -> gear (the left one of a herringbone gear).
     planets : members of a branch.  branches : in the order of the file.  carrier : of a planet_carrier, or None.
     meshes : pair of members -> cylindrical stages of the branches, in their order.
     twins : gear -> the gear of opposite hand beside it, of herringbone gears.
@@ -461,7 +433,6 @@ class StageParts:
     id: int
     name: str
     central: Mapping[str, int]
-    kinds: Mapping[str, str]
     planets: tuple[str, ...]
     branches: tuple[Branch, ...]
     carrier: int | None
@@ -486,6 +457,10 @@ class _Mesh(NamedTuple):
     a: int
     b: int
 
+    @property
+    def gears(self) -> set[int]:
+        return {self.a, self.b}
+
 
 def planetary_stages(view: View) -> tuple[StageParts, ...]:
     """The planetary stages of a file.
@@ -502,8 +477,7 @@ def planetary_stages(view: View) -> tuple[StageParts, ...]:
     if len(components) > _MOST_STAGES:
         raise ModelError(f"{len(components)} planetary stages", path="components", allowed=f"at most {_MOST_STAGES}")
     meshes = []
-    for relation in view.relations("stage"):
-        stage, a, b = (relation.part(role) for role in ("stage", "gear_1", "gear_2"))
+    for stage, a, b in view.related.get("stage", ()):
         if stage is not None and a is not None and b is not None:
             meshes.append(_Mesh(stage, a, b))
     names = ["main"] if len(components) == 1 else [f"stage{i + 1}" for i in range(len(components))]
@@ -511,7 +485,7 @@ def planetary_stages(view: View) -> tuple[StageParts, ...]:
     planets = {gear for stage in stages for branch in stage.branches for gear in branch.gears}
     planets |= {stage.twins[gear] for stage in stages for gear in planets & stage.twins.keys()}
     for mesh in meshes:
-        if not {mesh.a, mesh.b} & planets:
+        if not mesh.gears & planets:
             view.lose(mesh.stage, "stage", f"gears {mesh.a} and {mesh.b} are in no planetary stage")
             view.unread[mesh.stage] = (mesh.a, mesh.b)
     return stages
@@ -520,36 +494,31 @@ def planetary_stages(view: View) -> tuple[StageParts, ...]:
 def _stage(view: View, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageParts:
     """One stage. Raises ModelError as of `planetary_stages`."""
     where = f"component {view.label(stage)}"
-    on_shaft = {shaft: view.parts(shaft, *_GEARS) for shaft in view.shafts("planet_shaft", stage)}
+    on_shaft = {shaft: view.parts(shaft, *_GEARS) for shaft in view.joined("planet_shaft", stage)}
     if not 1 <= len(on_shaft) <= _MOST_PLANETS or not all(on_shaft.values()):
         counts = {shaft: len(gears) for shaft, gears in on_shaft.items()}
         allowed = f"1 to {_MOST_PLANETS} relations planet_shaft, each shaft with a gear assembled to it"
         raise ModelError("no planets", path=where, given=counts, allowed=allowed)
     planet_gears = {gear for gears in on_shaft.values() for gear in gears}
-    of_stage = [mesh for mesh in meshes if {mesh.a, mesh.b} & planet_gears]
+    of_stage = [mesh for mesh in meshes if mesh.gears & planet_gears]
     for mesh in of_stage:
-        if {mesh.a, mesh.b} <= planet_gears:
+        if mesh.gears <= planet_gears:
             pair = sorted((mesh.a, mesh.b))
             raise ModelError("planets that mesh with each other are not read", path=where, given=pair)
     central = list(dict.fromkeys(gear for m in of_stage for gear in (m.a, m.b) if gear not in planet_gears))
     if not central:
         allowed = "relations stage with gear_1, gear_2"
         raise ModelError("no gear that meshes with the planets", path=where, allowed=allowed)
-    by_shaft: dict[int | None, list[int]] = {}
-    for gear in central:
-        by_shaft.setdefault(view.shaft_of(gear), []).append(gear)
-    by_shaft.pop(None, None)
+    by_shaft = grouped((shaft, gear) for gear in central if (shaft := view.shaft_of(gear)) is not None)
     twins = _twins(view, [*on_shaft.values(), *by_shaft.values()])
     right = set(twins.values())
     members: dict[str, int] = {}
-    kinds: dict[str, str] = {}
     for gear in sorted(set(central) - right, key=lambda g: (view.components[g].type, g)):
         kind = "ring" if view.components[gear].type == "ring_gear" else "sun"
-        count = sum(one == kind for one in kinds.values())
-        member = f"{kind}{count + 1}" if count else kind
-        members[member], kinds[member] = gear, kind
+        count = sum(member.startswith(kind) for member in members)
+        members[f"{kind}{count + 1}" if count else kind] = gear
     suns = {gear for gear in central if view.components[gear].type == "cylindrical_gear"}
-    with_sun = {gear for mesh in of_stage if {mesh.a, mesh.b} & suns for gear in (mesh.a, mesh.b)}
+    with_sun = {gear for mesh in of_stage if mesh.gears & suns for gear in (mesh.a, mesh.b)}
     branches = [  # the gear that meshes with a sun first
         Branch(shaft, tuple(sorted(set(gears) - right, key=lambda gear: (gear not in with_sun, gear))))
         for shaft, gears in on_shaft.items()
@@ -565,7 +534,6 @@ def _stage(view: View, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageP
         id=stage,
         name=name,
         central=members,
-        kinds=kinds | dict.fromkeys(planets, "planet"),
         planets=planets,
         branches=tuple(branches),
         carrier=carriers[0] if carriers else None,
@@ -580,7 +548,7 @@ def _twins(view: View, groups: Sequence[Sequence[int]]) -> dict[int, int]:
     for group in groups:
         if len(group) != 2:
             continue
-        helix = [view.number(gear, "helix_angle_reference_diameter", "angle") for gear in group]
+        helix = [view.number(gear, HELIX) for gear in group]
         teeth = [view.value(gear, "number_of_teeth") for gear in group]
         if teeth[0] != teeth[1] or helix[0] is None or helix[1] is None or helix[0].si * helix[1].si >= 0:
             continue
@@ -597,7 +565,7 @@ def _pairs(
     members: Mapping[str, int], planets: Sequence[str], branches: Sequence[Branch], meshes: Sequence[_Mesh]
 ) -> dict[str, tuple[int, ...]]:
     """Pairs of members that mesh, with the cylindrical stage of each branch where it has one."""
-    by_gears = {frozenset((mesh.a, mesh.b)): mesh.stage for mesh in meshes}
+    by_gears = {frozenset(mesh.gears): mesh.stage for mesh in meshes}
     pairs: dict[str, tuple[int, ...]] = {}
     for member, gear in members.items():
         for place, planet in enumerate(planets):

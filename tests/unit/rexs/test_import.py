@@ -459,3 +459,21 @@ def test_every_verb_takes_the_file_and_says_what_was_assumed(draft: Any, tmp_pat
     np.testing.assert_array_equal(result.frequency.values, same.frequency.values)
     stiffer = epicyclic.modes(str(file), overrides={"stages.main.sun.support.radial": "1e9 N/m"})
     assert not np.allclose(stiffer.frequency.values, same.frequency.values)
+
+
+def test_planets_at_different_places_of_their_shafts_are_told(draft: Any) -> None:
+    for gear, place in ((101, 25.0), (201, 25.0), (301, 26.0)):
+        for name in ("support_vector", "u_axis_vector", "w_axis_vector", "reference_component_for_position"):
+            draft.values(gear).pop(name)
+        draft.values(gear)["u_coordinate_on_shaft"] = (place, "mm")
+    found = imported(draft)
+    assert "differs" not in lines(found.dropped, 201)
+    assert lines(found.dropped, 301).startswith("u_coordinate_on_shaft:  differs from that of component 101")
+
+
+def test_a_right_flank_of_another_pressure_angle_is_told(draft: Any) -> None:
+    draft.values(108)["normal_pressure_angle"] = (21.0, "deg")
+    found = imported(draft)
+    assert "differs from that of the left flank, which counts" in lines(found.dropped, 108)
+    assert lines(found.dropped, 107) == ""
+    assert stage_of(found)["planet"]["pressure_angle"] == "20 deg"

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.rexs.encodings import read_rexs_file
-from epicyclic.rexs.file import MAX_BYTES, MAX_MARKS, Attribute, Component, LoadCase, Relation, is_rexs_name
+from epicyclic.rexs.encodings import MAX_BYTES, MAX_MARKS, read_rexs_file
+from epicyclic.rexs.file import Attribute, Component, LoadCase, Relation, is_rexs_name
 
 
 def xml(inside: str, *, version: str = "1.6", head: str = "") -> bytes:

@@ -242,6 +242,8 @@ def contact_sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Sec
 
 def contact_sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """The ranges of speed in which teeth part, and the largest force."""
+    if not {"mesh_force_peak", "contact_open"} <= set(result.variables):
+        return []
     speed = 100 * relative_speed(result)
     peak = np.abs(result["mesh_force_peak"].transpose("direction", "mesh", "speed").values)
     if not np.isfinite(peak).any() or not np.isfinite(speed).all():
