@@ -17,7 +17,8 @@ def machine_code(function: F, **options: Any) -> F:
     """Compile a function on first use, without checks of divisions, and keep it on disk for the next process.
 
     An installation that is read-only beside a home that is none, or a full disk, keeps nothing: each process then
-    compiles for itself.
+    compiles for itself.  A caller kept on disk does not notice a change in a function of another file: functions that call
+    each other stand in one file, imported where it is used.
 
     Parameters
     ----------
@@ -43,16 +44,6 @@ def machine_code(function: F, **options: Any) -> F:
     with suppress(RuntimeError):  # no folder that can be written
         made._cache = Kept(function)  # type: ignore[no-untyped-call]
     return cast(F, made)
-
-
-def compiled(function: F) -> F:
-    """Compile a function on first use and keep it on disk; sums in any order, numbers that are not finite stay as they
-    are.
-
-    Use it only in modules that are imported where they are used.  A caller kept on disk does not notice a change in a
-    function of another file: compiled functions that call each other stand in one file.
-    """
-    return machine_code(function, fastmath={"reassoc", "contract", "nsz"})
 
 
 def numba_available() -> bool:

@@ -53,8 +53,7 @@ _FASTEST = 1e50
 class Response:
     """A System ready to be solved at any speed.
 
-    frame_speed : whether G and Kg follow the speed (``kinematic``) or stay (``operating``).  compiled : as of
-        `response`.
+    frame_speed : whether G and Kg follow the speed (``kinematic``) or stay (``operating``).
     lawful : the system with the laws of its gaps, of which `system` has the tangents.
     kernels, frequencies, line_frequencies_made : what a truncation needs, made on first use.
     """
