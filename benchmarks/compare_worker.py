@@ -48,6 +48,8 @@ def _called(verb: str, source: str, options: dict[str, Any]) -> dict[str, Any]:
         return {"variables": dict(leaves(epicyclic.assemble(epicyclic.load(source)))), "attrs": {}}
     if verb == "examples":
         return _examples(source, options["listed"])
+    if options.get("mesh") == "first":
+        options["mesh"] = "/".join(epicyclic.load(source).meshes[0].name.split("/")[:3])
     result = getattr(epicyclic, verb)(source, **options)
     return plain_dataset(result)
 

@@ -25,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+FIRST = "(first mesh)"
 # verb -> arguments behind the model; each is as short as shows every table and figure
 COMMANDS: dict[str, tuple[str, ...]] = {
     "check": ("check", "--all"),
@@ -48,8 +49,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         *("--population", "4", "--generations", "1"),
     ),
     "stiffness": ("stiffness",),
-    "contact": ("contact", "--samples", "8", "--slices", "5"),
-    "train-contact": ("train-contact", "--samples", "3", "--slices", "3"),
+    "contact": ("contact", "--samples", "3", "--slices", "3"),
+    "contact-mesh": ("contact", "--mesh", FIRST, "--samples", "8", "--slices", "5"),
     "efficiency": ("efficiency",),
     "sensitivity": ("sensitivity",),
     "matrices": ("matrices",),
@@ -68,7 +69,7 @@ DESK: dict[str, tuple[str, ...]] = {
         for verb in (
             *("new", "app", "import", "systems", "explain", "schema", "check", "compare", "audit", "modes", "campbell"),
             *("steady", "sweep", "stability", "transient", "modulation", "static", "sharing", "tolerance", "stiffness"),
-            *("contact", "train-contact", "efficiency", "sensitivity", "track", "allocate", "relief", "report"),
+            *("contact", "efficiency", "sensitivity", "track", "allocate", "relief", "report"),
             *("study", "show", "matrices", "export"),
         )
     },
@@ -125,6 +126,7 @@ def main() -> None:
             show("report", ("report", given.drive, "-o", "report.html"))
         else:
             verb, *rest = COMMANDS[name]
+            rest = [first_mesh(given.drive) if word == FIRST else word for word in rest]
             sets = [word for text in OPERATION.get(given.drive, ()) for word in ("--set", text)]
             arguments = (given.drive,) if verb == "audit" else (given.drive, *rest, *sets)
             show(
@@ -137,6 +139,13 @@ def main() -> None:
             result_files(name)
             Path(f"{name}.nc").unlink()
         print(given.drive, name, file=sys.stderr, flush=True)
+
+
+def first_mesh(drive: str) -> str:
+    """Name of the first mesh of a drive, without the side."""
+    import epicyclic
+
+    return "/".join(epicyclic.load(drive).meshes[0].name.split("/")[:3])
 
 
 def show(name: str, arguments: tuple[str, ...]) -> None:

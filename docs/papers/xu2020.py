@@ -294,7 +294,7 @@ def _curves(drawn: go.Figure, cases: Mapping[str, xr.Dataset]) -> None:
 @cache
 def _unit_loads(changes: str) -> Array:
     """Largest and smallest load per length of contact line of both sides, (2, 2) [N/mm]."""
-    result = epicyclic.train_contact("xu2020", overrides=json.loads(changes), loads=(), slices=20)
+    result = epicyclic.contact("xu2020", overrides=json.loads(changes), loads=(), slices=20)
     mine = result.sel(torque_factor=1.0, mesh=[f"main/sun-planet/1/{side}" for side in SIDES])
     return np.array([mine.largest_load_per_length.values, mine.smallest_load_per_length.values]) / 1e3
 
@@ -349,7 +349,7 @@ def teeth() -> go.Figure:
     names = [f"main/sun-planet/1/{side}" for side in SIDES]
     loads_of, titles = [], []
     for (name, case), letters in zip(cases.items(), ("ab", "cd", "ef"), strict=True):
-        result = epicyclic.train_contact("xu2020", overrides=dict(case), loads=(), slices=20)
+        result = epicyclic.contact("xu2020", overrides=dict(case), loads=(), slices=20)
         mine = result.sel(mesh=names, torque_factor=1.0)
         loads_of.append(result["flank_load_per_length"].sel(mesh=names).values / 1e3)
         parts = zip(letters, SIDES, mine["side_share"].values, mine["largest_load_per_length"].values, strict=True)

@@ -9,7 +9,6 @@ from .questions.flanks.verbs import contact as contact
 from .questions.flanks.verbs import efficiency as efficiency
 from .questions.flanks.verbs import relief as relief
 from .questions.flanks.verbs import stiffness as stiffness
-from .questions.flanks.verbs import train_contact as train_contact
 from .questions.modes.verbs import campbell as campbell
 from .questions.modes.verbs import modes as modes
 from .questions.modulation.verbs import modulation as modulation

@@ -17,8 +17,8 @@ def machine_code(function: F, **options: Any) -> F:
     """Compile a function on first use, without checks of divisions, and keep it on disk for the next process.
 
     An installation that is read-only beside a home that is none, or a full disk, keeps nothing: each process then
-    compiles for itself.  A caller kept on disk does not notice a change in a function of another file: functions that call
-    each other stand in one file, imported where it is used.
+    compiles for itself.  A caller kept on disk does not notice a change in a function of another file: functions that
+    call each other stand in one file, imported where it is used.
 
     Parameters
     ----------

@@ -136,7 +136,7 @@ Check its unit: modifications are in um.
 
 flank-without-effect relief.md
 A pair has micro-geometry (relief, crown, slope, profile) and a mesh stiffness that does not know it.
-State stiffness = "contact" of the mesh; without it only contact, train-contact and relief count the flanks.
+State stiffness = "contact" of the mesh; without it only contact and relief count the flanks.
 
 deviation-without-speed model-file.md
 Deviations that turn with a body are left out: without speeds their frequency is not known.

@@ -169,22 +169,22 @@ def test_where_nothing_tilts_a_mesh_is_the_pair_alone_under_its_force(helix: flo
     force = mesh_forces(state)
     for (at, numbers), states in zip(ready, state.states, strict=True):
         rows = state.approach.reshape(samples, -1, 3)[:, numbers]
-        face = at.face(rows, states)
+        loads = at.faces(rows, states)
         for i, number in enumerate(numbers.tolist()):
             mesh = train.meshes[number]
             sigma = mesh.sense * (np.arange(samples) / samples + float(mesh.lead))
             alone = loaded_contact(pair_of(train, mesh, slices=8), force[None, :, number], sigma)
             # rigid bodies without tilt: every place of the face approaches alike
             np.testing.assert_allclose(rows[:, i], alone.approach[0][:, None] * np.ones(3), rtol=1e-8)
-            lines = face.force[:, i]
+            lines = loads[i].force
             np.testing.assert_allclose(lines.sum(axis=1), alone.force[0].sum(axis=1), atol=1e-7 * force.max())
 
 
 def test_identical_branches_share_alike() -> None:
-    result = epicyclic.train_contact(document(helix_angle=0.0), samples=6, slices=4, loads=[0.5])
+    result = epicyclic.contact(document(helix_angle=0.0), samples=6, slices=4, loads=[0.5])
     # planets a third of a cycle apart: what each carries over a cycle is the same to rounding
     np.testing.assert_allclose(result.branch_load_factor, 1.0, rtol=1e-9)
-    moved = epicyclic.train_contact(
+    moved = epicyclic.contact(
         document(helix_angle=0.0, deviations={"planet": {"position": {"y": [15e-6, 0.0, 0.0]}}}),
         samples=6,
         slices=4,
@@ -231,9 +231,11 @@ def test_two_meshes_of_a_planet_press_opposite_flanks_and_tilt_it() -> None:
     largest = np.hypot(*moment)
     assert (largest < couple).all()
     assert (largest > 0.3 * couple).all()
-    loads = [at.face(state.approach.reshape(4, -1, 3)[:, m], s) for (at, m), s in zip(ready, state.states, strict=True)]
+    loads = [
+        at.faces(state.approach.reshape(4, -1, 3)[:, m], s) for (at, m), s in zip(ready, state.states, strict=True)
+    ]
     along = np.linspace(-1, 1, 8)
-    lean = [float((one.force.sum(axis=2).mean(axis=(0, 1)) * along).sum()) for one in loads]
+    lean = [float((np.mean([one.force.sum(axis=1) for one in meshes], axis=(0, 1)) * along).sum()) for meshes in loads]
     # one tilt, opposite flanks: the sun's mesh is pressed at one end of the face, the ring's at the other
     assert lean[0] * lean[1] < 0
     assert min(map(abs, lean)) > 0.02 * mesh_forces(state).mean()
@@ -304,7 +306,8 @@ def test_a_row_along_the_line_of_action_turns_with_the_bodies() -> None:
     ("changes", "options", "words"),
     [
         ({"face_width": None}, {}, "face_width"),
-        ({}, {"loads": [-1.0]}, "relative torques"),
+        ({}, {"loads": [-1.0]}, "relative loads"),
+        ({}, {"loads": [0.0]}, "above 0"),
         ({}, {"samples": 0}, "samples"),
         ({"no torque": True}, {}, "no torque"),
     ],
@@ -316,4 +319,4 @@ def test_refused(changes: Document, options: Document, words: str) -> None:
     if "no torque" in changes:
         del data["operation"]["torque"]
     with pytest.raises(ModelError, match=words):
-        epicyclic.train_contact(data, slices=2, **options)
+        epicyclic.contact(data, slices=2, **options)

@@ -110,7 +110,7 @@ def test_wrong_usage_is_status_2(command: Command, arguments: tuple[str, ...]) -
         (("check", "lin1999-n4", "--set", "stages.main.sun.tooth=3"), "teeth"),
         (("check", "lin1999-n4", "--set", "nothing"), "PATH=VALUE"),
         (("check", "lin1999-n4", "--set", "stages.main.sun.mass=0.8"), '"0.8 kg"?'),
-        (("contact", "ren2021", "--torque", "100"), '"100 N m"?'),
+        (("contact", "ren2021", "--mesh", "sun-planet", "--torque", "100"), '"100 N m"?'),
         (("modes", "lin1999-n4", "-o", "result.txt"), ".nc"),
         (("modes", "lin1999-n4", "-o", "nowhere/result.nc"), "nowhere"),
         (("sharing", "lin1999-n4"), ""),

@@ -32,7 +32,7 @@ def said(*words: str) -> tuple[int, str]:
         (("--versoin",), "no such option --versoin; did you mean '--version'?"),
         (("--json", "check", "ren2021"), "--json stands behind the command: epicyclic check ... --json"),
         (("swep", "ren2021"), "no such command 'swep'; did you mean 'sweep'?"),
-        (("trainscontact", "ren2021"), "no such command 'trainscontact'; did you mean 'train-contact'?"),
+        (("train-contact", "ren2021"), "no such command 'train-contact'; did you mean 'contact'?"),
         (("ren2021",), "a model stands behind the command: epicyclic check ren2021"),
         (("sharing", "ren2021", "--method", "stedy"), "'stedy' is not one of 'steady'"),
         (("sharing", "ren2021", "--method", "stedy"), "; did you mean 'steady'?"),

@@ -73,8 +73,7 @@ PANELS: Mapping[str, Mapping[str, str]] = {
     },
     "How do the teeth carry it?": {
         "stiffness": "Mesh stiffness over the mesh cycle.",
-        "contact": "Load over the flanks, transmission error, stress of one pair.",
-        "train-contact": "The same of all meshes at once, with float and tilt.",
+        "contact": "Load over all faces, stress in the roots; --mesh: one pair, its error too.",
         "efficiency": "Power lost in the meshes, efficiency, self-locking.",
     },
     "Which number do I change?": {

@@ -294,7 +294,6 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "root_stress": ("Pa", "largest stress along the fillet below the loaded flank, at the operating load"),
     "far_root_stress": ("Pa", "lowest stress along the fillet below the far flank, at the operating load"),
     "root_stress_lean": ("rad", "angle of the fillet against the middle of the tooth where its stress is largest"),
-    "face_factor": ("1", "largest over mean load per face width, loads averaged over the mesh cycle"),
     "corner_overlap": ("m", "how far tips beyond the path of contact would cut into the mate, 0 where they stay apart"),
     "contact_residual": ("1", "largest residual of the contact conditions"),
     # relief
@@ -319,7 +318,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "relieved_place": ("1", "place on the path of contact from the pitch point, base pitches"),
     "relieved_load": ("N/m", "largest force per length of contact line there, at the operating load"),
     # contact of a whole train
-    "torque_factor": ("1", "torque per operating torque"),
+    "torque_factor": ("1", "load, or torque, per operating one"),
     "flank_place": ("1", "place on the path of contact, from 0 to 1 in the sense of the first gear's tip"),
     "face_load": ("N/m", "mesh force per face width, mean over the record"),
     "smallest_load_per_length": ("N/m", "smallest force per length of contact line in the mesh cycle"),
@@ -517,7 +516,8 @@ OF_KIND: dict[tuple[str, str], tuple[str, str]] = {
     ("sweep", "speed"): _RELATIVE,
     ("contact_sweep", "speed"): _RELATIVE,
     ("stability", "speed"): _RELATIVE,
-    ("train_contact", "face_load_factor"): ("1", "largest mean load over a tenth of the face over its mean (K_Hbeta)"),
+    ("contact", "face_load_factor"): ("1", "largest mean load over a tenth of the face over its mean (K_Hbeta)"),
+    ("contact", "side"): ("", "left or right, or face of a gear in one piece"),
     ("matrices", "link_stiffness"): ("", "stiffness of the link row [N/m, N m/rad]"),
     ("efficiency", "torque"): ("N m", "external torque with losses, counter-clockwise positive"),
     ("efficiency", "power"): ("W", "external power with losses, into the train positive"),

@@ -77,7 +77,7 @@ _KINDS = {
     "audits": ("audit",),
     "statics": ("static",),
     "questions.check": ("check", "matrices"),
-    "questions.flanks": ("contact", "efficiency", "relief", "stiffness", "train_contact"),
+    "questions.flanks": ("contact", "efficiency", "relief", "stiffness"),
     "questions.modes": ("campbell", "modes"),
     "questions.modulation": ("modulation",),
     "questions.response": ("contact_sweep", "steady", "sweep"),

@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,6 +127,12 @@ def mean_force(train: Train, mesh: Mesh) -> float:
 def loaded_mesh(train: Train) -> Mesh:
     """The first mesh that torque passes, the first of all where none does."""
     return next((mesh for mesh in train.meshes if mean_force(train, mesh) > 0), train.meshes[0])
+
+
+def first_mesh(train: Train) -> str:
+    """Name of the first mesh that torque passes, of both helices: without the side."""
+    mesh = loaded_mesh(train)
+    return mesh.name if mesh.side is None else mesh.name.rsplit("/", 1)[0]
 
 
 # linear rows ----------------------------------------------------------------------------------------------------------
@@ -248,19 +254,28 @@ def _stations(pair: ContactPair) -> RowStations:
     return RowStations(left=left, right=right, along=pair.plane.base_pitch)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FaceLoad:
-    """Load on g meshes at T instants, K slices of the face, J lines.
+class FaceLoad(NamedTuple):
+    """Load on a mesh at T instants, K slices of the face, J lines.
 
-    force : (T, g, J, K) along the normal [N].  per_length : (T, g, J, K) of contact line [N/m], means over a length
-    about each slice as of `LineWindows`, nan out of contact.  whole : (T, g, J, K) where that length is on the contact
-    line.  sigma : (T, g, J, K) places on the path of contact [base pitches].
+    force : (T, J, K) along the normal [N].  per_length : (T, J, K) of contact line [N/m], means over a length about
+    each slice as of `LineWindows`, nan out of contact.  whole : (T, J, K) where that length is on the contact line.
+    sigma : (T, J, K) places on the path of contact [base pitches].
     """
 
     force: Array
     per_length: Array
     whole: NDArray[np.bool_]
     sigma: Array
+
+
+def face_loads(segments: ContactSegments, force: Array, count: int = 1) -> list[FaceLoad]:
+    """Loads on equal meshes from forces (T g, J, K) on their segments [N], instant by instant; count : g of them."""
+    lines, plane = segments.lines, segments.pair.plane
+    touched = lines.length > 0
+    mean = np.where(touched, line_windows(plane, lines).mean(force), np.nan)
+    long = lines.length.sum(axis=2, keepdims=True) >= averaging_length(plane) * (1 - 1e-9)
+    each = [slice(mesh, None, count) for mesh in range(count)]
+    return [FaceLoad(force[own], mean[own], (touched & long)[own], lines.sigma[own]) for own in each]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -284,23 +299,12 @@ class _At:
             state=response.own.reshape(t, g, -1),
         )
 
-    def face(self, rows: Array, start: Array) -> FaceLoad:
-        """Load along the face at approaches (T, g, 3) [m] of a solved state `start` (T, g, n) [m]."""
+    def faces(self, rows: Array, start: Array) -> list[FaceLoad]:
+        """Loads along the faces at approaches (T, g, 3) [m] of a solved state `start` (T, g, n) [m]."""
         T, g = rows.shape[:2]
         flat, begin = rows.reshape(T * g, ROWS), start.reshape(T * g, -1)
         response = row_response(self.segments, self.weight, flat, np.arange(T * g), start=begin)
-        force = self.segments.spread(response.segment)
-        lines, plane = self.segments.lines, self.segments.pair.plane
-        touched = lines.length > 0
-        mean = np.where(touched, line_windows(plane, lines).mean(force), np.nan)
-        long = lines.length.sum(axis=2, keepdims=True) >= averaging_length(plane) * (1 - 1e-9)
-        shape = (T, g, *force.shape[1:])
-        return FaceLoad(
-            force=force.reshape(shape),
-            per_length=mean.reshape(shape),
-            whole=(touched & long).reshape(shape),
-            sigma=lines.sigma.reshape(shape),
-        )
+        return face_loads(self.segments, self.segments.spread(response.segment), g)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

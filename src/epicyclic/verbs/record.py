@@ -467,13 +467,14 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
     """
     from ..engine.source import system_of
     from ..questions.studies.parameter_studies import run_out_study, support_study
+    from ..system.tooth_pairs import first_mesh
 
     system = cache(lambda: system_of(train))
     steps: dict[str, Callable[[], xr.Dataset]] = {
         name: partial(_run, verbs()[name], train, system, folder) for name in report_verbs()
     }
     if "contact" in steps:
-        steps |= {"contact": partial(verbs()["contact"].run, train, tolerance=_CONTACT)}
+        steps["contact"] = lambda: verbs()["contact"].run(train, mesh=first_mesh(train), tolerance=_CONTACT)
     if "tolerance" in steps:
         steps |= {"tolerance": partial(verbs()["tolerance"].run, train, samples=_SAMPLES, effects="shares")}
         if not train.document.get("tolerance"):  # nothing is missing in a model without tolerances

@@ -201,7 +201,7 @@ def test_an_audit_is_a_table_a_drive_and_the_verdicts() -> None:
 
 def test_load_factors_of_two_stages_are_apart() -> None:
     """Equal names of pairs in two stages: one column each."""
-    from epicyclic.questions.flanks.views import train_contact_tables
+    from epicyclic.questions.flanks.views import contact_tables
 
     pairs = ["stages.low.meshes.sun-planet", "stages.high.meshes.sun-planet"]
     shape = (("torque_factor", "mesh"), np.ones((1, 2)))
@@ -209,12 +209,18 @@ def test_load_factors_of_two_stages_are_apart() -> None:
     result = xr.Dataset(
         {
             **dict.fromkeys(names, shape),
+            "largest_root_stress": (("torque_factor", "mesh", "mesh_gear"), np.ones((1, 2, 2))),
+            "averaging_length": ("mesh", [1e-3, 1e-3]),
             "mesh_force": (("torque_factor", "mesh", "time"), np.ones((1, 2, 1))),
             "branch_load_factor": (("torque_factor", "mesh_pair"), [[1.15, 1.01]]),
         },
-        {"torque_factor": [1.0], "mesh": ["low/sun-planet/1", "high/sun-planet/1"], "mesh_pair": pairs},
+        {
+            **{"torque_factor": [1.0], "mesh": ["low/sun-planet/1", "high/sun-planet/1"]},
+            **{"mesh_gear": ["a", "b"], "mesh_pair": pairs},
+        },
+        {"samples": 1, "slices": 1, "estimated_error": np.nan},
     )
-    columns = train_contact_tables(result)[1].columns
+    columns = contact_tables(result)[1].columns
     assert columns["K_gamma low sun-planet"] == [1.15]
     assert columns["K_gamma high sun-planet"] == [1.01]
 

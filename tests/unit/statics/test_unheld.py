@@ -59,7 +59,7 @@ def changed(**changes: Any) -> dict[str, Any]:
         lambda model: epicyclic.sharing(model, method="static"),
         epicyclic.steady,
         lambda model: epicyclic.transient(model, duration=0.01),
-        lambda model: epicyclic.train_contact(model, samples=2, slices=2, loads=(1.0,)),
+        lambda model: epicyclic.contact(model, samples=2, slices=2, loads=(1.0,)),
     ],
 )
 def test_verbs_name_the_thrust_and_its_key(verb: Callable[[Any], object]) -> None:

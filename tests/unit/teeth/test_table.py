@@ -103,7 +103,7 @@ def test_static_follows_the_table_as_full_contact_does() -> None:
     """Three ways to one state: rows with tables, and segments of every flank in the train's equilibrium."""
     train = load("ren2021", overrides=CONTACT)
     rows = epicyclic.static(train, cycles=1, samples=8)
-    full = epicyclic.train_contact(train, samples=8, loads=[0.3])
+    full = epicyclic.contact(train, samples=8, loads=[0.3])
     now = full.sel(torque_factor=1.0)
     np.testing.assert_allclose(rows.mesh_force, now.mesh_force, rtol=5e-4)  # 50 phases, 20 slices either way
     np.testing.assert_allclose(rows.displacement, now.displacement, atol=1e-3 * np.abs(now.displacement).max())

@@ -191,7 +191,7 @@ def test_loaded_teeth_see_the_tilt_that_two_bearings_leave() -> None:
 
     def factors(data: Document) -> Any:
         data["deviations"] = {}
-        return epicyclic.train_contact(data, samples=4, slices=20, loads=[1.0]).face_load_factor.values
+        return epicyclic.contact(data, samples=4, slices=20, loads=[1.0]).face_load_factor.values
 
     pair = factors(pair_of_bearings())
     assert ((pair > 1.3) & (pair < 1.4)).all()  # over a tenth of the face; the last slice has 1.4 to 1.5

@@ -21,6 +21,7 @@ from ...limits import JUDGED_AT
 from ...results.dataset import largest, ranked
 from ...show.series import label, scattering_pair
 from ...show.views import findings_of
+from ...system.tooth_pairs import first_mesh
 from ...train.resolution import load
 from ...train.train import Train
 from ..state.frames import Answer, Level, PageFrame, force_unit, number, per_cent
@@ -160,16 +161,16 @@ def transient_frame(result: xr.Dataset) -> PageFrame:
 def contact_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
     """Loaded transmission error over the mesh cycle at every load, or the largest load along the face."""
     loads = np.asarray(result["mesh_load"].values, dtype=float)
-    operating = int(np.abs(loads - float(result.attrs["force"])).argmin())
+    operating = int(np.abs(result["torque_factor"].values - 1.0).argmin())
     swing = 1e6 * result["transmission_error_peak_to_peak"].values
-    largest = 1e-3 * result["largest_load_per_length"].transpose("side", "mesh_load").values[:, operating]
-    factor = result["face_factor"].transpose("side", "mesh_load").values[:, operating]
+    largest = 1e-3 * result["largest_load_per_length"].values[operating]
+    factor = result["face_load_factor"].values[operating]
     if options.get("show") == "load":
-        length = result["load_per_length"].transpose("side", "width", "mesh_phase").values.max(axis=2) / 1e3
+        length = result["load_per_length"].transpose("mesh", "width", "mesh_phase").values.max(axis=2) / 1e3
         curves = {str(side): length[row] for row, side in enumerate(result["side"].values)}
         drawn = lines("place along the face [1]", "largest load [N/mm]", result["width"].values, curves)
     else:
-        error = 1e6 * result["loaded_transmission_error"].transpose("mesh_load", "mesh_phase").values
+        error = 1e6 * result["loaded_transmission_error"].transpose("torque_factor", "mesh_phase").values
         share = loads / float(result.attrs["force"])
         curves = {f"{100 * share[row]:.0f} % load": error[row] - error[row].mean() for row in range(len(loads))}
         drawn = lines("mesh cycle [1]", "error about its mean [µm]", result["mesh_phase"].values, curves)
@@ -362,6 +363,7 @@ _KINDS = (
         options=("mesh", "loads", "samples", "slices", "show"),
         verb="contact",
         defaults={"loads": (0.5, 1.0, 1.25)},
+        search=lambda train: {"mesh": first_mesh(train)},
         frame=contact_frame,
     ),
     JobKind(

@@ -577,7 +577,7 @@ _RESPONSE = ("equations", "inertia", "damping", "speed", "balance")
 NEEDS: dict[str, tuple[str, ...]] = {
     "allocate": ("equations", "torque", "balance", "tolerances", "prices"),
     "campbell": ("equations", "inertia", "speed"),
-    "contact": ("torque", "first_teeth"),
+    "contact": ("equations", "torque", "teeth", "balance"),
     "efficiency": ("flow", "contact_lines"),
     "matrices": ("equations", "inertia"),
     "modes": ("equations", "inertia"),
@@ -592,7 +592,6 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "sweep": _RESPONSE,
     "tolerance": ("equations", "torque", "balance", "tolerances"),
     "track": ("equations", "inertia"),
-    "train_contact": ("equations", "torque", "teeth", "balance"),
     "transient": ("equations", "inertia", "speed", "balance"),
 }
 """Verb -> what it needs, methods of `Readiness`; options may need less (``sharing --method static``) or more."""
@@ -700,10 +699,6 @@ class Readiness:
         """Check that a stage has a ring for a sensor."""
         if not any(mesh.internal for mesh in self.train.meshes):
             raise ModelError("no stage has a ring for its planets to pass along", path="stages", allowed="a ring")
-
-    def first_teeth(self) -> object:
-        """Check that the first mesh that torque passes has teeth that can bear."""
-        return pair_of(self.train, loaded_mesh(self.train))
 
     def any_teeth(self) -> object:
         """Check that some mesh has teeth that can bear."""

@@ -18,13 +18,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.units import Bounds, stated
+from ...document.units import Bounds
 from ...errors import ModelError
 from ...teeth.gear_pair import ContactPair, MeshWave, uniform_along_face
 from ...teeth.loaded_contact import all_loaded, all_segments, loaded_contact
 from ...teeth.path_of_contact import corner_phases, graded_phases
 from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
+from .contact import ContactOptions
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -40,39 +41,14 @@ _SIZE = Bounds(low=-1.0, high=1.0)
 _COMMON = ("profile", "errors")
 # Pairs of teeth beside the pitch point that may be in mesh: of a long face many.
 _BESIDE = 8
-# First and most phases and slices.  The first are as coarse as the estimate of an error bears; the most bound the time
-# of a mesh to a minute and its memory to a gigabyte.
-_PHASES, _SLICES = (32, 1024), (10, 160)
-# Fewest that are kept: a curve over the mesh cycle and a map of the flank are drawn through them.
-_FEWEST = (64, 20)
-PHASE_SHARE = 0.25
-"""Share of the tolerance for the phases; that of the slices, which cost more, is the larger one."""
+# Share of the tolerance for the phases; that of the slices, which cost more, is the larger one.
+_PHASE_SHARE = 0.25
 # Errors of a peak to peak are relative to it, or to this share of the deflection where that is larger: with a default
 # tolerance a ten-thousandth of the deflection, which optimal reliefs come near and no tooth is known to.
 _LEAST_SWING = 1e-2
 
 
 # errors of the teeth --------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ToothErrors:
-    """Errors of the teeth of a mesh.
-
-    pitch : gap of the pairs of teeth from one on, over those before it [m].  profile : amplitude of a cosine over the
-    mesh cycle [m].  deviations : those of the file.  cycle : beginning of the mesh cycle [mesh cycles], None: the one
-    with the largest peak to peak of the transmission error.  phase : of the profile error at the pitch point [rad],
-    None: the one with the largest peak to peak.
-    """
-
-    pitch: float = 0.0
-    profile: float = 0.0
-    deviations: bool = False
-    cycle: float | None = None
-    phase: float | None = None
-
-
-NO_ERRORS = ToothErrors()
 
 
 class PlacedErrors(NamedTuple):
@@ -87,69 +63,59 @@ class PlacedErrors(NamedTuple):
     attributes: dict[str, Any]
 
 
-def tooth_errors(
-    *,
-    pitch: float | str = 0.0,
-    profile: float | str = 0.0,
-    deviations: bool = False,
-    cycle: float | None = None,
-    phase: float | str | None = None,
-) -> ToothErrors:
-    """Errors from numbers in SI, or texts with their unit.
+def check_errors(options: ContactOptions) -> None:
+    """Refuse errors that are no numbers, and a place of errors without errors.
 
     Raises
     ------
-    ModelError : a text without a unit, a number that is not finite, a place of errors without errors.
+    ModelError : such an option.
     """
-    errors = ToothErrors(
-        pitch=stated(pitch, "length", "pitch_error", bounds=_SIZE),
-        profile=stated(profile, "length", "profile_error", bounds=_SIZE),
-        deviations=deviations,
-        cycle=cycle,
-        phase=None if phase is None else stated(phase, "angle", "profile_phase"),
-    )
-    for name in ("pitch", "profile", "cycle", "phase"):
-        value = getattr(errors, name)
+    for name in ("pitch_error", "profile_error", "cycle", "profile_phase"):
+        value = getattr(options, name)
         if value is not None and not math.isfinite(value):
             raise ModelError("is no number", path=name, given=value, allowed="a finite number")
-    if errors.phase is not None and not errors.profile:
+    phase, cycle = options.profile_phase, options.cycle
+    if phase is not None and not options.profile_error:
         raise ModelError("is of a profile error, and there is none", path="profile_phase", given=phase)
-    if errors.cycle is not None and not (errors.pitch or errors.profile or deviations):
+    if cycle is not None and not _with_errors(options):
         raise ModelError("without errors all mesh cycles are alike", path="cycle", given=cycle)
-    return errors
+
+
+def _with_errors(options: ContactOptions) -> bool:
+    return bool(options.pitch_error or options.profile_error or options.deviations)
 
 
 def placed_errors(
-    train: Train, helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, errors: ToothErrors
+    train: Train, helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, options: ContactOptions
 ) -> PlacedErrors:
     """Contact pairs of the helices with their errors, in the mesh cycle that is chosen, or in the worst.
 
     force : operating one, at which the worst cycle is looked for [N].
     """
-    if errors == NO_ERRORS:
+    if not _with_errors(options):
         return PlacedErrors(pairs=pairs, start=0.0, warnings=[], attributes={})
     messages: list[CodedText] = []
-    if errors.deviations:
+    if options.deviations:
         named = {helix.name for helix in helices}
         if not any(error.cause in ("pitch", *_COMMON) and error.mesh in named for error in train.mesh_errors):
             text = "contact: the file has no pitch or profile deviations of this mesh, or no speeds"
             messages.append(coded("errors-not-given", text))
         pairs = [_with_waves(train, helix, pair) for helix, pair in zip(helices, pairs, strict=True)]
-    turning = errors.deviations or errors.pitch != 0.0
-    start, phase = errors.cycle if turning else errors.cycle or 0.0, errors.phase
-    if start is None or (phase is None and errors.profile):
-        worst_start, worst_phase = _worst(train, helices, pairs, force, errors)
+    turning = options.deviations or options.pitch_error != 0.0
+    start, phase = options.cycle if turning else options.cycle or 0.0, options.profile_phase
+    if start is None or (phase is None and options.profile_error):
+        worst_start, worst_phase = _worst(train, helices, pairs, force, options)
         start = worst_start if start is None else start
         phase = worst_phase if phase is None else phase
-    pairs = [_with_gaps(train, helix, pair, errors, start) for helix, pair in zip(helices, pairs, strict=True)]
-    if errors.profile:
-        wave = MeshWave(amplitude=errors.profile, order=1.0, phase=phase or 0.0)
+    pairs = [_with_gaps(train, helix, pair, options, start) for helix, pair in zip(helices, pairs, strict=True)]
+    if options.profile_error:
+        wave = MeshWave(amplitude=options.profile_error, order=1.0, phase=phase or 0.0)
         pairs = [replace(pair, waves=(*pair.waves, wave)) for pair in pairs]
     attributes = {
-        "pitch_error": errors.pitch,
-        "profile_error": errors.profile,
-        "profile_phase": phase if errors.profile and phase is not None else math.nan,
-        "deviations": int(errors.deviations),
+        "pitch_error": options.pitch_error,
+        "profile_error": options.profile_error,
+        "profile_phase": phase if options.profile_error and phase is not None else math.nan,
+        "deviations": int(options.deviations),
         "cycle": start,
     }
     return PlacedErrors(pairs=pairs, start=start, warnings=messages, attributes=attributes)
@@ -187,12 +153,14 @@ def _with_waves(train: Train, helix: Mesh, pair: ContactPair) -> ContactPair:
     return replace(pair, waves=(*pair.waves, *waves))
 
 
-def _with_gaps(train: Train, helix: Mesh, pair: ContactPair, errors: ToothErrors, start: float) -> ContactPair:
+def _with_gaps(train: Train, helix: Mesh, pair: ContactPair, options: ContactOptions, start: float) -> ContactPair:
     """Pair with the gaps of the pairs of teeth that may be in mesh within two mesh cycles of a start [mesh cycles]."""
     middle = round(helix.sense * (start + 0.5 + float(helix.lead)))
     numbers = np.arange(middle - _BESIDE, middle + _BESIDE + 1)
-    gaps = errors.pitch * (helix.sense * numbers >= 0).astype(float)  # later pairs have higher numbers, or lower ones
-    if errors.deviations:
+    gaps = options.pitch_error * (helix.sense * numbers >= 0).astype(
+        float
+    )  # later pairs have higher numbers, or lower ones
+    if options.deviations:
         gaps = gaps + pair_gaps(train, helix, numbers)
     if not gaps.any():
         return pair
@@ -200,42 +168,42 @@ def _with_gaps(train: Train, helix: Mesh, pair: ContactPair, errors: ToothErrors
 
 
 def _worst(
-    train: Train, helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, errors: ToothErrors
+    train: Train, helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, options: ContactOptions
 ) -> tuple[float, float]:
     """Beginning of the mesh cycle [mesh cycles] and phase of the profile error [rad] with the largest peak to peak."""
     angles = np.arange(_RUN_OUT_ANGLES) * 2 * np.pi / _RUN_OUT_ANGLES
-    if errors.phase is not None:
-        angles = np.array([errors.phase])
+    if options.profile_phase is not None:
+        angles = np.array([options.profile_phase])
     slant = math.cos(pairs[0].plane.base_helix)
     most, worst = -1.0, (0.0, 0.0)
-    for middle in _candidates(train, helices[0], pairs[0], errors):
+    for middle in _candidates(train, helices[0], pairs[0], options):
         time = middle + np.arange(-2 * _STARTS, 2 * _STARTS + 1) / _STARTS
         of_helices = []
         for helix, pair in zip(helices, pairs, strict=True):
             slices = 1 if uniform_along_face(pair) else _SLICES_OF_UNEVEN_FACE
-            cut_pair = replace(_with_gaps(train, helix, pair, errors, float(time.mean())), slices=slices)
+            cut_pair = replace(_with_gaps(train, helix, pair, options, float(time.mean())), slices=slices)
             loaded = loaded_contact(cut_pair, [force], helix.sense * (time + float(helix.lead)))
             of_helices.append(loaded.transmission_error[0])
         error = np.mean(of_helices, axis=0)
         sigma = helices[0].sense * (time + float(helices[0].lead))
-        for angle in angles if errors.profile else angles[:1]:
-            whole = error + errors.profile * np.cos(2 * np.pi * sigma + angle) / slant
+        for angle in angles if options.profile_error else angles[:1]:
+            whole = error + options.profile_error * np.cos(2 * np.pi * sigma + angle) / slant
             windows = np.lib.stride_tricks.sliding_window_view(whole, _STARTS + 1)[:, :-1]
             swing = np.ptp(windows, axis=1)
-            if errors.cycle is None:
+            if options.cycle is None:
                 at = int(swing.argmax())
             else:
-                at = int(np.clip(np.searchsorted(time, errors.cycle), 0, len(time) - _STARTS - 1))
+                at = int(np.clip(np.searchsorted(time, options.cycle), 0, len(time) - _STARTS - 1))
             if swing[at] > most * (1 + 1e-9):
                 most, worst = float(swing[at]), (float(time[at]), float(angle))
     return worst
 
 
-def _candidates(train: Train, helix: Mesh, pair: ContactPair, errors: ToothErrors) -> list[float]:
+def _candidates(train: Train, helix: Mesh, pair: ContactPair, options: ContactOptions) -> list[float]:
     """Times [mesh cycles] about which the worst cycle is looked for: where gaps of neighbouring pairs differ most."""
-    if errors.cycle is not None:
-        return [errors.cycle + 1.0]
-    if not errors.deviations:
+    if options.cycle is not None:
+        return [options.cycle + 1.0]
+    if not options.deviations:
         return [-float(helix.lead)]
     numbers = np.arange(_MOST_CYCLES)
     passing = helix.sense * numbers  # at the pitch point
@@ -305,58 +273,33 @@ def mesh_phases(helices: Sequence[Mesh], pairs: Sequence[ContactPair], samples: 
 
 
 def resolution(
-    helices: Sequence[Mesh],
-    pairs: Sequence[ContactPair],
-    force: float,
-    *,
-    tolerance: float,
-    samples: int | None = None,
-    slices: int | None = None,
-    start: float = 0.0,
+    helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, options: ContactOptions, *, start: float = 0.0
 ) -> Resolution:
-    """Phases and slices with which the operating load is solved within a tolerance.
+    """Phases and slices with which the operating load is solved within the tolerance of the options; those given stay.
 
     Parameters
     ----------
-    pairs : of the helices, of any number of slices.  force : of a helix [N].  tolerance : of each number [1].
-    samples, slices : given ones, even phases; None: doubled until the tolerance holds, or to a limit.
-    start : as of `sigma_at`.
+    pairs : of the helices, of any number of slices.  force : of a helix [N].  start : as of `sigma_at`.
 
     Raises
     ------
     ModelError : a tolerance that is not above zero.
     """
-    check_tolerance(tolerance)
+    check_tolerance(options.tolerance)
+    graded, slices = options.samples is None, options.slices
 
     def phases(count: int) -> Array:
-        return mesh_phases(helices, pairs, count, graded=samples is None)
+        return mesh_phases(helices, pairs, count, graded=graded)
 
     def numbers(count: int, cut: int) -> Array:
         return _numbers(helices, [replace(pair, slices=cut) for pair in pairs], force, phases(count), start)
 
-    error = np.zeros(3)
-    coarse = _FEWEST[1] if slices is None else slices
-    chosen = samples
-    if chosen is None:
-        reached, missed = doubled(lambda count: numbers(count, coarse), _PHASES, PHASE_SHARE * tolerance)
-        chosen, error = max(reached, _FEWEST[0]), error + missed
-    cut = slices
-    even = all(uniform_along_face(pair) for pair in pairs)
-    if cut is None and even:
-        cut = _FEWEST[1]  # one would do
-    elif cut is None:
-        fewest = _PHASES[0] if samples is None else samples
-        share = (1 - PHASE_SHARE) * tolerance
-        reached, missed = doubled(lambda count: numbers(fewest, count), _SLICES, share, checked=True)
-        cut, error = max(reached, _FEWEST[1]), error + missed
-    given = samples is not None and (slices is not None or even)
-    return Resolution(
-        phase=phases(chosen),
-        samples=chosen,
-        slices=cut,
-        graded=samples is None,
-        error=np.full(3, np.nan) if given else error,
-    )
+    few, coarse = options.samples or _LADDER.phases[0], slices or _LADDER.fewest[1]
+    if slices is None and all(map(uniform_along_face, pairs)):  # one slice would do
+        options = replace(options, slices=_LADDER.fewest[1])
+    chosen, cut, error = refined(numbers, _LADDER, options, few=few, coarse=coarse)
+    error = np.broadcast_to(error, 3)
+    return Resolution(phase=phases(chosen), samples=chosen, slices=cut, graded=graded, error=error)
 
 
 def _numbers(helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, phase: Array, start: float) -> Array:
@@ -374,6 +317,56 @@ def _numbers(helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float
     load = max(float(result.largest_load[0]) for result in results)
     pressure = max(float(result.largest_pressure[0]) for result in results)
     return np.array([[swing, load, pressure], [max(swing, _LEAST_SWING * deflection), load, pressure]])
+
+
+class Ladder(NamedTuple):
+    """First and most phases and slices that are tried, and the fewest of both that are kept: curves are drawn through
+    them."""
+
+    phases: tuple[int, int]
+    slices: tuple[int, int]
+    fewest: tuple[int, int]
+
+
+# The first are as coarse as the estimate of an error bears; the most bound the time of a mesh to a minute and its
+# memory to a gigabyte.
+_LADDER = Ladder(phases=(32, 1024), slices=(10, 160), fewest=(64, 20))
+
+
+def refined(
+    numbers: Callable[[int, int], Array], ladder: Ladder, options: ContactOptions, *, few: int, coarse: int
+) -> tuple[int, int, Array]:
+    """Phases and slices with which numbers hold within the tolerance, and their estimated errors (m,) [1].
+
+    What is given stays; the errors are from what is not, nan where that is nothing.
+
+    Parameters
+    ----------
+    numbers : phases, slices -> as of `doubled`.  few : phases with which slices are doubled.  coarse : slices with
+        which phases are, which hardly depend on them.
+    """
+    chosen, pieces, error = options.samples, options.slices, np.zeros(1)
+    if chosen is not None and pieces is not None:
+        return chosen, pieces, np.full(1, np.nan)
+    if chosen is None:
+        share = _PHASE_SHARE * options.tolerance
+        reached, missed = doubled(lambda count: numbers(count, coarse), ladder.phases, share)
+        chosen, error = max(reached, ladder.fewest[0]), error + missed
+    if pieces is None:
+        share = (1 - _PHASE_SHARE) * options.tolerance
+        reached, missed = doubled(lambda count: numbers(few, count), ladder.slices, share, checked=True)
+        pieces, error = max(reached, ladder.fewest[1]), error + missed
+    return chosen, pieces, error
+
+
+def insufficient(judged: Sequence[tuple[float, str, str]], tolerance: float) -> list[CodedText]:
+    """Warnings of estimated errors [1] above the tolerance: error, what is not enough, and of which number it is."""
+    asked = f"asked {100 * tolerance:.2g} %"
+    return [
+        coded("resolution-insufficient", f"{used}: estimated error {100 * error:.2g} %{of}, {asked}")
+        for error, used, of in judged
+        if error > tolerance
+    ]
 
 
 def doubled(

@@ -14,16 +14,16 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError, ModelError
 from ...results.dataset import dataset
 from ...system.assembly import train_provenance
-from ...system.tooth_pairs import mean_force, pair_of
+from ...system.tooth_pairs import mean_force
 from ...teeth import geometry
-from ...teeth.loaded_contact import LoadedContact, all_loaded, all_segments
+from ...teeth.loaded_contact import LoadedContact
 from ...teeth.path_of_contact import Rolling, cycle_mean, loss_factor, mean_friction, path_load, sliding_distance
 from ...train.kinematics import Gearing
 from ...train.power import LossyFlow, lossy_flow, require_contact, require_flow
 from ...train.train import GearData, Mesh, Train
 from ...warning_codes import CodedText, coded, placed
-from .contact import TOLERANCE, flank_map, helices_of, normal_force, unresolved
-from .contact_resolution import resolution, sigma_at
+from .contact import ContactOptions, flank_map
+from .pair_contact import helices_of, solved_pair, unresolved
 
 Array = NDArray[np.float64]
 
@@ -213,20 +213,16 @@ def _of_contact(train: Train, mesh: Mesh, sigma: Array, said: list[CodedText]) -
     from scipy.integrate import trapezoid
 
     name = mesh.name if mesh.side is None else mesh.name.rsplit("/", 1)[0]
-    helices = helices_of(train, name)
-    force = normal_force(train, helices, None)
-    pairs = [pair_of(train, helix) for helix in helices]
-    cut = resolution(helices, pairs, force, tolerance=TOLERANCE)
-    pairs = [pair_of(train, helix, slices=cut.slices) for helix in helices]
-    segments = all_segments(pairs, [sigma_at(helix, cut.phase) for helix in helices])
-    results = all_loaded(segments, np.array([force]), tangents=False)
+    options = ContactOptions(factors=())
+    solved = solved_pair(train, helices_of(train, name), options, tangents=False)
+    cut, results, force = solved.cut, solved.results, solved.force
     missed = np.any([result.status[0] != "" for result in results], axis=0)
     if missed.any():
         raise ConvergenceError(
             f"loaded contact of {name} is not solved at {missed.sum()} of {missed.size} phases, {force:.4g} N on a "
             "small part of the face; smaller lead modifications (flank.slope, flank.crown), or uniform sharing"
         )
-    said += [placed(name, text) for text in unresolved(cut, TOLERANCE)]
+    said += [placed(name, text) for text in unresolved(cut, options.tolerance)]
     distance = tuple(float(cycle_mean(_moment(result), cut.phase)) for result in results)
     lines, share = results[0].segments.lines, results[0].force[0] / results[0].load[0][:, None, None]
     inside = np.clip(sigma, mesh.limits[0] + _INSIDE, mesh.limits[1] - _INSIDE)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -38,12 +38,12 @@ from ...train.resolution import load
 from ...train.train import Mesh, Train
 from ...user_input import read_text
 from ...warning_codes import CodedText, coded
-from .contact import TOLERANCE, contact, helices_of, mesh_name, normal_force, unresolved
+from .contact import TOLERANCE, ContactOptions
 from .contact_resolution import Resolution, check_tolerance, resolution, sigma_at
+from .pair_contact import PairContact, flank_columns, helices_of, mesh_name, normal_force, solved_pair, unresolved
 from .relief_objectives import (
     DYNAMIC,
     OBJECTIVES,
-    ContactSettings,
     DesignVariable,
     FlankSettings,
     HelixContact,
@@ -131,7 +131,9 @@ def relief(
     """
     train = train_of(source, overrides=overrides)
     angle = stated(misalignment, "angle", "misalignment")
-    settings = ContactSettings(samples=samples, slices=slices, corner=corner, misalignment=angle)
+    settings = ContactOptions(
+        samples=samples, slices=slices, tolerance=tolerance, corner=corner, misalignment=angle, torque=torque
+    )
     _check_options(objectives, factors, torque, tolerance)
     meshes = _meshes(train, mesh)
     flanks: dict[str, Flank] = {}
@@ -162,7 +164,7 @@ def relief(
             check_pair(part.modified_pair(bound), path=part.mesh.pair, paths=part.mesh.teeth.paths)
     options = {
         **{"vary": dict(vary), "mesh": mesh, "torque": torque, "objectives": list(objectives)},
-        **{"factors": list(factors), **asdict(settings)},
+        **{"factors": list(factors), "samples": samples, "slices": slices, "corner": corner, "misalignment": angle},
         **({"speeds": speeds, "speed_points": speed_points} if dynamic else {}),
     }
     drawn = _drawn_candidate(problem, flanks)
@@ -182,7 +184,7 @@ def relief(
     )
     if not result.best.size:
         raise ModelError("no candidate could be computed", path="vary", given=dict(vary))
-    solved = verified(problem, result, tolerance=tolerance, pick=pick, drawn=drawn)
+    solved = verified(problem, result, pick=pick, drawn=drawn)
     best = solved.settings
     changes = overrides_of(best, flanks)
     if isinstance(source, Train):
@@ -346,26 +348,24 @@ def _before_and_after(solved: Finalists, trains: Sequence[Train], torque: float 
     """Loaded contact of every mesh before and after, at several loads; trains : before and after."""
     problem, cut = solved.problem, solved.resolution
     factors = np.array(sorted({*_MAP_LOADS, *problem.factors.tolist()}))
+    options = replace(problem.contact, factors=factors.tolist())
     results = [
         [
-            contact(
+            solved_pair(
                 train,
-                mesh=mesh_name([helix.mesh for helix in helices]),
-                torque=torque,
-                factors=factors.tolist(),
-                corner=problem.contact.corner,
-                misalignment=problem.contact.misalignment,
+                helices_of(train, mesh_name([helix.mesh for helix in helices])),
+                options,
                 cut=cut,
                 segments=_shared_segments(helices, cut),
                 tangents=False,
-                roots=False,
             )
             for helices in problem.meshes
         ]
         for train in trains
     ]
+    loads = [[_load_along_path(one) for one in meshes] for meshes in results]
 
-    def stacked(values: Callable[[xr.Dataset], Array]) -> Array:
+    def stacked(values: Callable[[PairContact], Array]) -> Array:
         """Values of each result, (state, relieved_mesh, ...)."""
         return np.array([[values(one) for one in meshes] for meshes in results])
 
@@ -373,12 +373,18 @@ def _before_and_after(solved: Finalists, trains: Sequence[Train], torque: float 
     return {
         "load_factor": ("load_factor", factors),
         "mesh_phase": ("mesh_phase", cut.phase),
-        "relieved_force": ("relieved_mesh", np.array([float(one.attrs["force"]) for one in results[0]])),
-        "relieved_error": ((*over, "mesh_phase"), stacked(lambda one: one.loaded_transmission_error.values)),
-        "relieved_peak_to_peak": (over, stacked(lambda one: one.transmission_error_peak_to_peak.values)),
-        "relieved_largest_load": (over, stacked(lambda one: one.largest_load_per_length.values.max(axis=0))),
-        "relieved_place": (("relieved_mesh", "path_point"), np.array([_even_places(one) for one in results[0]])),
-        "relieved_load": (("state", "relieved_mesh", "path_point"), stacked(_largest_along_path)),
+        "relieved_force": ("relieved_mesh", np.array([one.force for one in results[0]])),
+        "relieved_error": ((*over, "mesh_phase"), stacked(lambda one: one.error)),
+        "relieved_peak_to_peak": (over, stacked(lambda one: np.ptp(one.error, axis=1))),
+        "relieved_largest_load": (
+            over,
+            stacked(lambda one: np.max([helix.largest_load for helix in one.results], axis=0)),
+        ),
+        "relieved_place": (("relieved_mesh", "path_point"), np.array([place for place, _ in loads[0]])),
+        "relieved_load": (
+            ("state", "relieved_mesh", "path_point"),
+            np.array([[load for _, load in meshes] for meshes in loads]),
+        ),
     }
 
 
@@ -392,16 +398,14 @@ def _shared_segments(helices: Sequence[HelixContact], cut: Resolution) -> list[C
     return [helix.segments for helix in helices] if all(same) else None
 
 
-def _even_places(result: xr.Dataset) -> Array:
-    """Even places on the path of contact of a result of `contact`, (P,) [base pitches]."""
-    ends = result.path_place.values
-    return np.linspace(float(ends[0]), float(ends[-1]), _PATH_POINTS)
-
-
-def _largest_along_path(result: xr.Dataset) -> Array:
-    """Largest load per length over face and helices at even places of the path of contact [N/m]; 0 out of contact."""
-    largest = np.nan_to_num(result.flank_load_per_length.values).max(axis=(0, 1))
-    return np.asarray(np.interp(_even_places(result), result.path_place.values, largest))
+def _load_along_path(solved: PairContact) -> tuple[Array, Array]:
+    """Even places (P,) on the path of contact [base pitches], and the largest load per length over face and helices
+    there at the operating load [N/m]; 0 out of contact."""
+    columns, _ = flank_columns(solved, [result.mean_pressure for result in solved.results])
+    place = columns["path_place"][1][0]
+    even = np.linspace(float(place[0]), float(place[-1]), _PATH_POINTS)
+    largest = np.nan_to_num(columns["flank_load_per_length"][1]).max(axis=(0, 1))
+    return even, np.asarray(np.interp(even, place, largest))
 
 
 def _forces_over_speed(problem: ReliefProblem, settings: Mapping[str, FlankSettings]) -> Columns:
@@ -638,14 +642,12 @@ class Finalists:
         return self.problem.settings(self.candidates[self.answer])
 
 
-def verified(
-    problem: ReliefProblem, result: SearchResult, *, tolerance: float, pick: int | None, drawn: Array | None
-) -> Finalists:
+def verified(problem: ReliefProblem, result: SearchResult, *, pick: int | None, drawn: Array | None) -> Finalists:
     """Best candidates of a search, solved with phases and slices that hold for the answer among them.
 
     Parameters
     ----------
-    problem : phases and slices that its contact states are kept.  tolerance : as of `contact` [1].
+    problem : phases and slices that its contact states are kept.
     drawn : (1, v) candidate of the flanks as drawn, which the answer has to beat; None where the bounds exclude it.
     pick : index of the solution that is the answer; None: the nearest to the best of each objective.
 
@@ -659,7 +661,7 @@ def verified(
         answer = _answer(result.objectives[kept], pick)
         return Finalists(
             problem=problem,
-            resolution=_resolution(problem, result.candidates[kept[answer]], tolerance),
+            resolution=_resolution(problem, result.candidates[kept[answer]]),
             candidates=result.candidates[kept],
             objectives=result.objectives[kept],
             answer=answer,
@@ -673,7 +675,7 @@ def verified(
     answer = int(front[_answer(values[front], pick)])
     best: Resolution | None = None
     for _ in range(_ROUNDS):
-        needed = _resolution(problem, candidates[answer], tolerance)
+        needed = _resolution(problem, candidates[answer])
         if best is not None and needed.samples <= best.samples and needed.slices <= best.slices:
             break
         problem = with_resolution(problem, needed)
@@ -720,7 +722,7 @@ def _answer(values: Array, pick: int | None) -> int:
     return int(np.argmin((distance**2).sum(axis=1)))
 
 
-def _resolution(problem: ReliefProblem, candidate: Array, tolerance: float) -> Resolution:
+def _resolution(problem: ReliefProblem, candidate: Array) -> Resolution:
     """The finest that any mesh needs for the flanks of a candidate (v,), with the phases of all meshes."""
     flanks = problem.settings(candidate)
     each = [
@@ -728,9 +730,7 @@ def _resolution(problem: ReliefProblem, candidate: Array, tolerance: float) -> R
             [helix.mesh for helix in helices],
             [helix.modified_pair(flanks) for helix in helices],
             helices[0].force,
-            tolerance=tolerance,
-            samples=problem.contact.samples,
-            slices=problem.contact.slices,
+            problem.contact,
         )
         for helices in problem.meshes
     ]

@@ -30,6 +30,7 @@ from ...teeth.loaded_contact import MicrogeometryContact, all_segments, first_im
 from ...teeth.segments import ContactSegments
 from ...train.train import Mesh, Train
 from ..response.steady import SweepOptions, sweep
+from .contact import ContactOptions
 from .contact_resolution import Resolution, mesh_phases, sigma_at
 
 Array = NDArray[np.float64]
@@ -262,20 +263,6 @@ def length_text(value: float, power: int) -> str:
 # objectives -----------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ContactSettings:
-    """Discretisation and misalignment of the loaded contact, as of `contact`.
-
-    samples : phases of a mesh cycle.  slices : segments of the face.  None: chosen.  corner : solve corner contact.
-    misalignment : of the flanks, in the plane of action [rad].
-    """
-
-    samples: int | None
-    slices: int | None
-    corner: bool
-    misalignment: float
-
-
 class HelixContact(NamedTuple):
     """One helix of a mesh: its place in the train, its contact segments as drawn, its operating load [N]."""
 
@@ -304,7 +291,7 @@ class ReliefProblem:
     objectives: tuple[str, ...]
     variables: tuple[DesignVariable, ...]
     fixed: Mapping[str, FlankSettings]
-    contact: ContactSettings
+    contact: ContactOptions
     meshes: Sequence[Sequence[HelixContact]]
     factors: Array
     resolution: Resolution
@@ -326,7 +313,7 @@ class ReliefProblem:
 
 
 def coarse_resolution(
-    train: Train, meshes: Sequence[Sequence[tuple[Mesh, float]]], contact: ContactSettings
+    train: Train, meshes: Sequence[Sequence[tuple[Mesh, float]]], contact: ContactOptions
 ) -> Resolution:
     """Phases and slices of a search: those given, else few, since the best candidates are solved again."""
     graded = contact.samples is None

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,57 +36,35 @@ from ...statics.static import free_position_warnings, law_attributes, rounding_o
 from ...system.assembly import assemble
 from ...system.system import System, faces
 from ...system.tooth_pairs import FaceLoad, MeshFaceLaw, face_laws, tooth_warnings, with_three_rows
-from ...teeth.path_of_contact import averaging_length, corner_phases, largest_part_mean
+from ...teeth.path_of_contact import corner_phases
 from ...train.train import Train
 from ...warning_codes import CodedText, code_of, coded
-from .contact import GEARS, TOLERANCE, flank_map, largest_root_stresses
-from .contact_resolution import PHASE_SHARE, check_tolerance, doubled, estimated_error
+from .contact import ContactOptions, LoadedFaces, contact_columns, contact_coords, cycle_weight, flank_map
+from .contact_resolution import Ladder, check_tolerance, estimated_error, insufficient, refined
 
 Array = NDArray[np.float64]
 
-TORQUES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
-"""Torques by default, relative to the operating ones [1]."""
 # places along the path of contact of a flank map
 _PLACES = 81
 # mesh force per largest one below which a mesh is open: rounding of the equilibrium is far below
 _OPEN_RATIO = 1e-7
-# First and most instants of a mesh cycle, slices of each face.  The corners of contact of all meshes are among the
-# instants, of 12 meshes some 40, so that few others are enough; the most bound a torque to a minute.
-_PHASES, _SLICES = (16, 256), (10, 80)
-# Fewest that are kept: forces over the cycle and loads over the face are drawn through them.
-_FEWEST = (32, 20)
+# The corners of contact of all meshes are among the instants of a mesh cycle, of 12 meshes some 40, so that few others
+# are enough; the most bound a torque to a minute.
+_LADDER = Ladder(phases=(16, 256), slices=(10, 80), fewest=(32, 20))
 # Instants nearer than this are one [mesh cycles]: a tenth of the distance of the two sides of a jump.
 _SAME = 1e-10
 
 
 def train_contact(
-    train: Train,
-    *,
-    factors: Sequence[float] = TORQUES,
-    cycles: int | None = 1,
-    turns: int | None = None,
-    of: str | None = None,
-    samples: int | None = None,
-    slices: int | None = None,
-    tolerance: float = TOLERANCE,
-    linear_at: float | None = None,
-    corner: bool = False,
-    progress: Callable[[float], None] | None = None,
+    train: Train, options: ContactOptions, *, progress: Callable[[float], None] | None = None
 ) -> xr.Dataset:
     """Loaded contact of every mesh over a record: branches, sides and flanks share the load as the train lets them.
 
     Misalignment follows from tilt and twist of the bodies, of pins and carrier, and from deviations.  Mesh stiffnesses
-    of the model have no part in the result.
+    of the model have no part in the result.  Loads beside the operating one are torques; weight and other loads stay.
 
     Parameters
     ----------
-    factors : torques beside the operating ones, relative to them [1]; weight and other loads stay.
-    cycles, turns, of : the record, as of `static`; one mesh cycle by default.
-    samples, slices : instants per mesh cycle or turn, segments of each face; None: doubled until the numbers of the
-        operating torque hold over the first mesh cycle, with the corners of contact beside the instants.
-    tolerance : relative, of the largest load of every mesh and of K_gamma [1].
-    linear_at : load per length [N/m] at which the contact of the flanks is linearised; None: Hertz.
-    corner : solve corner contact, tips that bear beyond the path of contact.
     progress : called with the share done, 0..1.
 
     Returns
@@ -100,58 +79,49 @@ def train_contact(
 
     Raises
     ------
-    ModelError : no torque, no face width, options out of range, and all that `static` and `contact` refuse.
+    ModelError : no torque, no face width, options out of range, and all that `static` and `pair_of` refuse.
     ConvergenceError : no equilibrium.
     """
-    check_tolerance(tolerance)
-    levels = _levels(train, factors)
-    length = _Length(cycles=None if turns or of else cycles, turns=turns, of=of)
-    teeth: dict[str, Any] = {"linear_at": linear_at, "corner": corner}
-    cut = _resolved(train, length, teeth, tolerance=tolerance, samples=samples, slices=slices)
-    laws = face_laws(train, slices=cut.slices, **teeth)
-    case = _case(train, laws, length, samples=cut.samples, graded=samples is None)
+    check_tolerance(options.tolerance)
+    levels = options.levels(zero=False)
+    if not any(train.torques.values()):
+        raise ModelError("no torque loads the teeth", path="operation.torque", allowed="a torque of a member")
+    cut = _resolved(train, options)
+    case = _case(train, options, samples=cut.samples, slices=cut.slices)
     states: list[ContactEquilibrium] = []
     for i, level in enumerate(levels):
         states.append(_equilibrium(case, float(level)))
         if progress is not None:
             progress((i + 1) / len(levels))
-    loads = [_face_loads(case, state) for state in states]
-    operating = int(np.argmin(np.abs(levels - 1.0)))
     force = np.array([_mesh_force(state) for state in states])
-    lengths = [np.full(len(law.meshes), averaging_length(law.pair.plane)) for law in laws]
-    instants, links = case.record.instants, case.system.links
-    motion = states[operating].displacement[:instants]
+    faces = _faces(train, case, levels, states, _loaded(case.system, force))
+    now, instants, links = faces.operating, case.record.instants, case.system.links
+    motion = states[now].displacement[:instants]
     deflection = motion @ links.B - case.acting.link_gap[:instants]
+    maps, places = zip(*map(_flank, faces.loads[now]), strict=True)
     result = dataset(
         {
+            **contact_columns(faces, faces.root_stresses()),
             **_force_columns(case, force[..., :instants]),
-            **_face_columns(case, loads, _loaded(case.system, force)),
-            "flank_load_per_length": (
-                ("mesh", "width", "flank_place"),
-                _gathered(laws, [_flank_maps(load) for load in loads[operating]]),
-            ),
-            **_root_columns(laws, loads),
+            "flank_load_per_length": (("mesh", "width", "flank_place"), np.array(maps)),
+            "path_place": (("mesh", "flank_place"), np.array(places)),
             "displacement": (("dof", "time"), (motion * case.system.dofs.radius).T),
             "link_force": (("link_row", "time"), (links.stiffness * deflection).T),
             "link_deflection": (("link_row", "time"), deflection.T),
-            "averaging_length": ("mesh", _gathered(laws, lengths)),
             "contact_residual": ("torque_factor", np.array([state.contact_residual.max() for state in states])),
             "balance_residual": ("torque_factor", np.array([state.force_residual.max() for state in states])),
         },
         coords={
-            "torque_factor": levels,
-            "mesh": [mesh.name for mesh in train.meshes],
+            **contact_coords(faces),
             "mesh_pair": list(dict.fromkeys(mesh.pair for mesh in train.meshes)),
-            "mesh_gear": list(GEARS),
-            "width": (np.arange(cut.slices) + 0.5) / cut.slices,
             "flank_place": np.linspace(0.0, 1.0, _PLACES),
             "dof": list(case.system.dofs.names),
             "link_row": list(case.system.links.name),
             "time": np.arange(instants) / case.record.samples / float(case.record.unit),
         },
-        verb="train_contact",
-        options={"samples": samples, "slices": slices, "tolerance": tolerance, **teeth},
-        warnings=[*_warnings(train, case, force[operating]), *_unresolved(cut, tolerance)],
+        verb="contact",
+        options=options.common(),
+        warnings=[*_warnings(train, case, force[now]), *_unresolved(cut, options.tolerance)],
         provenance={**case.system.provenance, **law_attributes(case.system, case.record)},
     )
     result["time"].attrs.update({"units": "s" if case.system.tones else "mesh cycles", "long_name": "time"})
@@ -159,19 +129,11 @@ def train_contact(
         "torques": json.dumps(dict(train.torques)),
         "samples": cut.samples,
         "slices": cut.slices,
-        "tolerance": tolerance,
+        "tolerance": options.tolerance,
         "estimated_error": max(cut.error),
         "estimated_face_error": cut.face_error,
     }
     return result
-
-
-class _Length(NamedTuple):
-    """Length of the record: mesh cycles, or turns of a body, as of `static`."""
-
-    cycles: int | None
-    turns: int | None
-    of: str | None
 
 
 class _Cut(NamedTuple):
@@ -191,8 +153,7 @@ class _Case(NamedTuple):
 
     laws : contact of the meshes, those of equal pairs together.  contacts : of each at all instants, and its meshes.
     flexible : its compliance without meshes.  record : its instants are the first of the T.
-    acting : stiffness, errors and loads at the instants.
-    weight : (T,) of the instants in a mean over the record, of values linear between them [1].
+    acting : stiffness, errors and loads at the instants.  times : (T,) of them, in the unit of the record.
     """
 
     laws: Sequence[MeshFaceLaw]
@@ -201,23 +162,14 @@ class _Case(NamedTuple):
     flexible: Compliance
     record: Record
     acting: RecordExcitation
-    weight: Array
+    times: Array
 
 
-def _levels(train: Train, factors: Sequence[float]) -> Array:
-    """Torque factors (F,) [1] rising, the operating one among them."""
-    levels = np.array(sorted({1.0, *(float(factor) for factor in factors)}))
-    if not (np.isfinite(levels).all() and (levels > 0).all()):
-        raise ModelError("relative torques", path="loads", given=list(factors), allowed="above 0")
-    if not any(train.torques.values()):
-        raise ModelError("no torque loads the teeth", path="operation.torque", allowed="a torque of a member")
-    return levels
-
-
-def _case(train: Train, laws: Sequence[MeshFaceLaw], length: _Length, *, samples: int, graded: bool) -> _Case:
-    """Train, loads and contact over a record; graded : at the corners of contact too."""
+def _case(train: Train, options: ContactOptions, *, samples: int, slices: int) -> _Case:
+    """Train, loads and contact over a record, at the corners of contact too unless the options have the instants."""
+    laws = face_laws(train, slices=slices, linear_at=options.linear_at, corner=options.corner)
     system = assemble(with_three_rows(train))
-    over = record_of(system, cycles=length.cycles, turns=length.turns, of=length.of, samples=samples, most=64 * samples)
+    over = _record(system, options, samples=samples, most=64 * samples)
     index = np.arange(over.instants, dtype=np.int64)
     tones = system.tones or (over.unit,)
     phases = np.array([turn_fraction(tone / over.unit / over.samples, index) for tone in tones]).T
@@ -226,7 +178,7 @@ def _case(train: Train, laws: Sequence[MeshFaceLaw], length: _Length, *, samples
     require_balance(flexible.free, acting.force, system)
     of_mesh = system.meshes.tone[faces(system.meshes).first]
     times = index / over.samples
-    if graded:
+    if options.samples is None:
         rate = np.array([float(tone / over.unit) for tone in tones])
         corners = _corner_times(laws, over, rate[of_mesh])
         turned = np.mod(corners[:, None] * rate, 1.0)
@@ -242,11 +194,6 @@ def _case(train: Train, laws: Sequence[MeshFaceLaw], length: _Length, *, samples
         phases, times = np.concatenate([phases, turned]), np.concatenate([times, corners])
     _require_room(len(times), laws)
     cycles = phases[:, of_mesh]
-    # weights of instants in the mean over a length, which repeats, of values linear between them
-    order, length_of_record = np.argsort(times), float(over.count)
-    apart = np.diff(times[order], append=times[order[0]] + length_of_record) / length_of_record
-    weight = np.empty(len(times))
-    weight[order] = 0.5 * (apart + np.roll(apart, 1))
     return _Case(
         laws=laws,
         contacts=[(law.at(cycles[:, list(law.meshes)]), np.array(law.meshes, np.int64)) for law in laws],
@@ -254,8 +201,14 @@ def _case(train: Train, laws: Sequence[MeshFaceLaw], length: _Length, *, samples
         flexible=flexible,
         record=over,
         acting=acting,
-        weight=weight,
+        times=times,
     )
+
+
+def _record(system: System, options: ContactOptions, *, samples: int, most: int) -> Record:
+    """The record of the options; one mesh cycle where they have no length."""
+    cycles = 1 if options.turns is None and options.of is None and options.cycles is None else options.cycles
+    return record_of(system, cycles=cycles, turns=options.turns, of=options.of, samples=samples, most=most)
 
 
 def _corner_times(laws: Sequence[MeshFaceLaw], record: Record, rate: Array) -> Array:
@@ -280,15 +233,7 @@ def _corner_times(laws: Sequence[MeshFaceLaw], record: Record, rate: Array) -> A
     return np.asarray(times[(even > same) & (apart > same)])
 
 
-def _resolved(
-    train: Train,
-    length: _Length,
-    teeth: Mapping[str, Any],
-    *,
-    tolerance: float,
-    samples: int | None,
-    slices: int | None,
-) -> _Cut:
+def _resolved(train: Train, options: ContactOptions) -> _Cut:
     """Instants and slices with which the operating torque is solved within a tolerance over the first mesh cycle.
 
     Of the two, those given are kept.  In a record of turns the instants chosen are those of all their mesh cycles.
@@ -297,53 +242,45 @@ def _resolved(
     ------
     ModelError : instants or slices out of range.
     """
-    samples = None if samples is None else positive_count("samples", samples, 1)
-    slices = None if slices is None else positive_count("slices", slices, 1)
+    samples = None if options.samples is None else positive_count("samples", options.samples, 1)
+    slices = None if options.slices is None else positive_count("slices", options.slices, 1)
     if samples is not None and slices is not None:
         return _Cut(samples=samples, slices=slices)
-    one_cycle = _Length(cycles=1, turns=None, of=None)
+    one_cycle = replace(options, cycles=1, turns=None, of=None)
+    turns = options.of is not None or options.turns is not None
+    # in a record of turns the instants given say nothing of a mesh cycle
+    few = _LADDER.phases[0] if samples is None or turns else samples
+    factors: dict[int, Array] = {}  # K_Hbeta by slices
 
     @cache
-    def numbers(count: int, pieces: int) -> tuple[Array, Array]:
-        laws = face_laws(train, slices=pieces, **teeth)
-        return _numbers(train, _case(train, laws, one_cycle, samples=count, graded=samples is None))
+    def numbers(count: int, pieces: int) -> Array:
+        held, factor = _numbers(train, _case(train, one_cycle, samples=count, slices=pieces))
+        if count == few:
+            factors[pieces] = factor
+        return held
 
-    error = np.zeros(len(train.meshes) + len({mesh.pair for mesh in train.meshes}))
-    chosen, pieces, face_error = samples, slices, 0.0
-    if chosen is None:
-        # what the instants miss hardly depends on the slices
-        coarse = _SLICES[0] if slices is None else min(slices, _SLICES[0])
-        reached, missed = doubled(lambda count: numbers(count, coarse)[0], _PHASES, PHASE_SHARE * tolerance)
-        chosen, error = max(reached, _FEWEST[0]) * _cycles_a_unit(train, length), error + missed
-    if pieces is None:
-        # in a record of turns the instants given say nothing of a mesh cycle
-        few = _PHASES[0] if samples is None or length.of or length.turns else samples
-        tried: dict[int, Array] = {}
-
-        def cut(count: int) -> Array:
-            held, tried[count] = numbers(few, count)
-            return held
-
-        reached, missed = doubled(cut, _SLICES, (1 - PHASE_SHARE) * tolerance, checked=True)
-        pieces, error = max(reached, _FEWEST[1]), error + missed
-        finest = tried[max(tried)]
-        left = estimated_error(list(tried.values())) + np.abs(finest - tried[pieces])
+    coarse = _LADDER.slices[0] if slices is None else min(slices, _LADDER.slices[0])
+    chosen, pieces, error = refined(numbers, _LADDER, options, few=few, coarse=coarse)
+    face_error = 0.0
+    if slices is None:
+        finest = factors[max(factors)]
+        left = estimated_error(list(factors.values())) + np.abs(finest - factors[pieces])
         face_error = float(np.nanmax(left / finest, initial=0.0))
     w = len(train.meshes)
     return _Cut(
-        samples=chosen,
+        samples=chosen if samples is not None else chosen * _cycles_a_unit(train, options),
         slices=pieces,
         error=(float(error[:w].max()), float(error[w:].max())),
         face_error=face_error,
     )
 
 
-def _cycles_a_unit(train: Train, length: _Length) -> int:
+def _cycles_a_unit(train: Train, options: ContactOptions) -> int:
     """Whole mesh cycles that a unit of the record is not longer than: 1, or those of a turn."""
-    if not length.of and not length.turns:
+    if options.of is None and options.turns is None:
         return 1
     system = assemble(train)
-    unit = record_of(system, cycles=None, turns=1, of=length.of, samples=1, most=1).unit
+    unit = record_of(system, cycles=None, turns=1, of=options.of, samples=1, most=1).unit
     return max(1, math.ceil(reference_tone(system) / unit))
 
 
@@ -357,7 +294,7 @@ def _numbers(train: Train, case: _Case) -> tuple[Array, Array]:
     state = _equilibrium(case, 1.0)
     force = _mesh_force(state)[None, :, : case.record.instants]
     loaded = _loaded(case.system, force)
-    columns = _face_columns(case, [_face_loads(case, state)], loaded)
+    columns = _faces(train, case, np.ones(1), [state], loaded).columns()
     load = columns["largest_load_per_length"][1][0]
     pair = np.array([mesh.pair for mesh in train.meshes])
     scale = np.array([load[pair == name].max() for name in pair])
@@ -397,12 +334,7 @@ def _unresolved(cut: _Cut, tolerance: float) -> list[CodedText]:
         (cut.error[1], used, " of K_gamma"),
         (cut.face_error, f"{cut.slices} slices are not enough for K_Hbeta", ""),
     )
-    asked = f"asked {100 * tolerance:.2g} %"
-    return [
-        coded("resolution-insufficient", f"{problem}: estimated error {100 * error:.2g} %{number}, {asked}")
-        for error, problem, number in judged
-        if error > tolerance
-    ]
+    return insufficient(judged, tolerance)
 
 
 def _equilibrium(case: _Case, factor: float) -> ContactEquilibrium:
@@ -422,13 +354,28 @@ def _mesh_force(state: ContactEquilibrium) -> Array:
     return np.asarray(state.row_force.reshape(len(state.row_force), -1, 3).sum(axis=2).T)
 
 
-def _face_loads(case: _Case, state: ContactEquilibrium) -> list[FaceLoad]:
-    """Load along the faces of the meshes of each law."""
-    rows = state.approach.reshape(len(state.approach), -1, 3)
-    return [
-        at.face(rows[:, list(law.meshes)], start)
-        for law, (at, _), start in zip(case.laws, case.contacts, state.states, strict=True)
-    ]
+def _faces(
+    train: Train, case: _Case, levels: Array, states: Sequence[ContactEquilibrium], loaded: NDArray[np.bool_]
+) -> LoadedFaces:
+    """Loads on the faces of all meshes at levels (F,) of the torques; loaded : (F, w) meshes that carry load."""
+    order = np.argsort([number for law in case.laws for number in law.meshes])
+    pairs, loads = [law.pair for law in case.laws for _ in law.meshes], []
+    for state in states:
+        rows = state.approach.reshape(len(state.approach), -1, 3)
+        parts = [
+            at.faces(rows[:, list(law.meshes)], start)
+            for law, (at, _), start in zip(case.laws, case.contacts, state.states, strict=True)
+        ]
+        loads.append([[*chain(*parts)][i] for i in order])
+    return LoadedFaces(
+        meshes=train.meshes,
+        pairs=[pairs[i] for i in order],
+        images=range(len(pairs)),
+        levels=levels,
+        loads=loads,
+        weight=cycle_weight(case.times, float(case.record.count)),
+        loaded=loaded,
+    )
 
 
 def _force_columns(case: _Case, force: Array) -> dict[str, Any]:
@@ -459,57 +406,15 @@ def _force_columns(case: _Case, force: Array) -> dict[str, Any]:
     }
 
 
-def _gathered(laws: Sequence[MeshFaceLaw], parts: Sequence[Array]) -> Array:
-    """Values (g, ...) of the meshes of each law as one array (w, ...) in the order of the meshes."""
-    return np.concatenate(parts)[np.argsort([mesh for law in laws for mesh in law.meshes])]
-
-
-def _face_columns(case: _Case, loads: Sequence[Sequence[FaceLoad]], loaded: NDArray[np.bool_]) -> dict[str, Any]:
-    """Variables along the faces of all meshes.
-
-    loads : at each torque, by law.  loaded : (F, w) meshes that carry load, the others have no factor.
-    """
-    laws = case.laws
-    mean, largest, smallest = [], [], []
-    for level in loads:
-        mean.append(_gathered(laws, [np.tensordot(case.weight, load.force.sum(axis=2), 1) for load in level]))
-        largest.append(_gathered(laws, [np.nanmax(load.per_length, axis=(0, 2, 3)) for load in level]))
-        least = [np.where(load.whole, load.per_length, np.inf).min(axis=(0, 2, 3)) for load in level]
-        smallest.append(_gathered(laws, least))
-    slice_load = np.array(mean)
-    span = _gathered(laws, [np.full(len(law.meshes), law.pair.plane.width / law.pair.slices) for law in laws])
-    with np.errstate(invalid="ignore", divide="ignore"):
-        factor = np.where(loaded, largest_part_mean(slice_load) / slice_load.mean(axis=2), np.nan)
-    return {
-        "face_load": (("torque_factor", "mesh", "width"), slice_load / span[:, None]),
-        "face_load_factor": (("torque_factor", "mesh"), factor),
-        "largest_load_per_length": (("torque_factor", "mesh"), np.array(largest)),
-        "smallest_load_per_length": (("torque_factor", "mesh"), np.array(smallest)),
-    }
-
-
-def _root_columns(laws: Sequence[MeshFaceLaw], loads: Sequence[Sequence[FaceLoad]]) -> dict[str, Any]:
-    """Largest stresses in the tooth roots of both gears of every mesh [Pa]; loads : at each torque, by law."""
-    over = ("torque_factor", "mesh", "mesh_gear")
-    names = ("largest_root_stress", "lowest_root_stress")
-    stresses = zip(*largest_root_stresses(laws, loads), strict=True)
-    return {
-        name: (over, _gathered(laws, of_laws).transpose(1, 0, 2)) for name, of_laws in zip(names, stresses, strict=True)
-    }
-
-
-def _flank_maps(load: FaceLoad) -> Array:
-    """Load per length of all instants laid on the flank of one tooth, (g, K, P) [N/m] from end to end of the path."""
-    maps = []
-    for mesh in range(load.per_length.shape[1]):
-        sigma, value = load.sigma[:, mesh], load.per_length[:, mesh]
-        loaded = np.isfinite(value)
-        # stretch of the path that every slice of the face reaches
-        slices = range(value.shape[2])
-        low = max(sigma[:, :, k][loaded[:, :, k]].min() for k in slices)
-        high = min(sigma[:, :, k][loaded[:, :, k]].max() for k in slices)
-        maps.append(flank_map(sigma, value, loaded, np.linspace(low, high, _PLACES)))
-    return np.array(maps)
+def _flank(load: FaceLoad) -> tuple[Array, Array]:
+    """Load per length of all instants laid on the flank of one tooth, (K, P) [N/m], and the places (P,) of this map
+    from end to end of the path [base pitches]."""
+    loaded = np.isfinite(load.per_length)
+    # stretch of the path that every slice of the face reaches
+    reached = [load.sigma[..., k][loaded[..., k]] for k in range(load.sigma.shape[2])]
+    low, high = max(places.min() for places in reached), min(places.max() for places in reached)
+    place = np.linspace(low, high, _PLACES)
+    return flank_map(load.sigma, load.per_length, loaded, place), place
 
 
 def _warnings(train: Train, case: _Case, force: Array) -> list[CodedText]:

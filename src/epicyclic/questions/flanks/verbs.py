@@ -1,4 +1,4 @@
-"""The verbs stiffness, contact, train_contact, relief and efficiency."""
+"""The verbs stiffness, contact, relief and efficiency."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -22,7 +22,7 @@ from ...verbs.options import (
     loads_of,
     settings,
 )
-from ...verbs.record import Option, Progress, Verb, bounded
+from ...verbs.record import Option, Progress, Verb, bounded, given, refuse_without
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,11 +57,11 @@ def contact(
     overrides: "Overrides | None" = None,
     mesh: Annotated[
         str | None,
-        Option("A mesh, main/sun-planet/2, or a pair, sun-planet.", default="the first", metavar="NAME"),
-    ] = None,
-    torque: Annotated[
-        float | str | None,
-        Option('On the first gear of the mesh [N m], or e.g. "850 N m".', default="as operated"),
+        Option(
+            "A mesh alone, main/sun-planet/2, or a pair, sun-planet, and not the train.",
+            default="all meshes, in the equilibrium of the train",
+            metavar="NAME",
+        ),
     ] = None,
     loads: Annotated[
         Sequence[float] | str | None,
@@ -70,26 +70,55 @@ def contact(
     load_points: LoadPoints = None,
     samples: Annotated[
         int | None,
-        Option("Even phases of a mesh cycle.", least=3, most=100_000, default="doubled until the tolerance holds"),
+        Option(
+            "Even instants of a mesh cycle or turn.",
+            least=1,
+            most=100_000,
+            default="doubled until the tolerance holds",
+        ),
     ] = None,
     slices: ChosenSlices = None,
-    tolerance: Tolerance = 0.01,
-    misalignment: Misalignment = 0.0,
-    torque_end_a: Annotated[
-        str | None, Option("Where torque leaves the first gear: left or right; it twists.", default="nowhere")
-    ] = None,
-    torque_end_b: Annotated[str | None, Option("The same of the second gear.", default="nowhere")] = None,
+    tolerance: Annotated[
+        float,
+        Option(
+            "Relative error where samples or slices are not given: of the largest load, and of K_gamma; of a mesh, of "
+            "transmission error (peak to peak) and largest pressure."
+        ),
+    ] = 0.01,
     corner: Corner = False,
     linear_at: LinearAt = None,
+    cycles: Annotated[
+        int | None, Option("Length of the record in mesh cycles.", least=1, most=1_000_000, default="1")
+    ] = None,
+    turns: Turns = None,
+    of: Of = None,
+    torque: Annotated[
+        float | str | None,
+        Option('Of a mesh, on its first gear [N m], or e.g. "850 N m".', default="as operated"),
+    ] = None,
+    misalignment: Annotated[
+        float | str | None,
+        Option('Of a mesh, of its flanks [rad], or e.g. "0.1 mrad"; positive opens the right end.', default="0"),
+    ] = None,
+    torque_end_a: Annotated[
+        Literal["left", "right"] | None,
+        Option("Of a mesh, where torque leaves the first gear: it twists.", default="nowhere"),
+    ] = None,
+    torque_end_b: Annotated[
+        Literal["left", "right"] | None, Option("The same of the second gear.", default="nowhere")
+    ] = None,
     pitch_error: Annotated[
-        float | str,
-        Option('Pitch error [m], or e.g. "10 um": gap of a pair of teeth and those after it over those before it.'),
-    ] = 0.0,
+        float | str | None,
+        Option(
+            'Of a mesh [m], or e.g. "10 um": gap of a pair of teeth and those after it over those before it.',
+            default="0",
+        ),
+    ] = None,
     profile_error: Annotated[
-        float | str,
-        Option('Amplitude [m], or e.g. "8 um", of a profile error: a cosine over the mesh cycle, the teeth alike.'),
-    ] = 0.0,
-    deviations: Annotated[bool, Option("Count the pitch and profile deviations of the file.")] = False,
+        float | str | None,
+        Option('Of a mesh, amplitude [m], or e.g. "8 um": a cosine over the mesh cycle, the teeth alike.', default="0"),
+    ] = None,
+    deviations: Annotated[bool, Option("Of a mesh: count the pitch and profile deviations of the file.")] = False,
     cycle: Annotated[
         float | None,
         Option("Beginning of the mesh cycle that is analysed, with errors [mesh cycles].", default="the worst cycle"),
@@ -98,90 +127,52 @@ def contact(
         float | str | None,
         Option('Of --profile-error at the pitch point [rad], or e.g. "30 deg".', default="the worst"),
     ] = None,
-) -> "xr.Dataset":
-    """Loaded tooth contact of one mesh: load over the flank, transmission error, stiffness, at several loads.
-
-    Raises
-    ------
-    ModelError : the model or an option is wrong; no torque, no face width; teeth that do not mesh.
-    """
-    factors = loads_of(loads, load_points, RANGE_LOADS)
-    from ...engine.source import train_of
-    from .contact import FACTORS
-    from .contact import contact as run
-    from .contact_resolution import tooth_errors
-
-    return run(
-        train_of(source, overrides=overrides),
-        mesh=mesh,
-        torque=torque,
-        samples=samples,
-        slices=slices,
-        tolerance=tolerance,
-        linear_at=None if linear_at is None else load_per_length(linear_at, "linear_at"),
-        corner=corner,
-        misalignment=misalignment,
-        torque_ends=(torque_end_a, torque_end_b),
-        errors=tooth_errors(
-            pitch=pitch_error, profile=profile_error, deviations=deviations, cycle=cycle, phase=profile_phase
-        ),
-        factors=FACTORS if factors is None else factors,
-    )
-
-
-@bounded
-def train_contact(
-    source: "Source",
-    *,
-    overrides: "Overrides | None" = None,
-    loads: Annotated[
-        Sequence[float] | str | None,
-        Option('Further torques, relative to the operating ones: "0..1.5" or "0.5, 2".', default="0.1 to 1.5"),
-    ] = None,
-    load_points: LoadPoints = None,
-    cycles: Annotated[int | None, Option("Length of the record in mesh cycles.", least=1, most=1_000_000)] = 1,
-    turns: Turns = None,
-    of: Of = None,
-    samples: Annotated[
-        int | None,
-        Option(
-            "Even instants per mesh cycle or turn.", least=1, most=100_000, default="doubled until the tolerance holds"
-        ),
-    ] = None,
-    slices: ChosenSlices = None,
-    tolerance: Annotated[
-        float,
-        Option("Relative error of the largest load per length and of K_gamma, where instants or slices are not given."),
-    ] = 0.01,
-    corner: Corner = False,
-    linear_at: LinearAt = None,
     progress: Progress | None = None,
 ) -> "xr.Dataset":
-    """Tooth contact of all meshes at once, in the equilibrium of the train: load along the faces, K_Hbeta, K_gamma.
+    """Loaded tooth contact: load along the faces and in the roots, at several loads.
 
-    Every mesh is misaligned by its own tilt and twist, and branches and sides share the load as the train lets them.
+    Of all meshes at once, in the equilibrium of the train: every mesh is misaligned by its own tilt and twist, branches
+    and sides share the load as the train lets them (K_Hbeta, K_gamma). Or of one mesh alone, under its torque:
+    load over the flank, transmission error, stiffness.
 
     Raises
     ------
-    ModelError : the model or an option is wrong; no torque, no face width.  ConvergenceError : no equilibrium.
+    ModelError : the model or an option is wrong; no torque, no face width; teeth that do not mesh.  ConvergenceError :
+        no equilibrium.
     """
+    of_mesh = {
+        **given(torque=torque, misalignment=misalignment, torque_end_a=torque_end_a, torque_end_b=torque_end_b),
+        **given(pitch_error=pitch_error, profile_error=profile_error, deviations=deviations or None),
+        **given(cycle=cycle, profile_phase=profile_phase),
+    }
+    of_train = given(cycles=cycles, turns=turns, of=of)
+    refuse_without(mesh is not None, "one mesh (mesh)", **of_mesh)
+    refuse_without(mesh is None, "all meshes, not with one", **of_train)
+    linear = None if linear_at is None else load_per_length(linear_at, "linear_at")
     factors = loads_of(loads, load_points, RANGE_LOADS)
+    from ...document.units import Bounds, stated
     from ...engine.source import train_of
-    from .train_contact import train_contact as run
+    from .contact import ContactOptions
 
-    return run(
-        train_of(source, overrides=overrides),
-        cycles=cycles,
-        turns=turns,
-        of=of,
-        samples=samples,
-        slices=slices,
-        tolerance=tolerance,
-        linear_at=None if linear_at is None else load_per_length(linear_at, "linear_at"),
-        corner=corner,
-        progress=progress,
-        **({} if factors is None else {"factors": factors}),
-    )
+    lengths, angles = ("pitch_error", "profile_error"), ("misalignment", "profile_phase")
+    for name, value in of_mesh.items():
+        if name in lengths:
+            of_mesh[name] = stated(value, "length", name, bounds=Bounds(low=-1.0, high=1.0))  # as of the model file [m]
+        elif name in angles:
+            of_mesh[name] = stated(value, "angle", name)
+
+    train = train_of(source, overrides=overrides)
+    kept = given(factors=factors, samples=samples, slices=slices, linear_at=linear)
+    options = ContactOptions(**kept, tolerance=tolerance, corner=corner, **of_mesh, **of_train)
+    if mesh is None:
+        from .train_contact import train_contact
+
+        return train_contact(train, options, progress=progress)
+    if progress is not None:
+        progress(0.05)
+    from .pair_contact import pair_contact
+
+    return pair_contact(train, mesh, options)
 
 
 RECORD = "search.json"
@@ -376,12 +367,15 @@ def _oil(friction: float | None, viscosity: float | str | None, roughness: float
 
 VERBS = (
     Verb(run=stiffness, gives=("stiffness",), drawing=True, in_report=20),
-    Verb(run=contact, gives=("contact",), examples=({"samples": 8, "slices": 4},), drawing=True, in_report=30),
     Verb(
-        run=train_contact,
-        gives=("train_contact",),
-        examples=({"samples": 4, "slices": 2, "loads": (1.0,)},),
+        run=contact,
+        gives=("contact",),
+        examples=(
+            {"samples": 4, "slices": 2, "loads": (1.0,)},
+            {"mesh": "sun-planet", "samples": 8, "slices": 4},
+        ),
         drawing=True,
+        in_report=30,
     ),
     Verb(
         run=relief,

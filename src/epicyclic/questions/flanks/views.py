@@ -1,4 +1,4 @@
-"""Views of `stiffness`, `contact`, `train_contact`, `relief` and `efficiency`."""
+"""Views of `stiffness`, `contact`, `relief` and `efficiency`."""
 
 from __future__ import annotations
 
@@ -51,34 +51,48 @@ def stiffness_sections(result: xr.Dataset, company: Company) -> Sequence[Section
 
 
 def contact_tables(result: xr.Dataset) -> Sequence[Table]:
-    """Both helices at the operating load, stress in the tooth roots there, then all loads."""
-    return [_sides(result), *_roots(result), _loads(result)]
+    """All meshes at the operating load, of a mesh alone stress in the tooth roots there, then all loads."""
+    return [_contact_meshes(result), *_roots(result), _loads(result)]
 
 
 def contact_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
-    """Load over the flank; transmission error over mesh cycle and load, and stiffness."""
-    from ...show.charts.flanks import contact_curves, contact_map, root_stress
+    """Of a train load along every face and load factors over the torque; of a mesh alone load over the flank,
+    transmission error over mesh cycle and load, stiffness, and stress in the roots."""
+    from ...show.charts.flanks import contact_curves, contact_map, face_loads, load_factors, root_stress
 
+    if "mesh" not in result.attrs:
+        parts = [
+            Drawing(anchor="faces", figure=face_loads(result)),
+            Drawing(anchor="factors", figure=load_factors(result)),
+        ]
+        return [Section(anchor="contact", title="Teeth in contact in the train", parts=parts)]
     mesh = str(result.attrs["mesh"])
     words = (
         f"One mesh of the train, {mesh}. Others: epicyclic contact MODEL --mesh PAIR, "
-        f"for instance planet-ring or {mesh.split('/')[0]}/planet-ring/1."
+        f"for instance planet-ring or {mesh.split('/')[0]}/planet-ring/1; all at once: without --mesh."
     )
     parts = [
         Drawing(anchor="flanks", figure=contact_map(result), caption=words),
         Drawing(anchor="contact", figure=contact_curves(result)),
+        Drawing(anchor="roots", figure=root_stress(result)),
     ]
-    if "root_stress" in result:
-        parts.append(Drawing(anchor="roots", figure=root_stress(result)))
     return [Section(anchor="contact", title="Teeth in contact", parts=parts)]
 
 
 def contact_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
-    """Whether tip edges bear at the operating load, and the face-load factor there."""
+    """The face-load factor at the operating load; of a mesh alone, whether tip edges bear."""
     at = _as_operated(result)
+    factor = numbers(at, "face_load_factor")
+    if "mesh" not in result.attrs:
+        if not np.isfinite(factor).any():
+            return []
+        most = int(np.nanargmax(factor))
+        load = float(np.nanmax(at.largest_load_per_length.values)) / 1e3
+        text = f"K_H beta up to {factor[most]:.2f}, in {result.mesh.values[most]}; largest load {load:.0f} N/mm."
+        return [Finding(tone="", text=text, anchor="contact")]
     overlap, mesh = float(np.nanmax(at.corner_overlap.values, initial=0.0)), result.attrs["mesh"]
     pressure = f"largest pressure {float(np.nanmax(at.largest_pressure.values)) / 1e6:.0f} MPa"
-    face = f"K_H beta {float(np.nanmax(at.face_factor.values)):.2f}"
+    face = f"K_H beta {float(np.nanmax(factor)):.2f}"
     if overlap <= 0:
         return [Finding(tone="good", text=f"No tip edge bears in {mesh}; {pressure}, {face}.", anchor="contact")]
     text = (
@@ -92,38 +106,52 @@ def contact_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
 
 
 def _as_operated(result: xr.Dataset) -> xr.Dataset:
-    """The result at the load nearest the operating one."""
-    return result.isel(mesh_load=int(np.argmin(np.abs(result.mesh_load.values - float(result.attrs["force"])))))
+    """The result at the operating load."""
+    return result.isel(torque_factor=int(np.argmin(np.abs(result.torque_factor.values - 1.0))))
 
 
-def _sides(result: xr.Dataset) -> Table:
+_OF_MESHES = {
+    "mean_force": ("mean force [N]", 1.0),
+    "least_force": ("least [N]", 1.0),
+    "largest_force": ("largest [N]", 1.0),
+    "face_load_factor": ("K_Hbeta", 1.0),
+    "side_share": ("share of its side", 1.0),
+    "shared_face": ("shared face [mm]", 1e3),
+    "largest_load_per_length": ("largest load [N/mm]", 1e-3),
+    "largest_pressure": ("largest pressure [MPa]", 1e-6),
+    "average_stiffness": ("stiffness, tangent [N/µm]", 1e-6),
+    "average_secant_stiffness": ("stiffness, secant [N/µm]", 1e-6),
+    "overlap_before": ("tip overlap before [µm]", 1e6),
+    "overlap_behind": ("tip overlap behind [µm]", 1e6),
+    "root_stress_a": ("root stress a [MPa]", 1e-6),
+    "root_stress_b": ("root stress b [MPa]", 1e-6),
+}
+
+
+def _contact_meshes(result: xr.Dataset) -> Table:
+    """What is known of every mesh at the operating load."""
     attrs, at = result.attrs, _as_operated(result)
-    helix, torque = number(float(attrs["force"])), number(float(at.load_torque))
-    title = f"Mesh {attrs['mesh']}, {helix} N a helix, {torque} N m on its first gear"
-    lead = ""
-    if "averaging_length" in attrs:  # a result of an earlier version has none
-        length = f"{1e3 * float(attrs['averaging_length']):.3g} mm of contact line"
-        lead = f"{_resolution(attrs)}; loads and pressures are means over {length}.{_errors(result)}"
-    columns: dict[str, Any] = {
-        "side": [str(side) for side in result.side.values],
-        "shared face [mm]": list(result.shared_face.values * 1e3),
-        "largest load [N/mm]": list(at.largest_load_per_length.values / 1e3),
-        "largest pressure [MPa]": list(at.largest_pressure.values / 1e6),
-        "largest over mean across the face": list(at.face_factor.values),
-        "stiffness, tangent [N/µm]": list(at.average_stiffness.values / 1e6),
-        "stiffness, secant [N/µm]": list(at.average_secant_stiffness.values / 1e6),
-        "tip overlap before [µm]": list(at.corner_overlap.sel(end="before").values * 1e6),
-        "tip overlap behind [µm]": list(at.corner_overlap.sel(end="behind").values * 1e6),
-    }
-    return Table(title=title, columns=columns, lead=lead)
+    at = at.assign({f"root_stress_{gear}": at.largest_root_stress.sel(mesh_gear=gear) for gear in ("a", "b")})
+    if "mesh" in attrs:
+        helix, torque = number(float(attrs["force"])), number(float(at.load_torque))
+        title = f"Mesh {attrs['mesh']}, {helix} N a helix, {torque} N m on its first gear"
+        at = at.assign({f"overlap_{end}": at.corner_overlap.sel(end=end) for end in ("before", "behind")})
+    else:
+        title, force = "Tooth contact in the train, at the operating torque", at.mesh_force
+        at = at.assign(mean_force=force.mean("time"), least_force=force.min("time"), largest_force=force.max("time"))
+    averaging = result.averaging_length.values
+    lengths = " to ".join(dict.fromkeys(f"{1e3 * one:.3g}" for one in (averaging.min(), averaging.max()))) + " mm"
+    used = _resolution(attrs, "phases" if "mesh" in attrs else "instants")
+    lead = f"{used}; loads and pressures are means over {lengths} of contact line.{_errors(result)}"
+    return Table(title=title, columns=columns_of(at, "mesh", _OF_MESHES), lead=lead)
 
 
 def _roots(result: xr.Dataset) -> list[Table]:
-    """Largest stresses in the roots of both gears at the operating load; of a result without them nothing."""
+    """Largest stresses in the roots of both gears of a mesh alone at the operating load."""
     if "root_stress" not in result:
         return []
     at = _as_operated(result)
-    rows = [(i, j) for i in range(result.sizes["side"]) for j in range(result.sizes["mesh_gear"])]
+    rows = [(i, j) for i in range(result.sizes["mesh"]) for j in range(result.sizes["mesh_gear"])]
     stress = result.root_stress.max("width").values
     columns: dict[str, Any] = {
         "side": [str(result.side.values[i]) for i, _ in rows],
@@ -138,11 +166,11 @@ def _roots(result: xr.Dataset) -> list[Table]:
     return [Table(title="Stress in the tooth roots", columns=columns)]
 
 
-def _resolution(attrs: Mapping[str, Any]) -> str:
-    """Phases and slices, and the error they leave."""
+def _resolution(attrs: Mapping[str, Any], instants: str = "phases") -> str:
+    """Phases, or instants, and slices, and the error they leave."""
     error = float(attrs["estimated_error"])
     left = "" if np.isnan(error) else f", estimated error {100 * error:.2g} %"
-    return f"{attrs['samples']} phases and {attrs['slices']} slices{left}"
+    return f"{attrs['samples']} {instants} and {attrs['slices']} slices{left}"
 
 
 def _errors(result: xr.Dataset) -> str:
@@ -159,69 +187,29 @@ def _errors(result: xr.Dataset) -> str:
 
 
 def _loads(result: xr.Dataset) -> Table:
-    error = result.transmission_error_harmonic.values
-    columns: dict[str, Any] = {
-        "force of a helix [N]": list(result.mesh_load.values),
-        "torque [N m]": list(result.load_torque.values),
-        "mean error [µm]": list(error[:, 0].real * 1e6),
-        "peak to peak [µm]": list(result.transmission_error_peak_to_peak.values * 1e6),
-        **{f"order {k} [µm]": list(np.abs(error[:, k]) * 1e6) for k in (1, 2, 3)},
-        "stiffness, tangent [N/µm]": list(result.average_stiffness.values.mean(axis=0) / 1e6),
-        "largest load [N/mm]": list(result.largest_load_per_length.values.max(axis=0) / 1e3),
-        "largest pressure [MPa]": list(result.largest_pressure.values.max(axis=0) / 1e6),
-    }
-    return Table(title="Loaded transmission error", columns=columns)
-
-
-# --- train-contact ---------------------------------------------------------------------------------------------------
-
-
-def train_contact_tables(result: xr.Dataset) -> Sequence[Table]:
-    """Meshes at the operating torque, then K_gamma and the largest K_Hbeta over the torque."""
-    return [_train_meshes(result), _torques(result)]
-
-
-def train_contact_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
-    """Load along every face, and load factors over the torque."""
-    from ...show.charts.flanks import face_loads, load_factors
-
-    parts = [
-        Drawing(anchor="faces", figure=face_loads(result)),
-        Drawing(anchor="factors", figure=load_factors(result)),
-    ]
-    return [Section(anchor="train_contact", title="Teeth in contact in the train", parts=parts)]
-
-
-def _train_meshes(result: xr.Dataset) -> Table:
-    at = result.isel(torque_factor=int(np.argmin(np.abs(result.torque_factor.values - 1.0))))
-    columns: dict[str, Any] = {
-        "mesh": [str(name) for name in at.mesh.values],
-        "mean force [N]": list(at.mesh_force.mean("time").values),
-        "least [N]": list(at.mesh_force.min("time").values),
-        "largest [N]": list(at.mesh_force.max("time").values),
-        "K_Hbeta": list(at.face_load_factor.values),
-        "share of its side": list(at.side_share.values),
-        "largest load [N/mm]": list(at.largest_load_per_length.values / 1e3),
-    }
-    if "largest_root_stress" in at:
+    """Load factors, transmission error and largest values over the load, as far as the result has them."""
+    columns: dict[str, Any] = {"torque per operating": list(result.torque_factor.values)}
+    if "branch_load_factor" in result:
+        full = [str(pair).split(".") for pair in result.mesh_pair.values]  # stages.main.meshes.sun-planet
+        one_stage = len({parts[1] for parts in full}) == 1
+        pairs = [parts[-1] if one_stage else f"{parts[1]} {parts[-1]}" for parts in full]
+        columns |= {f"K_gamma {pair}": list(result.branch_load_factor.values[:, i]) for i, pair in enumerate(pairs)}
+    if "mesh_load" in result:
+        error = result.transmission_error_harmonic.values
         columns |= {
-            f"root stress {gear} [MPa]": list(at.largest_root_stress.sel(mesh_gear=gear).values / 1e6)
-            for gear in map(str, at.mesh_gear.values)
+            "force of a helix [N]": list(result.mesh_load.values),
+            "torque [N m]": list(result.load_torque.values),
+            "mean error [µm]": list(error[:, 0].real * 1e6),
+            "peak to peak [µm]": list(result.transmission_error_peak_to_peak.values * 1e6),
+            **{f"order {k} [µm]": list(np.abs(error[:, k]) * 1e6) for k in (1, 2, 3)},
+            "stiffness, tangent [N/µm]": list(result.average_stiffness.values.mean(axis=1) / 1e6),
         }
-    return Table(title="Tooth contact in the train, at the operating torque", columns=columns)
-
-
-def _torques(result: xr.Dataset) -> Table:
-    full = [str(pair).split(".") for pair in result.mesh_pair.values]  # stages.main.meshes.sun-planet
-    one_stage = len({parts[1] for parts in full}) == 1
-    pairs = [parts[-1] if one_stage else f"{parts[1]} {parts[-1]}" for parts in full]
-    columns: dict[str, Any] = {
-        "torque per operating": list(result.torque_factor.values),
-        **{f"K_gamma {pair}": list(result.branch_load_factor.values[:, i]) for i, pair in enumerate(pairs)},
-        "largest K_Hbeta": list(result.face_load_factor.values.max(axis=1)),
-        "largest load [N/mm]": list(result.largest_load_per_length.values.max(axis=1) / 1e3),
-    }
-    return Table(title="Load factors over the torque", columns=columns)
+    columns["largest K_Hbeta"] = list(result.face_load_factor.values.max(axis=1))
+    columns["largest load [N/mm]"] = list(result.largest_load_per_length.values.max(axis=1) / 1e3)
+    if "largest_pressure" in result:
+        columns["largest pressure [MPa]"] = list(result.largest_pressure.values.max(axis=1) / 1e6)
+    title = "Loaded transmission error" if "mesh_load" in result else "Load factors over the torque"
+    return Table(title=title, columns=columns)
 
 
 # --- relief ----------------------------------------------------------------------------------------------------------
@@ -454,7 +442,6 @@ def _stages(result: xr.Dataset) -> list[Table]:
 VIEWS = (
     ResultView("stiffness", 20, stiffness_tables, stiffness_sections),
     ResultView("contact", 140, contact_tables, contact_sections, findings=contact_findings),
-    ResultView("train_contact", 160, train_contact_tables, train_contact_sections),
     ResultView("relief", 150, relief_tables, relief_sections, findings=relief_findings),
     ResultView(
         "efficiency",

@@ -40,10 +40,10 @@ def contact_curves(result: xr.Dataset) -> go.Figure:
 
     Parameters
     ----------
-    result : Dataset of `contact`: loaded_transmission_error (mesh_load, mesh_phase) [m],
-        transmission_error_peak_to_peak (mesh_load) [m], transmission_error_harmonic (mesh_load, harmonic) [m],
-        tangent_stiffness, secant_stiffness (side, mesh_load, mesh_phase) [N/m]; attribute force [N], the operating
-        load.
+    result : Dataset of `contact` of a mesh: loaded_transmission_error (torque_factor, mesh_phase) [m],
+        transmission_error_peak_to_peak, mesh_load (torque_factor) [m, N], transmission_error_harmonic (torque_factor,
+        harmonic) [m], tangent_stiffness, secant_stiffness (torque_factor, mesh, mesh_phase) [N/m]; attribute force [N],
+        the operating load.
     """
     force, levels = float(result.attrs["force"]), result["mesh_load"].values
     over_load = {"peak to peak": result["transmission_error_peak_to_peak"].values}
@@ -70,7 +70,7 @@ def contact_curves(result: xr.Dataset) -> go.Figure:
 
 
 def _errors(result: xr.Dataset, force: float, levels: Array) -> list[Curve]:
-    """Transmission error over the mesh cycle at every load (mesh_load,) [N], the darker the more."""
+    """Transmission error over the mesh cycle at every load (torque_factor,) [N], the darker the more."""
     from scipy.integrate import trapezoid
 
     phase, curves = np.append(result["mesh_phase"].values, 1.0), []
@@ -87,13 +87,13 @@ def _errors(result: xr.Dataset, force: float, levels: Array) -> list[Curve]:
 def _stiffness(result: xr.Dataset, now: int) -> list[Curve]:
     """Tangent and secant stiffness over the mesh cycle at one load; of helices that are alike once."""
     phase = np.append(result["mesh_phase"].values, 1.0)
-    values = result["tangent_stiffness"].values[:, now]
+    values = result["tangent_stiffness"].values[now]
     alike = len(values) == 1 or bool(np.allclose(values[0], values[1], rtol=1e-4))
     sides = ["both helices" if len(values) > 1 else "helix"] if alike else texts(result, "side")
     curves = []
     for i, side in enumerate(sides):
         for kind, dash in (("tangent", "solid"), ("secant", "dash")):
-            values = _closed(result[f"{kind}_stiffness"].values[i, now] / 1e6)
+            values = _closed(result[f"{kind}_stiffness"].values[now, i] / 1e6)
             curves.append(Curve(phase, values, name=f"{kind}, {side}", dash=dash, colour=PALETTE[i]))
     return curves
 
@@ -103,11 +103,11 @@ def _closed(values: Array) -> Array:
     return np.append(values, values[..., :1], axis=-1)
 
 
-def _flank(result: xr.Dataset, side: int, variable: str, values: Array, unit: str, **look: Any) -> Heat:
+def _flank(result: xr.Dataset, side: int, place: Array, values: Array, unit: str, **look: Any) -> Heat:
     """Values (width, place) over the face [mm] and the path of contact [base pitches]; look: of the scale."""
     hover = f"%{{x:.4g}} mm from the left end<br>path %{{y:.3f}}<br>%{{z:.4g}} {unit}"
     bar = {"title": {"text": unit}, "thickness": 14, **look.pop("colorbar", {})}
-    return Heat(_face(result, side), result[variable].values, values.T, hover=hover, look={**look, "colorbar": bar})
+    return Heat(_face(result, side), place, values.T, hover=hover, look={**look, "colorbar": bar})
 
 
 def _face(result: xr.Dataset, side: int) -> Array:
@@ -122,18 +122,19 @@ def contact_map(result: xr.Dataset) -> go.Figure:
 
     Parameters
     ----------
-    result : Dataset of `contact`: flank_load_per_length (side, width, path_place) [N/m], width (width) [1],
-        shared_face (side) [m], line_place (side, ..., width) [base pitches]; attributes force [N], mesh, gear_a,
-        gear_b.
+    result : Dataset of `contact` of a mesh: flank_load_per_length (mesh, width, flank_place) [N/m], path_place (mesh,
+        flank_place) [base pitches], width (width) [1], side (mesh), shared_face (mesh) [m], line_place (mesh, ...,
+        width) [base pitches]; attributes force [N], mesh, gear_a, gear_b.
     """
     sides = texts(result, "side")
-    load = result["flank_load_per_length"].transpose("side", "width", "path_place").values / 1e3
+    load = result["flank_load_per_length"].transpose("mesh", "width", "flank_place").values / 1e3
+    places = result["path_place"].values
     scale = {"zmin": 0.0, "zmax": float(np.nanmax(load)), "colorscale": _LOAD_COLOURS}
     line: Trace = {"colour": "#D55E00", "width": 1.6, "hover": None}
     shown = []
     for i, side in enumerate(sides):
         lines = [Curve(_face(result, i), places, **line) for places in result["line_place"].values[i]]
-        heat = _flank(result, i, "path_place", load[i], "N/mm", **scale, showscale=i == len(sides) - 1)
+        heat = _flank(result, i, places[i], load[i], "N/mm", **scale, showscale=i == len(sides) - 1)
         title = f"{side}: largest {engineering(float(np.nanmax(load[i])))} N/mm"
         shown.append(Panel([heat, *lines], title=title, x="along the face from the left end [mm]"))
     first, second = str(result.attrs["gear_a"]), str(result.attrs["gear_b"])
@@ -151,12 +152,12 @@ def root_stress(result: xr.Dataset) -> go.Figure:
 
     Parameters
     ----------
-    result : Dataset of `contact`: root_stress, far_root_stress (side, mesh_gear, width, tooth_place) [Pa], tooth_place
-        [base pitches], shared_face (side) [m]; attributes mesh, gear_a, gear_b.
+    result : Dataset of `contact` of a mesh: root_stress, far_root_stress (mesh, mesh_gear, width, tooth_place) [Pa],
+        tooth_place [base pitches], side (mesh), shared_face (mesh) [m]; attributes mesh, gear_a, gear_b.
     """
     sides, gears = texts(result, "side"), [str(result.attrs[f"gear_{one}"]) for one in texts(result, "mesh_gear")]
     panel = [(i, j) for i in range(len(sides)) for j in range(len(gears))]
-    over = ("side", "mesh_gear", "width", "tooth_place")
+    over = ("mesh", "mesh_gear", "width", "tooth_place")
     tension = result["root_stress"].transpose(*over).values / 1e6
     compression = result["far_root_stress"].transpose(*over).values / 1e6
     place, most = result["tooth_place"].values, float(np.abs(tension).max())
@@ -166,7 +167,7 @@ def root_stress(result: xr.Dataset) -> go.Figure:
         look: Trace = {"name": f"{gears[j]}, {sides[i]}", "colour": PALETTE[number % len(PALETTE)]}
         curves.append(Curve(place, tension[i, j].max(axis=0), **look))
         curves.append(Curve(place, compression[i, j].min(axis=0), dash="dash", **look))
-        heat = _flank(result, i, "tooth_place", tension[i, j], "MPa", **scale, showscale=number == len(panel) - 1)
+        heat = _flank(result, i, place, tension[i, j], "MPa", **scale, showscale=number == len(panel) - 1)
         # two lines: four panels stand side by side on a page of 900 px
         title = f"{gears[j]}, {sides[i]}<br>up to {engineering(float(tension[i, j].max()))} MPa"
         words = "" if number else "place of the tooth [base pitches]"
@@ -187,7 +188,7 @@ def face_loads(result: xr.Dataset) -> go.Figure:
 
     Parameters
     ----------
-    result : Dataset of `train_contact`: face_load (torque_factor, mesh, width) [N/m], face_load_factor
+    result : Dataset of `contact` of a train: face_load (torque_factor, mesh, width) [N/m], face_load_factor
         (torque_factor, mesh) [1], width (width) [1].
     """
     now = int(np.argmin(np.abs(result["torque_factor"].values - 1.0)))
@@ -212,7 +213,7 @@ def load_factors(result: xr.Dataset) -> go.Figure:
 
     Parameters
     ----------
-    result : Dataset of `train_contact`: branch_load_factor (torque_factor, mesh_pair), face_load_factor
+    result : Dataset of `contact` of a train: branch_load_factor (torque_factor, mesh_pair), face_load_factor
         (torque_factor, mesh) [1].
     """
     torque, factor = result["torque_factor"].values, result["face_load_factor"].values

@@ -72,14 +72,14 @@ LACKING = {
     "torque": (
         changed("operation.torque", None),
         "operation.torque",
-        {"allocate", "contact", "efficiency", "relief", "sharing", "tolerance", "train_contact"},
+        {"allocate", "contact", "efficiency", "relief", "sharing", "tolerance"},
     ),
     "tolerance": (changed("tolerance", None), "tolerance", {"allocate", "tolerance"}),
     "prices": (changed("tolerance.cost", None), "tolerance.cost", {"allocate"}),
     "face width": (
         changed("stages.main.face_width", None),
         "stages.main.face_width",
-        {"contact", "efficiency", "relief", "train_contact"},
+        {"contact", "efficiency", "relief"},
     ),
     "tilt inertia": (
         changed("stages.main.carrier.support", {"radial": "1e9 N/m", "tilt": "1e8 N m/rad"}),
@@ -90,13 +90,13 @@ LACKING = {
     "thrust": (
         changed("stages.main.sun.support.z", 0),
         "stages.main.sun.support.z",
-        RESPONSES | {"allocate", "static", "tolerance", "train_contact", "transient"},
+        RESPONSES | {"allocate", "contact", "static", "tolerance", "transient"},
     ),
-    "coupling": ({**BASE, **MOTOR}, "couplings.shaft", DYNAMIC | {"allocate", "static", "tolerance", "train_contact"}),
+    "coupling": ({**BASE, **MOTOR}, "couplings.shaft", DYNAMIC | {"allocate", "contact", "static", "tolerance"}),
 }
 SHORT: Mapping[str, Mapping[str, Any]] = {
     "allocate": {"target": 3.0, "samples": 2048, "fresh_samples": 2048},
-    "contact": {"samples": 3, "slices": 2, "loads": (1.0,)},
+    "contact": {"samples": 2, "slices": 2, "loads": (1.0,)},
     "relief": {
         "vary": {"tip_relief.amount": "0..20 um", "tip_relief.length": "1..2 mm"},
         "population": 4,
@@ -110,7 +110,6 @@ SHORT: Mapping[str, Mapping[str, Any]] = {
     "sweep": {"points": 2},
     "tolerance": {"samples": 256, "effects": "none"},
     "track": {"over": "stages.main.sun.support.radial", "points": 3},
-    "train_contact": {"samples": 2, "slices": 2, "loads": (1.0,)},
     "transient": {"duration": 0.005},
 }
 

@@ -12,8 +12,9 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.flanks.contact import contact, helices_of
+from epicyclic.questions.flanks.contact import ContactOptions
 from epicyclic.questions.flanks.contact_resolution import Resolution, doubled, estimated_error, mesh_phases
+from epicyclic.questions.flanks.pair_contact import helices_of, pair_contact
 from epicyclic.system.tooth_pairs import pair_of
 
 PAIR: dict[str, Any] = {
@@ -53,7 +54,7 @@ def numbers(result: xr.Dataset) -> np.ndarray:
 def refined(request: pytest.FixtureRequest) -> tuple[xr.Dataset, ...]:
     """By default, with three times the phases, and with three times the slices."""
     train = epicyclic.load(pair(request.param))
-    found = contact(train, factors=[1.0])
+    found = pair_contact(train, None, ContactOptions(factors=[1.0]))
     helices = helices_of(train, None)
     pairs = [pair_of(train, one) for one in helices]
 
@@ -61,7 +62,7 @@ def refined(request: pytest.FixtureRequest) -> tuple[xr.Dataset, ...]:
         more = {"samples": phases * found.attrs["samples"], "slices": slices * found.attrs["slices"]}
         phase = mesh_phases(helices, pairs, more["samples"])
         cut = Resolution(phase=phase, graded=True, error=np.full(3, np.nan), **more)
-        return contact(train, factors=[1.0], cut=cut)
+        return pair_contact(train, None, ContactOptions(factors=[1.0]), cut=cut)
 
     # a uniform face is one slice
     return found, with_more(3, 1), *([] if request.param == "spur" else [with_more(1, 3)])
@@ -89,17 +90,17 @@ def test_the_map_has_the_largest_of_the_table(refined: tuple[xr.Dataset, ...]) -
 def test_a_tighter_tolerance_takes_more() -> None:
     wide = pair("helical")
     wide["stages"]["main"]["face_width"] = "40 mm"
-    loose, tight = (epicyclic.contact(wide, loads=[], tolerance=one) for one in (0.1, 0.002))
+    loose, tight = (epicyclic.contact(wide, mesh="pinion-wheel", loads=[], tolerance=one) for one in (0.1, 0.002))
     assert tight.attrs["slices"] > loose.attrs["slices"]
     assert tight.attrs["estimated_error"] < 0.002
 
 
 def test_given_numbers_are_kept() -> None:
-    found = epicyclic.contact(pair("helical"), loads=[], samples=12, slices=5)
+    found = epicyclic.contact(pair("helical"), mesh="pinion-wheel", loads=[], samples=12, slices=5)
     assert found.mesh_phase.values.tolist() == (np.arange(12) / 12).tolist()
     assert found.sizes["width"] == 5
     assert np.isnan(found.attrs["estimated_error"])
-    half = epicyclic.contact(pair("helical"), loads=[], samples=12)
+    half = epicyclic.contact(pair("helical"), mesh="pinion-wheel", loads=[], samples=12)
     assert half.sizes["mesh_phase"] == 12
     assert half.sizes["width"] == half.attrs["slices"] >= 20
 
@@ -107,7 +108,7 @@ def test_given_numbers_are_kept() -> None:
 @pytest.mark.parametrize("tolerance", [0.0, -1.0, 1.0, float("nan")])
 def test_a_tolerance_is_a_relative_error(tolerance: float) -> None:
     with pytest.raises(ModelError, match="tolerance"):
-        epicyclic.contact(pair("spur"), tolerance=tolerance)
+        epicyclic.contact(pair("spur"), mesh="pinion-wheel", tolerance=tolerance)
 
 
 def test_errors_from_changes_that_fall() -> None:
@@ -143,7 +144,7 @@ def test_relief_solves_its_best_again() -> None:
     vary = {"tip_relief.amount": "0..30 um", "tip_relief.length": "2 mm", "pinion.crown": "0..8 um"}
     found = epicyclic.relief(pair("helical"), vary=vary, population=4, generations=1)
     changes = json.loads(found.attrs["overrides"])
-    again = epicyclic.contact(pair("helical"), loads=[], overrides=changes)
+    again = epicyclic.contact(pair("helical"), mesh="pinion-wheel", loads=[], overrides=changes)
     swing = float(again.transmission_error_peak_to_peak[0])
     deflection = float(again.transmission_error.mean())
     assert float(found.objective_after[0]) == pytest.approx(swing, abs=0.01 * max(swing, 0.01 * deflection))
@@ -161,8 +162,8 @@ def test_a_small_first_change_of_the_slices_is_confirmed() -> None:
     stage["wheel"] |= {"teeth": 55}
     document["operation"]["torque"]["pinion"] = "700 N m"
     train = epicyclic.load(document)
-    found = contact(train, factors=[1.0], samples=32)  # of the slices alone: few phases
-    fine = contact(train, factors=[1.0], samples=32, slices=120)
+    found = pair_contact(train, None, ContactOptions(factors=[1.0], samples=32))  # of the slices alone: few phases
+    fine = pair_contact(train, None, ContactOptions(factors=[1.0], samples=32, slices=120))
     assert found.attrs["slices"] > 20
     assert float(found.transmission_error_peak_to_peak[0]) == pytest.approx(
         float(fine.transmission_error_peak_to_peak[0]), rel=0.01

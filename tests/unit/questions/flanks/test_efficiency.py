@@ -147,8 +147,8 @@ def test_load_of_contact_is_that_of_the_verb_contact() -> None:
     train = epicyclic.load(model(STAGE, held=["ring"], **SUN))
     found = epicyclic.efficiency(train, sharing="contact")
     teeth = epicyclic.contact(train, mesh="sun-planet", loads=(1.0,))
-    place = teeth.path_place.values
-    share = teeth.flank_load_per_length.isel(side=0).mean("width").values * 0.05 / teeth.attrs["force"]
+    place = teeth.path_place.values[0]
+    share = teeth.flank_load_per_length.isel(mesh=0).mean("width").values * 0.05 / teeth.attrs["force"]
     distance = trapezoid(np.nan_to_num(share) * np.abs(place), place)
     assert trapezoid(np.nan_to_num(share), place) == pytest.approx(1, rel=0.01)
     by_hand = math.tau * (1 / 24 + 1 / 30) * distance

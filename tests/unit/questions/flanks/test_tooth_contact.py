@@ -14,7 +14,7 @@ from tests.unit.packed_page import unpacked
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
-from epicyclic.questions.flanks.contact import helices_of
+from epicyclic.questions.flanks.pair_contact import helices_of
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.show.charts.flanks import contact_curves, contact_map
 from epicyclic.system.tooth_pairs import mean_force, pair_of
@@ -22,14 +22,14 @@ from epicyclic.system.tooth_pairs import mean_force, pair_of
 
 @pytest.fixture(scope="module")
 def result() -> xr.Dataset:
-    return epicyclic.contact("ren2021", samples=24, slices=10)
+    return epicyclic.contact("ren2021", mesh="sun-planet", samples=24, slices=10)
 
 
 def test_variables_that_scripts_rely_on(result: xr.Dataset) -> None:
-    assert result.load_per_length.dims == ("side", "width", "mesh_phase")
+    assert result.load_per_length.dims == ("mesh", "width", "mesh_phase")
     assert result.transmission_error.dims == ("mesh_phase",)
     for name, values in result.variables.items():
-        assert "long_name" in values.attrs or name in ("side", "line", "tooth_pair", "end"), name
+        assert "long_name" in values.attrs or name in ("mesh", "line", "tooth_pair", "end"), name
     assert result.transmission_error.attrs["units"] == "m"
     assert result.load_per_length.attrs["units"] == "N/m"
 
@@ -43,7 +43,7 @@ def test_the_load_is_that_of_static_equilibrium(result: xr.Dataset) -> None:
 
 def test_tips_that_would_bear_name_their_mesh(result: xr.Dataset) -> None:
     (said,) = [text for text in json.loads(result.attrs["warnings"]) if "tip edge" in text]
-    overlap = 1e6 * float(result.corner_overlap.sel(mesh_load=result.attrs["force"], method="nearest").max())
+    overlap = 1e6 * float(result.corner_overlap.sel(torque_factor=1.0).max())
     assert said.startswith("main/sun-planet/1: a tip edge would bear on its mate")
     assert f"overlap by {overlap:.3g} µm" in said
     assert "option `corner`" in said
@@ -51,7 +51,7 @@ def test_tips_that_would_bear_name_their_mesh(result: xr.Dataset) -> None:
     assert all(
         text.startswith("main/planet-ring/2/left:") for text in json.loads(left.attrs["warnings"]) if "tip edge" in text
     )
-    bearing = epicyclic.contact("ren2021", samples=24, slices=10, corner=True)
+    bearing = epicyclic.contact("ren2021", mesh="sun-planet", samples=24, slices=10, corner=True)
     assert "tip edge" not in bearing.attrs["warnings"]
 
 
@@ -61,7 +61,9 @@ def test_torque_is_the_lever_of_all_helices(result: xr.Dataset) -> None:
     torque = abs(torques["main.sun"])
     now = int(np.argmin(np.abs(result.mesh_load.values - result.attrs["force"])))
     assert 3 * float(result.load_torque[now]) == pytest.approx(torque, rel=1e-9)
-    again = epicyclic.contact("ren2021", torque=float(result.load_torque[now]), loads=[], samples=4, slices=2)
+    again = epicyclic.contact(
+        "ren2021", mesh="sun-planet", torque=float(result.load_torque[now]), loads=[], samples=4, slices=2
+    )
     assert again.attrs["force"] == pytest.approx(result.attrs["force"], rel=1e-12)
 
 
@@ -77,12 +79,13 @@ def test_halves_are_mirror_images(result: xr.Dataset) -> None:
 def test_a_side_of_its_own_differs() -> None:
     crowned = epicyclic.contact(
         "ren2021",
+        mesh="sun-planet",
         overrides={"stages.main.sun.left.flank.crown": "30 um"},
         loads=[],
         samples=12,
         slices=10,
     )
-    left, right = crowned.face_factor.values[:, 0]
+    left, right = crowned.face_load_factor.values[0]
     assert left > 1.2 * right
     assert crowned.transmission_error.values == pytest.approx(crowned.side_transmission_error.values.mean(axis=0))
 
@@ -133,7 +136,9 @@ def test_a_slide_takes_from_the_face(member: str, slide: int) -> None:
 
 def test_misalignment_and_twist_load_one_end() -> None:
     cases: list[dict[str, Any]] = [{}, {"misalignment": "0.1 mrad"}, {"torque_end_a": "left"}]
-    plain, open_, twisted = (epicyclic.contact("ren2021", loads=[], samples=8, slices=10, **more) for more in cases)
+    plain, open_, twisted = (
+        epicyclic.contact("ren2021", mesh="sun-planet", loads=[], samples=8, slices=10, **more) for more in cases
+    )
     ends = [one.load_per_length.mean("mesh_phase").values[:, [0, -1]] for one in (plain, open_, twisted)]
     assert ends[0][:, 0] == pytest.approx(ends[0][::-1, 1], rel=1e-6)  # mirror images
     assert (ends[1][:, 0] > ends[0][:, 0]).all()
@@ -179,7 +184,8 @@ def run(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str,
 
 
 def test_command_prints_tables_and_json(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["contact", "ren2021", "--samples", "8", "--slices", "3", "--loads", "0..1", "--load-points", "2"]
+    words = ["contact", "ren2021", "--mesh", "sun-planet", "--samples", "8", "--slices", "3"]
+    words += ["--loads", "0..1", "--load-points", "2"]
     code, out, _ = run(words, capsys)
     assert code == 0
     assert "Loaded transmission error" in out
@@ -192,7 +198,9 @@ def test_command_prints_tables_and_json(capsys: pytest.CaptureFixture[str]) -> N
 
 def test_html_shows_the_flanks(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     target = tmp_path / "teeth.html"
-    code, _, _ = run(["contact", "ren2021", "--samples", "8", "--slices", "3", "-o", str(target)], capsys)
+    code, _, _ = run(
+        ["contact", "ren2021", "--mesh", "sun-planet", "--samples", "8", "--slices", "3", "-o", str(target)], capsys
+    )
     assert code == 0
     figures = "".join(unpacked(target.read_text(encoding="utf-8")).values())
     assert "Load over the flank" in figures
@@ -206,9 +214,9 @@ def test_html_shows_the_flanks(capsys: pytest.CaptureFixture[str], tmp_path: Pat
         ({"torque": "5"}, "unit"),
         ({"torque": "5 kg"}, "torque"),
         ({"samples": 1}, "samples"),
-        ({"torque_end_a": "middle"}, "no end of a face"),
+        ({"torque_end_a": "middle"}, "torque_end_a = middle.*left.*right"),
         ({"misalignment": "0.1"}, "misalignment"),
-        ({"loads": [-1.0]}, "contact"),
+        ({"loads": [-1.0]}, "loads = .*relative loads"),
         ({"overrides": {"stages.main.face_width": None, "stages.main.meshes.sun-planet.stiffness": "1e9 N/m"}}, "face"),
         ({"overrides": {"stages.main.sun.addendum": 2.3}}, "pointed|interfere|root"),
         ({"overrides": {"stages.main.addendum": 0.3}}, "do not keep contact"),
@@ -217,9 +225,56 @@ def test_html_shows_the_flanks(capsys: pytest.CaptureFixture[str], tmp_path: Pat
 )
 def test_what_is_refused(options: dict[str, Any], words: str) -> None:
     with pytest.raises(ModelError, match=words):
-        epicyclic.contact("ren2021", **{"samples": 4, "slices": 2, **options})
+        epicyclic.contact("ren2021", **{"mesh": "sun-planet", "samples": 4, "slices": 2, **options})
 
 
 def test_no_torque_is_said() -> None:
     with pytest.raises(ModelError, match="no torque passes the mesh main/sun-p"):
-        epicyclic.contact("yue2014-i")
+        epicyclic.contact("yue2014-i", mesh="sun-p")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"torque": "5 N m"}, "torque = 5 N m: goes with one mesh"),
+        ({"misalignment": "0.1 mrad"}, "goes with one mesh"),
+        ({"torque_end_b": "left"}, "goes with one mesh"),
+        ({"deviations": True}, "deviations = True: goes with one mesh"),
+        ({"pitch_error": "10 um"}, "goes with one mesh"),
+        ({"profile_error": "10 um"}, "goes with one mesh"),
+        ({"profile_phase": "10 deg"}, "goes with one mesh"),
+        ({"cycle": 1.0}, "goes with one mesh"),
+        ({"mesh": "sun-planet", "cycles": 2}, "goes with all meshes"),
+        ({"mesh": "sun-planet", "turns": 2, "of": "main/sun"}, "goes with all meshes"),
+    ],
+)
+def test_what_means_nothing_is_refused(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(ModelError, match=words):
+        epicyclic.contact("ren2021", samples=4, slices=2, **options)
+
+
+def test_a_mesh_and_the_train_have_the_same_variables_in_the_same_dims(result: xr.Dataset) -> None:
+    train = epicyclic.contact("ren2021", samples=4, slices=3, loads=[0.5])
+    both = set(result.variables) & set(train.variables)
+    of_teeth = {"face_load", "face_load_factor", "largest_load_per_length", "smallest_load_per_length", "shared_face"}
+    assert both >= of_teeth | {"largest_root_stress", "lowest_root_stress", "flank_load_per_length", "path_place"}
+    assert both >= {"averaging_length", "contact_residual", "side", "mesh", "torque_factor", "width", "flank_place"}
+    for name in both:
+        assert (result[name].dims, result[name].attrs) == (train[name].dims, train[name].attrs), name
+    assert result.mesh.values.tolist() == train.mesh.values.tolist()[:2]
+    assert train.side.values.tolist()[:2] == result.side.values.tolist() == ["left", "right"]
+    # the places of the maps, which are those of the path of contact
+    for one in (result, train):
+        assert (one.flank_place.values[[0, -1]] == [0, 1]).all()
+        low, high = one.path_place.values[:, [0, -1]].T
+        np.testing.assert_allclose(
+            one.path_place, low[:, None] + (high - low)[:, None] * one.flank_place.values, rtol=1e-9, atol=1e-12
+        )
+
+
+def test_faces_of_a_mesh_alone_bear_its_force(result: xr.Dataset) -> None:
+    force = result.face_load.mean("width") * result.shared_face
+    np.testing.assert_allclose(force, np.tile(result.mesh_load.values[:, None], 2), rtol=1e-9)
+    load = result.face_load  # of 10 slices, each a tenth of the face
+    np.testing.assert_allclose(load.max("width") / load.mean("width"), result.face_load_factor, rtol=1e-9)
+    assert (result.smallest_load_per_length <= result.largest_load_per_length).all()

@@ -1,4 +1,4 @@
-"""Instants and slices of `train-contact` follow its tolerance, as those of `contact`; what is left is said."""
+"""Instants and slices of `contact` of a train follow its tolerance, as those of a mesh; what is left is said."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
+from epicyclic.questions.flanks.contact_resolution import Ladder
 from epicyclic.teeth.path_of_contact import largest_part_mean
 
 # one helical pair between stiff supports: its mesh force is that of the torque at every instant
@@ -35,15 +36,15 @@ PAIR: dict[str, Any] = {
 def test_a_pair_in_a_train_has_the_largest_load_of_the_pair_alone(flank: dict[str, str]) -> None:
     model = json.loads(json.dumps(PAIR))
     model["stages"]["main"]["pinion"]["flank"] = flank
-    alone = epicyclic.contact(model, loads=[])
-    train = epicyclic.train_contact(model, loads=[])
+    alone = epicyclic.contact(model, mesh="pinion-wheel", loads=[])
+    train = epicyclic.contact(model, loads=[])
     largest = train.largest_load_per_length.values.item()
     assert largest == pytest.approx(alone.largest_load_per_length.values.item(), rel=0.01)
-    assert train.averaging_length.values.item() == pytest.approx(alone.attrs["averaging_length"], rel=1e-12)
+    assert train.averaging_length.values.item() == pytest.approx(alone.averaging_length.values.item(), rel=1e-12)
     assert 0 < train.attrs["estimated_error"] <= train.attrs["tolerance"] == 0.01
     assert train.attrs["slices"] >= 20
     assert train.attrs["samples"] == 32  # the fewest that are kept: the corners are among the instants
-    even = epicyclic.train_contact(model, loads=[], samples=5, slices=train.attrs["slices"])
+    even = epicyclic.contact(model, loads=[], samples=5, slices=train.attrs["slices"])
     if not flank:  # even instants miss the corner at which the load of plain flanks is largest
         assert even.largest_load_per_length.values.item() < 0.98 * largest
     assert math.isnan(even.attrs["estimated_error"])
@@ -52,28 +53,27 @@ def test_a_pair_in_a_train_has_the_largest_load_of_the_pair_alone(flank: dict[st
 
 def test_means_do_not_take_the_corners_for_even_instants() -> None:
     """The force of the mesh is constant, and so is the load of its face; its parts vary."""
-    found = epicyclic.train_contact(PAIR, loads=[])
+    found = epicyclic.contact(PAIR, loads=[])
     force = found.mesh_force.values[0, 0]
     np.testing.assert_allclose(force, force[0], rtol=1e-9)
     np.testing.assert_allclose(found.face_load.mean("width").values * 0.04, force[:1, None], rtol=1e-9)
-    fine = epicyclic.train_contact(PAIR, loads=[], samples=256, slices=found.attrs["slices"])
+    fine = epicyclic.contact(PAIR, loads=[], samples=256, slices=found.attrs["slices"])
     # 256 even instants, or 32 and six corners: the second order of 1/32
     np.testing.assert_allclose(found.face_load, fine.face_load, rtol=5e-3)
 
 
 def test_what_does_not_hold_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     module = "epicyclic.questions.flanks.train_contact"
-    for name, value in (("_PHASES", (3, 6)), ("_SLICES", (2, 4)), ("_FEWEST", (3, 2))):
-        monkeypatch.setattr(f"{module}.{name}", value)
+    monkeypatch.setattr(f"{module}._LADDER", Ladder(phases=(3, 6), slices=(2, 4), fewest=(3, 2)))
     model = json.loads(json.dumps(PAIR))
     model["stages"]["main"]["pinion"]["flank"] = {"crown": "12 um"}
-    found = epicyclic.train_contact(model, loads=[], tolerance=1e-6)
+    found = epicyclic.contact(model, loads=[], tolerance=1e-6)
     said = json.loads(found.attrs["warnings"])
     assert any(text.startswith("6 instants and 4 slices are not enough: estimated error") for text in said)
     assert any(text.startswith("4 slices are not enough for K_Hbeta: estimated error") for text in said)
     assert found.attrs["estimated_error"] > 1e-6
     assert found.attrs["estimated_face_error"] > 1e-6
-    fixed = epicyclic.train_contact(model, loads=[], samples=6, slices=4, tolerance=1e-6)
+    fixed = epicyclic.contact(model, loads=[], samples=6, slices=4, tolerance=1e-6)
     assert not [text for text in json.loads(fixed.attrs["warnings"]) if "slices" in text]
 
 
@@ -83,8 +83,8 @@ def test_a_turn_has_the_instants_of_its_mesh_cycles(helix: str) -> None:
     model = json.loads(json.dumps(PAIR))
     model["stages"]["main"]["helix_angle"] = helix
     model["stages"]["main"]["pinion"]["teeth"] = 17
-    cycle = epicyclic.train_contact(model, loads=[])
-    turn = epicyclic.train_contact(model, loads=[], turns=1, of="main/pinion")
+    cycle = epicyclic.contact(model, loads=[])
+    turn = epicyclic.contact(model, loads=[], turns=1, of="main/pinion")
     assert turn.attrs["samples"] == 17 * cycle.attrs["samples"]
     np.testing.assert_allclose(turn.largest_load_per_length, cycle.largest_load_per_length, rtol=1e-9)
     np.testing.assert_allclose(turn.face_load, cycle.face_load, rtol=1e-9)
@@ -93,17 +93,17 @@ def test_a_turn_has_the_instants_of_its_mesh_cycles(helix: str) -> None:
 @pytest.mark.parametrize("name", ["samples", "slices", "tolerance"])
 def test_no_discretisation_is_refused(name: str) -> None:
     with pytest.raises(ModelError, match=name):
-        epicyclic.train_contact(PAIR, loads=[], **{name: 0})  # type: ignore[arg-type]
+        epicyclic.contact(PAIR, loads=[], **{name: 0})  # type: ignore[arg-type]
 
 
 def test_more_than_memory_holds_is_refused() -> None:
     with pytest.raises(ModelError, match="GB"):
-        epicyclic.train_contact(PAIR, loads=[], samples=90_000, slices=900)
+        epicyclic.contact(PAIR, loads=[], samples=90_000, slices=900)
 
 
 def test_the_load_at_the_end_of_a_face_converges_over_a_tenth_of_it() -> None:
     """The largest slice goes on from 1.031 at 20 slices to 1.043 at 40 and 1.051 at 80."""
-    found = [epicyclic.train_contact("ren2021", loads=[], samples=8, slices=count) for count in (20, 40)]
+    found = [epicyclic.contact("ren2021", loads=[], samples=8, slices=count) for count in (20, 40)]
     factor, other = (one.face_load_factor.values[0] for one in found)
     np.testing.assert_allclose(factor, other, rtol=2e-3)
     load = [one.face_load.values[0] for one in found]

@@ -1,4 +1,4 @@
-"""The verb and the command `train-contact`: variables, table, figures, saving, what is refused."""
+"""The verb and the command `contact` of a whole train: variables, table, figures, saving, what is refused."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from typer.testing import CliRunner
 import epicyclic
 from epicyclic.audits.audit import audit
 from epicyclic.cli.main import app
-from epicyclic.questions.flanks.views import train_contact_tables
+from epicyclic.questions.flanks.views import contact_tables
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.show.charts.flanks import face_loads, load_factors
 
 
 @pytest.fixture(scope="module")
 def result() -> xr.Dataset:
-    return epicyclic.train_contact("ren2021", samples=9, slices=6, loads=[0.2])
+    return epicyclic.contact("ren2021", samples=9, slices=6, loads=[0.2])
 
 
 def test_factors_follow_from_the_forces(result: xr.Dataset) -> None:
@@ -44,20 +44,20 @@ def test_factors_follow_from_the_forces(result: xr.Dataset) -> None:
 
 def test_a_slide_that_is_held_loads_one_side() -> None:
     held = {"stages.main.sun.support.z": "inf", "stages.main.planet.bearing.z": "inf"}
-    slid = epicyclic.train_contact(
+    slid = epicyclic.contact(
         "xu2020", overrides={**held, "deviations.sun.position.z": "60 um"}, samples=4, slices=4, loads=[]
     )
-    plain = epicyclic.train_contact("xu2020", overrides=held, samples=4, slices=4, loads=[])
+    plain = epicyclic.contact("xu2020", overrides=held, samples=4, slices=4, loads=[])
     left = [name for name in plain.mesh.values if "sun" in name and name.endswith("left")]
     change = (slid.side_share - plain.side_share).sel(mesh=left, torque_factor=1.0)
     # to the right, with the left helix of the sun left-hand: the left side opens
     assert (change < -0.03).all()
-    floating = epicyclic.train_contact("xu2020", samples=4, slices=4, loads=[])
+    floating = epicyclic.contact("xu2020", samples=4, slices=4, loads=[])
     np.testing.assert_allclose(floating.side_share, 0.5, rtol=1e-9)  # sum F_z = 0
 
 
 def test_table_figures_and_file(result: xr.Dataset, tmp_path: Path) -> None:
-    meshes, torques = train_contact_tables(result)
+    meshes, torques = contact_tables(result)
     assert len(meshes.columns["mesh"]) == 12
     assert len(torques.columns["torque per operating"]) == 2
     save_result(result, tmp_path / "train.nc")
@@ -71,17 +71,17 @@ def test_table_figures_and_file(result: xr.Dataset, tmp_path: Path) -> None:
 
 def test_the_command() -> None:
     words = ["ren2021", "--samples", "3", "--slices", "2", "--loads", "0.5", "--json"]
-    answer = CliRunner().invoke(app, ["train-contact", *words])
+    answer = CliRunner().invoke(app, ["contact", *words])
     assert answer.exit_code == 0, answer.output
     found = json.loads(answer.stdout)
     assert found["coords"]["torque_factor"]["data"] == [0.5, 1.0]
-    assert found["attrs"]["verb"] == "train_contact"
+    assert found["attrs"]["verb"] == "contact"
 
 
 def test_audits_can_ask_for_it(tmp_path: Path) -> None:
     data = tmp_path / "ren2021.audit.toml"
     data.write_text(
-        'format = 2\nsource = "none"\ndrive = "ren2021"\n[runs.teeth]\nverb = "train_contact"\n'
+        'format = 2\nsource = "none"\ndrive = "ren2021"\n[runs.teeth]\nverb = "contact"\n'
         "options = { samples = 3, slices = 2, loads = [] }\n[[rows]]\n"
         'quantity = "K_gamma"\nplace = "nowhere"\npublished = "1 .. 1.1"\nverdict = "reproduced"\n'
         'ours = { run = "teeth", take = "branch_load_factor", reduce = "max" }\n'
@@ -92,7 +92,7 @@ def test_audits_can_ask_for_it(tmp_path: Path) -> None:
 def test_the_report(result: xr.Dataset) -> None:
     from epicyclic.show.report import report
 
-    page = report({"train_contact": result})
+    page = report({"contact": result})
     assert "Teeth in contact in the train" in page
     assert "Load factors over the torque" in "".join(unpacked(page).values())
 
@@ -118,8 +118,8 @@ def test_a_branch_that_carries_nothing_has_no_shares() -> None:
     }
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = epicyclic.train_contact(model, samples=2, slices=2, loads=(0.1,))
-        shown, _ = train_contact_tables(found)
+        found = epicyclic.contact(model, samples=2, slices=2, loads=(0.1,))
+        shown, _ = contact_tables(found)
         face_loads(found)
         load_factors(found)
     idle = np.array([name.endswith("/1") for name in found.mesh.values])
