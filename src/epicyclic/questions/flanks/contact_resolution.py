@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.units import Bounds
 from ...errors import ModelError
 from ...teeth.gear_pair import ContactPair, MeshWave, uniform_along_face
 from ...teeth.loaded_contact import all_loaded, all_segments, loaded_contact
@@ -35,8 +34,6 @@ Index = NDArray[np.int64]
 _STARTS, _SLICES_OF_UNEVEN_FACE, _RUN_OUT_ANGLES = 64, 6, 64
 # Cycles looked at: the steps between neighbouring pairs are known of all, the contact of the largest few is solved.
 _MOST_CYCLES, _SOLVED = 20_000, 6
-# As of pitch deviations in the model file [m].
-_SIZE = Bounds(low=-1.0, high=1.0)
 # Causes of errors that open all pairs in mesh alike.
 _COMMON = ("profile", "errors")
 # Pairs of teeth beside the pitch point that may be in mesh: of a long face many.
@@ -64,16 +61,12 @@ class PlacedErrors(NamedTuple):
 
 
 def check_errors(options: ContactOptions) -> None:
-    """Refuse errors that are no numbers, and a place of errors without errors.
+    """Refuse a place of errors without errors.
 
     Raises
     ------
     ModelError : such an option.
     """
-    for name in ("pitch_error", "profile_error", "cycle", "profile_phase"):
-        value = getattr(options, name)
-        if value is not None and not math.isfinite(value):
-            raise ModelError("is no number", path=name, given=value, allowed="a finite number")
     phase, cycle = options.profile_phase, options.cycle
     if phase is not None and not options.profile_error:
         raise ModelError("is of a profile error, and there is none", path="profile_phase", given=phase)

@@ -175,9 +175,8 @@ def pair_contact(
     solved = solved_pair(train, helices_of(train, mesh), options, cut=cut)
     faces, cut, helices, results = solved.faces, solved.cut, solved.helices, solved.results
     stresses = list(faces.root_stresses())
-    pressure = [result.mean_pressure for result in results]
     of_roots, tooth_place = _root_maps(solved, stresses)
-    of_flanks, flank_place = flank_columns(solved, pressure)
+    of_flanks, flank_place = flank_columns(solved)
     levels = solved.force * solved.levels
     messages = [
         text
@@ -187,7 +186,7 @@ def pair_contact(
     result = dataset(
         {
             **contact_columns(faces, stresses),
-            **_load_columns(solved, pressure),
+            **_load_columns(solved),
             **_phase_columns(solved),
             **of_flanks,
             **of_roots,
@@ -295,8 +294,8 @@ def _lever(mesh: Mesh) -> float:
     return mesh.radius_a * math.cos(mesh.pressure_angle) * math.cos(mesh.base_helix)
 
 
-def _load_columns(solved: PairContact, pressure: Sequence[Array]) -> Columns:
-    """Variables over the load; pressure : (F, T, J, K) of each helix [Pa]."""
+def _load_columns(solved: PairContact) -> Columns:
+    """Variables over the load."""
     whole, cut = solved.error, solved.cut
     orders = cycle_harmonics(whole, cut.phase, _ORDERS) if cut.graded else harmonics(whole, _ORDERS)
     over = ("torque_factor", "mesh")
@@ -312,7 +311,7 @@ def _load_columns(solved: PairContact, pressure: Sequence[Array]) -> Columns:
         "secant_stiffness": ((*over, "mesh_phase"), of_helices(lambda one: one.secant)),
         "average_stiffness": (over, of_helices(lambda one: cycle_mean(one.tangent, cut.phase))),
         "average_secant_stiffness": (over, of_helices(lambda one: cycle_mean(one.secant, cut.phase))),
-        "largest_pressure": (over, np.stack([values.max(axis=(1, 2, 3)) for values in pressure], axis=1)),
+        "largest_pressure": (over, of_helices(lambda one: one.largest_pressure)),
         "corner_overlap": ((*over, "end"), of_helices(lambda one: one.corner)),
         "contact_residual": ("torque_factor", of_helices(lambda one: one.residual.max(axis=1)).max(axis=1)),
     }
@@ -334,17 +333,14 @@ def _phase_columns(solved: PairContact) -> Columns:
     }
 
 
-def flank_columns(solved: PairContact, pressure: Sequence[Array]) -> tuple[Columns, Array]:
-    """Variables over the face and the flank at the operating load, and places (P,) of the flank, 0 to 1.
-
-    pressure : (F, T, J, K) of each helix [Pa].
-    """
+def flank_columns(solved: PairContact) -> tuple[Columns, Array]:
+    """Variables over the face and the flank at the operating load, and places (P,) of the flank, 0 to 1."""
     now = solved.operating
     lines = [result.segments.lines for result in solved.results]
     load = [result.mean_load[now] for result in solved.results]
-    held = [values[now] for values in pressure]
+    pressure = [result.mean_pressure[now] for result in solved.results]
     touched = lines[0].sigma[lines[0].length > 0]
-    place = _places([line.sigma for line in lines] * 2, [*load, *held], float(touched.min()), float(touched.max()))
+    place = _places([line.sigma for line in lines] * 2, [*load, *pressure], float(touched.min()), float(touched.max()))
 
     def maps(values: Sequence[Array]) -> Array:
         return np.array(
@@ -356,9 +352,9 @@ def flank_columns(solved: PairContact, pressure: Sequence[Array]) -> tuple[Colum
     over_face, over_flank = ("mesh", "width", "mesh_phase"), ("mesh", "width", "flank_place")
     columns: Columns = {
         "load_per_length": (over_face, np.array([values.max(axis=1).T for values in load])),
-        "contact_pressure": (over_face, np.array([values.max(axis=1).T for values in held])),
+        "contact_pressure": (over_face, np.array([values.max(axis=1).T for values in pressure])),
         "flank_load_per_length": (over_flank, maps(load)),
-        "flank_pressure": (over_flank, maps(held)),
+        "flank_pressure": (over_flank, maps(pressure)),
         "path_place": (("mesh", "flank_place"), np.tile(place, (len(lines), 1))),
         "line_place": (("mesh", "line", "width"), first),
     }

@@ -196,7 +196,7 @@ def relief(
     labelled = dataset(
         {
             **_solutions(solved, result, flanks),
-            **_before_and_after(solved, (train, after), torque),
+            **_before_and_after(solved, (train, after)),
             **(_forces_over_speed(solved.problem, best) if dynamic else {}),
         },
         coords={
@@ -344,7 +344,7 @@ def _value_text(variable: DesignVariable, value: float | str) -> str:
     return length_text(value, -3 if variable.key.endswith("length") else -6)
 
 
-def _before_and_after(solved: Finalists, trains: Sequence[Train], torque: float | str | None) -> Columns:
+def _before_and_after(solved: Finalists, trains: Sequence[Train]) -> Columns:
     """Loaded contact of every mesh before and after, at several loads; trains : before and after."""
     problem, cut = solved.problem, solved.resolution
     factors = np.array(sorted({*_MAP_LOADS, *problem.factors.tolist()}))
@@ -401,7 +401,7 @@ def _shared_segments(helices: Sequence[HelixContact], cut: Resolution) -> list[C
 def _load_along_path(solved: PairContact) -> tuple[Array, Array]:
     """Even places (P,) on the path of contact [base pitches], and the largest load per length over face and helices
     there at the operating load [N/m]; 0 out of contact."""
-    columns, _ = flank_columns(solved, [result.mean_pressure for result in solved.results])
+    columns, _ = flank_columns(solved)
     place = columns["path_place"][1][0]
     even = np.linspace(float(place[0]), float(place[-1]), _PATH_POINTS)
     largest = np.nan_to_num(columns["flank_load_per_length"][1]).max(axis=(0, 1))

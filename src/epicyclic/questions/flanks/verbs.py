@@ -150,17 +150,12 @@ def contact(
     refuse_without(mesh is None, "all meshes, not with one", **of_train)
     linear = None if linear_at is None else load_per_length(linear_at, "linear_at")
     factors = loads_of(loads, load_points, RANGE_LOADS)
-    from ...document.units import Bounds, stated
+    from ...document.units import stated
     from ...engine.source import train_of
     from .contact import ContactOptions
 
-    lengths, angles = ("pitch_error", "profile_error"), ("misalignment", "profile_phase")
-    for name, value in of_mesh.items():
-        if name in lengths:
-            of_mesh[name] = stated(value, "length", name, bounds=Bounds(low=-1.0, high=1.0))  # as of the model file [m]
-        elif name in angles:
-            of_mesh[name] = stated(value, "angle", name)
-
+    quantities = dict(misalignment="angle", pitch_error="length", profile_error="length", profile_phase="angle")
+    of_mesh |= {name: stated(of_mesh[name], kind, name) for name, kind in quantities.items() if name in of_mesh}
     train = train_of(source, overrides=overrides)
     kept = given(factors=factors, samples=samples, slices=slices, linear_at=linear)
     options = ContactOptions(**kept, tolerance=tolerance, corner=corner, **of_mesh, **of_train)
