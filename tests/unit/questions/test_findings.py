@@ -87,3 +87,23 @@ def test_the_page_says_what_the_terminal_says() -> None:
     frame, result = JOBS["transient"].run(tomllib.loads(drive_text("ren2021")), {}, {"cycles": 2.0}, lambda *_: None)
     (found,) = findings_of({"": result})
     assert frame.head["job"]["text"] == found.text
+
+
+def test_the_mesh_that_varies_most_and_the_phases() -> None:
+    result = epicyclic.stiffness("ren2021")
+    (found,) = findings_of({"": result})
+    history = result.mesh_stiffness.transpose("mesh", "mesh_phase").values
+    swing = np.ptp(history, axis=1) / history.mean(axis=1)
+    assert f"by {100 * swing.max():.3g} % of its mean {1e-6 * history.mean(axis=1)[swing.argmax()]:.4g} N" in found.text
+    leads = np.unique(np.round(result.phase_lead.values, 6))
+    assert f"phases of the meshes are {leads[0]:.3g}, {leads[1]:.3g}" in found.text
+    assert findings_of({"check": epicyclic.check("ren2021"), "": result})[-1].anchor != "meshes"
+
+
+def test_a_mesh_alone_says_its_error_and_load() -> None:
+    result = epicyclic.contact("ren2021", mesh="sun-planet", loads=(0.5, 1.0), samples=16, slices=8)
+    (found,) = findings_of({"": result})
+    at = result.isel(torque_factor=1)
+    assert f"error {1e6 * float(at.transmission_error_peak_to_peak):.3g} µm peak to peak" in found.text
+    assert f"largest load {float(at.largest_load_per_length.max()) / 1e3:.0f} N/mm" in found.text
+    assert f"K_H beta {float(at.face_load_factor.max()):.2f}" in found.text

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from ...document.tables import PlainTable
 from ...errors import ModelError
 from ...limits import JUDGED_AT
-from ...results.dataset import largest, ranked
+from ...results.dataset import ranked
 from ...show.series import label, scattering_pair
 from ...show.views import findings_of
 from ...system.tooth_pairs import first_mesh
 from ...train.resolution import load
 from ...train.train import Train
-from ..state.frames import Answer, Level, PageFrame, force_unit, number, per_cent
+from ..state.frames import Answer, Level, PageFrame, force_unit, per_cent
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -158,13 +158,9 @@ def transient_frame(result: xr.Dataset) -> PageFrame:
     return job_frame("transient", "Motion over time", _said(result), drawn)
 
 
-def contact_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
+def contact_frame(result: xr.Dataset, options: Mapping[str, Any]) -> PageFrame:
     """Loaded transmission error over the mesh cycle at every load, or the largest load along the face."""
     loads = np.asarray(result["mesh_load"].values, dtype=float)
-    operating = int(np.abs(result["torque_factor"].values - 1.0).argmin())
-    swing = 1e6 * result["transmission_error_peak_to_peak"].values
-    largest = 1e-3 * result["largest_load_per_length"].values[operating]
-    factor = result["face_load_factor"].values[operating]
     if options.get("show") == "load":
         length = result["load_per_length"].transpose("mesh", "width", "mesh_phase").values.max(axis=2) / 1e3
         curves = {str(side): length[row] for row, side in enumerate(result["side"].values)}
@@ -174,13 +170,7 @@ def contact_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) 
         share = loads / float(result.attrs["force"])
         curves = {f"{100 * share[row]:.0f} % load": error[row] - error[row].mean() for row in range(len(loads))}
         drawn = lines("mesh cycle [1]", "error about its mean [µm]", result["mesh_phase"].values, curves)
-    mesh = label(str(result.attrs["mesh"]), stage=len(train.planets) > 1)
-    text = (
-        f"{mesh} at {number(float(loads[operating]) / 1e3, 4)} kN: "
-        f"transmission error {number(float(swing[operating]))} µm peak to peak, largest load "
-        f"{number(float(np.nanmax(largest)))} N/mm, face-load factor {number(float(np.nanmax(factor)))}."
-    )
-    return job_frame("contact", "Loaded tooth contact", text, drawn)
+    return job_frame("contact", "Loaded tooth contact", _said(result), drawn)
 
 
 def stiffness_frame(result: xr.Dataset) -> PageFrame:
@@ -189,15 +179,7 @@ def stiffness_frame(result: xr.Dataset) -> PageFrame:
     history = 1e-9 * result["mesh_stiffness"].transpose("mesh", "mesh_phase").values
     curves = dict(zip(words, history, strict=True))
     drawn = lines("mesh cycle [1]", "mesh stiffness [N/nm]", result["mesh_phase"].values, curves)
-    swing = np.ptp(history, axis=1) / history.mean(axis=1)
-    most = largest(swing)
-    leads = sorted({f"{float(lead):.3g}" for lead in result["phase_lead"].values}, key=float)
-    phases = ", ".join(leads[:6]) + (" ..." if len(leads) > 6 else "")
-    text = (
-        f"{words[most]} varies most, {per_cent(float(swing[most]))} of its mean "
-        f"{number(float(history[most].mean()))} N/nm peak to peak; phases {phases} mesh cycles."
-    )
-    return job_frame("stiffness", "Mesh stiffness and phases", text, drawn)
+    return job_frame("stiffness", "Mesh stiffness and phases", _said(result), drawn)
 
 
 def sensitivity_frame(result: xr.Dataset) -> PageFrame:
@@ -364,7 +346,7 @@ _KINDS = (
         verb="contact",
         defaults={"loads": (0.5, 1.0, 1.25)},
         search=lambda train: {"mesh": first_mesh(train)},
-        frame=contact_frame,
+        frame=lambda result, train, options: contact_frame(result, options),
     ),
     JobKind(
         name="relief",

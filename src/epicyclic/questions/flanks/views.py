@@ -9,13 +9,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...limits import RELIEF_GAIN
+from ...results.dataset import largest
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, columns_of, number
-from ...show.series import by_pair_and_side, engineering, losses_of_pairs, numbers, pair_title, split_name, texts
+from ...show.series import (
+    by_pair_and_side,
+    engineering,
+    losses_of_pairs,
+    numbers,
+    pair_title,
+    short_names,
+    split_name,
+    texts,
+)
 from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
 
+
+_LEADS = 6  # phases of meshes in a sentence
 
 # --- stiffness -------------------------------------------------------------------------------------------------------
 
@@ -30,6 +42,24 @@ def stiffness_tables(result: xr.Dataset) -> Sequence[Table]:
         "most [N/µm]": list(history.max(axis=1)),
     }
     return [Table(title="Mesh stiffness along the tooth normal", columns=columns)]
+
+
+def stiffness_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """The mesh whose stiffness varies most over its cycle; nothing beside a `check`, whose report shows all."""
+    if "check" in company:
+        return []
+    history = result.mesh_stiffness.transpose("mesh", "mesh_phase").values
+    mean = history.mean(axis=1)
+    swing = np.ptp(history, axis=1) / mean
+    at = largest(swing)
+    leads = sorted({f"{lead:.3g}" for lead in numbers(result, "phase_lead").tolist()}, key=float)
+    phases = ", ".join(leads[:_LEADS]) + (", ..." if len(leads) > _LEADS else "")
+    text = (
+        f"{short_names(texts(result, 'mesh'))[at]} varies most over its cycle, by {engineering(100 * swing[at], 3)} % "
+        f"of its mean {engineering(1e-6 * mean[at], 4)} N/µm peak to peak; "
+        f"phases of the meshes are {phases} mesh cycles."
+    )
+    return [Finding(tone="", text=text, anchor="meshes")]
 
 
 def stiffness_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -91,13 +121,15 @@ def contact_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         text = f"K_H beta up to {factor[most]:.2f}, in {result.mesh.values[most]}; largest load {load:.0f} N/mm."
         return [Finding(tone="", text=text, anchor="contact")]
     overlap, mesh = float(np.nanmax(at.corner_overlap.values, initial=0.0)), result.attrs["mesh"]
-    pressure = f"largest pressure {float(np.nanmax(at.largest_pressure.values)) / 1e6:.0f} MPa"
-    face = f"K_H beta {float(np.nanmax(factor)):.2f}"
-    if overlap <= 0:
-        return [Finding(tone="good", text=f"No tip edge bears in {mesh}; {pressure}, {face}.", anchor="contact")]
-    text = (
-        f"A tip edge bears in {mesh}: tips overlap by {1e6 * overlap:.1f} µm at the operating load; {pressure}, {face}."
+    error = 1e6 * float(at.transmission_error_peak_to_peak)
+    sizes = (
+        f"transmission error {engineering(error, 3)} µm peak to peak, largest load "
+        f"{float(np.nanmax(at.largest_load_per_length.values)) / 1e3:.0f} N/mm, largest pressure "
+        f"{float(np.nanmax(at.largest_pressure.values)) / 1e6:.0f} MPa, K_H beta {float(np.nanmax(factor)):.2f}"
     )
+    if overlap <= 0:
+        return [Finding(tone="good", text=f"No tip edge bears in {mesh}; {sizes}.", anchor="contact")]
+    text = f"A tip edge bears in {mesh}: tips overlap by {1e6 * overlap:.1f} µm at the operating load; {sizes}."
     change = (
         "Relieve the tips by about that much: epicyclic relief searches the relief. "
         'Dynamic forces count it where the mesh has stiffness = "contact".'
@@ -440,7 +472,7 @@ def _stages(result: xr.Dataset) -> list[Table]:
 
 
 VIEWS = (
-    ResultView("stiffness", 20, stiffness_tables, stiffness_sections),
+    ResultView("stiffness", 20, stiffness_tables, stiffness_sections, findings=stiffness_findings),
     ResultView("contact", 140, contact_tables, contact_sections, findings=contact_findings),
     ResultView("relief", 150, relief_tables, relief_sections, findings=relief_findings),
     ResultView(
