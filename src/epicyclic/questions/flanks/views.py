@@ -52,14 +52,15 @@ def stiffness_findings(result: xr.Dataset, company: Company) -> Sequence[Finding
     mean = history.mean(axis=1)
     swing = np.ptp(history, axis=1) / mean
     at = largest(swing)
-    leads = sorted({f"{lead:.3g}" for lead in numbers(result, "phase_lead").tolist()}, key=float)
-    phases = ", ".join(leads[:_LEADS]) + (", ..." if len(leads) > _LEADS else "")
     text = (
         f"{short_names(texts(result, 'mesh'))[at]} varies most over its cycle, by {engineering(100 * swing[at], 3)} % "
-        f"of its mean {engineering(1e-6 * mean[at], 4)} N/µm peak to peak; "
-        f"phases of the meshes are {phases} mesh cycles."
+        f"of its mean {engineering(1e-6 * mean[at], 4)} N/µm peak to peak"
     )
-    return [Finding(tone="", text=text, anchor="meshes")]
+    if "phase_lead" in result.variables:  # a result of an earlier version has none
+        leads = sorted({f"{lead:.3g}" for lead in numbers(result, "phase_lead").tolist()}, key=float)
+        more = ", ..." if len(leads) > _LEADS else ""
+        text += f"; phases of the meshes are {', '.join(leads[:_LEADS])}{more} mesh cycles"
+    return [Finding(tone="", text=f"{text}.", anchor="meshes")]
 
 
 def stiffness_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
