@@ -136,6 +136,15 @@ def test_one_limit_of_the_file_is_that_of_all(limit: float, tone: str) -> None:
     assert (answer["level"], f"limit {limit:g}" in answer["figure"]) == (tone, True)
 
 
+def test_a_limit_of_the_stage_goes_before_that_of_the_file() -> None:
+    changes: dict[str, object] = {"limits.k_gamma": 1.3, "limits.stages.main.k_gamma": 1.07}
+    drawn = epicyclic.tolerance("wind-stage", samples=256, effects="none", overrides=changes)
+    shared = epicyclic.sharing("wind-stage", method="static", cycles=1, samples=16, overrides=changes)
+    for result in (drawn, shared):
+        assert set(result.k_gamma_limit.values.tolist()) == {1.07}
+        assert set(result.k_gamma_limit_source.values.tolist()) == {"limits.stages.main.k_gamma"}
+
+
 def test_of_one_limit_the_train_is_judged_of_several_the_pair() -> None:
     """Where pairs are worst in other trains each the train is worse than any pair: a limit between them fails it."""
     drawn = epicyclic.tolerance("wind-five", samples=2048, effects="none")

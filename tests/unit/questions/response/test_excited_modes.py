@@ -99,6 +99,18 @@ def test_tables_and_headline_rank_by_what_the_mode_makes(found: tuple[int, Syste
     assert f"({met - near.sum()} more where the order does not excite the mode)" in counted
 
 
+def test_the_force_of_a_mode_is_that_per_mean_of_its_own_mesh() -> None:
+    """With unequal planet loads the largest ratio is not the largest force per largest mean."""
+    result = epicyclic.modes("ren2021")
+    known = result.resonance_force_ratio.values > 0
+    mean = np.abs(epicyclic.sweep("ren2021", points=3).mesh_force_mean.values)
+    own, ratio = result.resonance_own_force.values[known], result.resonance_force_ratio.values[known]
+    assert mean.max() > 1.05 * mean.min() > 0
+    assert np.all(ratio >= own / mean.max() * (1 - 1e-9))
+    assert np.all(ratio <= own / mean.min() * (1 + 1e-9))
+    assert (ratio > 1.01 * own / mean.max()).sum() > 3
+
+
 @pytest.mark.parametrize("band", ["6000..500 Hz", "500..6000", "..", "1 Hz..x"])
 def test_no_band_in_hertz(found: tuple[int, System, xr.Dataset], band: str) -> None:
     with pytest.raises(ModelError, match="band"):

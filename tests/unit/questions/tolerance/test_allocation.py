@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import math
 from itertools import product
 from pathlib import Path
@@ -178,6 +179,14 @@ def test_the_written_model_meets_the_target_by_itself(tmp_path: Path) -> None:
     assert float(one.system_k_gamma_quantile) == pytest.approx(float(found.reached_k_gamma), rel=5e-3)
     # the file keeps its prices: allocated again it costs the same
     assert costs_of(train).keys() == costs_of(epicyclic.load(MODEL)).keys()
+
+
+def test_without_a_target_it_is_the_smallest_limit_of_the_stages() -> None:
+    options: dict[str, Any] = {"probability": 0.95, "samples": 512, "fresh_samples": 512}
+    limited = MODEL | {"limits": {"k_gamma": 1.3, "stages": {"main": {"k_gamma": 1.12}}}}
+    found, stated = allocate(limited, **options), allocate(MODEL, target=1.12, **options)
+    assert json.loads(found.attrs["options"])["target"] == 1.12
+    assert float(found.total_price) == float(stated.total_price)
 
 
 def test_a_fresh_run_that_misses_lowers_the_target_of_the_search() -> None:
