@@ -33,6 +33,8 @@ TABLES: dict[str, dict[int, float]] = {
 _EDITIONS = {WIND: f"{WIND}:2012", SHIP: f"{SHIP}, of the edition that cites ISO 6336:2019"}
 # A K_gamma this close to its limit meets it: equal shares are 1 up to rounding.
 _ROUNDING = 5e-7
+# Source of a limit that a command was given.
+_STATED = "the option limit"
 # A resonance this close to operation is told: half-power widths are 2 zeta, at most a tenth for usual damping, and
 # natural frequencies of a drawing are known to some 10 %.
 RESONANCE_BAND = 0.2
@@ -71,12 +73,12 @@ def k_gamma_limit(
     limits = model.get("limits", {})
     of_stage = limits.get("stages", {}).get(stage, {})
     given = {
-        "limit": stated,
+        _STATED: stated,
         f"limits.stages.{stage}.k_gamma": of_stage.get("k_gamma"),
         "limits.k_gamma": limits.get("k_gamma"),
     }
     where, value = next(((where, value) for where, value in given.items() if value is not None), ("", WIND))
-    number = stated_limit(value, where)
+    number = stated_limit(value, "limit" if where == _STATED else where)
     if isinstance(number, float):
         return KGammaLimit(value=number, source=where)
     table = TABLES[number]
@@ -179,9 +181,9 @@ class ResonanceVerdict(NamedTuple):
 
     @property
     def text(self) -> str:
-        """``12 % of the mean mesh force``, with the limit that counts."""
+        """``12 % of the mean force of its mesh``, with the limit that counts."""
         share = 100 * self.force_ratio
-        words = f"{share:{'.2g' if share < 10 else '.0f'}} % of the mean mesh force"
+        words = f"{share:{'.2g' if share < 10 else '.0f'}} % of the mean force of its mesh"
         if self.tone == "good":
             return f"{words} (no matter below {100 * NO_MATTER:g} %)"
         return f"{words}, teeth part from {100 * TEETH_PART:g} %" if self.tone == "bad" else words

@@ -491,7 +491,10 @@ def _form_words(form: Schema) -> Iterator[str]:
         yield "true, false"
     elif kind == "string" and "pattern" in form:
         spelled = text.partition(", ")[2]
-        yield (f"a list in {spelled}" if text.startswith("a list") else f"a number in {spelled}") if spelled else text
+        if spelled:
+            yield f"a list in {spelled}" if text.startswith("a list") else f"a number in {spelled}"
+        else:
+            yield "a number" if text == "number" else text
     elif kind in ("integer", "number"):
         low, high = form.get("minimum"), form.get("maximum")
         if low is not None and low > 1e300:

@@ -24,7 +24,7 @@ FILE = {"limits": {"k_gamma": 1.2, "stages": {"low": {"k_gamma": 1.3}, "high": {
 
 def test_an_option_goes_before_stage_file_and_table() -> None:
     found = [k_gamma_limit(FILE, stage, 5, stated=1.05) for stage in ("low", "high", "other")]
-    assert [(limit.value, limit.source) for limit in found] == [(1.05, "limit")] * 3
+    assert [(limit.value, limit.source) for limit in found] == [(1.05, "the option limit")] * 3
     low, high, other = (k_gamma_limit(FILE, stage, 5) for stage in ("low", "high", "other"))
     assert (low.value, low.source) == (1.3, "limits.stages.low.k_gamma")
     assert high.value == 1.30

@@ -261,14 +261,15 @@ def _stages(result: xr.Dataset) -> str:
     said = json.loads(str(result.attrs.get("warnings", "[]")))
     lines = []
     columns = (numbers(result, name, "stage") for name in ("planets", "k_gamma_limit"))
-    for stage, count, limit in zip(texts(result, "stage"), *columns, strict=True):
+    sources = texts(result, "k_gamma_limit_source", "stage")
+    for stage, count, limit, source in zip(texts(result, "stage"), *columns, sources, strict=True):
         if count < 2:
             continue
         apart = any(text.startswith(f"stages.{stage}: ") and "cannot be assembled" in text for text in said)
         spaced = "equally spaced" if _equally(result, stage) else "unequally spaced"
         lines.append(
             f"{stage}: {count:.0f} branches, {spaced}: {'CANNOT be assembled' if apart else 'can be assembled'}; "
-            f"K_gamma limit {limit:g}"
+            f"K_gamma limit {limit:g} ({source.split(' planets, ')[-1]})"
         )
     return f"{'; '.join(lines)}." if lines else ""
 

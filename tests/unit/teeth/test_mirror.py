@@ -73,3 +73,22 @@ def test_a_mirror_image_has_the_loads_from_the_other_end(helices: list[ContactPa
     assert loaded_segments(found, LOADS).force == pytest.approx(alone.force, rel=1e-9, abs=1e-9 * alone.force.max())
     # the load is uneven along the face, so that the two ends are told apart
     assert np.abs(left.force - left.force[..., ::-1]).max() > 1e-2 * left.force.max()
+
+
+def test_equal_gears_may_change_places() -> None:
+    """Of a spur pair of equal gears the contact is even about the pitch point: each stands for the other."""
+    member = {"support": {"radial": "1e8 N/m"}}
+    stage: dict[str, Any] = {"planets": 3, "module": "4 mm", "face_width": "40 mm", "sun": {"teeth": 30, **member}}
+    stage |= {
+        "planet": {"teeth": 30, "bearing": {"radial": "1e8 N/m"}},
+        "ring": {"teeth": 90, "addendum": 0.9, **member},
+    }
+    stage |= {"carrier": {"mass": "20 kg", **member}}
+    operation = {"held": ["ring"], "speed": {"sun": "1500 rpm"}, "torque": {"sun": "500 N m"}}
+    train = epicyclic.load({"format": 2, "title": "equal gears", "stages": {"main": stage}, "operation": operation})
+    mesh = next(mesh for mesh in train.meshes if mesh.name.startswith("main/sun-planet/1"))
+    pair = pair_of(train, mesh, slices=3)
+    pair = replace(pair, tooth_b=pair.tooth_a)
+    there, back = (loaded_segments(contact_segments(pair, sigma), LOADS) for sigma in (SIGMA, -SIGMA))
+    assert there.approach == pytest.approx(back.approach, rel=1e-9)
+    assert np.ptp(there.approach, axis=-1).min() > 0.02 * there.approach.min()

@@ -132,7 +132,7 @@ def contact_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         return [Finding(tone="good", text=f"No tip edge bears in {mesh}; {sizes}.", anchor="contact")]
     text = f"A tip edge bears in {mesh}: tips overlap by {1e6 * overlap:.1f} µm at the operating load; {sizes}."
     change = (
-        "Relieve the tips by about that much: epicyclic relief searches the relief. "
+        "Relieve the tips by at least that much: epicyclic relief searches the relief. "
         'Dynamic forces count it where the mesh has stiffness = "contact".'
     )
     return [Finding(tone="caution", text=text, change=change, anchor="contact")]
@@ -274,7 +274,7 @@ def relief_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     before, after = (float(result[f"objective_{when}"].values[0]) for when in ("before", "after"))
     factor, unit = _READ[str(result.objective_unit.values[0])]
     gain = 1 - after / before if before else 0.0
-    what = str(result.objective_meaning.values[0]).split(",")[0]
+    what = str(result.objective_meaning.values[0]).partition(", mean over")[0]
     pairs = [split_name(str(name))[:2] for name in result.relieved_mesh.values]
     several = len({stage for stage, _ in pairs}) > 1
     meshes = " and ".join(dict.fromkeys(pair_title(pair, several) for pair in pairs))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...limits import RESONANCE_BAND, TEETH_PART, ResonanceVerdict
+from ...limits import NO_MATTER, RESONANCE_BAND, TEETH_PART, ResonanceVerdict
 from ...results.dataset import EQUAL, ranked
 from ...show.elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table
 from ...show.series import engineering, mode_groups, numbers, stage_count, summed_shares, texts, unbroken
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 # --- modes -----------------------------------------------------------------------------------------------------------
 
+_ON_IT = 0.01  # a resonance this close is met by operation itself, per operating speed
 # Rows of resonances: a screen of a terminal, a screen of a page, folded away in a page, on its first page.
 _IN_TERMINAL, _IN_PAGE, _FOLDED, _IN_FRONT = 40, 25, 200, 8
 
@@ -137,10 +138,23 @@ def modes_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     change = ""
     if verdict.tone != "good":
         (held,) = _shares(result, "connection", np.array([at]))
-        change = f"Move that frequency, most strain energy {held}, or keep away from {speed} % of the operating speed."
-    text = f"{count}; the strongest is where {where}: {size}."
+        on_it = abs(float(result["resonance_speed"].values[at]) - 1) < _ON_IT
+        away = ": operation stands on it" if on_it else f", or keep away from {speed} % of the operating speed"
+        mode = int(result["resonance_mode"].values[at])
+        change = f"Move that frequency, most strain energy {held} (epicyclic sensitivity --mode {mode}){away}."
+    text = f"{count}; the strongest is where {where}: {size}{_nearer(result, near[ratio[near] >= NO_MATTER], at)}."
     judged = {"value": verdict.force_ratio, "limit": TEETH_PART}
     return [Finding(tone=verdict.tone, text=text, change=change, anchor="resonances", **judged)]
+
+
+def _nearer(result: xr.Dataset, strong: NDArray[np.int64], strongest: int) -> str:
+    """The resonance nearest to operation of some strong ones, where the strongest is another."""
+    away = np.abs(result["resonance_speed"].values - 1)
+    if not strong.size or away[nearest := int(strong[away[strong].argmin()])] >= away[strongest]:
+        return ""
+    mode, share = int(result["resonance_mode"].values[nearest]), 100 * float(_force_ratio(result)[nearest])
+    at = engineering(100 * float(result["resonance_speed"].values[nearest]))
+    return f"; nearest {_order(result, nearest)} and mode {mode} at {at} %, {engineering(share, 2)} %"
 
 
 def modes_front(result: xr.Dataset, company: Company) -> Sequence[Part]:

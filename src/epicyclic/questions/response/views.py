@@ -209,7 +209,7 @@ def _ranges(speed: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
 
 def _range_words(ranges: Sequence[tuple[float, float]]) -> str:
     """``60 to 70 %, 110 % and 2 more ranges``, of speeds [% of the operating speed]."""
-    ends = [(engineering(a, 3), engineering(b, 3) if a < b else "") for a, b in ranges[:_RANGES]]
+    ends = [(engineering(a, 4), engineering(b, 4) if a < b else "") for a, b in ranges[:_RANGES]]
     shown = [f"{a} to {b} %" if b else f"{a} %" for a, b in ends]
     more = f" and {len(ranges) - _RANGES} more ranges" if len(ranges) > _RANGES else ""
     return f"{', '.join(shown)}{more}"

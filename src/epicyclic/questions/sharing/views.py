@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -152,7 +153,10 @@ def _k_gamma(
     )
     if not limit:
         return [Finding(tone="", text=text, anchor="sharing")]
-    return [Finding(tone=verdict.tone, text=text, anchor="sharing", value=verdict.value, limit=verdict.limit)]
+    drawing = json.loads(str(result.attrs.get("model", "{}")))
+    change = "That of toleranced trains is told by epicyclic tolerance." if drawing.get("tolerance") else ""
+    judged = {"value": verdict.value, "limit": verdict.limit}
+    return [Finding(tone=verdict.tone, text=text, change=change, anchor="sharing", **judged)]
 
 
 def _loaded(result: xr.Dataset) -> NDArray[np.bool_]:

@@ -22,7 +22,7 @@ from ...engine.plan import piece_uniforms, sampling_plan
 from ...engine.source import Overrides, Source, train_of
 from ...engine.workers import one_thread
 from ...errors import ModelError
-from ...limits import JUDGED_AT
+from ...limits import JUDGED_AT, KGammaLimit
 from ...results.dataset import dataset
 from ...statics.load_map import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
@@ -454,8 +454,13 @@ class _Problem:
     drawn: ToleranceMap
     offered: GradeSet
     sampled: SampledGrades
-    target: float
+    limit: KGammaLimit
     probability: float
+
+    @property
+    def target(self) -> float:
+        """Largest K_gamma [1] that is accepted."""
+        return self.limit.value
 
     @property
     def names(self) -> list[str]:
@@ -514,13 +519,14 @@ def allocate(
     costs = costs_of(train)
     drawn = tolerance_map(train)
     offered = _offered(drawn, costs)
-    if target is None:
-        target = min(limit.value for limit in pair_limits(drawn, train, None))
+    limit = min(pair_limits(drawn, train, None), key=lambda one: one.value)
+    if target is not None:
+        limit = KGammaLimit(value=target, source="the option target")
     report = progress or (lambda done: None)
     with one_thread():
         common = SampledGrades.of(drawn, offered, samples=samples, seed=seed, definition=definition, method=method)
         problem = _Problem(
-            train=train, drawn=drawn, offered=offered, sampled=common, target=target, probability=probability
+            train=train, drawn=drawn, offered=offered, sampled=common, limit=limit, probability=probability
         )
         report(0.1)
         columns = _columns(problem)
@@ -533,7 +539,7 @@ def allocate(
         {"tolerance": problem.names},
         verb="allocate",
         options={
-            **{"target": target, "probability": probability, "definition": definition, "samples": samples},
+            **{"target": limit.value, "probability": probability, "definition": definition, "samples": samples},
             **{"seed": seed, "method": method, "fresh_samples": fresh_samples},
         },
         provenance=train_provenance(train),
@@ -541,6 +547,7 @@ def allocate(
     )
     result.attrs |= {
         "probability": probability,
+        "target_source": limit.source,
         "definition": definition,
         "samples": len(common.uniform),
         "seed": seed,
@@ -702,9 +709,9 @@ def _out_of_reach(problem: _Problem, columns: GradeColumns | None) -> ModelError
     else:
         allowed = "tolerances with which fewer of the trains have no solution or no load to share"
     without = f"; {', '.join(rest)} have no prices" if rest else ""
-    return ModelError(
-        f"out of reach in {100 * p:g} % of the trains", path="target", given=problem.target, allowed=allowed + without
-    )
+    path = problem.limit.source if problem.limit.source.startswith("limits") else "target"
+    words = f"out of reach in {100 * p:g} % of the trains"
+    return ModelError(words, path=path, given=problem.target, allowed=allowed + without)
 
 
 # result ---------------------------------------------------------------------------------------------------------------

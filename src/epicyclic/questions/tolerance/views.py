@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...limits import JUDGED_AT, k_gamma_verdict
+from ...limits import JUDGED_AT, k_gamma_verdict, passes
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import (
     DRAWN,
@@ -297,6 +297,20 @@ def allocate_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     ]
 
 
+def allocate_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """What the grades found cost, and the K_gamma that they keep, against the target."""
+    target, reached = float(result["target"]), float(result["reached_k_gamma"])
+    p = percent(float(result.attrs["probability"]))
+    source = result.attrs.get("target_source", "")  # a result of an earlier version has none
+    kept = "keep" if passes(reached, target) else "MISS"
+    text = (
+        f"Grades for {engineering(float(result['total_price']))} {kept} the target of {target:g}"
+        f"{f' ({source})' if source else ''}: K_gamma stays below {reached:.4f} in {p} of the trains."
+    )
+    tone = "good" if kept == "keep" else "bad"
+    return [Finding(tone=tone, text=text, anchor="allocation", value=reached, limit=target)]
+
+
 def _grades(result: xr.Dataset, names: Sequence[str]) -> Table:
     at = f"K_gamma at {percent(float(result.attrs['probability']))}"
     columns: dict[str, Any] = {
@@ -354,5 +368,12 @@ VIEWS = (
         key_figures=tolerance_key_figures,
         findings=tolerance_findings,
     ),
-    ResultView("allocate", 155, allocate_tables, allocate_sections, key_figures=allocate_key_figures),
+    ResultView(
+        "allocate",
+        155,
+        allocate_tables,
+        allocate_sections,
+        key_figures=allocate_key_figures,
+        findings=allocate_findings,
+    ),
 )

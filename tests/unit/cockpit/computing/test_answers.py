@@ -220,7 +220,7 @@ def test_page_and_report_judge_one_resonance(drive: str) -> None:
     tone = {"good": "good", "warn": "caution", "bad": "bad", "none": ""}[answer["level"]]
     assert tone == finding.tone
     told = [
-        re.findall(r" mode (\d+) \(|force .*?is (\S+ % of the mean mesh force)", text)
+        re.findall(r" mode (\d+) \(|force .*?is (\S+ % of the mean force of its mesh)", text)
         for text in (answer["text"], finding.text)
     ]
     assert told[0] == told[1]
@@ -257,7 +257,7 @@ def test_a_strong_resonance_is_named_before_a_nearer_one() -> None:
     assert away[strongest] > away.min()
     assert answer["level"] == "warn"
     assert f"mode {int(result['resonance_mode'].values[strongest])} " in answer["text"]
-    assert f"is {100 * ratio[strongest]:.0f} % of the mean mesh force" in answer["text"]
+    assert f"is {100 * ratio[strongest]:.0f} % of the mean force of its mesh" in answer["text"]
 
 
 def test_the_first_estimate_of_relief_is_force_over_single_stiffness() -> None:
