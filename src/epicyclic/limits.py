@@ -134,14 +134,16 @@ def nearest_limit(values: Sequence[float], limits: Sequence[float]) -> int | Non
         return 0.0 if passes(values[i], limits[i]) else math.inf
 
     places = [i for i, value in enumerate(values) if value == value]
-    return max(places, key=lambda i: (round(part(i), 6), -i), default=None)
+    most = max((part(i) for i in places), default=0.0)
+    least = most if math.isinf(most) else most - 1e-6 * abs(most)
+    return next((i for i in places if part(i) >= least), None)
 
 
 class KGammaVerdict(NamedTuple):
     """K_gamma [1] held against its limit, of several the one that takes the largest part of what its limit leaves.
 
     name : of its mesh or pair.  limit [1], source : of the limit.  assumed : whether the model assumes the deviations
-    or tolerances that K_gamma follows from.
+    or tolerances that K_gamma follows from.  probability : share of the trains in which K_gamma stays below its value.
     """
 
     name: str
@@ -149,6 +151,7 @@ class KGammaVerdict(NamedTuple):
     limit: float
     source: str
     assumed: bool
+    probability: float = JUDGED_AT
 
     @property
     def passes(self) -> bool:
@@ -157,14 +160,17 @@ class KGammaVerdict(NamedTuple):
 
     @property
     def tone(self) -> Tone:
-        """Tone of the finding that says it."""
-        return "good" if self.passes else "bad"
+        """Tone of the finding that says it; what passes in fewer trains than are judged is open."""
+        if not self.passes:
+            return "bad"
+        return "good" if self.probability >= JUDGED_AT else "caution"
 
     @property
     def text(self) -> str:
         """``limit 1.25 (4 planets, IEC 61400-4:2012): passes``, and whether it rests on what is assumed."""
         rests_on = ", with assumed deviations" if self.assumed else ""
-        return f"limit {self.limit:g} ({self.source}): {'passes' if self.passes else 'FAILS'}{rests_on}"
+        verdict = {"good": "passes", "bad": "FAILS", "caution": f"open at {100 * JUDGED_AT:g} %, for more samples"}
+        return f"limit {self.limit:g} ({self.source}): {verdict[self.tone]}{rests_on}"
 
 
 class ResonanceVerdict(NamedTuple):
@@ -189,10 +195,12 @@ class ResonanceVerdict(NamedTuple):
         return f"{words}, teeth part from {100 * TEETH_PART:g} %" if self.tone == "bad" else words
 
 
-def k_gamma_verdict(result: xr.Dataset, dim: str, mean: Sequence[float]) -> KGammaVerdict | None:
+def k_gamma_verdict(
+    result: xr.Dataset, dim: str, mean: Sequence[float], *, probability: float = JUDGED_AT
+) -> KGammaVerdict | None:
     """Verdict on mean-load K_gamma along a dimension that has limits; None where the result has none, or no value.
 
-    mean : (n,) [1], nan where unknown.
+    mean : (n,) [1], nan where unknown.  probability : share of the trains in which K_gamma stays below them.
     """
     if "k_gamma_limit" not in result.variables:
         return None
@@ -207,4 +215,5 @@ def k_gamma_verdict(result: xr.Dataset, dim: str, mean: Sequence[float]) -> KGam
         limit=limits[at],
         source=str(result["k_gamma_limit_source"].values[at]),
         assumed=any(path.startswith(("deviations.", "tolerance.")) for path in assumed),
+        probability=probability,
     )

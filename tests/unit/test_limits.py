@@ -126,7 +126,7 @@ def test_one_limit_of_the_file_is_that_of_all(limit: float, tone: str) -> None:
     changes: dict[str, object] = {"limits.k_gamma": limit}
     shared = epicyclic.sharing("wind-stage", method="static", cycles=1, samples=16, overrides=changes)
     (said,) = [one for one in findings(shared, {}) if "K_gamma" in one.text]
-    drawn = epicyclic.tolerance("wind-stage", samples=256, effects="none", overrides=changes)
+    drawn = epicyclic.tolerance("wind-stage", samples=1024, effects="none", overrides=changes)
     assert drawn.limit.values.tolist() == [limit]
     assert [said.tone, tolerance_findings(drawn, {})[0].tone] == [tone, tone]
     assert "limits.k_gamma" in said.text
@@ -143,6 +143,30 @@ def test_a_limit_of_the_stage_goes_before_that_of_the_file() -> None:
     for result in (drawn, shared):
         assert set(result.k_gamma_limit.values.tolist()) == {1.07}
         assert set(result.k_gamma_limit_source.values.tolist()) == {"limits.stages.main.k_gamma"}
+
+
+def test_of_too_few_trains_a_pass_is_open() -> None:
+    """512 trains tell no 99 %: what exceeds its limit in 95 % fails, what passes there may fail with more of them."""
+    drawn = epicyclic.tolerance("wind-five", samples=512, effects="none", limit=[1.1])
+    assert 0.99 not in drawn.probability.values
+    for limit, tone, words in ((1.1, "caution", "open at 99 %, for more samples"), (1.001, "bad", "FAILS")):
+        (finding,) = tolerance_findings(drawn.assign(k_gamma_limit=("pair", [limit] * drawn.sizes["pair"])), {})
+        assert (finding.tone, words in finding.text) == (tone, True)
+        assert "in 95\u00a0%" in finding.text or "in 95 %" in finding.text
+
+
+def test_the_turning_load_is_that_of_the_pair_that_is_judged() -> None:
+    drawn = epicyclic.tolerance("wind-five", samples=2048, effects="none")
+    limits = ("pair", [1.01, *[2.0] * (drawn.sizes["pair"] - 1)])
+    (finding,) = tolerance_findings(drawn.assign(k_gamma_limit=limits), {})
+    turning = drawn.sel(definition="mean-load-turning", probability=0.99).k_gamma_quantile.values[0]
+    assert f"while turning below {turning:.3f}" in finding.text
+
+
+def test_the_nearest_limit_is_found_however_wide() -> None:
+    assert nearest_limit([1.0, 1.2, 1.2], [1e6] * 3) == 1
+    assert nearest_limit([1.0, 1.2, 1.2], [1.25] * 3) == 1
+    assert nearest_limit([1.1, 1.2, float("nan")], [1.0, 1.25, 1.1]) == 0
 
 
 def test_of_one_limit_the_train_is_judged_of_several_the_pair() -> None:

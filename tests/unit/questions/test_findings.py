@@ -100,6 +100,24 @@ def test_the_mesh_that_varies_most_and_the_phases() -> None:
     assert findings_of({"check": epicyclic.check("ren2021"), "": result})[-1].anchor != "meshes"
 
 
+def test_without_load_or_variation_a_sentence_says_so() -> None:
+    still = epicyclic.contact("ren2021", mesh="sun-planet", torque="0 N m", samples=16, slices=8)
+    (found,) = findings_of({"": still})
+    assert (found.tone, found.text) == ("", "No load presses the teeth.")
+    (found,) = findings_of({"": epicyclic.stiffness("lin1999-n4")})
+    assert found.text == "The mesh stiffness does not vary."
+    idle = motion().copy()
+    idle["mesh_force_peak"] = 1e-12 * idle["mesh_force_peak"] / idle["mesh_force_peak"].max()
+    (found,) = findings_of({"": idle})
+    assert found.text == "No load presses the teeth."
+
+
+def test_one_speed_is_no_range() -> None:
+    one = contact_sweep([[False] * 5, [False] * 5]).isel(speed=[2])
+    (found,) = findings_of({"": one})
+    assert found.text.startswith("No tooth loses contact at 100 % of the operating speed; ")
+
+
 def test_a_mesh_alone_says_its_error_and_load() -> None:
     result = epicyclic.contact("ren2021", mesh="sun-planet", loads=(0.5, 1.0), samples=16, slices=8)
     (found,) = findings_of({"": result})

@@ -19,6 +19,7 @@ from ...document.tables import PlainTable
 from ...errors import ModelError
 from ...limits import JUDGED_AT
 from ...results.dataset import ranked
+from ...show.elements import percent
 from ...show.series import label, scattering_pair
 from ...show.views import findings_of
 from ...system.tooth_pairs import first_mesh
@@ -230,8 +231,9 @@ def tolerance_frame(result: xr.Dataset, train: Train) -> PageFrame:
         evidence="tolerance",
         job="tolerance",
     )
-    level: Level = "bad" if finding.tone == "bad" else "good"
-    figure = f"{finding.value:.3f} at {per_cent(JUDGED_AT)}, limit {finding.limit:g}"
+    level: Level = "bad" if finding.tone == "bad" else "good" if finding.tone == "good" else "warn"  # few trains: open
+    share_judged = f" at {per_cent(JUDGED_AT)}" if percent(JUDGED_AT) in finding.text else ""
+    figure = f"{finding.value:.3f}{share_judged}, limit {finding.limit:g}"
     planet = Answer("planet", finding.text, figure=figure, level=level, evidence="tolerance", job="tolerance")
     return job_frame(
         "tolerance", "Tolerances", text, drawn, apply=change, apply_label="Halve the first", answers=[answer, planet]

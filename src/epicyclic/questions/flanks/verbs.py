@@ -146,8 +146,8 @@ def contact(
         **given(cycle=cycle, profile_phase=profile_phase),
     }
     of_train = given(cycles=cycles, turns=turns, of=of)
-    refuse_without(mesh is not None, "one mesh (mesh)", **of_mesh)
-    refuse_without(mesh is None, "all meshes, not with one", **of_train)
+    refuse_without(mesh is not None, "one mesh alone, which mesh names", **of_mesh)
+    refuse_without(mesh is None, "all meshes, without mesh", **of_train)
     linear = None if linear_at is None else load_per_length(linear_at, "linear_at")
     factors = loads_of(loads, load_points, RANGE_LOADS)
     from ...document.units import stated

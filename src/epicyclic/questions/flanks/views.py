@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 
 _LEADS = 6  # phases of meshes in a sentence
+_NO_OVERLAP = 5e-8  # of tips, that reads as none [m]
 
 # --- stiffness -------------------------------------------------------------------------------------------------------
 
@@ -52,6 +53,8 @@ def stiffness_findings(result: xr.Dataset, company: Company) -> Sequence[Finding
     mean = history.mean(axis=1)
     swing = np.ptp(history, axis=1) / mean
     at = largest(swing)
+    if not swing[at] > 1e-9:
+        return [Finding(tone="", text="The mesh stiffness does not vary.", anchor="meshes")]
     text = (
         f"{short_names(texts(result, 'mesh'))[at]} varies most over its cycle, by {engineering(100 * swing[at], 3)} % "
         f"of its mean {engineering(1e-6 * mean[at], 4)} N/µm peak to peak"
@@ -114,12 +117,13 @@ def contact_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """The face-load factor at the operating load; of a mesh alone, whether tip edges bear."""
     at = _as_operated(result)
     factor = numbers(at, "face_load_factor")
+    if not np.isfinite(factor).any():
+        return [Finding(tone="", text="No load presses the teeth.", anchor="contact")]
     if "mesh" not in result.attrs:
-        if not np.isfinite(factor).any():
-            return []
-        most = int(np.nanargmax(factor))
-        load = float(np.nanmax(at.largest_load_per_length.values)) / 1e3
-        text = f"K_H beta up to {factor[most]:.2f}, in {result.mesh.values[most]}; largest load {load:.0f} N/mm."
+        names, load = short_names(texts(result, "mesh")), at.largest_load_per_length.values / 1e3
+        most, loaded = largest(factor), largest(load)
+        beta = f"K_H beta up to {factor[most]:.2f} in {names[most]}"
+        text = f"Largest load {load[loaded]:.0f} N/mm in {names[loaded]}; {beta}."
         return [Finding(tone="", text=text, anchor="contact")]
     overlap, mesh = float(np.nanmax(at.corner_overlap.values, initial=0.0)), result.attrs["mesh"]
     error = 1e6 * float(at.transmission_error_peak_to_peak)
@@ -128,7 +132,7 @@ def contact_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         f"{float(np.nanmax(at.largest_load_per_length.values)) / 1e3:.0f} N/mm, largest pressure "
         f"{float(np.nanmax(at.largest_pressure.values)) / 1e6:.0f} MPa, K_H beta {float(np.nanmax(factor)):.2f}"
     )
-    if overlap <= 0:
+    if overlap < _NO_OVERLAP:
         return [Finding(tone="good", text=f"No tip edge bears in {mesh}; {sizes}.", anchor="contact")]
     text = f"A tip edge bears in {mesh}: tips overlap by {1e6 * overlap:.1f} µm at the operating load; {sizes}."
     change = (

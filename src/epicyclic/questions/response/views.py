@@ -167,7 +167,7 @@ def sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     if not np.isfinite(factor).any() or not np.isfinite(speed).all():
         return []
     mesh, at = _first_most(factor)
-    extent_shown = f"from {engineering(speed.min())} to {engineering(speed.max())} % of the operating speed"
+    extent_shown = _extent_words(speed)
     most = f"largest K_v {factor[mesh, at]:.3f} at {engineering(float(speed[at]))} %, {_mesh(result, mesh)}"
     found: list[Finding] = []
     # meshes of pairs and sides that have no K_v at any speed: they carry nothing
@@ -205,6 +205,12 @@ def _ranges(speed: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
     marked = np.concatenate([[False], inside[rank], [False]]).astype(int)
     starts, ends = np.flatnonzero(np.diff(marked) == 1), np.flatnonzero(np.diff(marked) == -1) - 1
     return [(float(speed[rank][a]), float(speed[rank][b])) for a, b in zip(starts, ends, strict=True)]
+
+
+def _extent_words(speed: np.ndarray) -> str:
+    """``from 5 to 130 % of the operating speed``, of speeds (P,) [%]; of one speed ``at`` it."""
+    low, high = engineering(speed.min()), engineering(speed.max())
+    return f"{f'from {low} to {high}' if low != high else f'at {low}'} % of the operating speed"
 
 
 def _range_words(ranges: Sequence[tuple[float, float]]) -> str:
@@ -256,7 +262,7 @@ def contact_sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Fin
     failed = int((result["status"].values != "ok").sum())
     left = f" {failed} points have no motion." if failed else ""
     if not ranges:
-        extent_shown = f"from {engineering(speed.min())} to {engineering(speed.max())} % of the operating speed"
+        extent_shown = _extent_words(speed)
         text = f"No tooth loses contact {extent_shown}; {most}.{left}"
         return [Finding(tone="good", text=text, anchor="contact-sweep")]
     both = ", not at the same speeds up and down" if (parted[0] != parted[-1]).any() else ""

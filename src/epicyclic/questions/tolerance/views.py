@@ -116,7 +116,7 @@ def _k_gamma(result: xr.Dataset, p: float, value: float, change: str) -> Finding
     apart = "k_gamma_limit" in result and len(set(result["k_gamma_limit"].values.tolist())) > 1
     kind = "" if apart else "system_"
     mean = of_definition(result)[f"{kind}k_gamma_quantile"].sel(probability=p)
-    verdict = k_gamma_verdict(result, "pair", np.broadcast_to(mean, result.sizes["pair"]).tolist())
+    verdict = k_gamma_verdict(result, "pair", np.broadcast_to(mean, result.sizes["pair"]).tolist(), probability=p)
     if verdict is None:
         text = f"With tolerances K_gamma stays below {value:.3f} in {percent(p)} of the trains{_turning(result, p)}."
         return Finding(tone="", text=text, change=change, anchor="tolerances")
@@ -129,17 +129,19 @@ def _k_gamma(result: xr.Dataset, p: float, value: float, change: str) -> Finding
     )
     text = (
         f"With tolerances K_gamma{whose} stays below {verdict.value:.3f} in {percent(p)} of the trains"
-        f"{_turning(result, p)}; {verdict.text}{above}."
+        f"{_turning(result, p, verdict.name if apart else None)}; {verdict.text}{above}."
     )
     judged = {"value": verdict.value, "limit": verdict.limit}
     return Finding(tone=verdict.tone, text=text, change=change, anchor="tolerances", **judged)
 
 
-def _turning(result: xr.Dataset, probability: float) -> str:
-    """Words of the same quantile of the largest load while turning; "" where it has none."""
+def _turning(result: xr.Dataset, probability: float, pair: str | None = None) -> str:
+    """Words of the same quantile of the largest load while turning, of a pair or of all; "" where it has none."""
     if _TURNING not in texts(result, "definition"):
         return ""
-    value = float(of_definition(result, _TURNING)["system_k_gamma_quantile"].sel(probability=probability))
+    turning = of_definition(result, _TURNING).sel(probability=probability)
+    of_pair = turning["system_k_gamma_quantile"] if pair is None else turning["k_gamma_quantile"].sel(pair=pair)
+    value = float(of_pair)
     return (
         f", the largest load of a mesh while turning below {value:.3f} of the equal one" if np.isfinite(value) else ""
     )

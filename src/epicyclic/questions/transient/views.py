@@ -15,6 +15,7 @@ from ...show.views import ResultView
 if TYPE_CHECKING:
     import xarray as xr
 
+_NO_FORCE = 1e-6  # rounding of a train without load [N]
 # The end of a run, for what it settles to.
 _LAST = 0.2
 
@@ -71,6 +72,8 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     if "mesh_force_peak_time" not in result.variables:
         return []
     peak, names = result["mesh_force_peak"].values, short_names(texts(result, "mesh"))
+    if not np.nanmax(peak, initial=0.0) > _NO_FORCE:
+        return [Finding(tone="", text="No load presses the teeth.", anchor="transient")]
     at, lost = largest(peak), int(result["contact_lost"].values.sum())
     when = engineering(1e3 * float(result["mesh_force_peak_time"].values[at]))
     apart = f"{lost} of {len(names)} meshes lose contact" if lost else "no mesh loses contact"
