@@ -19,8 +19,7 @@ from ...document.tables import PlainTable
 from ...errors import ModelError
 from ...limits import JUDGED_AT
 from ...results.dataset import ranked
-from ...show.elements import percent
-from ...show.series import label, scattering_pair
+from ...show.series import label, percent, scattering_pair
 from ...show.views import findings_of
 from ...system.tooth_pairs import first_mesh
 from ...train.resolution import load
