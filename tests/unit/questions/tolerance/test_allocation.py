@@ -19,6 +19,7 @@ from epicyclic.engine.plan import piece_uniforms, sampling_plan
 from epicyclic.errors import ModelError
 from epicyclic.questions.tolerance.allocation import GradeSet, SampledGrades, allocate, allocated_model, grade_columns
 from epicyclic.questions.tolerance.tolerance_map import tolerance_map
+from epicyclic.show.views import findings_of
 from epicyclic.statics import sample_loads
 from epicyclic.train.resolution import costs_of, tolerances_of
 
@@ -187,6 +188,12 @@ def test_without_a_target_it_is_the_smallest_limit_of_the_stages() -> None:
     found, stated = allocate(limited, **options), allocate(MODEL, target=1.12, **options)
     assert json.loads(found.attrs["options"])["target"] == 1.12
     assert float(found.total_price) == float(stated.total_price)
+    (finding,) = findings_of({"": found})
+    assert finding.tone == "good"
+    assert "keep the target of 1.12 (limits.stages.main.k_gamma)" in finding.text
+    assert "(the option target)" in findings_of({"": stated})[0].text
+    (missed,) = findings_of({"": found.assign(reached_k_gamma=1.13)})
+    assert (missed.tone, "MISS the target of 1.12" in missed.text) == ("bad", True)
 
 
 def test_a_fresh_run_that_misses_lowers_the_target_of_the_search() -> None:
