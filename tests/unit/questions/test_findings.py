@@ -101,7 +101,7 @@ def test_the_mesh_that_varies_most_and_the_phases() -> None:
 
 
 def test_without_load_or_variation_a_sentence_says_so() -> None:
-    still = epicyclic.contact("ren2021", mesh="sun-planet", torque="0 N m", samples=16, slices=8)
+    still = epicyclic.contact("ren2021", mesh="sun-planet", torque="0 N m")
     (found,) = findings_of({"": still})
     assert (found.tone, found.text) == ("", "No load presses the teeth.")
     (found,) = findings_of({"": epicyclic.stiffness("lin1999-n4")})

@@ -385,7 +385,7 @@ def doubled(
             break
         count *= 2
         tried.append(following)
-        error = estimated_error([values for values, _ in tried]) / following[1]
+        error = _relative(estimated_error([values for values, _ in tried]), following[1])
         if 2 * count > limits[1]:
             break
         if (error > tolerance).any():
@@ -393,9 +393,14 @@ def doubled(
         if not checked or len(tried) > 2:
             return count, error
         following = numbers(2 * count)
-        if not (np.abs(following[0] - tried[-1][0]) / following[1] > tolerance).any():
+        if not (_relative(np.abs(following[0] - tried[-1][0]), following[1]) > tolerance).any():
             return count, error
     return count, error
+
+
+def _relative(error: Array, scale: Array) -> Array:
+    """Errors (m,) per what they are relative to; those of numbers that are nothing are none."""
+    return np.divide(error, scale, out=np.zeros_like(error), where=scale != 0)
 
 
 def estimated_error(values: Sequence[Array]) -> Array:
