@@ -317,12 +317,9 @@ def _turn_rate(system: System, body: str | None) -> Fraction:
     rates = {name: abs(turn) for name, turn in zip(system.dofs.bodies, system.body_turns, strict=False) if turn}
     body = None if body is None else body.replace(".", "/")
     if body is None or body not in rates:
-        raise ModelError(
-            "turns are counted of a body that turns",
-            path="of",
-            given=body,
-            allowed=", ".join(rates) or "a train's speed",
-        )
+        given = {} if body is None else {"given": body}
+        allowed = ", ".join(rates) or "a train's speed"
+        raise ModelError("turns are counted of a body that turns", path="of", allowed=allowed, **given)
     return rates[body]
 
 

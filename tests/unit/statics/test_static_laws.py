@@ -311,7 +311,7 @@ def test_record_in_turns_of_a_body(build: Any) -> None:
 @pytest.mark.parametrize(
     ("options", "word"),
     [
-        ({"turns": 3}, "of = None"),
+        ({"turns": 3}, "of: turns are counted of a body that turns"),
         ({"turns": 3, "of": "main/ring"}, "main/sun, main/carrier"),
         ({"turns": 3, "of": "main/sun", "cycles": 2}, "one length"),
         ({"turns": 0, "of": "main/sun"}, "turns = 0"),
