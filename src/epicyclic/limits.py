@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -33,8 +33,6 @@ TABLES: dict[str, dict[int, float]] = {
 _EDITIONS = {WIND: f"{WIND}:2012", SHIP: f"{SHIP}, of the edition that cites ISO 6336:2019"}
 # A K_gamma this close to its limit meets it: equal shares are 1 up to rounding.
 _ROUNDING = 5e-7
-# Source of a limit that a command was given.
-_STATED = "the option limit"
 # A resonance this close to operation is told: half-power widths are 2 zeta, at most a tenth for usual damping, and
 # natural frequencies of a drawing are known to some 10 %.
 RESONANCE_BAND = 0.2
@@ -73,14 +71,14 @@ def k_gamma_limit(
     limits = model.get("limits", {})
     of_stage = limits.get("stages", {}).get(stage, {})
     given = {
-        _STATED: stated,
+        "limit": stated,
         f"limits.stages.{stage}.k_gamma": of_stage.get("k_gamma"),
         "limits.k_gamma": limits.get("k_gamma"),
     }
     where, value = next(((where, value) for where, value in given.items() if value is not None), ("", WIND))
-    number = stated_limit(value, "limit" if where == _STATED else where)
+    number = stated_limit(value, where)
     if isinstance(number, float):
-        return KGammaLimit(value=number, source=where)
+        return KGammaLimit(value=number, source="the option limit" if where == "limit" else where)
     table = TABLES[number]
     last = max(table)
     words = f"{planets} planet{'s' if planets > 1 else ''}, {_EDITIONS[number]}"
@@ -174,7 +172,10 @@ class KGammaVerdict(NamedTuple):
 
 
 class ResonanceVerdict(NamedTuple):
-    """Largest force of a mode per mean mesh force [1] at a resonance near operation, held against its limits."""
+    """Largest force of a mode per mean force of the same mesh [1] at a resonance near operation, against its limits.
+
+    Derived here, docs/theory/modes.md.
+    """
 
     force_ratio: float
 
@@ -195,25 +196,42 @@ class ResonanceVerdict(NamedTuple):
         return f"{words}, teeth part from {100 * TEETH_PART:g} %" if self.tone == "bad" else words
 
 
-def k_gamma_verdict(
-    result: xr.Dataset, dim: str, mean: Sequence[float], *, probability: float = JUDGED_AT
+def nearest_verdict(
+    names: Sequence[str],
+    values: Sequence[float],
+    limits: Sequence[KGammaLimit],
+    *,
+    assumed: Iterable[str],
+    probability: float = JUDGED_AT,
 ) -> KGammaVerdict | None:
-    """Verdict on mean-load K_gamma along a dimension that has limits; None where the result has none, or no value.
+    """Verdict on the K_gamma that is nearest to its limit; None where no value is a number.
 
-    mean : (n,) [1], nan where unknown.  probability : share of the trains in which K_gamma stays below them.
+    Parameters
+    ----------
+    names : of n meshes or pairs.  values : (n,) mean-load K_gamma [1], nan where unknown.  limits : n of them.
+    assumed : paths that the model assumes.  probability : share of the trains in which K_gamma stays below the values.
     """
-    if "k_gamma_limit" not in result.variables:
-        return None
-    limits = result["k_gamma_limit"].values.tolist()
-    at = nearest_limit(mean, limits)
+    at = nearest_limit(values, [limit.value for limit in limits])
     if at is None:
         return None
-    assumed = json.loads(str(result.attrs.get("assumed", "{}")))
     return KGammaVerdict(
-        name=str(result[dim].values[at]),
-        value=mean[at],
-        limit=limits[at],
-        source=str(result["k_gamma_limit_source"].values[at]),
+        name=names[at],
+        value=float(values[at]),
+        limit=limits[at].value,
+        source=limits[at].source,
         assumed=any(path.startswith(("deviations.", "tolerance.")) for path in assumed),
         probability=probability,
     )
+
+
+def k_gamma_verdict(
+    result: xr.Dataset, dim: str, mean: Sequence[float], *, probability: float = JUDGED_AT
+) -> KGammaVerdict | None:
+    """The same of a result along a dimension that has limits; None where the result has none."""
+    if "k_gamma_limit" not in result.variables:
+        return None
+    columns = (result[f"k_gamma_limit{name}"].values.tolist() for name in ("", "_source"))
+    limits = [KGammaLimit(value=value, source=str(source)) for value, source in zip(*columns, strict=True)]
+    assumed = json.loads(str(result.attrs.get("assumed", "{}")))
+    names = result[dim].values.tolist()
+    return nearest_verdict(names, mean, limits, assumed=assumed, probability=probability)

@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from ..limits import JUDGED_AT
 from ..results.dataset import EQUAL, largest
 
 Array = NDArray[np.float64]
@@ -81,6 +82,13 @@ def short_names(names: Sequence[str]) -> list[str]:
 def pair_title(pair: tuple[str, str], several: bool) -> str:
     """Name of a panel that shows one pair of gears."""
     return f"{pair[0]}: {pair[1]}" if several and pair[0] else pair[1]
+
+
+def pair_names(paths: Sequence[str]) -> list[str]:
+    """``sun-planet`` of ``stages.main.meshes.sun-planet``, behind its stage where there are several."""
+    parts = [path.split(".") for path in paths]
+    several = len({part[1] for part in parts}) > 1
+    return [pair_title((part[1], part[-1]), several) for part in parts]
 
 
 def by_panel(series: Sequence[Series]) -> dict[str, list[Series]]:
@@ -469,6 +477,14 @@ def system_quantiles(result: xr.Dataset, probabilities: Sequence[float] = DRAWN)
     values = of_definition(result)["system_k_gamma_quantile"].values
     pairs = {float(p): float(values[i]) for p in probabilities for i in np.flatnonzero(np.isclose(given, p))}
     return {p: value for p, value in pairs.items() if np.isfinite(value)}
+
+
+def judged_quantile(result: xr.Dataset) -> tuple[float, float]:
+    """The probability at which K_gamma is judged, or the largest that the trains tell, and K_gamma of the train there;
+    nan where none is known."""
+    quantiles = system_quantiles(result)
+    p = JUDGED_AT if JUDGED_AT in quantiles else max(quantiles, default=math.nan)
+    return p, quantiles.get(p, math.nan)
 
 
 def even_bins(edges: Array, counts: Array, low: float, high: float, bins: int) -> tuple[Array, Array]:

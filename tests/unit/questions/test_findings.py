@@ -26,6 +26,7 @@ def contact_sweep(opened: list[list[bool]], failed: int = 0) -> xr.Dataset:
     return xr.Dataset(
         {
             "mesh_force_peak": (dims, peak),
+            "mesh_force_minimum": (dims, 0.1 * peak),
             "contact_open": (dims, apart),
             "status": (("direction", "speed"), status.reshape(2, -1)),
         },
@@ -48,6 +49,14 @@ def test_ranges_in_which_teeth_part(up: list[bool], down: list[bool], tone: str,
     assert words in found.text
     assert "largest force 2.5 kN at 150 %, sun" in found.text
     assert found.text.endswith(" 3 points have no motion.")
+
+
+def test_a_mesh_on_its_far_flank_counts_by_the_size_of_its_force() -> None:
+    result = contact_sweep([[False] * 5, [False] * 5], failed=1)
+    result["mesh_force_minimum"] = -4 * result.mesh_force_peak[..., ::-1].assign_coords(speed=result.speed)
+    (found,) = findings_of({"": result})
+    assert "largest force 10 kN at 50 %, sun" in found.text
+    assert found.text.endswith(" 1 point has no motion.")
 
 
 @cache

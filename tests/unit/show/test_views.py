@@ -221,8 +221,8 @@ def test_load_factors_of_two_stages_are_apart() -> None:
         {"samples": 1, "slices": 1, "estimated_error": np.nan},
     )
     columns = contact_tables(result)[1].columns
-    assert columns["K_gamma low sun-planet"] == [1.15]
-    assert columns["K_gamma high sun-planet"] == [1.01]
+    assert columns["K_gamma low: sun-planet"] == [1.15]
+    assert columns["K_gamma high: sun-planet"] == [1.01]
 
 
 def test_a_verdict_of_stability_counts_what_was_judged() -> None:

@@ -31,7 +31,7 @@ from ...system.tooth_pairs import mean_force, pair_of, tooth_warnings
 from ...teeth.geometry import FLANK_GRADES, SIZE_GRADES, run_out_width
 from ...train.train import Body, Train
 from ...warning_codes import WARNING_CODES, CodedText, code_of, coded
-from ..state.frames import Answer, Level, listed, number, per_cent
+from ..state.frames import LEVELS, Answer, Level, listed, number, per_cent
 
 # Tables whose second key may be left out where the train has one stage.
 _STAGED = ("deviations", "operation.speed", "operation.torque", "operation.power")
@@ -178,7 +178,8 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
     planets, verdict = max(train.planets.values(), default=1), sharing["verdict"]
     level: Level = "good" if verdict["passes"] else "bad"
     figure = f"{verdict['value']:.3f}, limit {verdict['limit']:g}"
-    limit = f" Limit {verdict['limit']:g}: {verdict['source']}."
+    assumed = ", with assumed deviations" if verdict["assumed"] else ""
+    limit = f" Limit {verdict['limit']:g}: {verdict['source']}{assumed}."
     if largest <= 1 + _ONE and not has_deviations(train):
         text = f"No deviations are given: all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
         values = class_six(train)
@@ -374,8 +375,6 @@ def checks_of(train: Train, system: System) -> tuple[ModelCheck, ...]:
 
 # resonances and relief ------------------------------------------------------------------------------------------------
 
-_LEVELS: Mapping[str, Level] = {"good": "good", "caution": "warn", "bad": "bad"}
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Meeting:
@@ -443,14 +442,14 @@ def resonance_answer(
         text = f"No mesh order up to the 12th {'excites' if at_rest else 'meets'} a mode within {band} of this speed"
         text += f": {at_rest} meet one that they leave at rest." if at_rest else "."
         return Answer("resonance", text, figure=f"> {band}", level="good", evidence="modes")
-    met.sort(key=lambda meeting: abs(meeting.away))
     ratio = np.array([meeting.force_ratio for meeting in met])
-    meeting = met[ranked(np.nan_to_num(ratio, nan=-1.0), equal=EQUAL)[0]]
-    verdict = ResonanceVerdict(meeting.force_ratio)
     level: Level = "warn"
     force = "its force is not known without torque and damping"
-    if np.isfinite(verdict.force_ratio):
-        level, force = _LEVELS[verdict.tone], f"the mode's force is {verdict.text}"
+    meeting = min(met, key=lambda meeting: abs(meeting.away))
+    if np.isfinite(ratio).any():
+        meeting = met[ranked(ratio, equal=EQUAL)[0]]
+        verdict = ResonanceVerdict(meeting.force_ratio)
+        level, force = LEVELS[verdict.tone], f"the mode's force is {verdict.text}"
     speed = None if sweep is None else meeting.speed / float(sweep["to_relative"])  # on the axis of the sweep [rpm]
     others = "" if len(met) == 1 else f" ({len(met)} within {band})"
     return Answer(

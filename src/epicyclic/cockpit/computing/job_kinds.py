@@ -17,14 +17,13 @@ from numpy.typing import NDArray
 
 from ...document.tables import PlainTable
 from ...errors import ModelError
-from ...limits import JUDGED_AT
 from ...results.dataset import ranked
-from ...show.series import label, percent, scattering_pair
+from ...show.series import judged_quantile, label, scattering_pair
 from ...show.views import findings_of
 from ...system.tooth_pairs import first_mesh
 from ...train.resolution import load
 from ...train.train import Train
-from ..state.frames import Answer, Level, PageFrame, force_unit, per_cent
+from ..state.frames import LEVELS, Answer, PageFrame, force_unit, per_cent
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -107,13 +106,12 @@ def relief_frame(result: xr.Dataset) -> PageFrame:
     curves = {"after": error[1] - error[1].mean(), "before": error[0] - error[0].mean()}
     drawn = lines("mesh cycle [1]", "error about its mean [µm]", result["mesh_phase"].values, curves)
     (finding,) = findings_of({"relief": result})
-    pays = finding.tone != "good"
-    overrides = json.loads(str(result.attrs["overrides"])) if pays else {}
+    overrides = json.loads(str(result.attrs["overrides"])) if finding.tone != "good" else {}
     answer = Answer(
         "relief",
         f"{finding.text} {finding.change}".strip(),
         figure=str(result["solution_text"].values[int(result.attrs["picked"]), 0]).replace("um", "µm"),
-        level="warn" if pays else "good",
+        level=LEVELS[finding.tone],
         apply=overrides,
         apply_label=_DRAW,
         evidence="relief",
@@ -230,9 +228,8 @@ def tolerance_frame(result: xr.Dataset, train: Train) -> PageFrame:
         evidence="tolerance",
         job="tolerance",
     )
-    level: Level = "bad" if finding.tone == "bad" else "good" if finding.tone == "good" else "warn"  # few trains: open
-    share_judged = f" at {per_cent(JUDGED_AT)}" if percent(JUDGED_AT) in finding.text else ""
-    figure = f"{finding.value:.3f}{share_judged}, limit {finding.limit:g}"
+    p, _ = judged_quantile(result)
+    figure, level = f"{finding.value:.3f} at {per_cent(p)}, limit {finding.limit:g}", LEVELS[finding.tone]
     planet = Answer("planet", finding.text, figure=figure, level=level, evidence="tolerance", job="tolerance")
     return job_frame(
         "tolerance", "Tolerances", text, drawn, apply=change, apply_label="Halve the first", answers=[answer, planet]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from ...errors import ConvergenceError, ModelError
-from ...limits import KGammaLimit, nearest_limit, passes
+from ...limits import KGammaLimit, KGammaVerdict, nearest_verdict
 from ...questions.check.check import drawing
 from ...questions.sharing.definitions import DEFINITIONS, mesh_limits
 from ...questions.sharing.sharing import spread_sharing
@@ -453,15 +453,9 @@ class SharingView:
         """The same of the largest over the hunting period [1]."""
         return largest_known(self.turning)
 
-    @property
-    def verdict(self) -> dict[str, Any] | None:
-        """Limit [1], its source, and whether K_gamma passes, of the mesh nearest to its limit; None without a load."""
-        at = nearest_limit(self.coefficient.tolist(), [limit.value for limit in self.limits])
-        if at is None:
-            return None
-        value, limit = float(self.coefficient[at]), self.limits[at]
-        held = {"limit": limit.value, "source": limit.source, "passes": passes(value, limit.value)}
-        return {"value": value, **held}
+    def verdict(self, assumed: Iterable[str]) -> KGammaVerdict | None:
+        """Of the mesh nearest to its limit; None without a load.  assumed : paths that the model assumes."""
+        return nearest_verdict(self.mesh, self.coefficient.tolist(), self.limits, assumed=assumed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -541,6 +535,7 @@ def sharing_head(
     labels : of the meshes.
     """
     pair = {mesh.name: mesh.pair.rpartition(".")[2] for mesh in train.meshes}
+    verdict = view.verdict(train.assumed)
     head = {
         "definition": "mean-load",
         "stage": "whole" if view.whole else "at rest",
@@ -550,7 +545,7 @@ def sharing_head(
         ],
         "k_gamma": view.k_gamma,
         "k_gamma_turning": view.k_gamma_turning,
-        "verdict": view.verdict,
+        "verdict": None if verdict is None else {**verdict._asdict(), "passes": verdict.passes},
         "cycle_peak": largest_known(view.cycle_peak),
         "cycles": view.period,
         "parts": view.over_period.shape[1],

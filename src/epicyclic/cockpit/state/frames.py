@@ -128,6 +128,8 @@ def _plain(value: object) -> Any:
 # words ----------------------------------------------------------------------------------------------------------------
 
 Level = Literal["good", "warn", "bad", "none"]
+LEVELS: Mapping[str, Level] = {"good": "good", "caution": "warn", "bad": "bad", "": "none"}
+"""Level of an answer by the tone of the finding that it quotes."""
 
 QUESTIONS: Mapping[str, str] = {
     "resonance": "Does a mesh order meet a mode near operation?",

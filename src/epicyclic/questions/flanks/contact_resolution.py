@@ -150,9 +150,8 @@ def _with_gaps(train: Train, helix: Mesh, pair: ContactPair, options: ContactOpt
     """Pair with the gaps of the pairs of teeth that may be in mesh within two mesh cycles of a start [mesh cycles]."""
     middle = round(helix.sense * (start + 0.5 + float(helix.lead)))
     numbers = np.arange(middle - _BESIDE, middle + _BESIDE + 1)
-    gaps = options.pitch_error * (helix.sense * numbers >= 0).astype(
-        float
-    )  # later pairs have higher numbers, or lower ones
+    later = helix.sense * numbers >= 0  # later pairs have higher numbers, or lower ones
+    gaps = options.pitch_error * later.astype(float)
     if options.deviations:
         gaps = gaps + pair_gaps(train, helix, numbers)
     if not gaps.any():

@@ -16,6 +16,7 @@ from ...show.series import (
     engineering,
     losses_of_pairs,
     numbers,
+    pair_names,
     pair_title,
     short_names,
     split_name,
@@ -227,9 +228,7 @@ def _loads(result: xr.Dataset) -> Table:
     """Load factors, transmission error and largest values over the load, as far as the result has them."""
     columns: dict[str, Any] = {"torque per operating": list(result.torque_factor.values)}
     if "branch_load_factor" in result:
-        full = [str(pair).split(".") for pair in result.mesh_pair.values]  # stages.main.meshes.sun-planet
-        one_stage = len({parts[1] for parts in full}) == 1
-        pairs = [parts[-1] if one_stage else f"{parts[1]} {parts[-1]}" for parts in full]
+        pairs = pair_names(texts(result, "mesh_pair"))
         columns |= {f"K_gamma {pair}": list(result.branch_load_factor.values[:, i]) for i, pair in enumerate(pairs)}
     if "mesh_load" in result:
         error = result.transmission_error_harmonic.values
@@ -284,11 +283,11 @@ def relief_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     meshes = " and ".join(dict.fromkeys(pair_title(pair, several) for pair in pairs))
     fall = f"{engineering(factor * before, 3)} to {engineering(factor * after, 3)} {unit.replace('um', 'µm')}"
     if not gain > RELIEF_GAIN:
-        text = f"No relief within its bounds makes the {what} of {meshes} smaller by {100 * RELIEF_GAIN:g} % ({fall})."
+        text = f"The relief that was found makes the {what} of {meshes} no {100 * RELIEF_GAIN:g} % smaller ({fall})."
         return [Finding(tone="good", text=text, anchor="relief", value=gain, limit=RELIEF_GAIN)]
     text = f"The {what} of {meshes} falls from {fall}, {100 * gain:.0f} % less, by the relief that was found."
     found = result.solution_text.values[int(result.attrs["picked"])]
-    picked = (f"{name} {value}".replace("um", "µm") for name, value in zip(result.variable.values, found, strict=True))
+    picked = [f"{name} {value.replace('um', 'µm')}" for name, value in zip(result.variable.values, found, strict=True)]
     change = f"Grind {', '.join(picked)}."
     return [Finding(tone="caution", text=text, change=change, anchor="relief", value=gain, limit=RELIEF_GAIN)]
 

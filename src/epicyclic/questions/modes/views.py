@@ -134,7 +134,7 @@ def modes_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         text = f"{count}; the nearest is {where}. How strong they are is not known."
         return [Finding(tone="caution", text=text, anchor="resonances")]
     force, verdict = float(result["resonance_own_force"].values[at]), ResonanceVerdict(float(ratio[at]))
-    size = f"the mode's force of {engineering(force / 1e3)} kN is {verdict.text}"
+    size = f"the mode's force of up to {engineering(force / 1e3)} kN is {verdict.text}"
     change = ""
     if verdict.tone != "good":
         (held,) = _shares(result, "connection", np.array([at]))

@@ -248,19 +248,21 @@ def contact_sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Sec
 
 def contact_sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """The ranges of speed in which teeth part, and the largest force."""
-    if not {"mesh_force_peak", "contact_open"} <= set(result.variables):
+    ends = ("mesh_force_peak", "mesh_force_minimum")  # on its far flank a mesh has negative forces alone
+    if not {*ends, "contact_open"} <= set(result.variables):
         return []
     speed = 100 * relative_speed(result)
-    peak = np.abs(result["mesh_force_peak"].transpose("direction", "mesh", "speed").values)
-    if not np.isfinite(peak).any() or not np.isfinite(speed).all():
+    force = np.array([np.abs(result[name].transpose("direction", "mesh", "speed").values) for name in ends])
+    force = np.where(np.isfinite(force), force, -np.inf).max(axis=(0, 1))
+    if not np.isfinite(force).any() or not np.isfinite(speed).all():
         return []
-    mesh, at = _first_most(np.nanmax(np.where(np.isfinite(peak), peak, -np.inf), axis=0))
-    force = engineering(float(np.nanmax(peak[:, mesh, at])) / 1e3)
-    most = f"largest force {force} kN at {engineering(float(speed[at]))} %, {_mesh(result, mesh)}"
+    mesh, at = _first_most(force)
+    largest_shown = engineering(float(force[mesh, at]) / 1e3)
+    most = f"largest force {largest_shown} kN at {engineering(float(speed[at]))} %, {_mesh(result, mesh)}"
     parted = np.asarray((result["contact_open"] > 0).any("mesh").transpose("direction", "speed").values)
     ranges = _ranges(speed, np.asarray(parted.any(axis=0)))
     failed = int((result["status"].values != "ok").sum())
-    left = f" {failed} points have no motion." if failed else ""
+    left = f" {failed} {'points have' if failed > 1 else 'point has'} no motion." if failed else ""
     if not ranges:
         extent_shown = _extent_words(speed)
         text = f"No tooth loses contact {extent_shown}; {most}.{left}"

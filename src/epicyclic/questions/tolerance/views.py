@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...limits import JUDGED_AT, k_gamma_verdict, passes
+from ...limits import k_gamma_verdict, passes
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import (
     DRAWN,
     engineering,
+    judged_quantile,
     micrometres,
     of_definition,
     pair_labels,
@@ -91,10 +92,10 @@ def tolerance_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
 
 def tolerance_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """K_gamma of nearly all trains, the entry that scatters it most, and how often a mesh separates."""
-    quantiles = system_quantiles(result)
+    p, value = judged_quantile(result)
     found: list[Finding] = []
-    if quantiles:
-        p, change = (JUDGED_AT if JUDGED_AT in quantiles else max(quantiles)), ""
+    if np.isfinite(p):
+        change = ""
         if "sobol_total" in result:
             one = of_definition(result)
             pair = scattering_pair(one)
@@ -103,7 +104,7 @@ def tolerance_findings(result: xr.Dataset, company: Company) -> Sequence[Finding
             name = short_entries(texts(result, "tolerance"))[most]
             shares = f"{_share(alone[most]):.0f} % of its variance alone, {_share(total[most]):.0f} % with interactions"
             change = f"K_gamma scatters most by {name}: {shares}."
-        found.append(_k_gamma(result, p, quantiles[p], change))
+        found.append(_k_gamma(result, p, value, change))
     apart = float(result["system_separation_probability"]) if "system_separation_probability" in result else 0.0
     if apart > 0:
         text = f"In {engineering(100 * apart, 2)} % of the trains a mesh separates under its mean load."

@@ -20,7 +20,7 @@ from ..series import (
     engineering,
     losses_of_pairs,
     numbers,
-    pair_title,
+    pair_names,
     short_names,
     texts,
 )
@@ -217,7 +217,7 @@ def load_factors(result: xr.Dataset) -> go.Figure:
         (torque_factor, mesh) [1].
     """
     torque, factor = result["torque_factor"].values, result["face_load_factor"].values
-    between = _pair_names(result)
+    between = pair_names(texts(result, "mesh_pair"))
     sides = by_pair_and_side(texts(result, "mesh"))
     curves = [*result["branch_load_factor"].values.T, *(factor[:, meshes].max(axis=1) for meshes in sides.values())]
     names = [*between, *(f"{pair} {side}".strip() for pair, side in sides)]
@@ -235,12 +235,6 @@ def load_factors(result: xr.Dataset) -> go.Figure:
     )
 
 
-def _pair_names(result: xr.Dataset) -> list[str]:
-    """``sun-planet`` of ``stages.main.meshes.sun-planet``, behind its stage where there are several."""
-    names = [str(name).split(".") for name in result["mesh_pair"].values]
-    return [pair_title((parts[1], parts[-1]), len({parts[1] for parts in names}) > 1) for parts in names]
-
-
 def sliding(result: xr.Dataset) -> go.Figure:
     """Sliding speed [m/s], specific sliding [1] and load [1] of every pair over the path of contact [base pitches].
 
@@ -254,7 +248,7 @@ def sliding(result: xr.Dataset) -> go.Figure:
 
     def curves(variable: str, dash: str = "") -> list[Curve]:
         values = _within(result[variable].values) if dash else result[variable].values
-        rows = zip(result["contact_place"].values, values, _pair_names(result), strict=True)
+        rows = zip(result["contact_place"].values, values, pair_names(texts(result, "mesh_pair")), strict=True)
         look = {"dash": dash} if dash else {}
         return [Curve(place, row, name=name, **{**cycled(i), **look}) for i, (place, row, name) in enumerate(rows)]
 

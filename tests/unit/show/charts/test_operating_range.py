@@ -79,9 +79,9 @@ def test_nothing_known_is_no_figure() -> None:
 @pytest.mark.parametrize(
     ("ratio", "tone", "words"),
     [
-        (0.04, "good", "0.008 kN is 4 % of the mean force of its mesh (no matter below 5 %)"),
-        (0.06, "caution", "0.012 kN is 6 % of the mean force of its mesh."),
-        (1.01, "bad", "0.202 kN is 101 % of the mean force of its mesh, teeth part from 100 %"),
+        (0.04, "good", "of up to 0.008 kN is 4 % of the mean force of its mesh (no matter below 5 %)"),
+        (0.06, "caution", "of up to 0.012 kN is 6 % of the mean force of its mesh."),
+        (1.01, "bad", "of up to 0.202 kN is 101 % of the mean force of its mesh, teeth part from 100 %"),
     ],
 )
 def test_a_resonance_is_judged_by_its_force_over_the_mean(ratio: float, tone: str, words: str) -> None:
