@@ -208,7 +208,10 @@ def k_gamma_histogram(result: xr.Dataset) -> go.Figure:
         turning = of_definition(result, _TURNING)["system_histogram"].values
         also = _range(result, turning, marked)
         low, high = min(low, also[0]), max(high, also[1])
-    limits = {f"limit {value:g}": value for value in numbers(result, "limit").tolist() if low < value < high}
+    limits = {f"limit {value:g}": value for value in numbers(result, "limit").tolist()}
+    for name, value in limits.items():  # an axis that reached so far would squeeze the trains
+        title += "" if low < value < high else f"; {name} lies {'above' if value >= high else 'below'}"
+    limits = {name: value for name, value in limits.items() if low < value < high}
     x, y = even_bins(numbers(result, "bin_edge"), counts, low, high, _BINS)
     colour = {"color": tint(PALETTE[0], 0.35), "line": {"width": 0}}
     look, hover = {"width": (high - low) / _BINS, "marker": colour}, "Kγ %{x:.3f}: %{y:.2f} %"

@@ -60,6 +60,18 @@ def test_the_histogram_holds_every_sample_and_marks_the_quantiles(result: xr.Dat
     assert f"{quantiles[1]:.3f} in {percent(0.95)}" in drawn.layout.title.text
 
 
+@pytest.mark.parametrize(
+    ("limit", "words"), [(0.5, "; limit 0.5 lies below"), (9.5, "; limit 9.5 lies above"), (None, "")]
+)
+def test_a_limit_out_of_the_picture_is_told(result: xr.Dataset, limit: float | None, words: str) -> None:
+    limit = limit or float(result.system_k_gamma_quantile.sel(definition="mean-load", probability=0.95))
+    moved = result.isel(limit=[0]).assign_coords(limit=[limit])
+    drawn = k_gamma_histogram(moved)
+    low, high = drawn.layout.xaxis.range
+    assert (low < limit < high) == (not words)
+    assert str(drawn.layout.title.text).partition("of the trains")[2] == words
+
+
 def test_lines_of_tables_are_those_the_user_gave(result: xr.Dataset) -> None:
     assert not any(shape.line.dash == "dash" for shape in k_gamma_histogram(result).layout.shapes)
     given = result.assign(reference_k_gamma=("reference", [1.9])).assign_coords(reference=["our standard, 5 planets"])
