@@ -14,7 +14,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from ..limits import JUDGED_AT
 from ..results.dataset import EQUAL, largest
 
 Array = NDArray[np.float64]
@@ -480,10 +479,10 @@ def system_quantiles(result: xr.Dataset, probabilities: Sequence[float] = DRAWN)
 
 
 def judged_quantile(result: xr.Dataset) -> tuple[float, float]:
-    """The probability at which K_gamma is judged, or the largest that the trains tell, and K_gamma of the train there;
-    nan where none is known."""
+    """The largest probability that is drawn and that the trains tell, at which K_gamma is judged, and K_gamma of the
+    train there; nan where none is known."""
     quantiles = system_quantiles(result)
-    p = JUDGED_AT if JUDGED_AT in quantiles else max(quantiles, default=math.nan)
+    p = max(quantiles, default=math.nan)
     return p, quantiles.get(p, math.nan)
 
 
