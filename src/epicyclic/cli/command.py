@@ -23,9 +23,10 @@ import typer
 from typer.core import TyperGroup
 
 from ..errors import ModelError
+from ..options import Option
 from ..questions.flanks.verbs import RECORD
 from ..results.files import write_text
-from ..verbs.record import Option, Verb, help_of, keywords, verbs
+from ..verbs.record import Verb, help_of, keywords, verbs
 from .output import (
     FORMATS,
     complain,

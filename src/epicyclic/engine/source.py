@@ -11,6 +11,7 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from math import prod
 from pathlib import Path
@@ -69,6 +70,31 @@ def system_of(source: Source, *, overrides: Overrides | None = None) -> System:
     if overrides:
         raise ModelError("overrides apply to a model file, not to a System that is assembled already", path="overrides")
     return source
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A source of a verb with its overrides, loaded as far as it is asked for, and once."""
+
+    source: Source
+    overrides: Overrides | None = None
+
+    @cached_property
+    def train(self) -> Train:
+        """The resolved Train; errors as of `train_of`."""
+        return train_of(self.source, overrides=self.overrides)
+
+    @cached_property
+    def system(self) -> System:
+        """The assembled System; errors as of `system_of`."""
+        if isinstance(self.source, System):
+            return system_of(self.source, overrides=self.overrides)
+        return system_of(self.train)
+
+    @property
+    def drawing(self) -> Train | None:
+        """The Train; None where the source is assembled already."""
+        return None if isinstance(self.source, System) else self.train
 
 
 OPTIONS = "options."
