@@ -5,13 +5,15 @@ given, in SI, its default, and an `Option`: help, flag, bounds, what a person ma
 Keywords of the public function, command line, forms of the page, jobs of studies, docs and stub follow from it.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 from functools import reduce
 from operator import or_
 from pathlib import Path
-from types import NoneType
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from types import NoneType, UnionType
+from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, Literal, NamedTuple, Union, get_args, get_origin
+
+from .errors import ModelError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -59,6 +61,62 @@ class Option:
 
 RANGE_LOADS = 7
 """Loads of a range where their number is not given: enough to draw a curve through."""
+
+
+class Shape(NamedTuple):
+    """What a person types for a type.
+
+    kind : of one entry: bool, int, float or str.  choices : words of which one it must be.  several : entries.
+    """
+
+    kind: type
+    choices: tuple[str, ...]
+    several: bool
+
+    def read(self, text: str, path: str) -> Any:
+        """Value of what was typed; entries are separated by ``;``, a truth value is yes or no.
+
+        Raises
+        ------
+        ModelError : no number where one is wanted, a word that is none of the choices.
+        """
+        if self.several:
+            return [
+                self._replace(several=False).read(entry.strip(), path) for entry in text.split(";") if entry.strip()
+            ]
+        words = self.choices or (tuple(YES) if self.kind is bool else ())
+        if words and text not in words:
+            raise ModelError("not one of them", path=path, given=text, allowed=", ".join(words))
+        try:
+            return YES[text] if self.kind is bool else self.kind(text)
+        except ValueError:
+            number = "a whole number" if self.kind is int else "a number"
+            raise ModelError(f"not {number}", path=path, given=text, allowed=number) from None
+
+
+def option_fields(options: type[Any]) -> dict[str, tuple[Any, Any, Option]]:
+    """Field -> default, `MISSING` without one, type and option, of those of a dataclass that have an option."""
+    return {
+        one.name: (one.default, *get_args(one.type)) for one in fields(options) if get_origin(one.type) is Annotated
+    }
+
+
+YES = {"yes": True, "no": False}
+"""Words of a truth value."""
+
+
+def shape_of(kind: Any) -> Shape:
+    """Shape of a type: a text where one can be typed, several for a sequence of them."""
+    members = get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
+    for entry in (get_args(one)[0] for one in members if get_origin(one) is Sequence):
+        if entry is str or get_origin(entry) is Literal:
+            return Shape(str, get_args(entry), True)
+    if any(one is str or isinstance(one, str | ForwardRef) for one in members):
+        return Shape(str, (), False)
+    (only,) = (one for one in members if one is not NoneType)
+    return Shape(str, get_args(only), False) if get_origin(only) is Literal else Shape(only, (), False)
+
+
 # beyond any drive; squares of much more are no numbers
 MOST_SPEED = 10_000
 # mesh cycles or turns, and instants of one: what they cost together is asked where the train is known

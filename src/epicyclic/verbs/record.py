@@ -34,7 +34,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, TypeVar, get_args, get_origin
 
 from ..errors import ConvergenceError, ModelError
-from ..options import Option
+from ..options import Option, option_fields
 from ..user_input import check_arguments
 from ..warning_codes import CodedText, coded, placed
 
@@ -113,11 +113,9 @@ def takes(options: type[Any] | None = None) -> Callable[[Analysis], Analysis]:
     def public(compute: Analysis) -> Analysis:
         written: dict[str, Any] = {"source": "Source", "overrides": "Overrides | None"}
         default: dict[str, Any] = {"source": Parameter.empty, "overrides": None}
-        for one in () if options is None else fields(options):
-            if get_origin(one.type) is Annotated:  # the others are of the analysis alone
-                kind, option = get_args(one.type)
-                written[one.name] = Annotated[option.accepted(kind), option]
-                default[one.name] = Parameter.empty if one.default is MISSING else one.default
+        for name, (usual, kind, option) in ({} if options is None else option_fields(options)).items():
+            written[name] = Annotated[option.accepted(kind), option]
+            default[name] = Parameter.empty if usual is MISSING else usual
         if reports := "progress" in compute.__annotations__:
             written["progress"], default["progress"] = compute.__annotations__["progress"], None
         places = [Parameter.POSITIONAL_OR_KEYWORD, *[Parameter.KEYWORD_ONLY] * (len(written) - 1)]
