@@ -93,7 +93,7 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
     ModelError : wrong model, name, bounds or record; a relief that does not fit its flank; pymoo not installed.
     """
     train, objectives, torque = drive.train, options.objectives, options.torque
-    loads: Sequence[float] = options.loads  # type: ignore[assignment]
+    loads = [float(load) for load in options.loads]
     shared = ("samples", "slices", "tolerance", "corner", "misalignment", "torque")
     settings = ContactOptions(**{name: getattr(options, name) for name in shared})
     _check_options(options, loads)
