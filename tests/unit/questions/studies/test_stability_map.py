@@ -72,7 +72,8 @@ def test_a_value_that_fails_fails_alone() -> None:
     assert np.isfinite(found.growth_rate.values[0]).all()
     assert np.isnan(found.growth_rate.values[1]).all()
     assert "stages.main.sun.support" in str(found.status.values[1, 0])
-    assert "1 of 2 values failed" in found.attrs["warnings"]
+    assert "1 of 2 values failed, the first with: stages.main.sun.support" in found.attrs["warnings"]
+    assert found.stable.values.tolist()[1] == [False, False]
 
 
 @pytest.mark.parametrize(
