@@ -7,10 +7,10 @@ What varies is an entry of the job file: a list of values, a range, or a distrib
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from math import prod
 from pathlib import Path
 from typing import Any, TypeVar
@@ -197,10 +197,10 @@ def read_job(job: str | Path | Mapping[str, Any], verbs: Mapping[str, Sequence[s
             document = read(document.data, overrides)
         except ModelError as error:
             raise ModelError(f"overrides.{error}") from error
-    origin = _Origin(document=document, written=written)
+    entry = partial(_entry, document, written)
     seed = _whole(table, "seed", 1, low=0)
-    grid = [_axis(origin.entry("grid", path, value)) for path, value in _flat(_section(table, "grid"))]
-    along, said = _along(table, origin, seed)
+    grid = [_axis(entry("grid", path, value)) for path, value in _flat(_section(table, "grid"))]
+    along, said = _along(table, document, entry, seed)
     _check([*grid, *along], options, overrides, verb, verbs[verb])
     axes = (*grid, *((StudyAxis.together("point", along),) if along else ()))
     _limited(prod(len(axis.changes) for axis in axes), "grid, list, random, sobol")
@@ -294,9 +294,11 @@ def _whole(table: Mapping[str, Any], key: str, default: int, *, low: int, where:
     return value
 
 
-def _along(table: Mapping[str, Any], origin: _Origin, seed: int) -> tuple[list[StudyAxis], list[CodedText]]:
+def _along(
+    table: Mapping[str, Any], document: Document, entry: Callable[[str, str, Any], _Entry], seed: int
+) -> tuple[list[StudyAxis], list[CodedText]]:
     """Axes that vary together along `point`, and what was made of its length."""
-    axes = [_axis(origin.entry("list", path, value)) for path, value in _flat(_section(table, "list"))]
+    axes = [_axis(entry("list", path, value)) for path, value in _flat(_section(table, "list"))]
     said: list[CodedText] = []
     lengths = {f"list.{axis.name}": len(axis.changes) for axis in axes}
     for key in _SAMPLERS:
@@ -315,10 +317,10 @@ def _along(table: Mapping[str, Any], origin: _Origin, seed: int) -> tuple[list[S
         # two uniform numbers of every path, the second of vectors; the same for the same seed
         plan = SamplingPlan(samples=count, scrambles=1, rows=count, seed=seed, sampler=key)
         u = np.clip(scramble_uniforms(plan, 0, 2 * len(paths)), _EDGE, 1.0 - _EDGE)
-        laws = _distributions(origin.document, key, paths)
+        laws = _distributions(document, key, paths)
         for index, (path, value) in enumerate(paths.items()):
-            entry, columns = origin.entry(key, path, value), u[:, 2 * index : 2 * index + 2]
-            axes += _drawn(entry, columns[:, 0]) if path not in laws else _sampled(entry, columns, laws[path])
+            drawn, columns = entry(key, path, value), u[:, 2 * index : 2 * index + 2]
+            axes += _sampled(drawn, columns, laws[path]) if path in laws else [_axis(drawn, columns[:, 0])]
     if len(set(lengths.values())) > 1:
         where, counts = ", ".join(lengths), ", ".join(map(str, lengths.values()))
         raise ModelError("vary together, point by point", path=where, given=counts, allowed="one number of points")
@@ -370,36 +372,16 @@ def _check(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Origin:
-    """Where the entries of a job come from.
-
-    document : the model.  written : by a person in a file, so that numbers must state their units.
-    """
-
-    document: Document
-    written: bool
-
-    def entry(self, section: str, path: str, value: object) -> _Entry:
-        """The entry of a path in a section of the job."""
-        kinds: tuple[str, ...] = ()
-        whole = False
-        if not path.startswith(OPTIONS):
-            with suppress(ModelError):
-                probe = quantity_at(self.document.data, path, collect(self.document.data))
-                assert isinstance(probe, Probe)
-                kinds, whole = probe.kinds, bool(getattr(probe, "whole", False))
-        return _Entry(origin=self, where=f"{section}.{path}", path=path, value=value, kinds=kinds, whole=whole)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class _Entry:
     """What a job says of one path, and what may stand there.
 
+    document : the model.  written : by a person in a file, so that numbers must state their units.
     where : path in the job file.  value : list, range or text there.  kinds : of quantities, () where no number
     stands.  whole : whether it is a count.
     """
 
-    origin: _Origin
+    document: Document
+    written: bool
     where: str
     path: str
     value: Any
@@ -408,7 +390,7 @@ class _Entry:
 
     def typed(self, values: Sequence[Any]) -> list[Any]:
         """Values of a list, as a person means them."""
-        if self.origin.written and not self.path.startswith(OPTIONS):
+        if self.written and not self.path.startswith(OPTIONS):
             return [typed(value) for value in values]
         return list(values)
 
@@ -418,45 +400,47 @@ class _Entry:
         return isinstance(self.value, Sequence) and not isinstance(self.value, str) and bool(self.value)
 
 
+def _entry(document: Document, written: bool, section: str, path: str, value: object) -> _Entry:
+    """The entry of a path in a section of the job."""
+    kinds: tuple[str, ...] = ()
+    whole = False
+    if not path.startswith(OPTIONS):
+        with suppress(ModelError):
+            probe = quantity_at(document.data, path, collect(document.data))
+            assert isinstance(probe, Probe)
+            kinds, whole = probe.kinds, bool(getattr(probe, "whole", False))
+    where = f"{section}.{path}"
+    return _Entry(document=document, written=written, where=where, path=path, value=value, kinds=kinds, whole=whole)
+
+
 def _is_range(value: object) -> bool:
     """Whether a table is a range and no table of further paths."""
     return isinstance(value, Mapping) and "from" in value and set(value) <= _RANGE
 
 
-def _axis(entry: _Entry) -> StudyAxis:
-    """StudyAxis of a list of values, or of a range.
+def _axis(entry: _Entry, u: NDArray[np.float64] | None = None) -> StudyAxis:
+    """Axis of a list of values or of a range; u : (P,) uniform numbers to draw from it, each value of a list as likely.
 
     Raises
     ------
     ModelError : neither; an end without a unit; a value that cannot stand at the path.
     """
     if _is_range(entry.value):
-        count = entry.value.get("points")
-        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= _MOST_POINTS:
-            where = f"{entry.where}.points"
-            raise ModelError("not a number of points", path=where, given=count, allowed=f"1 to {_MOST_POINTS}")
-        values = _between(entry, np.linspace(0.0, 1.0, count))
-    elif entry.is_list:
-        values = entry.typed(entry.value)
-    else:
-        allowed = f'["5 um", "10 um"], or {_ALLOWED_RANGE}'
-        raise ModelError("not values", path=entry.where, given=entry.value, allowed=allowed)
-    return _variation(entry, values)
-
-
-def _drawn(entry: _Entry, u: NDArray[np.float64]) -> list[StudyAxis]:
-    """StudyAxis drawn from a range, or from a list each value of which is as likely; u : (P,) uniform numbers.
-
-    Raises
-    ------
-    ModelError : neither; a value that cannot stand at the path.
-    """
-    if _is_range(entry.value):
-        return [_variation(entry, _between(entry, u))]
+        if u is None:
+            count = entry.value.get("points")
+            if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= _MOST_POINTS:
+                where = f"{entry.where}.points"
+                raise ModelError("not a number of points", path=where, given=count, allowed=f"1 to {_MOST_POINTS}")
+            u = np.linspace(0.0, 1.0, count)
+        return _with_values(entry, _between(entry, u))
     if entry.is_list:
-        return [_variation(entry, entry.typed([entry.value[int(number * len(entry.value))] for number in u]))]
-    allowed = f'"normal(0, 12 um)", {_ALLOWED_RANGE.replace(" points = 9,", "")}, or a list to choose from'
-    raise ModelError("not a distribution", path=entry.where, given=entry.value, allowed=allowed)
+        values = entry.value if u is None else [entry.value[int(number * len(entry.value))] for number in u]
+        return _with_values(entry, entry.typed(values))
+    problem, allowed = "not values", f'["5 um", "10 um"], or {_ALLOWED_RANGE}'
+    if u is not None:
+        problem, ends = "not a distribution", _ALLOWED_RANGE.replace(" points = 9,", "")
+        allowed = f'"normal(0, 12 um)", {ends}, or a list to choose from'
+    raise ModelError(problem, path=entry.where, given=entry.value, allowed=allowed)
 
 
 def _sampled(entry: _Entry, u: NDArray[np.float64], law: Distribution) -> list[StudyAxis]:
@@ -470,8 +454,8 @@ def _sampled(entry: _Entry, u: NDArray[np.float64], law: Distribution) -> list[S
     return [StudyAxis.of_path(path, numbers.tolist(), np.array(numbers, float), unit) for path, numbers in parts]
 
 
-def _variation(entry: _Entry, values: Sequence[Any]) -> StudyAxis:
-    """Values of an entry with their labels.
+def _with_values(entry: _Entry, values: Sequence[Any]) -> StudyAxis:
+    """Axis of values of an entry, with their labels.
 
     Raises
     ------
@@ -482,7 +466,7 @@ def _variation(entry: _Entry, values: Sequence[Any]) -> StudyAxis:
     for text in texts if not entry.path.startswith(OPTIONS) else ():
         value = next(value for value in values if str(value) == text)
         try:
-            read(entry.origin.document.data, {entry.path: value})
+            read(entry.document.data, {entry.path: value})
         except ModelError as error:
             first_error = first_error or error
         else:
@@ -540,7 +524,7 @@ def _end(entry: _Entry, end: str) -> tuple[float, str]:
 
 def _number(entry: _Entry, value: Any, where: str) -> tuple[float, str]:
     """SI number and SI unit of a value."""
-    if entry.origin.written and bare_in(value, entry.kinds):
+    if entry.written and bare_in(value, entry.kinds):
         raise ModelError(BareNumber(value, entry.kinds, None).problem, path=where, given=value)
     try:
         quantity = read_quantity(value, entry.kinds, Bounds(inf=True))

@@ -443,16 +443,9 @@ def side_by_side(
 
     arrived : called here with the place and the result of every item, as they arrive.
     """
-    if sys.platform == "linux":
-        from ..engine.workers import each
+    from ..engine.workers import each
 
-        return each(work, items, arrived=arrived)
-    found = []
-    for at, item in enumerate(items):
-        found.append(work(item))
-        if arrived is not None:
-            arrived(at, found[-1])
-    return found
+    return each(work, items, arrived=arrived, workers=sys.platform == "linux")
 
 
 def _chosen(sections: Sequence[str]) -> set[str]:

@@ -301,10 +301,9 @@ def compare(
         raise ModelError("varies a model alone", path="variants", allowed="a model file or ready drive first")
     compared = [_compared(source, overrides) for source in sources]
     for changes in variants:
-        train = load(first, overrides={**(overrides or {}), **changes})
         name = "; ".join(f"{path}={value}" for path, value in changes.items()) or "as drawn"
-        compared.append(_Compared(name=name, train=train, result=None))
-    names = _distinct([entry.name for entry in compared])
+        compared.append(replace(_compared(first, {**(overrides or {}), **changes}), name=name))
+    names = distinct_names([entry.name for entry in compared])
     trains = [entry.train for entry in compared if entry.train is not None]
     results = [entry.result for entry in compared if entry.result is not None]
     variables: _Variables = {}
@@ -357,7 +356,7 @@ def _compared(source: Source, overrides: Mapping[str, Any] | None) -> _Compared:
     return _Compared(name=train.title, train=train, result=None)
 
 
-def _distinct(names: Sequence[str]) -> list[str]:
+def distinct_names(names: Sequence[str]) -> list[str]:
     """Names with a number behind those that stand before already, by themselves or so numbered."""
     distinct: list[str] = []
     for name in names:
