@@ -405,47 +405,46 @@ def _add_effects(
     names, effects = coords["train"], [effects_of(train) for train in trains]
     if len({str(of_train.figures.force_method.values) for of_train in effects} - {""}) > 1:  # like with like
         effects = [effects_of(train, methods=("static",)) for train in trains]
-    figures = [of_train.figures for of_train in effects]
-    # names stand as they first come, not sorted
+    first = effects[0].modes
+    figures = [
+        table if first is None or modes is None else table.merge(_paired(first, modes)) for table, modes, _ in effects
+    ]
+    # labels stand as they first come, not sorted
     labels = {
-        dim: list(dict.fromkeys(name for table in figures for name in table[dim].values)) for dim in figures[0].dims
+        dim: list(dict.fromkeys(name for table in figures if dim in table.dims for name in table[dim].values))
+        for dim in figures[0].dims
     }
     whole = along((axis,), figures).reindex(labels).transpose(..., "train")
     variables |= columns(whole)
-    coords |= {dim: _texts(known) for dim, known in labels.items()}
+    coords |= {dim: whole[dim].values.astype(figures[0][dim].dtype) for dim in labels}
     said: list[CodedText] = []
     # warnings of all trains once, those of some with their names
     for text in dict.fromkeys(text for of_train in effects for text in of_train.warnings):
         where = [name for name, of_train in zip(names, effects, strict=True) if text in of_train.warnings]
         said.append(text if len(where) == len(names) else placed(", ".join(where), text))
-    return said + _add_modes(variables, coords, [of_train.modes for of_train in effects])
-
-
-def _add_modes(variables: _Variables, coords: dict[Any, Any], modes_of: Sequence[TrainModes | None]) -> list[CodedText]:
-    """Add the natural frequencies of every train beside those of the first; returns doubts about their pairs."""
-    first, count, names = modes_of[0], len(modes_of), coords["train"]
     if first is None:
-        return []
-    n = first.frequency.size
-    frequency, criterion = np.full((n, count), np.nan), np.full((n, count), np.nan)
-    kind, pairing = np.full((n, count), "", dtype=object), np.full(count, "", dtype=object)
-    for column, modes in enumerate(modes_of):
-        if modes is None:
-            continue
-        place, criterion[:, column], pairing[column] = mode_pairs(first, modes)
-        has = place >= 0
-        frequency[has, column] = modes.frequency[place[has]]
-        kind[has, column] = np.array(modes.kind, dtype=object)[place[has]]
-    variables["frequency"] = (("mode", "train"), frequency)
-    variables["mode_kind"] = (("mode", "train"), kind)
-    variables["modal_assurance"] = (("mode", "train"), criterion)
-    variables["mode_pairing"] = ("train", pairing)
-    coords["mode"] = np.arange(1, n + 1)
-    changed = [names[i] for i in range(1, count) if np.nanmin(criterion[:, i], initial=1.0) < _LIKE]
-    return [
+        return said
+    least = [np.nanmin(criterion, initial=1.0) for criterion in whole.modal_assurance.values.T]
+    return said + [
         coded("shapes-changed", f"{name}: some mode shapes have changed so much that their pairs are doubtful")
-        for name in changed
+        for name, assurance in zip(names, least, strict=True)
+        if assurance < _LIKE
     ]
+
+
+def _paired(first: TrainModes, modes: TrainModes) -> xr.Dataset:
+    """Natural frequencies (mode) of a train beside those of the first, and how modes are paired."""
+    place, criterion, pairing = mode_pairs(first, modes)
+    kinds = np.array(modes.kind, dtype=object)
+    return xr.Dataset(
+        {
+            "frequency": ("mode", np.where(place >= 0, modes.frequency[place], np.nan)),
+            "mode_kind": ("mode", np.where(place >= 0, kinds[place], "")),
+            "modal_assurance": ("mode", criterion),
+            "mode_pairing": ((), np.array(pairing, dtype=object)),
+        },
+        coords={"mode": np.arange(1, place.size + 1)},
+    )
 
 
 def _texts(values: Any) -> Any:
