@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from ...document.units import written
 from ...engine.plan import require_time
-from ...engine.points import along, columns, failures, numbers, outcomes
+from ...engine.points import along, attempt, columns, failures, numbers, outcomes
 from ...engine.source import Source, StudyAxis, system_of, written_labels
 from ...errors import ModelError
 from ...results.dataset import dataset
@@ -275,18 +275,19 @@ def stability_map(
     frequency = np.asarray(mesh_frequency, dtype=float)
     labels, unit = written_labels(values)
     axis = StudyAxis(name="value", changes=tuple({path: value} for value in values), labels={"value": (labels, {})})
-    prepared = outcomes(partial(_prepared, source, overrides or {}, frame_speed), axis.changes, workers=False)
     rows: list[_MapRow | None] = []
-    for i, ready in enumerate(outcome.value for outcome in prepared):
-        if ready is None:
+    reasons: list[str] = []
+    for i, change in enumerate(axis.changes):
+        prepared = attempt(partial(_prepared, source, overrides or {}, frame_speed), change)
+        reasons.append(prepared.reason)
+        if prepared.value is None:
             rows.append(None)
             continue
         share = None if progress is None else partial(_row_progress, progress, i * frequency.size, cells)
         done = None if kept is None else kept.part(f"value {i}")
-        scan = floquet_scan(ready, frequency, progress=share, kept=done)
-        rows.append(_MapRow(ready, scan, predicted_combinations(ready, frequency)))
+        scan = floquet_scan(prepared.value, frequency, progress=share, kept=done)
+        rows.append(_MapRow(prepared.value, scan, predicted_combinations(prepared.value, frequency)))
     known = [row for row in rows if row is not None]
-    reasons = [outcome.reason for outcome in prepared]
     if not known:
         raise ModelError(reasons[0])
     whole = along((axis,), [None if row is None else xr.Dataset(speed_columns(frequency, *row)) for row in rows])
