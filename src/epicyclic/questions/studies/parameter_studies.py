@@ -51,6 +51,7 @@ from ..stability.stability import (
     scan_warnings,
     speed_columns,
 )
+from . import TrackOptions
 from .derivatives import Parameter, parameter_at
 
 if TYPE_CHECKING:
@@ -62,25 +63,11 @@ Array = NDArray[np.float64]
 _WIDE_RANGE = 10
 
 
-def track(
-    train: Train,
-    *,
-    over: str,
-    start: str | float | None = None,
-    stop: str | float | None = None,
-    points: int = 41,
-    modes: int | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> xr.Dataset:
+def track(train: Train, options: TrackOptions, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
     """Loci of the natural frequencies along one number of the model file, with their crossings and veerings.
 
     Parameters
     ----------
-    over : path of the number, ``PATH[2]`` for one entry of a list.
-    start, stop : values as the file writes them ("1e8 N/m"), or numbers in the unit written there; None: half and
-        twice the value.
-    points : initial values; more are inserted where shapes change quickly, cross or veer.
-    modes : number of loci in the result, from the lowest at the start; None: all.
     progress : called with the share done, 0..1.
 
     Returns
@@ -93,8 +80,9 @@ def track(
     ------
     ModelError : a path that is not there or no number, an empty range, a value the model cannot have.
     """
+    over, points, modes = options.over, options.points, options.modes
     parameter = parameter_at(train, over)
-    low, high = _limits(parameter, start, stop)
+    low, high = _limits(parameter, options.start, options.stop)
     first = parameter.system_at(train.document, low)
     assembled = [0]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from ...system.system import System, faces
 from ...train.train import Train
 from ..modes.eigen import classify_modes, eigen, repeated_roots, whirl
 from ..response.response import response
+from . import SensitivityOptions
 from .adjoint import SystemNumbers, is_nonzero
 from .derivatives import Parameter, all_parameters, parameter_at, system_derivatives
 from .gradient import force_derivatives, frequency_derivatives, whirl_derivatives
@@ -32,35 +33,18 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None] | None
-Quantity = Literal["frequency", "force"]
 # Sensitivity below which a parameter has no effect [percent per percent]: rounding of the difference quotients
 _NEGLIGIBLE = 1e-9
 
 
-def sensitivity(
-    train: Train,
-    *,
-    of: Quantity = "frequency",
-    mode: int | None = None,
-    mesh: str | None = None,
-    paths: Sequence[str] | None = None,
-    mesh_frequency: float | None = None,
-    relative_speed: float | None = None,
-    harmonic: int | None = None,
-    progress: Progress = None,
-) -> xr.Dataset:
+def sensitivity(train: Train, options: SensitivityOptions, *, progress: Progress = None) -> xr.Dataset:
     """Derivatives of natural frequencies, or of mesh-force RMS, with respect to numbers of the model file, ranked.
+
+    The speed of the forces follows a speed in the file.  Frequencies take a relative speed alone, for gyroscopic terms;
+    they are undamped, and at standstill without one.
 
     Parameters
     ----------
-    of : ``frequency``, of all modes, or ``force``, RMS of the dynamic force of every mesh.
-    mode : from 1, whose sensitivity ranks the paths; None: the lowest elastic one.
-    mesh : likewise; None: the one with the largest force.
-    paths : paths of the file, ``PATH[2]`` for one entry; None: every number with an effect.
-    mesh_frequency, relative_speed : speed of the forces, as mesh frequency of the first mesh [Hz] or per operating
-        speed [1]; 1 where neither is given.  It follows a speed in the file.  Frequencies take a relative speed alone,
-        for gyroscopic terms; they are undamped, and at standstill without one.
-    harmonic : mesh order whose amplitude takes the place of the RMS.
     progress : called with the share done, 0..1.
 
     Returns
@@ -74,6 +58,8 @@ def sensitivity(
     ModelError : a path that is not there, no number or not smooth; a mode or mesh that is not there; options that do
         not go together; of forces no damping or no speed.
     """
+    of, mode, mesh, harmonic, paths = options.of, options.mode, options.mesh, options.harmonic, options.paths
+    mesh_frequency, relative_speed = options.mesh_frequency, options.relative_speed
     if of == "frequency" and (mesh is not None or harmonic is not None or mesh_frequency is not None):
         raise ModelError("a mesh, its order or frequency goes with forces", path="of", given=of, allowed="force")
     if of == "force" and mode is not None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...options import Progress
 from ...user_input import checked
-from ...verbs.record import Verb, asked, keywords, takes, verbs
+from ...verbs.record import Verb, keywords, takes, verbs
 from . import SensitivityOptions, TrackOptions
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def sensitivity(drive: "Drive", options: SensitivityOptions, progress: Progress 
     """
     from .sensitivity import sensitivity as run
 
-    return run(drive.train, **asked(options), progress=progress)
+    return run(drive.train, options, progress=progress)
 
 
 @takes(TrackOptions)
@@ -39,7 +39,7 @@ def track(drive: "Drive", options: TrackOptions, progress: Progress | None = Non
     """
     from .parameter_studies import track as run
 
-    return run(drive.train, **asked(options), progress=progress)
+    return run(drive.train, options, progress=progress)
 
 
 # what a study gives each point itself, and what none has
