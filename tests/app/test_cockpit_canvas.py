@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import json
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -288,7 +289,7 @@ def test_texts_of_a_model_are_never_markup(page: Any) -> None:
 
 
 TEETH = """planets => {
-  const {bodies, meshes, drawing} = cockpit.parts.train.head, {shapes} = painter.prepared(drawing.front);
+  const {bodies, meshes, drawing} = cockpit.parts.train.head, {shapes} = painter.prepared(JSON.parse(drawing.front));
   const context = document.createElement('canvas').getContext('2d');
   const gears = bodies.map((_, i) => shapes.find(shape => shape.type === 'area' && shape.body === i));
   const inside = (index, x, y, seconds) => {
@@ -328,7 +329,11 @@ def test_the_canvas_knows_every_shape_and_role_of_the_display_list(page: Any) ->
     for drive in (*ready_drives(), "wind-stage, floating"):
         train = load(drive.split(",")[0], floating if "floating" in drive else {})
         drawn = train_head(train, body_labels(train), mesh_labels(train))["drawing"]
-        sent |= {(shape["type"], shape["role"]) for view in ("front", "section") for shape in drawn[view]["shapes"]}
+        sent |= {
+            (shape["type"], shape["role"])
+            for view in ("front", "section")
+            for shape in json.loads(drawn[view])["shapes"]
+        }
     assert sent == known, sent ^ known
     # one that is not known is no silent gap
     said = page.evaluate(
@@ -340,6 +345,23 @@ def test_the_canvas_knows_every_shape_and_role_of_the_display_list(page: Any) ->
           return 'painted'; } catch { return 'refused'; } }); }"""
     )
     assert said == ["refused"] * 4
+
+
+@browsing
+def test_a_drawing_is_sent_once_and_kept(page: Any) -> None:
+    """A frame whose drawing is a key alone is painted with the lists that came before it, also with those of a frame
+    that came too late to be shown.
+    """
+    first, other = frames.train(3), frames.train(4)
+    short = {**other, "drawing": {"key": other["drawing"]["key"]}}
+    load_of = {"meshes/load": np.ones(len(other["meshes"]))}
+    show(page, frames.packed(3, "live", {"train": first}, {"meshes/load": np.ones(len(first["meshes"]))}))
+    painted(page, "train", 3)
+    show(page, frames.packed(2, "live", {"train": other}, load_of), frames.packed(4, "live", {"train": short}, load_of))
+    painted(page, "train", 4)
+    key, shapes = page.evaluate("[panes.train.key, panes.train.front.shapes.length]")
+    assert key == other["drawing"]["key"]
+    assert shapes == len(json.loads(other["drawing"]["front"])["shapes"])
 
 
 @browsing

@@ -7,6 +7,7 @@ What a deviation costs is K_gamma of the train without it; all of them come from
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 from collections import OrderedDict
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -82,7 +83,7 @@ class _Drawing(NamedTuple):
     part: Mapping[str, Part]
     meshes: Sequence[Mating]
     below: Collection[str]
-    lists: Mapping[str, Any]
+    lists: Mapping[str, str]
 
 
 _drawings: OrderedDict[str, _Drawing] = OrderedDict()
@@ -94,7 +95,7 @@ def train_head(
     """``head["train"]``: bodies and meshes with what is told of them, and the display lists that the page paints.
 
     Lengths in [mm], speeds in [rad/s].  ``drawing`` has the lists of ``front`` and ``section`` with their ``bounds``,
-    and a ``key`` that is another one where they are.
+    each as the text of its JSON, which is made once, and a ``key`` that is another one where they are.
 
     Parameters
     ----------
@@ -149,8 +150,8 @@ def _drawing(train: Train) -> _Drawing:
         below={body.name for one in layout.columns for group in one.groups if group.half < 0 for body in group.bodies},
         lists={
             "key": hashlib.blake2b(geometry.encode(), digest_size=8).hexdigest(),
-            "front": {**plain(front, bodies, meshes), "bounds": bounds(front)},
-            "section": {**plain(section, bodies, meshes), "bounds": ends},
+            "front": json.dumps({**plain(front, bodies, meshes), "bounds": bounds(front)}),
+            "section": json.dumps({**plain(section, bodies, meshes), "bounds": ends}),
         },
     )
     while len(_drawings) > _KEPT:

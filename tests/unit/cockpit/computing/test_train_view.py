@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
@@ -24,7 +25,7 @@ def head_of(drive: str, overrides: dict[str, Any] | None = None, *, relative_spe
 
 def shapes_of(head: dict[str, Any], view: str, kind: str, role: str) -> list[dict[str, Any]]:
     """Shapes of a kind and role, with their contours in the place of the numbers of these."""
-    drawn = head["drawing"][view]
+    drawn = json.loads(head["drawing"][view])
     own = [shape for shape in drawn["shapes"] if (shape["type"], shape["role"]) == (kind, role)]
     return [shape | {"contours": [drawn["contours"][i] for i in shape.get("contours", ())]} for shape in own]
 

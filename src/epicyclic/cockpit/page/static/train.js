@@ -70,7 +70,8 @@ export class TrainPane extends Pane {
     if (isNew) Object.assign(this, { seconds: 0, spread: 0 });
     this.part_ = part;
     if (drawing.key !== this.key) {
-      Object.assign(this, { key: drawing.key, front: prepared(drawing.front), section: prepared(drawing.section), fit: null });
+      const [front, section] = [drawing.front, drawing.section].map((text) => prepared(JSON.parse(text)));
+      Object.assign(this, { key: drawing.key, front, section, fit: null });
     }
     this.slow = slowing(bodies.filter((_, index) => this.front.shapes.some((shape) => shape.body === index)));
     this.loads = this.scaleOf(part);
