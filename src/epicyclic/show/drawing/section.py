@@ -199,11 +199,8 @@ def _pins(column: Column, layout: SectionLayout) -> list[Area]:
     """Pins of planets: from cheek to cheek of their carrier, or from wall to wall of the housing."""
     shapes = []
     carriers = {part.name: group for group in column.groups for part in group.bodies}
-    pins = [group.first for group in column.groups if group.first.branch]
-    halves = [group.half for group in column.groups if group.first.branch]
-    for radius, half, carrier in sorted(
-        {(pin.radius, half, pin.carried_by) for pin, half in zip(pins, halves, strict=True)}
-    ):
+    pins = [group for group in column.groups if group.first.branch]
+    for radius, half, carrier in sorted({(pin.first.radius, pin.half, pin.first.carried_by) for pin in pins}):
         held = carrier in carriers
         left, right = (layout.cheek(column, side)[0 if held else 1] for side in ("left", "right"))
         thick = layout.length(0.5 * LANE)
@@ -219,16 +216,17 @@ def _meshes(meshes: Sequence[Mating], layout: SectionLayout) -> list[Stroke]:
     """A line along the face at the pitch point of every mesh in the plane, for all branches; of two planets of a branch
     beside the plane, at the distance of their pitch point from the axis.
     """
-    where = {part.name: seat for seat in layout.seats for part in seat.group.bodies}
-    alike: dict[tuple[str, str, str], list[str]] = {}
+    where = layout.seat_of
+    alike: dict[tuple[str, str, str], list[Mating]] = {}
     for one in meshes:
         stage, pair, _, side = split_name(one.name)
-        alike.setdefault((stage, pair, side), []).append(one.name)
+        alike.setdefault((stage, pair, side), []).append(one)
     shapes = []
-    for (_, _, side), names in alike.items():
-        one = next(one for one in meshes if one.name == names[0])
-        if one.a not in where or one.b not in where:
+    for (_, _, side), branches in alike.items():
+        drawn = [one for one in branches if one.a in where and one.b in where]
+        if not drawn:
             continue
+        one, names = drawn[0], tuple(branch.name for branch in branches)
         a, b = where[one.a].group, where[one.b].group
         pairs = product((a.low, a.high), (b.low, b.high))
         apart, level = min((abs(mine - other), (mine + other) / 2) for mine, other in pairs)
@@ -240,7 +238,7 @@ def _meshes(meshes: Sequence[Mating], layout: SectionLayout) -> list[Stroke]:
         for left, right in _common(one, a, b, side):
             lines = [polygon(_mm(left + shift, sign * level), _mm(right + shift, sign * level)) for sign in halves]
             role = "mesh beside" if beside else "mesh"
-            shapes += [Stroke(role=role, meshes=tuple(names), contours=(line,)) for line in lines]
+            shapes += [Stroke(role=role, meshes=names, contours=(line,)) for line in lines]
     return sorted(shapes, key=lambda shape: shape.role)
 
 
@@ -301,7 +299,7 @@ def _levels(one: Coupling, left: Seat, right: Seat) -> tuple[int, int, int]:
 
 def _supports(layout: SectionLayout) -> list[Shape]:
     """Bearings and supports where they stand, and the housing that they, pins and held members stand in."""
-    where = {part.name: seat for seat in layout.seats for part in seat.group.bodies}
+    where = layout.seat_of
     marks: dict[Ends, list[SectionLink]] = {}
     walls: set[tuple[float, float, str]] = set()
     stems: list[tuple[complex, complex]] = []

@@ -124,7 +124,7 @@ class Column:
 
     def sides_of(self, group: Group) -> list[str]:
         """Sides on which the shaft of a group leaves."""
-        return [side for side, stack in (("left", self.left), ("right", self.right)) if group.key in stack]
+        return [side for side in ("left", "right") if group.key in self.stack(side)]
 
     def edge(self, side: str) -> float:
         """Axial end of its gears where it stands [m]."""
@@ -177,6 +177,11 @@ class SectionLayout:
     @property
     def seats(self) -> list[Seat]:
         return [Seat(group, column, self) for column in self.columns for group in column.groups]
+
+    @property
+    def seat_of(self) -> dict[str, Seat]:
+        """Body -> where its group stands."""
+        return {part.name: seat for seat in self.seats for part in seat.group.bodies}
 
 
 class Seat(NamedTuple):
