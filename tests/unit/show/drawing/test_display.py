@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from functools import cache
 
 import numpy as np
@@ -151,6 +153,12 @@ def test_a_contour_is_sent_once() -> None:
     assert complex(x, y) == pytest.approx(part.centre, abs=1e-3)
     area = next(shape for shape in front_of("ren2021") if isinstance(shape, Area) and shape.body == part.name)
     assert turn == pytest.approx(area.turn, abs=1e-6)
+
+
+def test_a_list_is_made_without_plotly() -> None:
+    """The process that computes for the page loads none."""
+    code = "import sys, epicyclic.cockpit.computing.train_view; sys.exit('plotly' in sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_the_painter_of_the_figures_knows_every_shape() -> None:
