@@ -1,5 +1,5 @@
 // The display list of the train painted on a canvas: areas, strokes, symbols and texts in [mm], each by its role.
-import { faded, loadColour, look, short, translucent, written } from "./look.js";
+import { faded, loadColour, look, short, tinted, translucent, written } from "./look.js";
 
 const TURN = 2 * Math.PI;
 
@@ -129,12 +129,8 @@ function area(context, shape, view, { place, tone }) {
   const colour = kindColour(shape);
   const [light, dark] = ROLES.area[shape.role];
   within(context, view, place(shape), () => {
-    if (!tone) {
-      context.fillStyle = look().surface;
-      context.fill(shape.outline, "evenodd");
-    }
-    context.fillStyle = tone ? tone.fill : translucent(colour, look().dark ? dark : light);
-    if (context.fillStyle && (!tone || tone.fill)) context.fill(shape.outline, "evenodd");
+    context.fillStyle = tone ? tone.fill : tinted(colour, look().dark ? dark : light);
+    if (!tone || tone.fill) context.fill(shape.outline, "evenodd");
     context.lineWidth = (tone?.width ?? 1.1) / view.scale;
     context.strokeStyle = tone ? tone.stroke : colour;
     context.stroke(shape.outline);
@@ -193,14 +189,15 @@ function glow(context, x, y, shape, view, scene) {
   const radius = patch(shape, view);
   const index = worst(shape, loads);
   const [edge, colour] = coloursOf(index, loads);
-  const bodies = new Set(shape.meshes.flatMap((one) => meshes[one].bodies));
+  const pair = meshes[index < 0 ? shape.meshes[0] : index].bodies;
+  const bodies = shape.meshes.flatMap((one) => meshes[one].bodies); // of both halves, one of which has the number
   const shine = context.createRadialGradient(x, y, 0.6 * radius, x, y, radius);
   shine.addColorStop(0, colour);
   shine.addColorStop(1, faded(colour, 0.35));
   context.save();
   circle(context, x, y, radius);
   context.clip();
-  for (const gear of shapes.filter((one) => one.type === "area" && bodies.has(one.body))) {
+  for (const gear of shapes.filter((one) => one.type === "area" && pair.includes(one.body))) {
     const [gx, gy, turn] = place(gear);
     const teeth = new Path2D();
     teeth.addPath(gear.outline, new DOMMatrix([view.scale, 0, 0, -view.scale, ...seen(view, gx, gy)]).rotate((360 * turn) / TURN));
@@ -215,7 +212,7 @@ function glow(context, x, y, shape, view, scene) {
   context.lineWidth = 1.3;
   context.strokeStyle = edge;
   context.stroke();
-  const hosts = shapes.filter((one) => one.type === "text" && bodies.has(one.body));
+  const hosts = shapes.filter((one) => one.type === "text" && bodies.includes(one.body));
   const host = hosts.find((one) => one.role === "number") ?? hosts[0];
   if (index >= 0 && host) load(context, x, y, radius, loads.values[index], seen(view, ...place(host)), host.room * view.scale);
 }
