@@ -322,8 +322,10 @@ def test_teeth_stand_in_each_others_gaps_while_they_turn(page: Any, planets: int
 def test_the_canvas_knows_every_shape_and_role_of_the_display_list(page: Any) -> None:
     roles = page.evaluate("Object.entries(painter.ROLES).map(([type, roles]) => [type, Object.keys(roles)])")
     known = {(kind, role) for kind, own in roles for role in own}
-    shapes = {kind for kind in vars(display).values() if isinstance(kind, type) and issubclass(kind, display.Shape)}
-    assert {kind for kind, _ in known} == {shape.__name__.lower() for shape in shapes - {display.Shape}}
+    shapes = {
+        kind for kind in vars(display).values() if isinstance(kind, type) and issubclass(kind, display.DrawnShape)
+    }
+    assert {kind for kind, _ in known} == {shape.__name__.lower() for shape in shapes - {display.DrawnShape}}
     sent = set()
     floating = {"stages.main.sun.support.radial": 0, "stages.main.ring.support.radial": 0}
     for drive in (*ready_drives(), "wind-stage, floating"):

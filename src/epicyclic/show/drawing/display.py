@@ -37,7 +37,7 @@ def circle(radius: float) -> Contour:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Shape:
+class DrawnShape:
     """What all shapes have: what it is, and where [mm, rad].
 
     kind : of its body, for its colour.  body : with which it moves.  meshes : by name, whose force colours it.
@@ -55,26 +55,26 @@ class Shape:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Area(Shape):
+class Area(DrawnShape):
     """Filled between its contours, even and odd, each of which is one closed line."""
 
     contours: tuple[Contour, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Stroke(Shape):
+class Stroke(DrawnShape):
     """Lines, one for each time of each contour."""
 
     contours: tuple[Contour, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Symbol(Shape):
+class Symbol(DrawnShape):
     """A symbol of a size on the screen, as its role has it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Text(Shape):
+class Text(DrawnShape):
     """A text of so many pixels, at its place by `anchor` (across, up), moved by `shift` [px].
 
     upright : written upwards.  backing : ``white``, or the kind of body in whose tint it stands.
@@ -99,7 +99,7 @@ def lines_of(shape: Area | Stroke) -> list[Points]:
     return found
 
 
-def bounds(shapes: Sequence[Shape]) -> list[float]:
+def bounds(shapes: Sequence[DrawnShape]) -> list[float]:
     """Ends of a display list without its texts [mm]: x0, x1, y0, y1."""
     symbols = np.array([shape.at for shape in shapes if isinstance(shape, Symbol)], dtype=np.complex128)
     lines = (line for shape in shapes if isinstance(shape, Area | Stroke) for line in lines_of(shape))
@@ -110,7 +110,7 @@ def bounds(shapes: Sequence[Shape]) -> list[float]:
     return [round(float(end), 3) for end in ends]
 
 
-def plain(shapes: Iterable[Shape], bodies: Mapping[str, int], meshes: Mapping[str, int]) -> dict[str, Any]:
+def plain(shapes: Iterable[DrawnShape], bodies: Mapping[str, int], meshes: Mapping[str, int]) -> dict[str, Any]:
     """A display list as JSON: ``contours``, each once, and ``shapes``, which name those they are made of by number.
 
     A contour is ``[times, radius, x, y, x, y, ...]``.

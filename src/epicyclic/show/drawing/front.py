@@ -11,7 +11,7 @@ import numpy as np
 
 from ..series import engineering
 from .bodies import DrawnTrain, Mating, Part, one_per_place, pitch_radius, stages, tooth_path, turns
-from .display import Area, Contour, Shape, Stroke, Symbol, Text, circle, polygon
+from .display import Area, Contour, DrawnShape, Stroke, Symbol, Text, circle, polygon
 
 _ORDER = {"carrier": 0, "ring": 1, "body": 2, "gear": 3, "planet": 4, "sun": 5}
 
@@ -31,7 +31,7 @@ def _back_to_front(found: Iterable[Part]) -> list[Part]:
     return sorted(found, key=lambda one: (_ORDER.get(one.kind, 2), -one.outer))
 
 
-def front_shapes(train: DrawnTrain, found: Sequence[Part]) -> list[Shape]:
+def front_shapes(train: DrawnTrain, found: Sequence[Part]) -> list[DrawnShape]:
     """Bodies with their teeth in mesh, their circles, the pitch points, and the housing of what is held.
 
     Parameters
@@ -45,18 +45,18 @@ def front_shapes(train: DrawnTrain, found: Sequence[Part]) -> list[Shape]:
     return [*shapes, *hidden, *_circles(train, found), *_pitch_points(train, found), *_held(train, found)]
 
 
-def front_notes(train: DrawnTrain, found: Sequence[Part]) -> list[Shape]:
+def front_notes(train: DrawnTrain, found: Sequence[Part]) -> list[DrawnShape]:
     """What a picture that stands still says besides: lines of action, senses of rotation, names."""
     return [*_actions(train, found), *_senses(found), *_names(train, found)]
 
 
-def front_centres(found: Sequence[Part], floating: Collection[str]) -> list[Shape]:
+def front_centres(found: Sequence[Part], floating: Collection[str]) -> list[DrawnShape]:
     """What a picture that turns says in the gears: numbers of planets, names of other gears, and which of them float.
 
     Of several on one axis the front one; a ring that floats has its marks on its rim, where they hide no teeth.
     """
     ring = [part for part in found if part.form and part.form.internal and part.name in floating]
-    shapes: list[Shape] = []
+    shapes: list[DrawnShape] = []
     for part in ring:
         assert part.form is not None
         rim = 1e3 * (part.outer - part.form.root_radius)
@@ -97,7 +97,7 @@ def _pins(part: Part, found: Iterable[Part]) -> list[Part]:
     return [other for other in found if other.carried_by == part.name]
 
 
-def _body(part: Part, turn: float, found: Sequence[Part]) -> list[Shape]:
+def _body(part: Part, turn: float, found: Sequence[Part]) -> list[DrawnShape]:
     """A body, and the stroke on one of its teeth by which its turning is seen; a ring lies between rim and teeth."""
     teeth = f"{part.form.teeth} teeth" if part.form else ""
     speed = f"{engineering(part.speed)} rpm" if np.isfinite(part.speed) else ""
@@ -186,10 +186,10 @@ def _actions(train: DrawnTrain, found: Sequence[Part]) -> list[Stroke]:
     return shapes
 
 
-def _senses(found: Sequence[Part]) -> list[Shape]:
+def _senses(found: Sequence[Part]) -> list[DrawnShape]:
     """Arc arrows of the absolute speeds, one for all gears that turn alike on one axis."""
-    arcs: list[Shape] = []
-    heads: list[Shape] = []
+    arcs: list[DrawnShape] = []
+    heads: list[DrawnShape] = []
     for part in {(one.centre, one.speed, one.form is not None and one.form.internal): one for one in found}.values():
         if part.form is None or not np.isfinite(part.speed) or part.speed == 0:
             continue

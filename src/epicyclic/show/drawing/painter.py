@@ -15,7 +15,7 @@ import xarray as xr
 from ..charts.style import INK, PALE, WARNING, figure, kind_colour, note, tint, wide_height
 from ..series import compact, engineering, numbers, texts
 from .bodies import Part, drawn_train, stages
-from .display import Area, Points, Shape, Stroke, Symbol, Text, lines_of, polygon
+from .display import Area, DrawnShape, Points, Stroke, Symbol, Text, lines_of, polygon
 from .front import front_ends, front_notes, front_parts, front_shapes
 from .section import section_names, section_shapes
 from .section_layout import MARGIN, WIDE, SectionLayout, layout_of
@@ -103,7 +103,7 @@ def train_section(check: xr.Dataset) -> go.Figure:
     return drawn
 
 
-def paint(drawn: go.Figure, shapes: Sequence[Shape], *, pixel: float = 1.0) -> None:
+def paint(drawn: go.Figure, shapes: Sequence[DrawnShape], *, pixel: float = 1.0) -> None:
     """Paint a display list; lines and marks of one role that follow each other are one trace.
 
     Parameters
@@ -114,7 +114,7 @@ def paint(drawn: go.Figure, shapes: Sequence[Shape], *, pixel: float = 1.0) -> N
         PAINTERS[kind](drawn, role, body_kind, list(own), pixel)
 
 
-def _line_kind(shape: Shape) -> str:
+def _line_kind(shape: DrawnShape) -> str:
     """The kind of body that gives a line its colour."""
     return shape.kind if shape.role == "helix" else ""
 
@@ -172,7 +172,7 @@ def _texts(drawn: go.Figure, role: str, _: str, own: Sequence[Text], pixel: floa
         note(drawn, shape.text, x=round(shape.at.real, 3), y=round(shape.at.imag, 3), **look)
 
 
-PAINTERS: Mapping[type[Shape], Callable[..., None]] = {Area: _areas, Stroke: _lines, Symbol: _marks, Text: _texts}
+PAINTERS: Mapping[type[DrawnShape], Callable[..., None]] = {Area: _areas, Stroke: _lines, Symbol: _marks, Text: _texts}
 
 
 def _trace(points: Points, options: Mapping[str, Any]) -> go.Scatter:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..series import engineering, split_name
 from .bodies import DrawnTrain, Mating, Part, faces, pitch_radius
-from .display import Area, Contour, Shape, Stroke, Symbol, Text, polygon
+from .display import Area, Contour, DrawnShape, Stroke, Symbol, Text, polygon
 from .section_layout import (
     AIR,
     BODY,
@@ -32,14 +32,14 @@ _DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 _UNITS = ("N/m", "N/m", "N/m", "N m/rad", "N m/rad", "N m/rad")
 
 
-def section_shapes(train: DrawnTrain, layout: SectionLayout) -> list[Shape]:
+def section_shapes(train: DrawnTrain, layout: SectionLayout) -> list[DrawnShape]:
     """Section through the axis and branch 1: bodies cut, shafts, couplings, meshes, bearings, supports, the housing.
 
     Parameters
     ----------
     layout : of this train.
     """
-    shapes: list[Shape] = [shape for seat in layout.seats for shape in _shafts(seat)]
+    shapes: list[DrawnShape] = [shape for seat in layout.seats for shape in _shafts(seat)]
     shapes += _couplings(layout)
     for column in layout.columns:
         shapes += [shape for seat in layout.seats if seat.column is column for shape in _body(seat)]
@@ -120,7 +120,7 @@ def _shafts(seat: Seat) -> list[Area]:
     return found
 
 
-def _body(seat: Seat) -> list[Shape]:
+def _body(seat: Seat) -> list[DrawnShape]:
     """A gear, a carrier, or a body without teeth, which is a disc."""
     if seat.group.first.form is not None:
         return _gear(seat)
@@ -130,11 +130,11 @@ def _body(seat: Seat) -> list[Shape]:
     return list(_boxes(seat, (middle - half, middle + half), (seat.base, seat.height), "cut"))
 
 
-def _gear(seat: Seat) -> list[Shape]:
+def _gear(seat: Seat) -> list[DrawnShape]:
     """Faces with three tooth traces on each, what joins them, and the disc that carries a turning ring."""
     group, shift = seat.group, seat.column.shift
     low = seat.base if not group.internal and seat.central else group.low
-    shapes: list[Shape] = []
+    shapes: list[DrawnShape] = []
     for one, other in pairwise(group.faces):
         if web := _web(seat, low):
             shapes += _boxes(seat, (one[1] + shift, other[0] + shift), web, "shaft")
@@ -253,10 +253,10 @@ def _common(mating: Mating, a: Group, b: Group, side: str) -> list[Ends]:
     return {"left": spans[:1], "right": spans[-1:]}.get(side, spans) if len(spans) > 1 else spans
 
 
-def _couplings(layout: SectionLayout) -> list[Shape]:
+def _couplings(layout: SectionLayout) -> list[DrawnShape]:
     """Shaft ends with facing flanges, and what is elastic between them; shafts that pass a stage."""
     seats = {seat.group.key: seat for seat in layout.seats}
-    shapes: list[Shape] = []
+    shapes: list[DrawnShape] = []
     gaps: list[list[complex]] = []
     for one in layout.couplings:
         left, right = seats[one.left], seats[one.right]
@@ -297,7 +297,7 @@ def _levels(one: Coupling, left: Seat, right: Seat) -> tuple[int, int, int]:
     return begin, begin, end
 
 
-def _supports(layout: SectionLayout) -> list[Shape]:
+def _supports(layout: SectionLayout) -> list[DrawnShape]:
     """Bearings and supports where they stand, and the housing that they, pins and held members stand in."""
     where = layout.seat_of
     marks: dict[Ends, list[SectionLink]] = {}
@@ -353,7 +353,7 @@ def _place(link: SectionLink, seat: Seat) -> Ends:
     return shown if among else z, sum(seat.shaft(side)) / 2
 
 
-def _marked(marks: Mapping[tuple[float, float], Sequence[SectionLink]]) -> list[Shape]:
+def _marked(marks: Mapping[tuple[float, float], Sequence[SectionLink]]) -> list[DrawnShape]:
     """Marks of supports and bearings, elastic or rigid, and of those that hold axially; places [m]."""
     rigid = {
         at: all(math.isinf(max(link.stiffness[:2])) for link in links)

@@ -18,7 +18,7 @@ from epicyclic.show.drawing import display
 from epicyclic.show.drawing.bodies import drawn_train
 from epicyclic.show.drawing.display import (
     Area,
-    Shape,
+    DrawnShape,
     Stroke,
     Symbol,
     Text,
@@ -42,12 +42,12 @@ def checked(drive: str) -> xr.Dataset:
     return epicyclic.check(drive)
 
 
-def front_of(drive: str) -> list[Shape]:
+def front_of(drive: str) -> list[DrawnShape]:
     train = drawn_train(checked(drive))
     return front_shapes(train, front_parts(train, behind=True))
 
 
-def section_of(drive: str) -> list[Shape]:
+def section_of(drive: str) -> list[DrawnShape]:
     train = drawn_train(checked(drive))
     return section_shapes(train, layout_of(checked(drive), train))
 
@@ -162,8 +162,8 @@ def test_a_list_is_made_without_plotly() -> None:
 
 
 def test_the_painter_of_the_figures_knows_every_shape() -> None:
-    kinds = {kind for kind in vars(display).values() if isinstance(kind, type) and issubclass(kind, Shape)}
-    assert set(PAINTERS) == kinds - {Shape}
+    kinds = {kind for kind in vars(display).values() if isinstance(kind, type) and issubclass(kind, DrawnShape)}
+    assert set(PAINTERS) == kinds - {DrawnShape}
     for unknown in (
         Area(role="unheard of", contours=(circle(1),)),
         Stroke(role="unheard of", contours=(circle(1),)),
